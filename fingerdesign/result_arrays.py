@@ -1,0 +1,215 @@
+"""The arrays of an analysis that ``result.json`` does not hold (numpy only).
+
+Every class checks its shapes when made: a report from mismatched arrays would mislead silently.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+OPEN, STICK, SLIP = 0, 1, 2
+
+
+@dataclass(frozen=True, eq=False)
+class ContactHistory:
+    """The contact candidates and what each of them did, increment by increment.
+
+    points               (m, dim) mm, on the undeformed surface
+    areas                (m,) mm^2 (in plane strain mm per mm of depth: lengths), > 0
+    facets               (f, 2 | 3) segments or triangles of the surface, into points
+    status               (k, m) OPEN, STICK or SLIP
+    normal_traction      (k, m) MPa, >= 0 in compression
+    tangential_traction  (k, m, 1 | 2) MPa on the finger, along x (and z)
+    slip                 (k, m, 1 | 2) mm, accumulated slip along x (and z)
+    symmetric            the points are the half z >= 0
+    """
+
+    points: Array
+    areas: Array
+    facets: IntArray
+    status: IntArray
+    normal_traction: Array
+    tangential_traction: Array
+    slip: Array
+    symmetric: bool = False
+
+    def __post_init__(self) -> None:
+        m, dim = self.points.shape
+        k = len(self.status)
+        _require_shapes(
+            self,
+            areas=(m,),
+            facets=(len(self.facets), dim),
+            status=(k, m),
+            normal_traction=(k, m),
+            tangential_traction=(k, m, dim - 1),
+            slip=(k, m, dim - 1),
+        )
+        if self.facets.size and (self.facets.min() < 0 or self.facets.max() >= m):
+            raise ValueError(f"ContactHistory.facets must index the {m} points")
+
+    @property
+    def dimension(self) -> int:
+        return int(self.points.shape[1])
+
+    def stick_length(self) -> Array:
+        """Length along x that sticks at each increment, (k,), mm: in 3-D on the line z = 0."""
+        line = self.mid_line()
+        return np.asarray((self.status[:, line] == STICK) @ _spans(self.points[line, 0]))
+
+    def mid_line(self) -> IntArray:
+        """Points on z = 0 (all of them in plane strain), by rising x."""
+        if self.dimension == 2:
+            return np.argsort(self.points[:, 0])
+        height = np.abs(self.points[:, 2])
+        # Free meshes have no row exactly on z = 0 unless it is a plane of symmetry.
+        reach = 0.5 * float(np.median(np.sqrt(self.areas)))
+        near = np.flatnonzero(height <= max(reach, float(height.min())))
+        return near[np.argsort(self.points[near, 0])]
+
+
+@dataclass(frozen=True, eq=False)
+class SlipStudy:
+    """The fundamental case at one friction coefficient: gage area beside stick area (Fig. 8).
+
+    stick_ratio       (k,) truth; NaN without contact
+    stick_length_mm   (k,) truth, along x
+    gage_area_raw_mm  (k,) length of plate positions with response_raw over the threshold
+    gage_area_mm      (k,) the same, rid of what the normal force alone would cause
+    gage_x_mm         (g,) plate centres, rising
+    response_raw      (k, g) |change of strain / change of F_t|, microstrain/N
+    response          (k, g) the same, compensated; NaN where |change of F_t| is under the floor
+    threshold         microstrain/N
+    rank_correlation_raw, rank_correlation  Spearman's, of the area with the stick area; None where
+                      it is not defined (an area that never changes)
+    tangential_force, normal_force  (k,) N
+    force_floor_N     the area is held where F_t changes by less
+    """
+
+    friction_coefficient: float
+    stick_ratio: Array
+    stick_length_mm: Array
+    gage_area_raw_mm: Array
+    gage_area_mm: Array
+    gage_x_mm: Array
+    response_raw: Array
+    response: Array
+    threshold: float
+    rank_correlation_raw: float | None
+    rank_correlation: float | None
+    tangential_force: Array
+    normal_force: Array
+    force_floor_N: float = 0.0
+
+    def __post_init__(self) -> None:
+        k, g = len(self.stick_ratio), len(self.gage_x_mm)
+        _require_shapes(
+            self,
+            stick_length_mm=(k,),
+            gage_area_raw_mm=(k,),
+            gage_area_mm=(k,),
+            response_raw=(k, g),
+            response=(k, g),
+            tangential_force=(k,),
+            normal_force=(k,),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class GripTrace:
+    """One grip step by step: arrays of (steps,), forces of one finger.
+
+    approach, shear     the object's motion, mm
+    normal_force, tangential_force  N
+    stick_ratio         truth, which only the judge sees; NaN without contact
+    gage_area_mm        what the controller made of the readings; NaN before it has one
+    dx, dy              the command that led to the step, mm
+    hold                the rule had set dx to zero
+    gage_readings       (steps, gages) microstrain
+    lift_step           first step at which the object is lifted, None if it is not
+    without_rule        the same grip with the rule switched off, if it was tried
+    """
+
+    controller: str
+    friction_coefficient: float
+    object_mass_g: float
+    approach: Array
+    shear: Array
+    normal_force: Array
+    tangential_force: Array
+    stick_ratio: Array
+    gage_area_mm: Array
+    dx: Array
+    dy: Array
+    hold: BoolArray
+    gage_readings: Array
+    lift_step: int | None = None
+    without_rule: GripTrace | None = None
+
+    def __post_init__(self) -> None:
+        steps = len(self.approach)
+        forces = ("shear", "normal_force", "tangential_force")
+        names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold")
+        gages = self.gage_readings.shape[1:]
+        _require_shapes(self, **dict.fromkeys(names, (steps,)), gage_readings=(steps, *gages))
+
+    @property
+    def limit(self) -> Array:
+        """Tangential force at which the object would slip, mu F_n, (steps,), N."""
+        return np.asarray(self.friction_coefficient * self.normal_force)
+
+    @property
+    def weight_per_finger_N(self) -> float:
+        """m g / 2, N, with g = 9.80665 m/s^2."""
+        return 0.5 * 9.80665e-3 * self.object_mass_g
+
+
+@dataclass(frozen=True, eq=False)
+class FieldHistory:
+    """Displacement of all mesh nodes at some increments.
+
+    increments: which of ``Result.increments``, (k,). displacement: (k, n, dim), mm.
+    """
+
+    increments: tuple[int, ...]
+    displacement: Array
+
+    def __post_init__(self) -> None:
+        if self.displacement.ndim != 3 or len(self.displacement) != len(self.increments):
+            raise ValueError(
+                f"FieldHistory.displacement of shape {self.displacement.shape} must be "
+                f"({len(self.increments)}, nodes, dim)"
+            )
+
+
+@dataclass(frozen=True)
+class GageLayout:
+    """Where the gages lie on their plates: centred on the plate along its axis, at z_mm along z."""
+
+    length_mm: float
+    width_mm: float
+    z_mm: float
+    face: str
+
+
+def _spans(x: Array) -> Array:
+    """Length that each of the rising positions stands for, (m,)."""
+    if len(x) < 2:
+        return np.zeros(len(x))
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    return np.diff(edges)
+
+
+def _require_shapes(record: Any, **shapes: tuple[int, ...]) -> None:
+    for name, wanted in shapes.items():
+        got = getattr(record, name).shape
+        if got != wanted:
+            raise ValueError(f"{type(record).__name__}.{name} has shape {got}, must be {wanted}")

@@ -1,0 +1,179 @@
+"""Result folders: written aside and renamed, so that each is there whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import secrets
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.results import GripTrace, IncrementResult, Result, ResultError
+
+RESULT_FILE = "result.json"
+
+
+@contextmanager
+def result_folder(target: Path | str) -> Iterator[Path]:
+    """A temporary folder beside ``target`` that takes its place when the block ends well.
+
+    An older whole result (a folder with a result.json) is replaced, and is put back should the
+    renaming fail; an empty folder is too. Anything else in the way is a ResultError before any work
+    is done: what is not ours is not deleted. When the block raises, nothing is left.
+    """
+    target = Path(target).absolute()
+    _refuse_foreign(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        aside = _sibling(target, "partial")
+        aside.mkdir()
+    except OSError as error:
+        raise ResultError(f"cannot write beside {target}: {error}") from error
+    try:
+        yield aside
+        if not (aside / RESULT_FILE).is_file():
+            raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
+        _refuse_foreign(target)
+        _take_place(aside, target)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_result_folder(
+    target: Path | str,
+    result: Result,
+    grip_traces: Iterable[GripTrace] = (),
+    texts: dict[str, str] | None = None,
+) -> Path:
+    """Write a whole result folder at once: result.json, history.csv, grip_*.csv and other texts.
+
+    texts: file name -> content (report.html, say). For files made by other programs use
+    :func:`result_folder` and :func:`write_result_files`. Returns the folder.
+    """
+    with result_folder(target) as folder:
+        for name, text in (texts or {}).items():
+            (folder / name).write_text(text, encoding="utf-8")
+        write_result_files(folder, result, grip_traces)
+    return Path(target)
+
+
+def write_result_files(folder: Path, result: Result, grip_traces: Iterable[GripTrace] = ()) -> None:
+    """result.json, history.csv and a grip_*.csv for each trace into an existing folder."""
+    write_history_csv(folder / "history.csv", result)
+    for name, trace in _grip_names(grip_traces):
+        write_grip_csv(folder / name, trace)
+    (folder / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
+
+
+def read_result(folder: Path | str) -> Result:
+    """The result in a folder (or at the path of its result.json).
+
+    Raises ResultError when there is none, DesignError when the file is not a result.
+    """
+    path = Path(folder)
+    path = path / RESULT_FILE if path.is_dir() else path
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"no result can be read at {path}: {error}") from error
+    return Result.from_json(text, str(path))
+
+
+def write_history_csv(path: Path, result: Result) -> None:
+    """A row an increment; units in the column names; empty where there is no value."""
+    names = [
+        item.name
+        for item in dataclasses.fields(IncrementResult)
+        if item.name not in ("gages", "points")
+    ]
+    plates = [gage.plate for gage in result.increments[0].gages] if result.increments else []
+    header = ["increment", *names, *(f"gage_{plate}_reading_microstrain" for plate in plates)]
+    rows = (
+        [number, *(getattr(row, name) for name in names), *(gage.reading for gage in row.gages)]
+        for number, row in enumerate(result.increments, start=1)
+    )
+    _write_csv(path, header, rows)
+
+
+def write_grip_csv(path: Path, trace: GripTrace) -> None:
+    """A row a step of one grip; units in the column names; empty where there is no value."""
+    columns = {
+        "approach_mm": trace.approach,
+        "shear_mm": trace.shear,
+        "normal_force_N": trace.normal_force,
+        "tangential_force_N": trace.tangential_force,
+        "friction_limit_N": trace.limit,
+        "stick_ratio": trace.stick_ratio,
+        "gage_area_mm": trace.gage_area_mm,
+        "command_dx_mm": trace.dx,
+        "command_dy_mm": trace.dy,
+        "hold": trace.hold.astype(int),
+    }
+    gages = trace.gage_readings
+    for plate in range(gages.shape[1]):
+        columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    _write_csv(path, ["step", *columns], ([i, *row] for i, row in enumerate(rows, start=1)))
+
+
+def _write_csv(path: Path, header: list[str], rows: Iterable[list[Any]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(header)
+        for row in rows:
+            writer.writerow("" if _absent(cell) else cell for cell in row)
+
+
+def _absent(cell: Any) -> bool:
+    return cell is None or (isinstance(cell, float) and bool(np.isnan(cell)))
+
+
+def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
+    """Distinct file names: grip_CONTROLLER_muMU_MASSg.csv, beside it the path without the rule."""
+    taken: dict[str, int] = {}
+    for trace in traces:
+        parts = f"{trace.controller}_mu{trace.friction_coefficient:g}_{trace.object_mass_g:g}g"
+        stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
+        taken[stem] = taken.get(stem, 0) + 1
+        stem += f"_{taken[stem]}" if taken[stem] > 1 else ""
+        yield f"{stem}.csv", trace
+        if trace.without_rule is not None:
+            yield f"{stem}_without_rule.csv", trace.without_rule
+
+
+def _refuse_foreign(target: Path) -> None:
+    if target.is_symlink() or (target.exists() and not target.is_dir()):
+        raise ResultError(f"{target} is in the way and not a folder; choose another --out")
+    if target.is_dir() and any(target.iterdir()) and not (target / RESULT_FILE).is_file():
+        raise ResultError(
+            f"{target} holds files but no {RESULT_FILE}, so it is not an older result and is left "
+            "alone; choose another --out or move it away"
+        )
+
+
+def _take_place(aside: Path, target: Path) -> None:
+    older = None
+    try:
+        if target.is_dir():
+            older = _sibling(target, "older")
+            target.rename(older)
+        try:
+            aside.rename(target)
+        except OSError:
+            if older is not None:
+                older.rename(target)
+            raise
+    except OSError as error:
+        raise ResultError(f"cannot put the result in place at {target}: {error}") from error
+    finally:
+        if older is not None:
+            shutil.rmtree(older, ignore_errors=True)
+
+
+def _sibling(target: Path, role: str) -> Path:
+    return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
