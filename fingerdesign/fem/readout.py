@@ -1,0 +1,140 @@
+"""Linear functionals of the displacement: strains at points, and what the gages read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.fem.elements import jacobians, tabulate
+
+if TYPE_CHECKING:
+    from fingerdesign.design.layout import PlateFrame
+    from fingerdesign.design.schema import Gages
+    from fingerdesign.mesh.types import Mesh
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_INSIDE = 1e-6  # barycentric: a point on a face belongs to both cells
+_NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary
+_GAUSS_POINTS = 6  # across a gage's width
+
+
+def locate(mesh: Mesh, point: Array, prefer: int | None = None) -> tuple[IntArray, Array]:
+    """Cells holding a point (dim,) and its reference coordinates (dim, cells).
+
+    On the border of several cells all of one region are returned: the region ``prefer``, else the
+    highest (a plate before the elastomer). Raises DesignError for a point outside the mesh.
+    """
+    corners = mesh.points[mesh.corners]
+    margin = 0.05 * (corners.max(axis=1) - corners.min(axis=1)).max(axis=1, keepdims=True) + 1e-9
+    near = np.flatnonzero(
+        ((point >= corners.min(axis=1) - margin) & (point <= corners.max(axis=1) + margin)).all(
+            axis=1
+        )
+    )
+    reference = _inverse_map(mesh.points[mesh.cells[near]], point)
+    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    inside = least >= -_INSIDE
+    if not inside.any():
+        if len(near) == 0 or least.max() < -_NEAR:
+            place = [round(float(v), 6) for v in point]
+            raise DesignError(
+                [Fault("readout.points_mm", place, "inside the finger", "move the point inward")]
+            )
+        inside = least == least.max()
+    regions = mesh.regions[near]
+    chosen = prefer if prefer is not None and prefer in regions[inside] else regions[inside].max()
+    inside &= regions == chosen
+    return near[inside], reference[:, inside]
+
+
+def _inverse_map(nodes: Array, point: Array) -> Array:
+    """Reference coordinates (dim, c) of ``point`` in cells with nodes (c, n, dim): Newton."""
+    dimension = nodes.shape[2]
+    reference = np.full((dimension, len(nodes)), 1.0 / (dimension + 1))
+    for _ in range(6):
+        table = tabulate(dimension, reference)
+        position = np.einsum("cna,nc->ca", nodes, table.value)
+        jacobian = np.einsum("cna,nbc->cab", nodes, table.gradient)
+        reference = reference + np.linalg.solve(jacobian, (point - position)[:, :, None])[:, :, 0].T
+        np.clip(reference, -2.0, 3.0, out=reference)
+    return reference
+
+
+def displacement_rows(mesh: Mesh, point: Array, prefer: int | None = None) -> sp.csr_matrix:
+    """Rows (dim, n dim) that give the displacement at a point."""
+    cells, reference = locate(mesh, point, prefer)
+    table = tabulate(mesh.dimension, reference[:, :1])
+    dimension, nodes = mesh.dimension, mesh.cells[cells[0]]
+    row = np.repeat(np.arange(dimension), len(nodes))
+    column = (nodes[None, :] * dimension + np.arange(dimension)[:, None]).ravel()
+    value = np.tile(table.value[:, 0], dimension)
+    return sp.csr_matrix((value, (row, column)), shape=(dimension, mesh.points.size))
+
+
+def strain_rows(mesh: Mesh, point: Array) -> sp.csr_matrix:
+    """Rows (6, n dim): xx, yy, zz, xy, xz, yz (engineering shear) at a point, mean of its cells."""
+    cells, reference = locate(mesh, point)
+    dimension = mesh.dimension
+    dense: dict[tuple[int, int], float] = {}
+    shears = {(0, 1): 3, (0, 2): 4, (1, 2): 5}
+    for k, cell in enumerate(cells):
+        table = tabulate(dimension, reference[:, k : k + 1])
+        nodes = mesh.cells[cell]
+        jacobian = jacobians(mesh.points[nodes][None], table.gradient)[0, 0]
+        gradient = np.linalg.solve(jacobian.T, table.gradient[:, :, 0].T).T / len(cells)
+        for node, slope in zip(nodes, gradient, strict=True):
+            for a in range(dimension):
+                column = int(node) * dimension + a
+                dense[(a, column)] = dense.get((a, column), 0.0) + slope[a]
+                for b in range(dimension):
+                    if b != a:
+                        key = (shears[(min(a, b), max(a, b))], column)
+                        dense[key] = dense.get(key, 0.0) + slope[b]
+    rows, columns = zip(*dense, strict=True)
+    shape = (6, mesh.points.size)
+    return sp.csr_matrix((list(dense.values()), (rows, columns)), shape=shape)
+
+
+def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix:
+    """Rows (2 plates, n dim): mean strain along the plate over the gage, upper then lower face.
+
+    The mean over the length is exact: the difference of the end displacements along the plate
+    divided by the length. Across the width it is a Gauss rule in z (mid-plane mirrored).
+    """
+    rows = []
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    heights = gages.z_mm + 0.5 * gages.width_mm * nodes
+    for frame in frames:
+        for side in (0.5, -0.5):
+            total = sp.csr_matrix((1, mesh.points.size))
+            for end in (0.5, -0.5):
+                place = (
+                    np.array([frame.x, frame.y])
+                    + end * gages.length_mm * frame.axis
+                    + side * frame.thickness * frame.normal
+                )
+                if mesh.dimension == 2:
+                    mean = displacement_rows(mesh, place, frame.index + 1)
+                    along = frame.axis
+                else:
+                    mean = sum(
+                        0.5 * w * displacement_rows(mesh, _at(mesh, place, z), frame.index + 1)
+                        for w, z in zip(weights, heights, strict=True)
+                    )
+                    along = np.append(frame.axis, 0.0)
+                total = total + np.sign(end) / gages.length_mm * (sp.csr_matrix(along) @ mean)
+            rows.append(total)
+    if not rows:
+        return sp.csr_matrix((0, mesh.points.size))
+    return sp.vstack(rows, format="csr")
+
+
+def _at(mesh: Mesh, place: Array, z: float) -> Array:
+    return np.append(place, abs(z) if mesh.symmetric else z)

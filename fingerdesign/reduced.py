@@ -1,0 +1,110 @@
+"""The finger as the contact problem sees it: small dense matrices (numpy only).
+
+The body is linear, so everything that contact and gages need is linear in the contact forces:
+
+    displacement  u = C f      C = compliance, mm/N
+    gage strain   e = B f      B = gage readout, 1/N
+
+with f the nodal contact forces on the finger (N) in the global axes x, y(, z), node by node. Node i
+stands for the hat function phi_i of a corner of the contact facets: its traction is f_i / a_i with
+a_i = integral of phi_i, its displacement and gap are means weighted with phi_i / a_i. Tractions are
+thus piecewise linear, never negative where the nodal ones are not, integrate to the forces, and
+reproduce uniform pressure exactly, also on quadratic tetrahedra, whose own corner forces cannot.
+
+Forces are those of the modelled part: the whole depth in plane strain, half the finger where it
+mirrors in z = 0 (``symmetry_factor`` 2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SurfaceQuadrature:
+    """Points on the exact contact surface and the weights phi_i(x_q) w_q / a_i of each node.
+
+    points (q, dim) mm; node, point, weight (entries,): sum of weight over the entries of a node = 1.
+    """
+
+    points: Array
+    node: IntArray
+    point: IntArray
+    weight: Array
+
+    def mean(self, values: Array, nodes: int) -> Array:
+        """Means (nodes, ...) at the nodes of values (q, ...) at the points."""
+        values = np.asarray(values, dtype=float)
+        flat = values.reshape(len(values), -1)
+        out = np.stack(
+            [
+                np.bincount(self.node, self.weight * column[self.point], minlength=nodes)
+                for column in flat.T
+            ],
+            axis=1,
+        )
+        return out.reshape((nodes, *values.shape[1:]))
+
+
+@dataclass(frozen=True)
+class ReducedModel:
+    """Compliance and readouts of a finger condensed onto its contact candidates.
+
+    points            (m, dim) mm, corner nodes of the candidate facets
+    facets            (f, dim) node numbers; facet_areas (f,) mm^2 (plane strain: length x depth)
+    areas             (m,) mm^2, a_i = integral of phi_i
+    compliance        (m dim, m dim) mm/N, symmetric positive definite
+    gage_readout      (2 plates, m dim) 1/N: upper and lower face of plate 0, of plate 1, ...
+    point_readout     (6 points, m dim) 1/N: xx, yy, zz, xy, xz, yz (engineering shear) per point
+    reaction_readout  (dim, m dim): force on the fixed base per contact force; equals minus the sum
+    rim               (m,) bool: nodes where the candidate zone ends although the surface goes on
+    free_end          (m,) bool: nodes within 0.5 mm of a free end (corner singularity in 3-D)
+    locked            (m, dim) bool: components without a motion (z on the mirror plane)
+    """
+
+    points: Array
+    facets: IntArray
+    facet_areas: Array
+    areas: Array
+    compliance: Array
+    gage_readout: Array
+    point_readout: Array
+    reaction_readout: Array
+    surface: SurfaceQuadrature
+    rim: NDArray[np.bool_]
+    free_end: NDArray[np.bool_]
+    locked: NDArray[np.bool_]
+    depth: float
+    symmetry_factor: int = 1
+    gage_x: Array = field(default_factory=lambda: np.empty(0))
+    notes: dict[str, float | int | str] = field(default_factory=dict)
+
+    @property
+    def dimension(self) -> int:
+        return int(self.points.shape[1])
+
+    @property
+    def nodes(self) -> int:
+        return len(self.points)
+
+    def displacement(self, force: Array) -> Array:
+        """Contact displacements (m, dim) mm for nodal forces (m, dim) N."""
+        return (self.compliance @ force.reshape(-1)).reshape(force.shape)
+
+    def gage_strain(self, force: Array) -> Array:
+        """Strains (plates, 2) at the upper and lower faces for nodal forces (m, dim) N."""
+        return (self.gage_readout @ force.reshape(-1)).reshape(-1, 2)
+
+    def point_strain(self, force: Array) -> Array:
+        """Strain tensors (points, 6) for nodal forces (m, dim) N."""
+        return (self.point_readout @ force.reshape(-1)).reshape(-1, 6)
+
+    def total_force(self, force: Array) -> Array:
+        """Force on the whole finger (dim,) N."""
+        return self.symmetry_factor * force.sum(axis=0)
