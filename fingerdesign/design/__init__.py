@@ -1,0 +1,1 @@
+"""The finger's description: schema, TOML in and out, layout, checks and digest."""

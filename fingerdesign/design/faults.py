@@ -1,0 +1,148 @@
+"""From pydantic's errors to faults that name key, value, bound and remedy."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic_core import ErrorDetails
+
+from fingerdesign.errors import Fault
+
+# Named by the file format, built by a later version: not the user's typing error.
+LATER_KEYS = {
+    "body.edge_radius_mm", "body.core", "body.block", "plates.stagger", "plates.rows", "mold",
+    "object.radius_mm", "object.axis", "object.tilt_deg",
+}  # fmt: skip
+
+TYPES = {
+    "float_type": "a number",
+    "int_type": "a whole number",
+    "int_from_float": "a whole number",
+    "finite_number": "a finite number",
+    "string_type": "text in quotes",
+    "tuple_type": "an array",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+}
+LIMITS = {
+    "greater_than": ("gt", "more than {}", "increase it"),
+    "greater_than_equal": ("ge", "at least {}", "increase it"),
+    "less_than": ("lt", "less than {}", "decrease it"),
+    "less_than_equal": ("le", "at most {}", "decrease it"),
+    "too_short": ("min_length", "an array of at least {}", "add to it"),
+    "too_long": ("max_length", "an array of at most {}", "shorten it"),
+    "string_too_short": ("min_length", "at least {} characters", "lengthen it"),
+    "string_too_long": ("max_length", "at most {} characters", "shorten it"),
+}
+
+
+def dotted(location: tuple[int | str, ...]) -> str:
+    """Write an error's location as a TOML key.
+
+    >>> dotted(("path", "increments_mm", 3, 1))
+    'path.increments_mm[3][1]'
+    """
+    text = ""
+    for part in location:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text
+
+
+def shown(value: object, width: int = 60) -> str:
+    """Write a value the way TOML does, cut to ``width`` characters."""
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, Mapping):
+        text = "a table"
+    else:
+        try:
+            text = repr(value)
+        except ValueError:  # Python declines to print integers of more than 4300 digits
+            text = "a huge number"
+    return text if len(text) <= width else f"{text[: width - 3]}..."
+
+
+def table_at(model: type[BaseModel], location: tuple[int | str, ...]) -> type[BaseModel] | None:
+    """Return the table's class that ``location`` leads to, None where it leads to no table."""
+    current, parts = model, list(location)
+    while parts:
+        part = str(parts.pop(0))
+        info = current.model_fields.get(part)
+        tables = _tables_in(info.annotation) if info else []
+        if not tables:
+            return None
+        if _is_mapping(current, part):
+            parts = parts[1:]  # the user's own name: every name leads to the same table
+        current = tables[0]
+    return current
+
+
+def _is_mapping(model: type[BaseModel], field: str) -> bool:
+    return getattr(model.model_fields[field].annotation, "__origin__", None) is dict
+
+
+def _tables_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [table for part in get_args(annotation) for table in _tables_in(part)]
+
+
+def known_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
+    """Yield the dotted keys of a file; a table keyed by the user's names shows them as NAME."""
+    for name, info in model.model_fields.items():
+        key = f"{prefix}{name}"
+        tables = _tables_in(info.annotation)
+        if tables:
+            inner = f"{key}.NAME." if _is_mapping(model, name) else f"{key}."
+            yield from known_keys(tables[0], inner)
+        else:
+            yield key
+
+
+def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: object) -> Fault:
+    key, name = dotted(location), str(location[-1])
+    if key in LATER_KEYS:
+        return Fault(key, shown(value), "absent", "not offered yet in this version: remove it")
+    if len(location) > 1 and name in model.model_fields:
+        remedy = f"'{name}' belongs at the top of the file, before the first [table]"
+        return Fault(key, shown(value), "a known key", remedy)
+    table = table_at(model, location[:-1]) or model
+    near = difflib.get_close_matches(name, table.model_fields, 1, 0.6)
+    if near:
+        nearest = dotted((*location[:-1], near[0]))
+    else:
+        by_name = {known.rpartition(".")[2]: known for known in known_keys(model)}
+        elsewhere = difflib.get_close_matches(name, by_name, 1, 0.8)
+        nearest = by_name[elsewhere[0]] if elsewhere else ""
+    remedy = f"did you mean {nearest}?" if nearest else "remove it"
+    return Fault(key, shown(value), "a known key", remedy)
+
+
+def fault_of(error: ErrorDetails, model: type[BaseModel]) -> Fault:
+    """Return the fault that one of pydantic's errors on ``model`` amounts to."""
+    kind, location, context = error["type"], error["loc"], error.get("ctx", {})
+    key, value = dotted(location) or "file", error["input"]
+    if kind == "fault":
+        own = context["value"]
+        text = own if own == "(absent)" else shown(own)
+        return Fault(context["key"] or key, text, context["bound"], context["remedy"])
+    if kind == "extra_forbidden":
+        return _unknown(model, location, value)
+    if kind == "missing":
+        return Fault(key, "(absent)", "given", "add it")
+    if kind == "literal_error":
+        choices = str(context["expected"]).replace("'", "").replace(" or ", ", ")
+        near = difflib.get_close_matches(str(value), choices.split(", "), 1, 0.5)
+        remedy = f"did you mean '{near[0]}'?" if near else "choose one of them"
+        return Fault(key, shown(value), f"one of {choices}", remedy)
+    if kind in TYPES:
+        remedy = "remove the quotes" if isinstance(value, str) else "correct it"
+        return Fault(key, shown(value), TYPES[kind], remedy)
+    if kind in LIMITS:
+        name, words, remedy = LIMITS[kind]
+        return Fault(key, shown(value), words.format(context[name]), remedy)
+    return Fault(key, shown(value), f"valid ({error['msg']})", "correct it")

@@ -1,0 +1,66 @@
+"""What can be said of a design before any model is built: volumes and the contact's width."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from fingerdesign.design.layout import crest_height, surface_height
+from fingerdesign.design.schema import Body, Design
+
+
+def body_volume(body: Body) -> float:
+    """Volume of the body with its plates, mm^3; exact for an arc, quadrature for a dome."""
+    half, radius = 0.5 * body.width_mm, body.arc_radius_mm
+    if body.dome_radius_mm is None:
+        angle = math.asin(half / radius)
+        segment = radius**2 * (angle - 0.5 * math.sin(2.0 * angle))
+        return (body.width_mm * body.base_height_mm + segment) * body.depth_mm
+    # Substituting x = R sin(t), z = D sin(s) keeps half circles smooth at their ends.
+    nodes, weights = np.polynomial.legendre.leggauss(64)
+    across = math.asin(half / radius)
+    x, x_weights = radius * np.sin(across * nodes), across * radius * np.cos(across * nodes)
+    z, z_weights = 0.5 * body.depth_mm * nodes, 0.5 * body.depth_mm
+    heights = surface_height(body, x[:, None], z[None, :])
+    return float((weights * x_weights) @ heights @ (weights * z_weights))
+
+
+def plates_volume(design: Design) -> float:
+    """Volume of all plates together, mm^3."""
+    plates = design.plates
+    span = plates.span_mm if plates.span_mm is not None else design.body.depth_mm
+    return plates.number * plates.length_mm * plates.thickness_mm * span
+
+
+def contact_half_width(design: Design, approach_mm: float) -> float:
+    """Forecast of the contact's half-width at z = 0 under a plane pressed ``approach_mm``, mm.
+
+    Straight body: Hertz's line contact on a layer of the crest's height d (Johnson, Contact
+    Mechanics, 1985, eq. 5.56): approach = a^2 / (4 R) (2 ln(2 d / a) - nu / (1 - nu)). Dome: point
+    contact on a half-space of the mean curvature, approach = a^2 / R. Plates, free sides and
+    friction are left out: within 15 % of the plane-strain model of the example finger without
+    plates; a forecast, no result. Never more than half of the body's width.
+    """
+    body = design.body
+    most = 0.5 * body.width_mm
+    if approach_mm <= 0:
+        return 0.0
+    if body.dome_radius_mm is not None:
+        radius = 2.0 / (1.0 / body.arc_radius_mm + 1.0 / body.dome_radius_mm)
+        return min(math.sqrt(radius * approach_mm), most)
+    height, nu = crest_height(body), design.material_of("body").poissons_ratio
+
+    def approach(a: float) -> float:
+        layer = 2.0 * math.log(2.0 * height / a) - nu / (1.0 - nu)
+        return a * a / (4.0 * body.arc_radius_mm) * layer
+
+    # The formula grows up to ln(2 d / a) = (1 + nu / (1 - nu)) / 2; it means nothing beyond.
+    high = min(most, 2.0 * height * math.exp(-0.5 / (1.0 - nu)))
+    if approach(high) <= approach_mm:
+        return high
+    low = 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if approach(middle) < approach_mm else (low, middle)
+    return low
