@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from fingerdesign.design.layout import crest_height, surface_height
+from fingerdesign.design import clearance
+from fingerdesign.design.layout import crest_height, plate_frames, surface_height
+from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Body, Design
 
 
@@ -64,3 +67,58 @@ def contact_half_width(design: Design, approach_mm: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if approach(middle) < approach_mm else (low, middle)
     return low
+
+
+DEFAULT_APPROACH_MM = 0.4  # of the fundamental case
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What ``fingerdesign check`` shows of a sound design; clearances are None without plates."""
+
+    name: str
+    digest: str
+    plates: int
+    least_cover_mm: float | None
+    least_gap_mm: float | None
+    least_side_mm: float | None
+    least_base_mm: float | None
+    approach_mm: float
+    contact_half_width_mm: float
+    volume_mm3: float
+    plates_volume_mm3: float
+    extruded: bool
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the fields by name."""
+        return asdict(self)
+
+
+def summarise(design: Design, scene: Scene | None = None) -> Summary:
+    """Summarise a sound design, pressed as far as ``scene`` does (else the fundamental case)."""
+    rows = scene.path.increments_mm if scene is not None else ((DEFAULT_APPROACH_MM, 0.0),)
+    approach = max(row[0] for row in rows)
+    body, plates = design.body, design.plates
+    cover = gap = side = base = None
+    if plates.number:
+        corners = clearance.all_corners(plate_frames(design))
+        half_span = 0.5 * (plates.span_mm if plates.span_mm is not None else body.depth_mm)
+        cover = float(clearance.cover_clearances(body, corners, half_span).min())
+        closest = clearance.least_gap(corners)
+        gap = closest.distance if closest is not None else None
+        side = float(0.5 * body.width_mm - np.abs(corners[..., 0]).max())
+        base = float(corners[..., 1].min())
+    return Summary(
+        name=design.design.name,
+        digest=design.digest(),
+        plates=plates.number,
+        least_cover_mm=cover,
+        least_gap_mm=gap,
+        least_side_mm=side,
+        least_base_mm=base,
+        approach_mm=approach,
+        contact_half_width_mm=contact_half_width(design, approach),
+        volume_mm3=body_volume(body),
+        plates_volume_mm3=plates_volume(design),
+        extruded=design.extruded,
+    )

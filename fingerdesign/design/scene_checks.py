@@ -36,17 +36,21 @@ def scene_faults(scene: Scene, design: Design) -> list[Fault]:
 
 
 def _point_faults(scene: Scene, design: Design) -> list[Fault]:
+    points = np.array(scene.readout.points_mm).reshape(-1, 3)
     body = design.body
-    faults = []
-    for index, (x, y, z) in enumerate(scene.readout.points_mm):
-        across, along = 0.5 * body.width_mm, 0.5 * body.depth_mm
-        key = f"readout.points_mm[{index}]"
-        if abs(x) > across or abs(z) > along:
-            bound = f"inside the body: |x| <= {across:g}, |z| <= {along:g}"
-            faults.append(Fault(key, [x, y, z], bound, "move it inside"))
-            continue
-        top = float(surface_height(body, x, z))
-        if not 0.0 <= y <= top:
-            bound = f"inside the body: 0 <= y <= {top:.4f} there"
-            faults.append(Fault(key, [x, y, z], bound, "move it inside"))
-    return faults
+    across, along = 0.5 * body.width_mm, 0.5 * body.depth_mm
+    x, y, z = points.T
+    over = np.maximum(np.abs(x) - across, np.abs(z) - along)
+    top = surface_height(body, np.clip(x, -across, across), np.clip(z, -along, along))
+    over = np.maximum(over, np.maximum(-y, y - top))
+    outside = np.flatnonzero(over > 1e-9)
+    if not len(outside):
+        return []
+    worst = int(np.argmax(over))
+    others = [str(index) for index in outside if index != worst]
+    also = f"; so are {', '.join(others[:8])}{' ...' if len(others) > 8 else ''}" if others else ""
+    bound = (
+        f"inside the body: |x| <= {across:g}, |z| <= {along:g}, 0 <= y <= {top[worst]:.4f} there"
+    )
+    remedy = f"move it inside: it is {over[worst]:.4g} mm outside{also}"
+    return [Fault(f"readout.points_mm[{worst}]", points[worst].tolist(), bound, remedy)]

@@ -73,6 +73,7 @@ class Body(Table):
         default=None,
         ge=0.5,
         le=1e4,
+        examples=[25.0],
         description="dome only: radius of the crest's arc in z; the section is revolved about "
         "the line along x at y = crest - dome_radius",
     )
@@ -111,12 +112,17 @@ class Plates(Table):
         default=2.0, ge=0.01, le=500, description="plate centre below the surface, along y"
     )
     span_mm: float | None = Field(
-        default=None, ge=0.1, le=500, description="along z, centred; absent: the full depth"
+        default=None,
+        ge=0.1,
+        le=500,
+        examples=[8.0],
+        description="along z, centred; absent: the full depth",
     )
     material: str = Field(default="phosphor_bronze", description="a name known or in [materials]")
     placement: Many[Row3] | None = Field(
         default=None,
         max_length=MAX_PLATES,
+        examples=[[[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]],
         description="[[x, y, angle_deg], ...]: centres one by one instead of count, pitch, cover",
     )
     model: Annotated[Literal["solid", "none"], _offered(sheet="one of solid, none")] = Field(
@@ -150,7 +156,7 @@ class Material(Table):
     """An isotropic linear elastic material."""
 
     youngs_modulus_MPa: float = Field(ge=1e-4, le=2e6, description="small-strain modulus")
-    poissons_ratio: float = Field(ge=0, le=0.4999, description="0.49 is usual for elastomers")
+    poissons_ratio: float = Field(ge=0, le=0.4999, description="0 to 0.4999")
     source: str = Field(
         default="the design file", max_length=500, description="where both are from"
     )

@@ -1,0 +1,127 @@
+"""``fingerdesign``: the group of subcommands, and how failures become exit codes.
+
+0 done; 1 the work failed; 2 the input is wrong (one line a fault); 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+import traceback
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.util import find_spec
+
+import click
+
+import fingerdesign
+from fingerdesign.errors import DesignError, FingerDesignError
+
+# name -> (module:command, the line of --help); a module that is not there is not offered.
+COMMANDS = {
+    "new": ("fingerdesign_cli.new:command", "Write a commented starter design."),
+    "check": ("fingerdesign_cli.check:command", "Is a design sound? Every fault at once."),
+    "mesh": ("fingerdesign_cli.mesh:command", "Mesh a design and report the mesh's quality."),
+    "analyse": (
+        "fingerdesign_cli.analyse:command",
+        "Analyse designs: contact, gages, grips, report.",
+    ),
+    "grip": (
+        "fingerdesign_cli.grip:command",
+        "Lift an object whose weight and friction are unknown.",
+    ),
+    "view": ("fingerdesign_cli.view:command", "Look at a result."),
+    "bench": ("fingerdesign_cli.bench:command", "Compare with known answers; speed and accuracy."),
+}
+
+OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+class LazyGroup(click.Group):
+    """A group that imports a subcommand only when it runs or when its own help is asked for."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """Name the subcommands that this installation has."""
+        return [name for name, (target, _) in COMMANDS.items() if find_spec(target.split(":")[0])]
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import the subcommand ``cmd_name``; None where there is none."""
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        module, _, attribute = COMMANDS[cmd_name][0].partition(":")
+        command: click.Command = getattr(import_module(module), attribute)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """List the subcommands with their help lines, importing none of them."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, COMMANDS[name][1]) for name in self.list_commands(ctx)])
+
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 done; 1 the work failed; 2 the input is wrong; 130 interrupted.",
+)
+@click.version_option(fingerdesign.__version__, prog_name="fingerdesign")
+@click.option("--debug", is_flag=True, help="Keep the traceback of an unexpected error.")
+def cli(debug: bool) -> None:
+    """Design, simulate and compare elastic tactile fingers that feel incipient slip.
+
+    Start with `fingerdesign new mine.toml` and `fingerdesign analyse mine.toml --out results`.
+    """
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line ``argv`` (without the program's name) and return its exit code."""
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        code = cli.main(args=arguments, prog_name="fingerdesign", standalone_mode=False)
+        return code if isinstance(code, int) else OK
+    except click.UsageError as error:
+        error.show()
+        return BAD_INPUT
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted; finished work is kept", err=True)
+        return INTERRUPTED
+    except DesignError as error:
+        click.echo(str(error), err=True)
+        return BAD_INPUT
+    except FingerDesignError as error:
+        click.echo(f"failed: {error}", err=True)
+        return FAILED
+    except BrokenPipeError:  # the reader of our output has gone: `fingerdesign ... | head`
+        sys.stdout = None
+        return FAILED
+    except OSError as error:
+        click.echo(f"failed: {error}", err=True)
+        return FAILED
+    except Exception as error:
+        return _unexpected(error, keep="--debug" in arguments)
+
+
+def _unexpected(error: Exception, keep: bool) -> int:
+    """Report a defect of the program in one line; with ``keep`` its traceback goes to a file."""
+    click.echo(f"unexpected {type(error).__name__}: {error}", err=True)
+    if keep:
+        from tempfile import NamedTemporaryFile
+
+        with NamedTemporaryFile(
+            "w", prefix="fingerdesign-", suffix=".txt", delete=False, encoding="utf-8"
+        ) as file:
+            traceback.print_exc(file=file)
+        click.echo(f"its traceback is in {file.name}", err=True)
+    else:
+        click.echo("this is a defect: run `fingerdesign --debug ...` for its traceback", err=True)
+    return FAILED
+
+
+def entry_point() -> None:
+    """Run as a console script."""
+    sys.exit(main(sys.argv[1:]))
+
+
+if __name__ == "__main__":
+    entry_point()

@@ -1,0 +1,37 @@
+"""``fingerdesign new``: a commented starter design."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import click
+
+
+@click.command("new")
+@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@click.option("--from", "source", metavar="NAME", help="Start from this shipped design.")
+@click.option("--force", is_flag=True, help="Overwrite FILE.")
+@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
+def command(file: Path, source: str | None, force: bool, quiet: bool) -> None:
+    """Write a commented starter design to FILE.toml, its name taken from FILE.
+
+    Beside it goes design.schema.json, with which editors complete and explain keys. Nothing is
+    overwritten without --force. Shipped designs: maeno2000, homogeneous, narrow, wide, domed.
+    """
+    from fingerdesign.design.starter import SCHEMA_FILE, schema_json, starter_text
+
+    if file.suffix != ".toml":
+        raise click.UsageError(f"FILE = {file}: must end in .toml; try {file}.toml")
+    if file.exists() and not force:
+        raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
+    name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+    text = starter_text(name, source)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    schema = file.parent / SCHEMA_FILE
+    if force or not schema.exists():
+        schema.write_text(schema_json(), encoding="utf-8")
+    if not quiet:
+        click.echo(f"{file} written; next: fingerdesign check {shlex.quote(str(file))}")

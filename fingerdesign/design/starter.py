@@ -1,0 +1,123 @@
+"""Starter design files: every key with its default and its meaning, or a shipped design."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Set as AbstractSet
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.errors import DesignError, Fault
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+SCHEMA_FILE = "design.schema.json"
+_HEAD = f"""\
+#:schema ./{SCHEMA_FILE}
+# A finger design. Lengths in mm, moduli in MPa, angles in degrees. Keys left out take the values
+# that stand here. `fingerdesign check FILE` names every fault at once.
+# Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
+"""
+
+
+def _designs() -> Traversable:
+    """Return the folder of the shipped designs: in the installed package, or in the checkout."""
+    installed = resources.files("fingerdesign") / "data" / "designs"
+    if installed.is_dir():
+        return installed
+    return Path(__file__).resolve().parents[2] / "designs"
+
+
+def shipped_designs() -> tuple[str, ...]:
+    """Names of the shipped designs, in alphabetical order."""
+    names = (entry.name for entry in _designs().iterdir() if entry.is_file())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+def shipped_text(name: str) -> str:
+    """Return the text of a shipped design. Raises :class:`DesignError` for an unknown name."""
+    known = shipped_designs()
+    if name not in known:
+        import difflib
+
+        near = difflib.get_close_matches(name, known, 1)
+        remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+        raise DesignError([Fault("--from", name, f"one of {', '.join(known)}", remedy)])
+    return (_designs() / f"{name}.toml").read_text("utf-8")
+
+
+def schema_json() -> str:
+    """Return the text of the shipped JSON schema of design files."""
+    data = resources.files("fingerdesign") / "data" / SCHEMA_FILE
+    return data.read_text("utf-8")
+
+
+def starter_text(name: str, source: str | None = None) -> str:
+    """Return a commented design file called ``name``.
+
+    With ``source``, the shipped design of that name with its comments; without, every key that a
+    design has, with its default and meaning. Raises :class:`DesignError` where ``name`` cannot
+    name a result's folder or ``source`` is unknown.
+    """
+    from fingerdesign.design.io import parse_design
+
+    if source is None:
+        text = _all_keys(name)
+    else:
+        text = re.sub(r"(?m)^#:schema .*$", f"#:schema ./{SCHEMA_FILE}", shipped_text(source))
+        text = re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
+    parse_design(text)
+    return text
+
+
+def _all_keys(name: str) -> str:
+    from fingerdesign.design.schema import Design
+
+    design = Design.model_validate({"design": {"name": name}})
+    tops, tables = [], []
+    for key, info in Design.model_fields.items():
+        value = getattr(design, key)
+        if key == "materials":
+            # Without `source`: it would stay behind when the user changes the values.
+            tables += [
+                _table(f"materials.{known}", item, {"source"}) for known, item in value.items()
+            ]
+        elif hasattr(value, "model_fields_set"):
+            tables.append(_table(key, value))
+        else:
+            tops.append(_line(key, value, info.description or ""))
+    return "\n".join([_HEAD, *tops, "", *tables])
+
+
+def _table(title: str, table: BaseModel, without: AbstractSet[str] = frozenset()) -> str:
+    lines, inner = [f"[{title}]"], []
+    for key, info in type(table).model_fields.items():
+        value = getattr(table, key)
+        if key in without:
+            continue
+        if hasattr(value, "model_fields_set"):
+            inner.append(_table(f"{title}.{key}", value))
+        elif value is None:
+            example = info.examples[0] if info.examples else 0.0
+            lines.append(_line(key, example, info.description or "", off="# "))
+        else:
+            lines.append(_line(key, value, info.description or ""))
+    return "\n".join([*lines, "", *inner])
+
+
+def _line(key: str, value: Any, meaning: str, off: str = "") -> str:
+    pair = f"{off}{key} = {_toml(value)}"
+    inline = f"{pair:<36} # {meaning}"
+    return inline if len(inline) <= 110 else f"# {meaning}\n{pair}"
+
+
+def _toml(value: Any) -> str:
+    import tomlkit
+
+    if isinstance(value, (tuple, list)):
+        value = [list(row) if isinstance(row, tuple) else row for row in value]
+    text: str = tomlkit.item(value).as_string()
+    return text
