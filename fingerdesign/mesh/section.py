@@ -16,13 +16,14 @@ from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, quadratic
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body, Design, SectionSizes
+    from fingerdesign.design.meshing import SectionMesh
+    from fingerdesign.design.schema import Body, Design
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def mesh_section(design: Design, zone_half_width: float, sizes: SectionSizes | None = None) -> Mesh:
+def mesh_section(design: Design, zone_half_width: float, sizes: SectionMesh | None = None) -> Mesh:
     """Quadratic triangles of the section z = 0, fine over |x| <= ``zone_half_width`` (mm).
 
     Raises MeshError where netgen returns a mesh that does not fill the section.
@@ -44,7 +45,7 @@ def _netgen(
     frames: tuple[PlateFrame, ...],
     zone: float,
     gage_length: float,
-    sizes: SectionSizes,
+    sizes: SectionMesh,
 ) -> tuple[Array, IntArray, IntArray]:
     from netgen.geom2d import SplineGeometry
 

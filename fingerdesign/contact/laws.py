@@ -1,0 +1,111 @@
+"""Signorini and Coulomb as residuals, and the certificate of an increment (numpy only).
+
+    lambda_n >= 0,  gap >= 0,  lambda_n gap = 0
+    |lambda_t| <= mu lambda_n,   slip increment d = -alpha lambda_t, alpha >= 0,
+                                 d = 0 where |lambda_t| < mu lambda_n
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+OPEN, STICK, SLIP = 0, 1, 2
+
+
+def project(multiplier: Array, friction_coefficient: float) -> Array:
+    """Nearest admissible forces by parts: normal onto [0, inf), tangential onto its disc."""
+    projected = multiplier.copy()
+    projected[:, 0] = np.maximum(projected[:, 0], 0.0)
+    size = np.linalg.norm(projected[:, 1:], axis=1)
+    bound = friction_coefficient * projected[:, 0]
+    over = size > bound
+    projected[over, 1:] *= (bound[over] / size[over])[:, None]
+    return projected
+
+
+def natural_residual(
+    multiplier: Array, motion: Array, self_compliance: Array, friction_coefficient: float
+) -> Array:
+    """lambda - project(lambda - motion / C_ii) (m, dim) in N: zero exactly at a solution.
+
+    ``motion`` (m, dim): gap and slip increment. The friction bound is that of the projected normal
+    force, so the residual vanishes only where both laws hold together.
+    """
+    step = multiplier - motion / self_compliance[:, None]
+    return multiplier - project(step, friction_coefficient)
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Worst violations of one increment, relative to its force and motion scales.
+
+    complementarity: largest of tension, penetration and |lambda_n gap|
+    coulomb: force outside the friction disc
+    dissipation: power put *in* by friction, or slip not opposed to its force
+    balance: base reaction against contact force
+    """
+
+    complementarity: float
+    coulomb: float
+    dissipation: float
+    balance: float
+
+    @property
+    def worst(self) -> float:
+        return max(self.complementarity, self.coulomb, self.dissipation, self.balance)
+
+    def __str__(self) -> str:
+        return (
+            f"complementarity {self.complementarity:.1e}, Coulomb {self.coulomb:.1e}, "
+            f"dissipation {self.dissipation:.1e}, balance {self.balance:.1e}"
+        )
+
+
+def certify(
+    multiplier: Array,
+    motion: Array,
+    self_compliance: Array,
+    friction_coefficient: float,
+    base_reaction: Array,
+    contact_force: Array,
+) -> Certificate:
+    """Check the laws as they are written, apart from the residual that the solver drove down."""
+    normal, gap = multiplier[:, 0], motion[:, 0]
+    tangential, slip = multiplier[:, 1:], motion[:, 1:]
+    force = max(float(normal.max(initial=0.0)), 1e-300)
+    length = force * float(np.median(self_compliance))
+    tension = max(0.0, -float(normal.min(initial=0.0))) / force
+    penetration = max(0.0, -float(gap.min(initial=0.0))) / length
+    product = float(np.abs(np.minimum(normal / force, gap / length)).max(initial=0.0))
+    size = np.linalg.norm(tangential, axis=1)
+    bound = friction_coefficient * np.maximum(normal, 0.0)
+    coulomb = max(0.0, float((size - bound).max(initial=0.0))) / force
+    # Maximum dissipation: bound |d| + lambda_t . d = 0 in contact; open nodes carry nothing.
+    travelled = np.linalg.norm(slip, axis=1)
+    loss = bound * travelled + np.sum(tangential * slip, axis=1)
+    dissipation = float(np.abs(loss).max(initial=0.0)) / (force * length)
+    balance = float(np.abs(base_reaction + contact_force).max() / max(normal.sum(), 1e-300))
+    if not normal.any():
+        gap_scale = max(float(np.abs(gap).max(initial=0.0)), 1e-300)
+        penetration = max(0.0, -float(gap.min(initial=0.0))) / gap_scale
+        product, coulomb, dissipation, balance = 0.0, 0.0, 0.0, 0.0
+    return Certificate(max(tension, penetration, product), coulomb, dissipation, balance)
+
+
+def status_of(
+    multiplier: Array, motion: Array, self_compliance: Array, friction_coefficient: float
+) -> IntArray:
+    """OPEN, STICK or SLIP per node (m,) from the trial forces of the laws."""
+    trial = multiplier - motion / self_compliance[:, None]
+    status = np.full(len(multiplier), STICK, dtype=np.int64)
+    bound = friction_coefficient * np.maximum(trial[:, 0], 0.0)
+    size = np.linalg.norm(trial[:, 1:], axis=1)
+    status[size > bound * (1.0 + 1e-9)] = SLIP
+    status[trial[:, 0] <= 0.0] = OPEN
+    return status

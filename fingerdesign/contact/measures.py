@@ -1,0 +1,181 @@
+"""Areas, widths and pressures of an increment, by quadrature of linear fields (numpy only).
+
+Contact is where lambda_n / a_i - gap / (C_ii a_i) > 0, slip where the trial traction exceeds its
+bound. Both fields are interpolated linearly over the facets, so areas change smoothly as the
+contact moves, and a border falls between nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.contact.increment import Increment
+from fingerdesign.contact.laws import OPEN, SLIP, STICK
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.reduced import ReducedModel
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+COMPLETE_SLIP = {2: 0.01, 3: 0.05}  # stick ratio below it under load (CONTRACT, meanings)
+_NO_FORCE = 1e-9  # N: below it there is no load
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What one increment amounts to, whole finger, mm, N, MPa. Strains are plain (not micro)."""
+
+    normal_force: float
+    tangential_force: float
+    contact_area: float
+    stick_area: float
+    contact_width: float
+    stick_width: float
+    peak_pressure: float
+    open_nodes: int
+    stick_nodes: int
+    slip_nodes: int
+    slip_distance: float
+    gages: Array  # (plates, 2) upper, lower
+    points: Array  # (points, 6)
+
+    @property
+    def stick_ratio(self) -> float | None:
+        """Stick area / contact area, None without contact."""
+        return self.stick_area / self.contact_area if self.contact_area > 0.0 else None
+
+
+def measure(problem: ContactProblem, increment: Increment) -> Measures:
+    """All measures of one increment."""
+    model = problem.model
+    contact, stick = level_sets(problem, increment)
+    force = model.total_force(increment.force)
+    factor = model.symmetry_factor
+    # Plane strain: areas are lengths x depth already; in 3-D of the modelled half.
+    contact_area = factor * _positive_area(model.facets, model.facet_areas, contact)
+    stick_area = factor * _positive_area(model.facets, model.facet_areas, np.minimum(contact, stick))
+    line = mid_line(model)
+    pressure = increment.multiplier[:, 0] / model.areas
+    inner = ~model.free_end
+    touching = increment.multiplier[:, 0] > 0.0
+    travelled = increment.state.travelled[touching]
+    status = increment.status
+    return Measures(
+        normal_force=float(-force[1]),
+        tangential_force=float(force[0]),
+        contact_area=contact_area,
+        stick_area=stick_area,
+        contact_width=_positive_length(model.points, line, contact),
+        stick_width=_positive_length(model.points, line, np.minimum(contact, stick)),
+        peak_pressure=float(pressure[inner].max(initial=0.0)),
+        open_nodes=int((status == OPEN).sum()),
+        stick_nodes=int((status == STICK).sum()),
+        slip_nodes=int((status == SLIP).sum()),
+        slip_distance=float(travelled.min()) if touching.any() else 0.0,
+        gages=model.gage_strain(increment.force),
+        points=model.point_strain(increment.force),
+    )
+
+
+def completely_slips(measures: Measures, dimension: int) -> bool:
+    """Complete slip: loaded, and (nearly) nothing sticks."""
+    ratio = measures.stick_ratio
+    loaded = measures.normal_force > _NO_FORCE and measures.tangential_force > _NO_FORCE
+    return loaded and ratio is not None and ratio < COMPLETE_SLIP[dimension]
+
+
+def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]:
+    """Nodal fields (m,), MPa: > 0 in contact, > 0 sticking (where in contact)."""
+    model = problem.model
+    per_force = 1.0 / problem.self_compliance
+    contact = (increment.multiplier[:, 0] - increment.gap * per_force) / model.areas
+    size = np.linalg.norm(increment.multiplier[:, 1:], axis=1)
+    bound = problem.friction_coefficient * np.maximum(increment.multiplier[:, 0], 0.0)
+    slipped = np.linalg.norm(increment.slip_increment, axis=1) * per_force
+    stick = (bound - size - slipped) / model.areas
+    # Exactly on the cone: sliding, whatever the rounding.
+    stick[increment.status == SLIP] = np.minimum(stick[increment.status == SLIP], 0.0)
+    stick[increment.status == OPEN] = -np.abs(contact[increment.status == OPEN])
+    return contact, stick
+
+
+def _positive_area(facets: IntArray, areas: Array, field: Array) -> float:
+    """Area where a linear field on segments (f, 2) or triangles (f, 3) is positive."""
+    return float(areas @ _positive_fraction(field[facets]))
+
+
+def _positive_fraction(values: Array) -> Array:
+    """Part of each simplex (f, k) where the linear field with these corner values is > 0.
+
+    >>> _positive_fraction(np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 0.0]])).tolist()
+    [0.5, 1.0, 0.0]
+    >>> _positive_fraction(np.array([[1.0, -1.0, -1.0], [1.0, 1.0, -1.0]])).tolist()
+    [0.25, 0.75]
+    """
+    positive = values > 0.0
+    count = positive.sum(axis=1)
+    corners = values.shape[1]
+    fraction = (count == corners).astype(float)
+    # One corner on its own side: a small simplex similar to the whole is cut off there.
+    for lone_positive in (True, False):
+        mixed = (count == (1 if lone_positive else corners - 1)) & (count > 0) & (count < corners)
+        if corners == 2 and not lone_positive:
+            continue
+        rows = np.flatnonzero(mixed)
+        if not len(rows):
+            continue
+        lone = np.argmax(positive[rows] == lone_positive, axis=1)
+        own = values[rows, lone][:, None]
+        others = values[rows][np.arange(corners)[None, :] != lone[:, None]].reshape(len(rows), -1)
+        cut = np.prod(own / (own - others), axis=1)
+        fraction[rows] = cut if lone_positive else 1.0 - cut
+    return fraction
+
+
+def mid_line(model: ReducedModel) -> tuple[IntArray, IntArray, Array]:
+    """The line z = 0 across the facets: pairs of end points, each a mix of two nodes.
+
+    Returns first, second (s, 2) node numbers and weight (s, 2): a point is
+    (1 - weight) first + weight second. In plane strain these are the facets themselves.
+    """
+    if model.dimension == 2:
+        return model.facets, model.facets, np.zeros(model.facets.shape)
+    z = model.points[:, 2].copy()
+    z[np.abs(z) < 1e-9] = 0.0
+    firsts, seconds, weights = [], [], []
+    seen: set[tuple[int, int]] = set()
+    for facet in model.facets[(z[model.facets].min(1) <= 0) & (z[model.facets].max(1) >= 0)]:
+        ends: list[tuple[int, int, float]] = [(int(i), int(i), 0.0) for i in facet if z[i] == 0.0]
+        for a, b in ((0, 1), (1, 2), (0, 2)):
+            i, j = int(facet[a]), int(facet[b])
+            if z[i] * z[j] < 0.0:
+                ends.append((i, j, float(z[i] / (z[i] - z[j]))))
+        if len(ends) < 2:
+            continue
+        if all(i == j for i, j, _ in ends[:2]):
+            edge = (min(ends[0][0], ends[1][0]), max(ends[0][0], ends[1][0]))
+            if edge in seen:
+                continue
+            seen.add(edge)
+        firsts.append([ends[0][0], ends[1][0]])
+        seconds.append([ends[0][1], ends[1][1]])
+        weights.append([ends[0][2], ends[1][2]])
+    shape = (len(firsts), 2)
+    return (
+        np.array(firsts, dtype=np.int64).reshape(shape),
+        np.array(seconds, dtype=np.int64).reshape(shape),
+        np.array(weights, dtype=float).reshape(shape),
+    )
+
+
+def _positive_length(
+    points: Array, line: tuple[IntArray, IntArray, Array], field: Array
+) -> float:
+    """Length along x on the line where the field is positive."""
+    first, second, weight = line
+    x = (1.0 - weight) * points[first, 0] + weight * points[second, 0]
+    values = (1.0 - weight) * field[first] + weight * field[second]
+    return float(np.abs(x[:, 1] - x[:, 0]) @ _positive_fraction(values)) if len(x) else 0.0
