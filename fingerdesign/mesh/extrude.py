@@ -1,0 +1,125 @@
+"""A finger of constant section: its triangles swept through graded layers, prisms cut into tets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.design.layout import crest_height
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.types import TETRA_FACETS, Mesh, quadratic
+
+if TYPE_CHECKING:
+    from fingerdesign.design.meshing import SectionMesh
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+_GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane
+
+
+def extrude(
+    design: Design, zone_half_width: float, symmetric: bool = True, sizes: SectionMesh | None = None
+) -> Mesh:
+    """Quadratic tetrahedra of an extruded finger, or of its half z >= 0.
+
+    ``sizes`` are those of the section (default: the 3-D sizes of the design's ``[mesh]``).
+    Raises MeshError for a finger whose section changes along z.
+    """
+    if not design.extruded:
+        raise MeshError(
+            f"{design.design.name} is not of constant section; use mesh.mesher = 'tetwild'"
+        )
+    section = mesh_section(design, zone_half_width, sizes or _section_sizes(design))
+    heights = layer_heights(0.5 * design.body.depth_mm, design.mesh.layers)
+    if not symmetric:
+        heights = np.concatenate([-heights[:0:-1], heights])
+    used, triangles = np.unique(section.corners, return_inverse=True)
+    triangles = triangles.reshape(section.corners.shape)
+    flat = section.points[used]
+    layers = len(heights)
+    points = np.column_stack([np.tile(flat, (layers, 1)), np.repeat(heights, len(flat))])
+    tets = np.vstack([_prisms(triangles, len(flat), k) for k in range(layers - 1)])
+    regions = np.tile(np.repeat(section.regions, 3), layers - 1)
+    tets = _oriented(points, tets)
+    nodes, cells = quadratic(points, tets)
+    facets = _classify(design, nodes, cells, heights)
+    nodes = _onto_cylinder(design, nodes, facets["contact"])
+    return Mesh(nodes, cells, regions, facets, "extrude", symmetric, {"layers": layers - 1})
+
+
+def layer_heights(half_depth: float, layers: int) -> Array:
+    """Layer borders from z = 0 to the free end, thinning toward it."""
+    steps = _GROWTH ** np.arange(layers)[::-1]
+    return np.concatenate([[0.0], np.cumsum(steps)]) * (half_depth / steps.sum())
+
+
+def _section_sizes(design: Design) -> SectionMesh:
+    mesh = design.mesh
+    return mesh.section.model_copy(
+        update={
+            "contact_size_mm": mesh.contact_size_mm,
+            "plate_size_mm": mesh.plate_size_mm,
+            "plate_end_size_mm": design.plates.thickness_mm,
+            "far_size_mm": mesh.far_size_mm,
+        }
+    )
+
+
+def _prisms(triangles: IntArray, stride: int, layer: int) -> IntArray:
+    """Three tets a prism (3 t, 4); sorted triangle vertices make neighbours agree on diagonals."""
+    low = np.sort(triangles, axis=1) + layer * stride
+    high = low + stride
+    parts = [
+        np.column_stack([low, high[:, 2]]),
+        np.column_stack([low[:, :2], high[:, 1:]]),
+        np.column_stack([low[:, 0], high]),
+    ]
+    return np.stack(parts, axis=1).reshape(-1, 4)
+
+
+def _oriented(points: Array, tets: IntArray) -> IntArray:
+    p = points[tets]
+    edges = p[:, 1:] - p[:, :1]
+    negative = np.linalg.det(edges) < 0
+    tets = tets.copy()
+    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
+    return tets
+
+
+def _classify(design: Design, nodes: Array, cells: IntArray, heights: Array) -> dict[str, IntArray]:
+    """Boundary facets by name, (f, 6)."""
+    mid = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
+    local = [
+        [*f, mid[(f[0], f[1])], mid[(f[1], f[2])], mid[(f[0], f[2])]] for f in TETRA_FACETS
+    ]
+    facets = np.concatenate([cells[:, part] for part in local])
+    key = np.sort(facets[:, :3], axis=1)
+    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
+    boundary = facets[first[count == 1]]
+    corners = nodes[boundary[:, :3]]
+    at = lambda axis, value: (np.abs(corners[:, :, axis] - value) < 1e-9).all(axis=1)  # noqa: E731
+    half = 0.5 * design.body.width_mm
+    base, side = at(1, 0.0), at(0, half) | at(0, -half)
+    far, near = at(2, heights[-1]), at(2, heights[0])
+    named = {"base": base, "side": side & ~base}
+    if heights[0] == 0.0:
+        named |= {"end": far, "symmetry": near}
+    else:
+        named |= {"end": far | near}
+    rest = ~np.any(list(named.values()), axis=0)
+    return {name: boundary[mask] for name, mask in (named | {"contact": rest}).items()}
+
+
+def _onto_cylinder(design: Design, nodes: Array, contact: IntArray) -> Array:
+    nodes = nodes.copy()
+    chosen = np.unique(contact)
+    radius = design.body.arc_radius_mm
+    centre = np.array([0.0, crest_height(design.body) - radius])
+    offset = nodes[chosen, :2] - centre
+    nodes[chosen, :2] = centre + radius * offset / np.linalg.norm(offset, axis=1, keepdims=True)
+    return nodes
