@@ -1,0 +1,82 @@
+"""What the gages say about sticking: the paper's area A, made of plain arrays (numpy only).
+
+Between two instants gage i responds to the tangential force with (paper 2.3, 3.1)
+
+    d_i = |delta e_i / delta F_t|          microstrain/N
+
+The normal force strains the gages far more than the tangential one, so where both move, what
+delta F_n alone would cause is taken out first with a normal-only calibration e_i(F_n):
+
+    delta e_i = e_i(now) - e_i(before) - (calibrated(F_n now) - calibrated(F_n before))
+
+A is the length of plate positions, linear between gages, where d_i is over a threshold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class NormalCalibration:
+    """Readings under normal load alone: normal_force (c,) N rising, readings (c, g) microstrain."""
+
+    normal_force: Array
+    readings: Array
+
+    def at(self, normal_force: float) -> Array:
+        """Readings (g,) at ``normal_force``; past either end the last slope goes on."""
+        force, readings = self.normal_force, self.readings
+        k = int(np.clip(np.searchsorted(force, normal_force) - 1, 0, len(force) - 2))
+        share = (normal_force - force[k]) / (force[k + 1] - force[k])
+        return np.asarray(readings[k] + share * (readings[k + 1] - readings[k]))
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What a hand can know at one instant: readings (g,) microstrain, its own two forces in N."""
+
+    readings: Array
+    normal_force: float
+    tangential_force: float
+
+
+def response(before: Sample, now: Sample, calibration: NormalCalibration | None = None) -> Array:
+    """d_i (g,) between two samples, microstrain/N; NaN where F_t has not changed at all.
+
+    Without a calibration it is the raw response.
+    """
+    change = now.readings - before.readings
+    if calibration is not None:
+        change = change - (calibration.at(now.normal_force) - calibration.at(before.normal_force))
+    force = now.tangential_force - before.tangential_force
+    return np.abs(change / force) if force != 0.0 else np.full(len(change), np.nan)
+
+
+def length_over(positions: Array, values: Array, threshold: float) -> float:
+    """Length where ``values``, linear between rising ``positions``, exceed ``threshold``.
+
+    >>> length_over(np.array([0.0, 1.0, 2.0]), np.array([0.0, 2.0, 0.0]), 1.0)
+    1.0
+    """
+    excess = np.asarray(values, dtype=float) - threshold
+    left, right = excess[:-1], excess[1:]
+    both = (left > 0.0) & (right > 0.0)
+    one = (left > 0.0) != (right > 0.0)
+    rise = np.where(one, np.abs(right - left), 1.0)
+    share = np.where(both, 1.0, np.where(one, np.maximum(left, right) / rise, 0.0))
+    return float(np.diff(positions) @ share)
+
+
+def gage_area(
+    gage_x: Array, responses: Array, threshold: float, held: float, force_change: float, floor: float
+) -> float:
+    """The area A (mm): ``held`` where |delta F_t| is under ``floor`` and d_i means nothing."""
+    if abs(force_change) < floor or not np.isfinite(responses).all():
+        return held
+    return length_over(gage_x, responses, threshold)
