@@ -1,4 +1,4 @@
-"""What must be true of a finger's geometry: closed-form volumes, areas and clearances (numpy only)."""
+"""What must be true of a finger: volumes, areas and clearances in closed form (numpy only)."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class QualityReport:
         lines = [
             f"mesher                   {self.mesher} ({self.dimension}-D, quadratic)",
             f"elements, nodes, dofs    {self.elements}, {self.nodes}, {self.dofs}",
-            f"least dihedral angle     {self.min_dihedral_deg:.2f} deg (percentiles: {percentiles})",
+            f"least dihedral angle     {self.min_dihedral_deg:.2f} deg (percentiles {percentiles})",
             f"greatest aspect          {self.max_aspect:.1f} (1 = regular)",
             f"least Jacobian ratio     {self.least_jacobian_ratio:.3f}",
             f"body volume error        {self.body_volume_error:.1e}",
@@ -138,10 +138,10 @@ def cell_angles(points: Array, cells: IntArray) -> Array:
             v = corners[:, (i + 2) % 3] - corners[:, i]
             cross = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
             found.append(np.arctan2(np.abs(cross), np.einsum("ij,ij->i", u, v)))
-        return np.degrees(np.stack(found, axis=1))
+        return np.asarray(np.degrees(np.stack(found, axis=1)))
     corners = points[cells]
     found = []
-    for i, j, k, l in (
+    for i, j, k, m in (
         (0, 1, 2, 3),
         (0, 2, 1, 3),
         (0, 3, 1, 2),
@@ -150,11 +150,11 @@ def cell_angles(points: Array, cells: IntArray) -> Array:
         (2, 3, 0, 1),
     ):
         edge = corners[:, j] - corners[:, i]
-        m = np.cross(edge, corners[:, k] - corners[:, i])
-        n = np.cross(edge, corners[:, l] - corners[:, i])
-        sine = np.linalg.norm(np.cross(m, n), axis=1)
-        found.append(np.arctan2(sine, np.einsum("ij,ij->i", m, n)))
-    return np.degrees(np.stack(found, axis=1))
+        first = np.cross(edge, corners[:, k] - corners[:, i])
+        second = np.cross(edge, corners[:, m] - corners[:, i])
+        sine = np.linalg.norm(np.cross(first, second), axis=1)
+        found.append(np.arctan2(sine, np.einsum("ij,ij->i", first, second)))
+    return np.asarray(np.degrees(np.stack(found, axis=1)))
 
 
 def edge_lengths(points: Array, cells: IntArray) -> Array:

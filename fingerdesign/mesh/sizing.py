@@ -25,6 +25,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+GRID_POINTS = 200_000  # of the background grid; 26 000 serve a finger of 20 x 13 x 5 mm
+
+
 @dataclass(frozen=True)
 class MeshSizes:
     """Edge lengths in mm; sizes grow by ``gradation`` mm per mm away from where they are set."""
@@ -94,14 +97,20 @@ def background_grid(
 ) -> tuple[Array, NDArray[np.int32], Array]:
     """A regular grid of tetrahedra over a box with the field's value at each of its points.
 
-    low, high (3,): the box to cover (a margin is added); spacing: greatest grid steps, mm. Returns
-    points (n, 3), positively oriented tetrahedra (t, 4), values (n,).
+    low, high (3,): the box to cover (a margin is added); spacing: grid steps wanted, mm, all made
+    longer where there would be more than GRID_POINTS points. Returns points (n, 3), positively
+    oriented tetrahedra (t, 4), values (n,).
     """
-    axes = []
-    for axis in range(3):
-        margin = max(spacing[axis], 0.05 * (high[axis] - low[axis]))
-        count = int(np.ceil((high[axis] - low[axis] + 2 * margin) / spacing[axis])) + 1
-        axes.append(np.linspace(low[axis] - margin, high[axis] + margin, count))
+    steps = np.array(spacing)
+    margin = np.maximum(steps, 0.05 * (high - low))
+    start, extent = low - margin, high - low + 2.0 * margin
+    steps = steps * max(1.0, float(np.prod(extent / steps) / GRID_POINTS) ** (1.0 / 3.0))
+    axes = [
+        np.linspace(
+            start[axis], start[axis] + extent[axis], int(np.ceil(extent[axis] / steps[axis])) + 1
+        )
+        for axis in range(3)
+    ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     shape = tuple(len(axis) for axis in axes)
     numbers = np.arange(len(points)).reshape(shape)
@@ -113,10 +122,10 @@ def background_grid(
 
     tets = []
     for order in permutations(range(3)):  # Kuhn's six tetrahedra of a brick
-        steps = [np.zeros(3)]
+        path = [np.zeros(3)]
         for axis in order:
-            steps.append(steps[-1] + np.eye(3)[axis])
-        tet = np.stack([corner(step) for step in steps], axis=1)
-        even = np.linalg.det(np.diff(np.array(steps), axis=0)) > 0
+            path.append(path[-1] + np.eye(3)[axis])
+        tet = np.stack([corner(step) for step in path], axis=1)
+        even = np.linalg.det(np.diff(np.array(path), axis=0)) > 0
         tets.append(tet if even else tet[:, [0, 2, 1, 3]])
     return points, np.vstack(tets).astype(np.int32), field(points)

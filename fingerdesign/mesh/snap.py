@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
-# Least Jacobian of a curved tetrahedron as a share of its straight one's: below, it is straightened.
+# Least Jacobian of a curved tetrahedron over its straight one's; below, it is straightened.
 LEAST_JACOBIAN_RATIO = 0.1
 
 
@@ -125,7 +125,7 @@ def curve_contact(
 def least_jacobian_ratio(points: Array, cells: IntArray) -> Array:
     """Least Jacobian of quadratic tetrahedra (c, 10) over the straight one's, (c,).
 
-    Sampled at the corners, the edges' middles and the centroid; 1 for straight edges, <= 0 inverted.
+    Sampled at corners, edges' middles and centroid; 1 for straight edges, <= 0 inverted.
     """
     if len(cells) == 0:
         return np.ones(0)

@@ -32,6 +32,7 @@ from fingerdesign.mesh.boundary import (
     carriers_of,
     regions_by_centroid,
 )
+from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
 from fingerdesign.mesh.quality import QualityReport, assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, background_grid
 from fingerdesign.mesh.snap import (
@@ -109,6 +110,10 @@ def tetrahedralise(
 
     sizes = sizes or MeshSizes.of(design)
     frames = solid_plates(design)
+    key = mesh_key(design.body, frames, sizes, zone_half_width_mm, symmetric)
+    kept = load_mesh(key) if use_cache else None
+    if kept is not None and not Gate().faults(assess(kept, design)):
+        return kept
     solid = build_solid(design, half=symmetric)
     epsilon = envelope_mm(design.body, frames)
     vertices, triangles = triangulate((solid.body, *solid.plates), epsilon)
@@ -126,6 +131,8 @@ def tetrahedralise(
             continue
         faults = Gate().faults(assess(mesh, design))
         if not faults:
+            if use_cache:
+                keep_mesh(key, mesh)
             return mesh
         complaints.append(f"attempt {number}: {', '.join(faults)}")
     raise MeshError(
@@ -146,7 +153,7 @@ def envelope_mm(body: Body, frames: tuple[PlateFrame, ...]) -> float:
 def size_field(
     design: Design, frames: tuple[PlateFrame, ...], sizes: MeshSizes, zone_half_width: float
 ) -> SizeField:
-    """The size field to ask fTetWild for, so that the edges at the contact come out as ``sizes``."""
+    """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
     asked = MeshSizes(sizes.contact / CONTACT_OVERSHOOT, sizes.plate, sizes.far, sizes.gradation)
     return SizeField(ContactSurface.of(design.body), frames, asked, zone_half_width)
 
@@ -159,7 +166,7 @@ def _attempts(epsilon: float, count: int) -> list[Attempt]:
         Attempt(0.6 * epsilon, iterations=120, stop_energy=8.0, size_factor=0.85),
         Attempt(1.5 * epsilon, size_factor=0.9),
     )
-    return [first, *others][: max(1, count)]
+    return [first, *others, *(others[i % 4] for i in range(count))][: max(1, count)]
 
 
 def validate_surface(vertices: Array, triangles: IntArray) -> None:
@@ -225,9 +232,15 @@ def run_tetwild(
         grid_values=grid_values,
         options=json.dumps(options),
     )
-    _run_worker(source, target, time_limit_s)
-    with np.load(target) as data:
-        points, tets = data["points"], data["tets"].astype(np.int64)
+    try:
+        _run_worker(source, target, time_limit_s)
+        with np.load(target) as data:
+            points, tets = data["points"], data["tets"].astype(np.int64)
+    except MeshError:
+        raise  # the input stays for whoever looks into it
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
     shutil.rmtree(folder, ignore_errors=True)
     return points, tets
 

@@ -1,0 +1,124 @@
+"""Accepted meshes, kept by content: fTetWild never makes the same mesh twice.
+
+The folder is that of the environment variable FINGERDESIGN_CACHE, or the platform's cache folder.
+The name of a mesh is the digest of all that it depends on: geometry, sizes, zone and versions; not
+the materials.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import secrets
+import zipfile
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign import __version__
+from fingerdesign.design.layout import PlateFrame
+from fingerdesign.mesh.sizing import MeshSizes
+from fingerdesign.mesh.types import Mesh
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Body
+
+FORMAT = 1  # raise it when the way from CAD to mesh changes
+KEPT = 300  # meshes of a few MB each; the longest unused go first
+
+
+def cache_folder() -> Path:
+    """The folder that meshes are kept in; it need not exist."""
+    given = os.environ.get("FINGERDESIGN_CACHE")
+    if given:
+        return Path(given) / "meshes"
+    from platformdirs import user_cache_path
+
+    return user_cache_path("fingerdesign", appauthor=False) / "meshes"
+
+
+def mesh_key(
+    body: Body,
+    frames: tuple[PlateFrame, ...],
+    sizes: MeshSizes,
+    zone_half_width_mm: float,
+    symmetric: bool,
+) -> str:
+    """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on."""
+    content = {
+        "format": FORMAT,
+        "versions": [__version__, version("pytetwild")],
+        "body": [
+            body.shape,
+            body.width_mm,
+            body.base_height_mm,
+            body.arc_radius_mm,
+            body.depth_mm,
+            body.dome_radius_mm,
+        ],
+        "plates": [asdict(frame) for frame in frames],
+        "sizes": asdict(sizes),
+        "zone_half_width_mm": zone_half_width_mm,
+        "symmetric": symmetric,
+    }
+    text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def load_mesh(key: str) -> Mesh | None:
+    """The mesh kept under a key, or None: nothing kept, or a file that cannot be read."""
+    path = cache_folder() / f"{key}.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            about: dict[str, Any] = json.loads(str(data["about"]))
+            mesh = Mesh(
+                points=data["points"],
+                cells=data["cells"].astype(np.int64),
+                regions=data["regions"].astype(np.int64),
+                facets={name: data[f"facets_{name}"].astype(np.int64) for name in about["facets"]},
+                mesher=about["mesher"],
+                symmetric=about["symmetric"],
+                notes=about["notes"],
+            )
+        os.utime(path)
+    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+        return None
+    return mesh
+
+
+def keep_mesh(key: str, mesh: Mesh) -> bool:
+    """Keep a mesh under a key; False where the folder cannot be written (the work goes on)."""
+    folder = cache_folder()
+    aside = folder / f".{secrets.token_hex(8)}.npz"
+    about = {
+        "facets": sorted(mesh.facets),
+        "mesher": mesh.mesher,
+        "symmetric": mesh.symmetric,
+        "notes": mesh.notes,
+    }
+    facets: dict[str, Any] = {
+        f"facets_{name}": rows.astype(np.int32) for name, rows in mesh.facets.items()
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(
+            aside,
+            points=mesh.points,
+            cells=mesh.cells.astype(np.int32),
+            regions=mesh.regions.astype(np.int32),
+            about=np.array(json.dumps(about)),
+            **facets,
+        )
+        os.replace(aside, folder / f"{key}.npz")
+        kept = sorted(folder.glob("*.npz"), key=lambda path: path.stat().st_mtime)
+        for old in kept[:-KEPT]:
+            old.unlink(missing_ok=True)
+    except OSError:
+        return False
+    finally:
+        aside.unlink(missing_ok=True)
+    return True
