@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import json
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
@@ -45,10 +47,16 @@ def dotted(location: tuple[int | str, ...]) -> str:
 
     >>> dotted(("path", "increments_mm", 3, 1))
     'path.increments_mm[3][1]'
+    >>> dotted(("plates", "a b"))
+    'plates."a b"'
     """
     text = ""
     for part in location:
-        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+        if isinstance(part, int):
+            text += f"[{part}]"
+        else:
+            name = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part)
+            text += f".{name}" if text else name
     return text
 
 
@@ -112,12 +120,12 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
         return Fault(key, shown(value), "a known key", remedy)
     table = table_at(model, location[:-1]) or model
     near = difflib.get_close_matches(name, table.model_fields, 1, 0.6)
-    if near:
-        nearest = dotted((*location[:-1], near[0]))
-    else:
-        by_name = {known.rpartition(".")[2]: known for known in known_keys(model)}
-        elsewhere = difflib.get_close_matches(name, by_name, 1, 0.8)
+    by_name = {known.rpartition(".")[2]: known for known in known_keys(model)}
+    elsewhere = difflib.get_close_matches(name, by_name, 1, 0.8)
+    if name in by_name or not near:  # the right key in the wrong table, rather than a like one
         nearest = by_name[elsewhere[0]] if elsewhere else ""
+    else:
+        nearest = dotted((*location[:-1], near[0]))
     remedy = f"did you mean {nearest}?" if nearest else "remove it"
     return Fault(key, shown(value), "a known key", remedy)
 

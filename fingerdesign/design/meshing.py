@@ -13,13 +13,13 @@ class SectionMesh(Table):
     """``[mesh.section]``: element edges of the plane-strain mesh, mm."""
 
     contact_size_mm: float = Field(default=0.05, ge=1e-3, le=50, description="at the crest")
-    plate_size_mm: float = Field(default=0.1, ge=1e-3, le=50, description="along the plates")
+    plate_size_mm: float = Field(default=0.05, ge=1e-3, le=50, description="along the plates")
     plate_end_size_mm: float = Field(
         default=0.02, ge=1e-3, le=50, description="at the plates' square, singular ends"
     )
-    far_size_mm: float = Field(default=1.5, ge=1e-2, le=100, description="largest anywhere")
+    far_size_mm: float = Field(default=0.5, ge=1e-2, le=100, description="largest anywhere")
     gradation: float = Field(
-        default=0.3, ge=0.02, le=2, description="growth of the size per distance"
+        default=0.2, ge=0.02, le=2, description="growth of the size per distance"
     )
 
 

@@ -49,6 +49,11 @@ def shipped_text(name: str) -> str:
     return (_designs() / f"{name}.toml").read_text("utf-8")
 
 
+def shipped_scene_text(name: str) -> str:
+    """Return the text of a shipped scene, such as ``fundamental``."""
+    return (_designs() / "scenes" / f"{name}.toml").read_text("utf-8")
+
+
 def schema_json() -> str:
     """Return the text of the shipped JSON schema of design files."""
     data = resources.files("fingerdesign") / "data" / SCHEMA_FILE

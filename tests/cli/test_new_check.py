@@ -1,0 +1,215 @@
+"""``new`` and ``check`` through ``main``, exit codes, and how light ``--help`` is."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from fingerdesign_cli import main as cli_main
+from fingerdesign_cli.common import progress
+from fingerdesign_cli.main import main
+
+from fingerdesign.errors import FingerDesignError
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_new_then_check(capsys):
+    assert main(["new", "mine.toml"]) == 0
+    assert main(["check", "mine.toml"]) == 0
+    out = capsys.readouterr().out
+    assert "mine" in out
+    assert "15" in out
+    assert Path("design.schema.json").is_file()
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "homogeneous", "narrow", "wide", "domed"])
+def test_new_from_a_shipped_design(name):
+    assert main(["new", "sub/mine.toml", "--from", name, "-q"]) == 0
+    assert main(["check", "sub/mine.toml", "--quiet"]) == 0
+
+
+def test_new_overwrites_nothing_without_force(capsys):
+    Path("mine.toml").write_text("precious")
+    Path("design.schema.json").write_text("mine too")
+    assert main(["new", "mine.toml"]) == 2
+    assert Path("mine.toml").read_text() == "precious"
+    assert "--force" in capsys.readouterr().err
+    assert main(["new", "other.toml"]) == 0
+    assert Path("design.schema.json").read_text() == "mine too"
+    assert main(["new", "mine.toml", "--force"]) == 0
+    assert main(["check", "mine.toml"]) == 0
+
+
+def test_new_makes_a_safe_name_of_the_files(capsys):
+    assert main(["new", "my finger é.v2.toml"]) == 0
+    assert main(["check", "my finger é.v2.toml", "--json"]) == 0
+    out = capsys.readouterr().out
+    (report,) = json.loads(out[out.index("[") :])
+    assert report["name"] == "my-finger-v2"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["new", "mine.txt"], ["new"], ["new", "m.toml", "--from", "x"]]
+)
+def test_wrong_input_of_new(arguments, capsys):
+    assert main(arguments) == 2
+    assert capsys.readouterr().err
+    assert not list(Path().iterdir())
+
+
+def test_check_reports_every_fault_of_every_file(capsys):
+    Path("bad.toml").write_text('design.name = "a"\nplates.pitch_mm = 0.1\ngages.length_mm = 9')
+    Path("worse.toml").write_text("x =")
+    assert main(["new", "good.toml", "-q"]) == 0
+    assert main(["check", "bad.toml", "good.toml", "worse.toml", "absent.toml"]) == 2
+    captured = capsys.readouterr()
+    lines = captured.err.splitlines()
+    assert len(lines) == 4
+    assert [line.split(":")[0] for line in lines[:3]] == ["bad.toml", "bad.toml", "worse.toml"]
+    assert "absent.toml" in lines[3]
+    assert "good" in captured.out
+
+
+def test_check_as_json(capsys):
+    Path("bad.toml").write_text('design.name = "a"\nplates.count = 501')
+    assert main(["new", "good.toml", "-q"]) == 0
+    assert main(["check", "good.toml", "bad.toml", "--json"]) == 2
+    good, bad = json.loads(capsys.readouterr().out)
+    assert good["sound"] is True
+    assert good["plates"] == 15
+    assert 0 < good["contact_half_width_mm"] < 10
+    assert bad["faults"][0]["key"] == "plates.count"
+    assert set(bad["faults"][0]) == {"key", "value", "bound", "remedy"}
+
+
+def test_check_a_scene_too(capsys):
+    assert main(["new", "good.toml", "-q"]) == 0
+    Path("deep.toml").write_text("path.increments_mm = [[9.0, 0.0]]")
+    Path("wrong.toml").write_text("path.increments_mm = [[0.1, 0.0, 0.0]]")
+    scene = ROOT / "designs/scenes/fundamental.toml"
+    assert main(["check", "good.toml", "--scene", str(scene)]) == 0
+    assert main(["check", "good.toml", "--scene", "deep.toml"]) == 2
+    assert main(["check", "good.toml", "--scene", "wrong.toml"]) == 2
+    assert "approach within" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments", [["check"], ["nonsense"], ["check", "--nonsense"], ["--nope"]]
+)
+def test_usage_errors_are_2(arguments, capsys):
+    assert main(arguments) == 2
+    assert "Usage" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["new", "-h"], ["check", "--help"]]
+)
+def test_help_is_0(arguments, capsys):
+    assert main(arguments) == 0
+    assert capsys.readouterr().out
+
+
+def raising(error):
+    def fail(**_):
+        raise error
+
+    return fail
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (FingerDesignError("no mesh passed"), 1, "failed: no mesh passed"),
+        (KeyboardInterrupt(), 130, "interrupted"),
+        (OSError(28, "No space left on device"), 1, "No space left"),
+        (ZeroDivisionError("oh"), 1, "unexpected ZeroDivisionError: oh"),
+        (click.ClickException("clicked"), 1, "clicked"),
+    ],
+)
+def test_failures_become_exit_codes(error, code, words, monkeypatch, capsys):
+    failing = click.Command("check", callback=raising(error))
+    monkeypatch.setattr(cli_main.LazyGroup, "get_command", lambda *_: failing)
+    assert main(["check"]) == code
+    err = capsys.readouterr().err
+    assert words in err
+    assert "Traceback" not in err
+
+
+def test_debug_keeps_the_traceback_in_a_file(monkeypatch, capsys, tmp_path):
+    import tempfile
+
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    failing = click.Command("check", callback=raising(ZeroDivisionError("oh")))
+    monkeypatch.setattr(cli_main.LazyGroup, "get_command", lambda *_: failing)
+    assert main(["--debug", "check"]) == 1
+    (kept,) = tmp_path.glob("fingerdesign-*.txt")
+    assert str(kept) in capsys.readouterr().err
+    assert "ZeroDivisionError: oh" in kept.read_text()
+
+
+def test_a_subcommand_that_is_not_there_is_not_offered(monkeypatch, capsys):
+    monkeypatch.setitem(cli_main.COMMANDS, "later", ("fingerdesign_cli.later:command", "Later."))
+    assert main(["--help"]) == 0
+    assert "later" not in capsys.readouterr().out
+    assert main(["later"]) == 2
+
+
+def test_every_listed_command_has_the_help_line_it_is_listed_with(capsys):
+    context = click.Context(cli_main.cli)
+    for name in cli_main.cli.list_commands(context):
+        assert main([name, "--help"]) == 0
+        assert "Usage: fingerdesign " + name in capsys.readouterr().out
+
+
+def test_progress_is_plain_lines_off_a_terminal_and_nothing_when_quiet(capsys):
+    with progress("work") as show:
+        show("meshing", 0.1)
+        show("meshing", 0.2)
+        show("solving")
+    assert capsys.readouterr().err.splitlines() == ["work: meshing", "work: solving"]
+    with progress("work", quiet=True) as show:
+        show("meshing")
+    assert capsys.readouterr().err == ""
+
+
+LIGHT = """
+import sys
+sys.path[:0] = {paths!r}
+{code}
+heavy = {{"numpy", "scipy", "cadquery", "pyvista", "netgen", "matplotlib", "pydantic", "skfem"}}
+print(sorted(heavy & set(sys.modules)))
+"""
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import fingerdesign",
+        "from fingerdesign_cli.main import main; assert main(['--help']) == 0",
+        "from fingerdesign_cli.main import main; assert main(['check', '--help']) == 0",
+        "from fingerdesign_cli.main import main; assert main(['new', '--help']) == 0",
+    ],
+)
+def test_help_loads_no_numerics_and_no_cad(code):
+    script = LIGHT.format(paths=[str(ROOT), str(ROOT / "cli")], code=code)
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+def test_public_names_are_lazy_and_complete():
+    import fingerdesign
+
+    assert fingerdesign.load_design(ROOT / "designs/maeno2000.toml").design.name == "maeno2000"
+    assert "analyse" in dir(fingerdesign)
+    with pytest.raises(AttributeError, match="nonsense"):
+        _ = fingerdesign.nonsense

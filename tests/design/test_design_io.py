@@ -1,0 +1,236 @@
+"""Files in and out: every fault at once, readable; nothing crashes; what is written reads back."""
+
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fingerdesign.design.io import (
+    dump_design,
+    dump_scene,
+    load_design,
+    load_scene,
+    parse_design,
+    parse_scene,
+    with_values,
+)
+from fingerdesign.errors import DesignError
+
+NAME = 'design.name = "a"\n'
+
+
+def faults(text):
+    with pytest.raises(DesignError) as caught:
+        parse_design(text, "f.toml")
+    return {fault.key: fault for fault in caught.value.faults}
+
+
+def test_every_fault_at_once_keys_values_and_geometry():
+    found = faults(
+        'design.name = "a/b"\nfoo = 1\n[body]\nwidht_mm = 3\narc_radius_mm = 9\n'
+        "[gages]\nlength_mm = 3\n[mesh]\nlayers = 0\n[grip]\nseed = 0.5\n"
+    )
+    assert set(found) == {
+        "design.name",
+        "foo",
+        "body.widht_mm",
+        "body.arc_radius_mm",
+        "gages.length_mm",
+        "mesh.layers",
+        "grip.seed",
+    }
+
+
+def test_geometry_is_not_judged_on_faulty_keys():
+    assert set(faults(NAME + "body.arc_radius_mm = 9\nplates.pitch_mm = -1")) == {"plates.pitch_mm"}
+
+
+def test_each_fault_is_one_line_naming_file_key_value_bound_and_remedy():
+    with pytest.raises(DesignError) as caught:
+        parse_design(NAME + "plates.count = 100000\nbody.depth_mm = 0", "f.toml")
+    lines = str(caught.value).splitlines()
+    assert lines[0].startswith("f.toml: body.depth_mm = 0: must be at least 0.5; ")
+    assert lines[1].startswith("f.toml: plates.count = 100000: must be at most 500; ")
+
+
+@pytest.mark.parametrize(
+    ("line", "key", "nearest"),
+    [
+        ("body.widht_mm = 3", "body.widht_mm", "body.width_mm"),
+        ("body.pitch_mm = 3", "body.pitch_mm", "plates.pitch_mm"),
+        ("plate.count = 3", "plate", "plates"),
+        ("mesh.section.contact_size = 3", "mesh.section.contact_size", "contact_size_mm"),
+        ("materials.silicone.poisson = 3", "materials.silicone.poisson", "poissons_ratio"),
+    ],
+)
+def test_unknown_key_names_the_nearest(line, key, nearest):
+    assert nearest in faults(NAME + line)[key].remedy
+
+
+def test_a_top_level_key_inside_a_table_is_explained():
+    found = faults('[design]\nname = "a"\nassumed = ["body.width_mm"]')
+    assert "before the first [table]" in found["design.assumed"].remedy
+
+
+def test_assumed_keys_exist():
+    found = faults('assumed = ["body.width_mm", "body.widht_mm"]\n' + NAME)
+    assert found["assumed[1]"].remedy == "did you mean 'body.width_mm'?"
+    assert len(found) == 1
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "x =",
+        "[design",
+        "a = 1\na = 2",
+        f"a = 1{'0' * 5000}",
+        "a = " + "[" * 3000 + "]" * 3000,
+        "a = 2024-13-45",
+        "\x00",
+    ],
+)
+def test_what_is_no_toml_is_a_fault(text):
+    assert "file" in faults(text)
+
+
+def test_line_and_column_of_a_syntax_error_are_told():
+    assert "line 2" in faults(NAME + "x =\n")["file"].remedy
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    binary = tmp_path / "b.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    for path in (tmp_path / "absent.toml", tmp_path, binary):
+        for load in (load_design, load_scene):
+            with pytest.raises(DesignError, match="readable TOML file"):
+                load(path)
+
+
+def test_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
+    path = tmp_path / "w.toml"
+    path.write_bytes(b'\xef\xbb\xbf[design]\r\nname = "a"\r\n')
+    assert load_design(path).design.name == "a"
+
+
+def test_with_values_is_checked_like_a_file():
+    design = parse_design(NAME)
+    assert with_values(design, {"plates.count": 3, "plates.span_mm": 8.0}).plates.count == 3
+    assert with_values(design, {"plates.span_mm": None}) == design
+    with pytest.raises(DesignError, match=r"plates\.cuont"):
+        with_values(design, {"plates.cuont": 3})
+    with pytest.raises(DesignError, match="arc_radius"):
+        with_values(design, {"body.arc_radius_mm": 9.0})
+    with pytest.raises(DesignError, match="is a value"):
+        with_values(design, {"plates.count.x": 3})
+    softer = with_values(design, {"materials.silicone.youngs_modulus_MPa": 1.0})
+    assert "Maeno" not in softer.material_of("body").source
+
+
+NAMES = st.from_regex(r"[A-Za-z0-9_-]{1,20}", fullmatch=True)
+SOUND = st.fixed_dictionaries(
+    {
+        "design": st.fixed_dictionaries({"name": NAMES}),
+        "plates": st.fixed_dictionaries(
+            {
+                "count": st.integers(0, 9),
+                "angle_deg": st.floats(20, 160),
+                "length_mm": st.floats(1, 2),
+                "cover_mm": st.floats(2, 4),
+            }
+        ),
+        "gages": st.fixed_dictionaries({"length_mm": st.floats(0.1, 1), "z_mm": st.floats(-4, 4)}),
+        "grip": st.fixed_dictionaries(
+            {"friction_coefficients": st.lists(st.floats(0.01, 5), min_size=1, max_size=4)}
+        ),
+    }
+)  # fmt: skip
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(SOUND)
+def test_what_is_written_reads_back(values):
+    from fingerdesign.design.schema import Design
+
+    design = Design.model_validate(values)
+    again = parse_design(dump_design(design))
+    assert again == design
+    assert again.digest() == design.digest()
+
+
+def test_written_assumed_keys_stand_before_the_first_table():
+    design = parse_design('assumed = ["body.width_mm"]\n' + NAME)
+    assert tomllib.loads(dump_design(design))["assumed"] == ["body.width_mm"]
+
+
+def test_scene_round_trip():
+    text = "path.increments_mm = [[0.1, 0], [0.2, -0.1]]\nreadout.points_mm = [[0, 1, 2]]"
+    scene = parse_scene(text)
+    assert parse_scene(dump_scene(scene)) == scene
+
+
+ANY = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-(10**400), 10**400)
+    | st.floats()
+    | st.text(max_size=8)
+    | st.dates(),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner),
+    max_leaves=6,
+)
+KEYS = [
+    "design.name",
+    "body.shape",
+    "body.width_mm",
+    "body.arc_radius_mm",
+    "body.dome_radius_mm",
+    "body.material",
+    "plates",
+    "plates.count",
+    "plates.pitch_mm",
+    "plates.placement",
+    "plates.span_mm",
+    "gages.z_mm",
+    "materials",
+    "materials.silicone",
+    "materials.x.source",
+    "mesh.section",
+    "grip.friction_coefficients",
+    "assumed",
+]
+
+
+@settings(max_examples=300, derandomize=True, deadline=None)
+@given(st.dictionaries(st.sampled_from(KEYS), ANY, min_size=1, max_size=4))
+def test_no_value_of_any_kind_crashes(values):
+    """Whatever stands in a file, it is a design or a list of one-line faults."""
+    from fingerdesign.design.io import _design_of
+
+    data = {"design": {"name": "a"}}
+    for key, value in values.items():
+        *tables, last = key.split(".")
+        table = data
+        for name in tables:
+            inner = table.get(name)
+            table[name] = table = inner if isinstance(inner, dict) else {}
+        table[last] = value
+    try:
+        _design_of(data, "f")
+        lines, faults = 0, 0
+    except DesignError as error:
+        lines, faults = len(str(error).splitlines()), len(error.faults) or -1
+    assert lines == faults
+
+
+@settings(max_examples=200, derandomize=True, deadline=None)
+@given(ANY, ANY)
+def test_no_scene_crashes(rows, points):
+    from fingerdesign.design.faults import fault_of
+    from fingerdesign.design.io import _validated
+    from fingerdesign.design.scene import Scene
+
+    data = {"path": {"increments_mm": rows}, "readout": {"points_mm": points}}
+    scene, errors = _validated(Scene, data)
+    assert scene is not None or all(str(fault_of(error, Scene)) for error in errors)

@@ -1,0 +1,93 @@
+"""Scenes: their keys, and whether a finger can take them."""
+
+import pytest
+
+from fingerdesign.design.io import parse_design, parse_scene
+from fingerdesign.design.scene_checks import scene_faults
+from fingerdesign.errors import DesignError
+
+PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"
+DESIGN = parse_design('design.name = "a"')
+
+
+def faults(text):
+    with pytest.raises(DesignError) as caught:
+        parse_scene(text)
+    return {fault.key: fault for fault in caught.value.faults}
+
+
+def test_defaults():
+    scene = parse_scene(PATH)
+    assert scene.object.shape == "plane"
+    assert scene.object.friction_coefficient == 0.5
+    assert scene.path.increments_mm == ((0.1, 0.0), (0.2, 0.05), (0.0, 0.05))
+    assert (scene.path.control, scene.path.substeps) == ("motion", 1)
+    assert scene.readout.points_mm == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("", "path"),
+        ("path.increments_mm = []", "path.increments_mm"),
+        ("path.increments_mm = [[-0.1, 0]]", "path.increments_mm"),
+        ("path.increments_mm = [[0.1]]", "path.increments_mm"),
+        ("path.increments_mm = [[0.1, nan]]", "path.increments_mm[0][1]"),
+        ("path.increments_mm = [[0.1, true]]", "path.increments_mm[0][1]"),
+        ("path.increments_mm = 3", "path.increments_mm"),
+        (PATH + "object.friction_coefficient = -0.1", "object.friction_coefficient"),
+        (PATH + "object.friction = 0.1", "object.friction"),
+        (PATH + "path.substeps = 0", "path.substeps"),
+        (PATH + "readout.points_mm = [[0, 1]]", "readout.points_mm[0][2]"),
+        (PATH + "design.name = 'a'", "design"),
+    ],
+)
+def test_wrong_scenes_are_refused_by_key(text, key):
+    assert key in faults(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        (PATH + 'object.shape = "cylinder"', "object.shape"),
+        (PATH + 'object.shape = "sphere"', "object.shape"),
+        (PATH + "object.tilt_deg = 3", "object.tilt_deg"),
+        (PATH + "object.radius_mm = 3", "object.radius_mm"),
+        (PATH + 'path.control = "force"', "path.control"),
+        ("path.increments_mm = [[0.1, 0, 0]]", "path.increments_mm"),
+        ("path.increments_mm = [[0.1, 0, 0, 0]]", "path.increments_mm"),
+    ],
+)
+def test_what_comes_later_is_named_as_such(text, key):
+    assert "not offered yet" in faults(text)[key].remedy
+
+
+def test_a_finger_takes_no_motion_of_half_its_height():
+    deep = parse_scene("path.increments_mm = [[0.1, 0], [7, 0], [6.5, -8]]")
+    found = {fault.key: fault for fault in scene_faults(deep, DESIGN)}
+    assert set(found) == {"path.increments_mm[1][0]", "path.increments_mm[2][1]"}
+    assert scene_faults(parse_scene(PATH), DESIGN) == []
+
+
+@pytest.mark.parametrize(
+    ("point", "inside"),
+    [
+        ((0, 12.67, 0), True),
+        ((0, 12.69, 0), False),
+        ((9.99, 10.0, 5.0), True),
+        ((10.01, 5, 0), False),
+        ((0, 5, 5.01), False),
+        ((0, -0.01, 0), False),
+        ((0, 0, 0), True),
+    ],
+)
+def test_readout_points_lie_inside(point, inside):
+    scene = parse_scene(PATH + f"readout.points_mm = [{list(point)}]")
+    assert (scene_faults(scene, DESIGN) == []) is inside
+
+
+def test_points_outside_are_one_fault_on_the_worst():
+    scene = parse_scene(PATH + "readout.points_mm = [[0, 13, 0], [0, 5, 0], [0, 20, 0]]")
+    (fault,) = scene_faults(scene, DESIGN)
+    assert fault.key == "readout.points_mm[2]"
+    assert fault.remedy.endswith("so are 0")

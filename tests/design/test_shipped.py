@@ -1,0 +1,175 @@
+"""What is shipped: designs, scenes, schemas, the starter; and the numbers said of a design."""
+
+import json
+import re
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+from fingerdesign.design import json_schema
+from fingerdesign.design.forecast import body_volume, contact_half_width, summarise
+from fingerdesign.design.io import load_design, load_scene, parse_design
+from fingerdesign.design.layout import surface_height
+from fingerdesign.design.scene_checks import scene_faults
+from fingerdesign.design.schema import Body
+from fingerdesign.design.starter import schema_json, shipped_designs, shipped_text, starter_text
+from fingerdesign.errors import DesignError
+from fingerdesign.materials import MATERIALS
+
+
+@pytest.fixture(autouse=True)
+def _at_the_checkout(monkeypatch):
+    monkeypatch.chdir(Path(__file__).parents[2])
+
+
+def toml(path):
+    import tomllib
+
+    return tomllib.loads(path.read_text("utf-8"))
+
+
+def shipped(folder):
+    return sorted((Path(__file__).parents[2] / "designs" / folder).glob("*.toml"))
+
+
+@pytest.mark.parametrize("path", shipped("."), ids=lambda path: path.stem)
+def test_designs_are_sound_and_say_why_they_exist(path):
+    design = load_design(path)
+    assert design.design.name == path.stem
+    reason = path.read_text("utf-8").splitlines()[0]
+    assert re.match(r"# \w", reason)
+    assert len(reason) > 40
+    jsonschema.validate(toml(path), json_schema.design_json_schema())
+    for scene in shipped("scenes"):
+        if scene.stem == "fundamental":
+            assert scene_faults(load_scene(scene), design) == []
+
+
+@pytest.mark.parametrize("path", shipped("scenes"), ids=lambda path: path.stem)
+def test_scenes_are_sound_and_say_why_they_exist(path):
+    scene = load_scene(path)
+    assert scene.object.shape == "plane"
+    assert re.match(r"# \w", path.read_text("utf-8"))
+    jsonschema.validate(toml(path), json_schema.scene_json_schema())
+
+
+def test_the_fundamental_case_has_eight_increments_and_ends_in_shear():
+    rows = load_scene("designs/scenes/fundamental.toml").path.increments_mm
+    assert len(rows) == 8
+    approach = np.array(rows)[:, 0]
+    assert (np.diff(approach) >= 0).all()
+    assert (np.diff(np.array(rows)[:, 1]) > 0).all()
+
+
+def test_the_paper_finger_has_the_papers_values_and_lists_the_others():
+    design = load_design("designs/maeno2000.toml")
+    assert (design.plates.count, design.plates.thickness_mm) == (15, 0.1)
+    assert design.plates.angle_deg == 45.0
+    assert design.material_of("body").youngs_modulus_MPa == 4.96
+    assert design.material_of("plates").youngs_modulus_MPa == 1.35e5
+    given = {"plates.count", "plates.thickness_mm", "plates.angle_deg"}
+    assert not given & set(design.assumed)
+    for table in ("body", "plates", "gages"):
+        for key in type(getattr(design, table)).model_fields:
+            choice = key.endswith("_mm") and getattr(getattr(design, table), key) is not None
+            name = f"{table}.{key}"
+            assert (name in design.assumed) is (choice and name not in given) or key == "face"
+
+
+def test_schemas_are_current():
+    data = Path(json_schema.__file__).parents[1] / "data"
+    for name, schema in (
+        ("design", json_schema.design_json_schema()),
+        ("scene", json_schema.scene_json_schema()),
+    ):
+        shipped_copy = (data / f"{name}.schema.json").read_text("utf-8")
+        assert shipped_copy == json_schema.schema_text(schema), (
+            "run python -m fingerdesign.design.json_schema"
+        )
+
+
+def test_schemas_are_written_anew(tmp_path):
+    json_schema.write_schemas(tmp_path / "data")
+    assert (tmp_path / "data/design.schema.json").read_text("utf-8") == schema_json()
+
+
+def test_schema_refuses_what_the_program_refuses():
+    schema = json_schema.design_json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    for bad in (
+        {},
+        {"design": {"name": "a"}, "body": {"widht_mm": 3}},
+        {"design": {"name": "a/b"}},
+    ):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(bad, schema)
+    assert '"null"' not in json.dumps(schema)
+
+
+def test_starter_holds_every_key_with_its_default():
+    text = starter_text("mine")
+    assert parse_design(text) == parse_design('design.name = "mine"')
+    for key in ("width_mm", "dome_radius_mm", "placement", "plate_end_size_mm", "seed", "assumed"):
+        assert re.search(rf"(?m)^(# )?{key} = ", text), key
+    assert text.startswith("#:schema ./design.schema.json")
+
+
+def test_starter_from_a_shipped_design_keeps_its_comments():
+    text = starter_text("mine", "narrow")
+    assert text.splitlines()[0] == shipped_text("narrow").splitlines()[0]
+    started, original = parse_design(text), parse_design(shipped_text("narrow"))
+    assert started.design.name == "mine"
+    assert started.body == original.body
+    assert "#:schema ./design.schema.json" in text
+
+
+def test_unknown_shipped_design_names_the_nearest():
+    assert set(shipped_designs()) >= {"maeno2000", "homogeneous", "narrow", "wide", "domed"}
+    with pytest.raises(DesignError, match="did you mean narrow"):
+        starter_text("mine", "narow")
+
+
+def test_every_material_is_usable_and_has_a_source():
+    for name, data in MATERIALS.items():
+        design = parse_design(f'design.name = "a"\nbody.material = "{name}"')
+        assert design.material_of("body").youngs_modulus_MPa == data.youngs_modulus_MPa
+        assert len(data.source) > 15
+
+
+def test_volume_of_an_arc_and_of_a_dome():
+    exact = 20 * 10 + 400 * (np.arcsin(0.5) - 0.5 * np.sin(2 * np.arcsin(0.5)))
+    assert np.isclose(body_volume(Body()), exact * 10.0)
+    dome = Body(shape="dome", dome_radius_mm=25.0, depth_mm=14.0)
+    x = (np.arange(800) + 0.5) / 800 * 20 - 10
+    z = (np.arange(600) + 0.5) / 600 * 14 - 7
+    midpoint = surface_height(dome, x[:, None], z[None]).mean() * 20 * 14
+    assert np.isclose(body_volume(dome), midpoint, rtol=1e-6)
+    half_round = Body(arc_radius_mm=10.0)
+    assert np.isclose(body_volume(half_round), (200 + 50 * np.pi) * 10)
+
+
+def test_contact_forecast_is_near_the_reference():
+    """Half-widths at nu = 0.3 from the two-code table: 1.09 at 0.1 mm, 2.50 at 0.4 mm."""
+    text = 'design.name = "a"\nplates.count = 0\nmaterials.silicone.poissons_ratio = 0.3'
+    design = parse_design(text)
+    assert np.isclose(contact_half_width(design, 0.1), 1.09, rtol=0.15)
+    assert np.isclose(contact_half_width(design, 0.4), 2.50, rtol=0.15)
+    assert contact_half_width(design, 0.0) == 0.0
+    widths = [contact_half_width(design, approach) for approach in np.linspace(0.0, 6.0, 30)]
+    assert (np.diff(widths) >= 0).all()
+    assert max(widths) <= 10.0
+
+
+def test_summary():
+    design = parse_design('design.name = "a"')
+    scene = load_scene("designs/scenes/fundamental.toml")
+    summary = summarise(design, scene)
+    assert summary.plates == 15
+    assert np.isclose(summary.least_side_mm, 10 - 7 - (1.0 + 0.05) / np.sqrt(2))
+    assert np.isclose(summary.plates_volume_mm3, 15 * 2 * 0.1 * 10)
+    assert summary.approach_mm == 0.4
+    none = summarise(parse_design('design.name = "a"\nplates.count = 0'))
+    assert none.least_cover_mm is None
+    assert none.least_gap_mm is None
