@@ -1,0 +1,111 @@
+"""fTetWild run safely: its input validated, in a process and folder of its own, with a time limit.
+
+fTetWild (https://github.com/wildmeshing/fTetWild) crashes on empty or coincident input, hangs on an
+epsilon of 0, returns wrong meshes for open surfaces without a word, and litters its folder.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.sizing import SizeField, background_grid
+from fingerdesign.mesh.worker import run_module
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+WORKER = "fingerdesign.mesh.tetwild_worker"
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One setting of fTetWild: envelope in mm, iterations, energy to stop at, size factor."""
+
+    epsilon_mm: float
+    iterations: int = 80
+    stop_energy: float = 10.0
+    size_factor: float = 1.0
+
+
+def validate_surface(vertices: Array, triangles: IntArray) -> None:
+    """MeshError unless a surface is fit for native code: finite, closed, nothing coincident.
+
+    Faces shared inside (of a plate) make edges of three and four triangles: those are allowed, an
+    edge of one is not.
+    """
+    if len(vertices) < 4 or len(triangles) < 4:
+        raise MeshError(f"a surface of {len(triangles)} triangles encloses nothing")
+    if not np.all(np.isfinite(vertices)):
+        raise MeshError("the surface has vertices that are not finite numbers")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise MeshError("the surface's triangles name vertices that do not exist")
+    if len(np.unique(vertices, axis=0)) != len(vertices):
+        raise MeshError("the surface has coincident vertices; merge them first")
+    if len(np.unique(np.sort(triangles, axis=1), axis=0)) != len(triangles):
+        raise MeshError("the surface has coincident triangles")
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    if area.min() <= 1e-14 * np.ptp(vertices, axis=0).max() ** 2:
+        raise MeshError("the surface has triangles without area")
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    if uses.min() < 2:
+        raise MeshError(f"the surface is open: {int((uses == 1).sum())} edges have one triangle")
+
+
+def run_tetwild(
+    vertices: Array, triangles: IntArray, field: SizeField, attempt: Attempt, time_limit_s: float
+) -> tuple[Array, IntArray]:
+    """Run fTetWild in a process of its own; returns points (n, 3) and tetrahedra (t, 4) of a box.
+
+    The tetrahedra fill a box around the surface: the caller keeps those inside. MeshError on unfit
+    input, crash and time-out; then the input is kept, and the message says where. Memory is bounded
+    by the time limit only: an address-space limit makes the threads' allocator fail at random.
+    """
+    validate_surface(vertices, triangles)
+    if not (np.isfinite(attempt.epsilon_mm) and attempt.epsilon_mm > 0.0):
+        raise MeshError(f"fTetWild's epsilon = {attempt.epsilon_mm} mm must be above 0: it hangs")
+    if not time_limit_s > 0.0:
+        raise MeshError(f"mesh.time_limit_s = {time_limit_s} must be above 0")
+    low, high = vertices.min(axis=0), vertices.max(axis=0)
+    sizes = field.sizes
+    # Fine across the layers that the field rises in; the field hardly changes along z.
+    spacing = (max(0.5, sizes.contact), max(0.2, 0.5 * sizes.contact), max(0.8, 2 * sizes.contact))
+    grid_points, grid_tets, grid_values = background_grid(field, low, high, spacing)
+    options = {
+        "edge_length_abs": sizes.far,
+        "epsilon": attempt.epsilon_mm / float(np.linalg.norm(high - low)),
+        "stop_energy": attempt.stop_energy,
+        "num_opt_iter": attempt.iterations,
+        "disable_filtering": True,  # its inside test is by winding number; ours is exact
+    }
+    folder = Path(tempfile.mkdtemp(prefix="fingerdesign-tetwild-"))
+    source, target = folder / "in.npz", folder / "out.npz"
+    np.savez(
+        source,
+        vertices=vertices,
+        triangles=triangles,
+        grid_points=grid_points,
+        grid_tets=grid_tets,
+        grid_values=grid_values,
+        options=json.dumps(options),
+    )
+    try:
+        run_module(WORKER, [source.name, target.name], folder, time_limit_s)
+        with np.load(target) as data:
+            points, tets = data["points"], data["tets"].astype(np.int64)
+    except MeshError as error:  # the input stays for whoever looks into it
+        raise MeshError(f"fTetWild: {error}; its input is kept as {source}") from error
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
+    return points, tets

@@ -1,0 +1,40 @@
+"""Run a module of this package in a process of its own, with a time limit.
+
+Native code (mesher, graphics) can crash or hang; there it harms nobody.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from fingerdesign.errors import MeshError
+
+
+def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: float) -> None:
+    """Run ``python -m module arguments`` in ``folder``; MeshError says how it failed."""
+    root = str(Path(__file__).resolve().parents[2])
+    path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", module, *arguments],
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": path},
+            timeout=time_limit_s,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+    except subprocess.TimeoutExpired as error:
+        raise MeshError(f"it did not finish in {time_limit_s:g} s") from error
+    if done.returncode < 0:
+        raise MeshError(f"its process was ended by {signal.Signals(-done.returncode).name}")
+    if done.returncode > 0:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise MeshError(f"it failed with exit code {done.returncode}: {last[:300]}")
