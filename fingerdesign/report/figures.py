@@ -1,0 +1,46 @@
+"""Every figure of a report, in the order in which they are read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fingerdesign.report.figures_contact import force_figure, status_figure, traction_figure
+from fingerdesign.report.figures_gage import area_figure, response_figure, strain_figure
+from fingerdesign.report.figures_grip import paths_figure, rule_figure
+from fingerdesign.report.figures_work import quality_figure, time_figure
+from fingerdesign.report.style import ReportFigure, house_style
+from fingerdesign.results import Analysis
+
+SECTIONS = {
+    "contact": "The contact",
+    "gages": "The gages",
+    "grips": "The grips",
+    "work": "The work",
+}
+
+
+def report_figures(analysis: Analysis) -> dict[str, list[ReportFigure]]:
+    """Section of :data:`SECTIONS` -> figures; what the analysis does not hold is left out."""
+    result = analysis.result
+    figures: dict[str, list[ReportFigure]] = {section: [] for section in SECTIONS}
+    with house_style():
+        if result.increments:
+            figures["contact"].append(force_figure(result))
+        if analysis.contact is not None and len(analysis.contact.status):
+            figures["contact"].append(status_figure(analysis.contact))
+            figures["contact"].append(traction_figure(analysis.contact))
+        if analysis.slip_studies:
+            figures["gages"].append(area_figure(analysis.slip_studies))
+            figures["gages"] += [response_figure(study) for study in analysis.slip_studies]
+        if result.increments and result.increments[0].gages:
+            centres = np.array([plate.x for plate in analysis.plates])
+            fits = len(centres) == len(result.increments[0].gages)
+            figures["gages"].append(strain_figure(result, centres if fits else None))
+        traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
+        if traces:
+            figures["grips"] += [paths_figure(traces), rule_figure(traces)]
+        if analysis.mesh is not None:
+            figures["work"].append(quality_figure(analysis.mesh))
+        if any(result.timings_s.values()):
+            figures["work"].append(time_figure(result))
+    return figures

@@ -1,0 +1,172 @@
+"""Figures of the gages: strain profiles, response and gage area beside stick area (Fig. 8)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fingerdesign.report.figures_contact import spread
+from fingerdesign.report.style import (
+    BLUE,
+    INK,
+    MUTED,
+    SERIES,
+    VERMILION,
+    ReportFigure,
+    canvas,
+    small_multiples,
+    to_svg,
+)
+from fingerdesign.results import Result, SlipStudy
+
+GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
+
+
+def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> ReportFigure:
+    """Membrane and bending strain of every gage at a few increments.
+
+    gage_x_mm: plate centres, (gages,); without them the plate's number is the abscissa.
+    """
+    rows = result.increments
+    chosen = spread(len(rows), 4)
+    plates = np.array([gage.plate for gage in rows[0].gages])
+    x = plates if gage_x_mm is None else gage_x_mm
+    figure = canvas(7.2, 3.0)
+    panels = figure.subplots(1, 2, sharex=True)
+    for axes, part in zip(panels, ("membrane", "bending"), strict=True):
+        for number, (colour, dashes, marker) in zip(chosen, SERIES, strict=False):
+            values = [getattr(gage, part) for gage in rows[number].gages]
+            axes.plot(
+                x,
+                values,
+                color=colour,
+                ls=dashes,
+                marker=marker,
+                ms=3.5,
+                label=f"increment {number + 1}",
+            )
+        axes.axhline(0.0, color=MUTED, lw=0.8)
+        axes.set_xlabel("plate" if gage_x_mm is None else "plate centre x (mm)")
+    panels[0].set(ylabel="strain (microstrain)", title="Membrane: mean of both faces")
+    panels[1].set(title="Bending: half their difference")
+    panels[0].legend(loc="best")
+    last = rows[chosen[-1]].gages
+    most = max(last, key=lambda gage: abs(gage.membrane))
+    bent = max(last, key=lambda gage: abs(gage.bending))
+    alternative = (
+        f"At increment {chosen[-1] + 1} the largest membrane strain is {most.membrane:.3g} "
+        f"microstrain (plate {most.plate}) and the largest bending strain {bent.bending:.3g} "
+        f"microstrain (plate {bent.plate})."
+    )
+    return ReportFigure(
+        "strains",
+        "What the gages read",
+        to_svg(figure, "strains", alternative),
+        "Strain along each plate, tension positive. A single gage on one face reads membrane plus "
+        "or minus bending; a two-gage bridge reads the membrane part alone.",
+        alternative,
+    )
+
+
+def response_figure(study: SlipStudy) -> ReportFigure:
+    """|change of strain / change of F_t| gage by gage at up to eight steps (paper, Fig. 8)."""
+    mu = study.friction_coefficient
+    key = f"response-{mu:g}".replace(".", "-")
+    usable = np.flatnonzero(np.isfinite(study.response).any(axis=1))
+    chosen = [int(usable[i]) for i in spread(len(usable), 8)]
+    figure = canvas(7.2, 0.7 + 1.75 * -(-max(len(chosen), 1) // 4))
+    panels = small_multiples(figure, max(len(chosen), 1), 4, sharex=True, sharey=True)
+    x = study.gage_x_mm
+    for axes, step in zip(panels, chosen, strict=False):
+        over = np.nan_to_num(study.response[step])
+        axes.plot(x, study.response_raw[step], color=MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw")
+        axes.plot(x, over, color=BLUE, marker="o", ms=2.8, label="compensated")
+        axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
+        fine = np.linspace(x[0], x[-1], 8 * (len(x) - 1) + 1)
+        height = np.interp(fine, x, over)
+        axes.fill_between(
+            fine,
+            study.threshold,
+            height,
+            where=height > study.threshold,
+            color=BLUE,
+            alpha=0.25,
+            lw=0,
+        )
+        title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f},"
+        axes.set_title(
+            f"{title} stick {study.stick_length_mm[step]:.1f} mm", fontsize=7.5, fontweight="normal"
+        )
+    finite = study.response[np.isfinite(study.response)]
+    # The raw curve may be far above while F_n grows; the scale is that of what is judged.
+    top = max(float(finite.max(initial=0.0)), study.threshold)
+    panels[0].set_ylim(0.0, 1.25 * top)
+    for axes in panels[-4:]:
+        axes.set_xlabel("plate centre x (mm)")
+    for axes in panels[::4]:
+        axes.set_ylabel("microstrain/N")
+    if chosen:
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper right", ncols=3)
+    alternative = (
+        f"At friction coefficient {mu:g} the compensated response reaches {top:.3g} microstrain/N "
+        f"at most; the threshold is {study.threshold:.3g}. "
+        + " ".join(
+            f"Step {step + 1}: gage area {study.gage_area_mm[step]:.2f} mm, stick length "
+            f"{study.stick_length_mm[step]:.2f} mm."
+            for step in chosen
+        )
+    )
+    return ReportFigure(
+        key,
+        f"Response of each gage, friction coefficient {mu:g}",
+        to_svg(figure, key, alternative),
+        "Change of strain per change of tangential force. The gage area A is the length of plate "
+        "positions where the curve is over the threshold (shaded). Compensated: rid of what the "
+        "change of normal force alone would cause; raw is dotted and may leave the panel. Steps in "
+        f"which F_t changes by less than {study.force_floor_N:g} N have no curve: A is held there. "
+        "(Fig. 8 of the paper.)",
+        alternative,
+    )
+
+
+def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
+    """Gage area beside true stick length by step, a panel a friction coefficient."""
+    columns = min(3, len(studies))
+    figure = canvas(7.2, 0.6 + 2.3 * -(-len(studies) // columns))
+    panels = small_multiples(figure, len(studies), columns, sharey=True)
+    words = []
+    for axes, study in zip(panels, studies, strict=True):
+        step = np.arange(1, len(study.stick_ratio) + 1)
+        for values, name, look, colour in (
+            (study.stick_length_mm, "stick length (true)", SERIES[0], INK),
+            (study.gage_area_mm, "gage area A", SERIES[1], BLUE),
+            (study.gage_area_raw_mm, "gage area, raw", SERIES[2], MUTED),
+        ):
+            axes.plot(step, values, color=colour, ls=look[1], marker=look[2], ms=3.5, label=name)
+        compensated, raw = (
+            "undefined" if value is None else f"{value:.2f}"
+            for value in (study.rank_correlation, study.rank_correlation_raw)
+        )
+        axes.set_title(
+            f"μ = {study.friction_coefficient:g}: rank correlation\n{compensated} (raw {raw})"
+        )
+        axes.set_xlabel("step")
+        axes.set_ylim(bottom=0.0)
+        words.append(
+            f"At friction coefficient {study.friction_coefficient:g} the rank correlation is "
+            f"{compensated}, without compensation {raw}."
+        )
+    for axes in panels[::columns]:
+        axes.set_ylabel("length along x (mm)")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    alternative = " ".join(words)
+    return ReportFigure(
+        "areas",
+        "Does the gage area follow the stick area?",
+        to_svg(figure, "areas", alternative),
+        "What matters is that both rise and fall together, not that they are equal: the rank "
+        "correlation says how well (1: always, 0: not at all); over "
+        f"{GOOD_CORRELATION:g} counts as following.",
+        alternative,
+    )

@@ -1,0 +1,91 @@
+"""report.html: one file that opens offline, with no script and nothing fetched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.report.figures import SECTIONS, report_figures
+from fingerdesign.report.picture import Picture, PictureError, PictureJob
+from fingerdesign.report.style import COLOURS, png_element
+from fingerdesign.report.tables import (
+    assumed_values,
+    design_table,
+    grip_table,
+    increment_table,
+    model_table,
+    work_table,
+)
+from fingerdesign.report.verdict import findings
+from fingerdesign.results import Analysis
+
+TEMPLATES = Path(__file__).parent / "templates"
+NO_MESH = "There is no mesh, so there is no picture."
+
+
+def report_html(analysis: Analysis, picture: bool = True) -> str:
+    """The whole report as HTML text.
+
+    picture=False leaves the pictures of the finger out (tests, speed). A picture that cannot be
+    drawn is said in its place; everything else that fails, raises.
+    """
+    if not picture or analysis.mesh is None:
+        why = NO_MESH if analysis.mesh is None else "The pictures were not asked for."
+        return _render(analysis, report_figures(analysis), {}, why)
+    missing = ""
+    pictures: dict[str, Picture] = {}
+    try:
+        with PictureJob(analysis) as job:  # draws beside, while the figures are made
+            figures = report_figures(analysis)
+            pictures = job.pictures()
+    except PictureError as error:
+        missing = f"The finger could not be drawn: {error}."
+        figures = report_figures(analysis)
+    return _render(analysis, figures, pictures, missing)
+
+
+def write_report(analysis: Analysis, folder: Path, picture: bool = True) -> Path:
+    """Write ``report.html`` into an existing folder; returns its path."""
+    path = folder / "report.html"
+    path.write_text(report_html(analysis, picture), encoding="utf-8")
+    return path
+
+
+def _render(
+    analysis: Analysis, figures: dict[str, Any], pictures: dict[str, Picture], missing: str
+) -> str:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
+    # The images are the program's own; all words of the design go through escaping.
+    environment.filters["image"] = lambda figure: _safe(figure.image)
+    result = analysis.result
+    return environment.get_template("report.html.j2").render(
+        result=result,
+        findings=findings(analysis),
+        figures=figures,
+        sections=SECTIONS,
+        pictures=pictures,
+        picture_missing=missing,
+        assumed=assumed_values(result),
+        increments=increment_table(result),
+        grips=grip_table(result),
+        model=model_table(analysis),
+        work=work_table(result),
+        design=design_table(result),
+        colours=COLOURS,
+        style=_safe((TEMPLATES / "report.css").read_text(encoding="utf-8")),
+    )
+
+
+def _safe(text: str) -> Any:
+    from markupsafe import Markup
+
+    return Markup(text)

@@ -1,0 +1,171 @@
+"""One look for all figures, and matplotlib figures as inline SVG that follows the page's theme.
+
+Colours are blue, vermilion, green and purple of a palette made for colour-blind readers; every
+meaning is also carried by a line style, a marker, a hatch or a word. In the SVG each colour becomes
+a CSS variable with the print colour as its fallback, so one figure serves light, dark and paper.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+# CSS variable -> print colour. The templates give the dark values of the same names.
+COLOURS = {
+    "ink": "#1c1d1f",
+    "muted": "#6c6f73",
+    "grid": "#d9dbde",
+    "open": "#e6e8eb",
+    "blue": "#0b6fb0",
+    "vermilion": "#d2560a",
+    "green": "#0a8f6b",
+    "purple": "#b0569a",
+    "paper": "#fefefd",
+}
+INK, MUTED, GRID, OPEN_COLOUR = (COLOURS[name] for name in ("ink", "muted", "grid", "open"))
+BLUE, VERMILION, GREEN, PURPLE = (
+    COLOURS[name] for name in ("blue", "vermilion", "green", "purple")
+)
+PAPER = COLOURS["paper"]
+
+# One look a series: colour, dashes and marker all differ, so that no one of them is needed.
+SERIES: tuple[tuple[str, Any, str], ...] = (
+    (BLUE, "-", "o"),
+    (VERMILION, (0, (6, 2)), "s"),
+    (GREEN, (0, (1.5, 1.5)), "^"),
+    (PURPLE, (0, (6, 2, 1.5, 2)), "D"),
+    (MUTED, (0, (3, 1, 1, 1, 1, 1)), "v"),
+)
+
+_RC: dict[str, Any] = {
+    "svg.fonttype": "none",  # real text: it can be read aloud, searched and themed
+    "svg.hashsalt": "fingerdesign",
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9.0,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.titlecolor": INK,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.facecolor": "none",
+    "axes.unicode_minus": True,
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "hatch.linewidth": 0.7,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "legend.labelcolor": INK,
+    "lines.linewidth": 1.6,
+    "lines.markersize": 4.5,
+    "text.color": INK,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.5,
+    "ytick.labelsize": 8.5,
+}
+
+
+@dataclass(frozen=True)
+class ReportFigure:
+    """One figure of the report.
+
+    key: anchor. image: an <svg> or <img> element. reading: how to read it. alternative: what it
+    shows, in words and numbers, for those who do not see it.
+    """
+
+    key: str
+    title: str
+    image: str
+    reading: str
+    alternative: str
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """matplotlib's settings for the block; figures must be made and saved inside it."""
+    import matplotlib
+
+    with matplotlib.rc_context(_RC):
+        yield
+
+
+def canvas(width: float = 7.2, height: float = 3.0) -> Canvas:
+    """A figure of its own (no pyplot state), inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def to_svg(figure: Canvas, key: str, alternative: str) -> str:
+    """The figure as one inline <svg>: ids made unique by ``key``, colours as CSS variables."""
+    import html
+
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r'\bid="', f'id="{key}-', text)
+    text = re.sub(r"url\(#", f"url(#{key}-", text)
+    text = re.sub(r'href="#', f'href="#{key}-', text)
+    text = text.replace("'DejaVu Sans'", "var(--figure-font, sans-serif)")
+    text = re.sub(r"(stroke|fill): (#[0-9a-f]{6})", _variable, text)
+    text = re.sub(r'\b(stroke|fill)="(#[0-9a-f]{6})"', _variable_attribute, text)
+    name = html.escape(alternative, quote=True)
+    return re.sub(r"<svg ", f'<svg role="img" aria-label="{name}" ', text, count=1).strip()
+
+
+def png_element(png: bytes, alternative: str) -> str:
+    """A PNG as an <img> with the data inside."""
+    import html
+
+    data = base64.b64encode(png).decode("ascii")
+    name = html.escape(alternative, quote=True)
+    return f'<img src="data:image/png;base64,{data}" alt="{name}">'
+
+
+def small_multiples(figure: Canvas, count: int, columns: int, **sharing: Any) -> list[Axes]:
+    """``count`` axes in rows of ``columns``; places left over stay empty."""
+    rows = -(-count // columns)
+    grid = figure.subplots(rows, columns, squeeze=False, **sharing).ravel()
+    for spare in grid[count:]:
+        spare.set_axis_off()
+        # With shared axes the panel above carries no labels of its own otherwise.
+    for axes in grid[max(0, count - columns) : count]:
+        axes.tick_params(labelbottom=True)
+    return list(grid[:count])
+
+
+_NAMES = {colour: name for name, colour in COLOURS.items()}
+
+
+def _variable(match: re.Match[str]) -> str:
+    name = _NAMES.get(match[2])
+    return f"{match[1]}: var(--{name}, {match[2]})" if name else match[0]
+
+
+def _variable_attribute(match: re.Match[str]) -> str:
+    name = _NAMES.get(match[2])
+    # A presentation attribute cannot hold var(); a style can.
+    return f'style="{match[1]}: var(--{name}, {match[2]})"' if name else match[0]

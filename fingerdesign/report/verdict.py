@@ -1,0 +1,118 @@
+"""What the numbers come to, in plain words: the first thing that a reader of the report sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from fingerdesign.report.figures_gage import GOOD_CORRELATION
+from fingerdesign.results import Analysis, GripResult, SlipStudy
+
+HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One question, its answer and the numbers behind it."""
+
+    answer: Literal["yes", "no", "partly", "open"]
+    question: str
+    detail: str
+
+
+def findings(analysis: Analysis) -> list[Finding]:
+    """The report's verdict. What was not computed is answered "open", not left out."""
+    result = analysis.result
+    if result.status == "failed":
+        return [
+            Finding("no", "Did the analysis succeed?", f"It failed: {result.failure}"),
+        ]
+    return [_follows(analysis.slip_studies, analysis), _lifts(result.grips), *_needed(result.grips)]
+
+
+def _follows(studies: tuple[SlipStudy, ...], analysis: Analysis) -> Finding:
+    question = "Does the gage area follow the stick area?"
+    if not studies:
+        rows = analysis.result.increments
+        bare = bool(rows) and not rows[0].gages
+        why = (
+            "The finger has no plates, so it has no gages." if bare else "It was not studied here."
+        )
+        return Finding("open", question, why)
+    good = [s for s in studies if (s.rank_correlation or 0.0) >= GOOD_CORRELATION]
+    values = "; ".join(
+        f"{_correlation(s.rank_correlation)} at μ = {s.friction_coefficient:g} "
+        f"(raw {_correlation(s.rank_correlation_raw)})"
+        for s in studies
+    )
+    answer: Literal["yes", "no", "partly"] = (
+        "yes" if len(good) == len(studies) else "partly" if good else "no"
+    )
+    words = {
+        "yes": "It does at every friction coefficient that was tried",
+        "partly": f"It does at {len(good)} of {len(studies)} friction coefficients",
+        "no": "It does not at any friction coefficient that was tried",
+    }[answer]
+    return Finding(
+        answer,
+        question,
+        f"{words}. Rank correlation of the compensated gage area with the true stick length: "
+        f"{values}. At least {GOOD_CORRELATION:g} counts as following.",
+    )
+
+
+def _lifts(grips: tuple[GripResult, ...]) -> Finding:
+    question = "Is the object lifted without complete slip?"
+    if not grips:
+        return Finding("open", question, "No grip was run.")
+    good = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    bad = [
+        f"μ = {grip.friction_coefficient:g}, {grip.object_mass_g:g} g "
+        f"({_ended(grip)}; {grip.steps} steps)"
+        for grip in grips
+        if grip not in good
+    ]
+    margins = [grip.safety_margin for grip in good if grip.safety_margin is not None]
+    words = f"{len(good)} of {len(grips)} grips lift it."
+    if bad:
+        words += f" Not so: {'; '.join(bad)}."
+    if margins:
+        low, high = min(margins), max(margins)
+        span = f"{low:.2f}" if len(margins) == 1 else f"{low:.2f} to {high:.2f}"
+        words += (
+            f" Safety margin at lift (1: about to slip): {span}; people keep {HUMAN_MARGIN[0]:g} "
+            f"to {HUMAN_MARGIN[1]:g}."
+        )
+    answer: Literal["yes", "no", "partly"] = "yes" if not bad else "partly" if good else "no"
+    return Finding(answer, question, words)
+
+
+def _needed(grips: tuple[GripResult, ...]) -> list[Finding]:
+    """Whether the rule earned its keep: the same path without it."""
+    tried = [grip for grip in grips if grip.slips_without_rule is not None]
+    if not tried:
+        return []
+    slipping = [grip for grip in tried if grip.slips_without_rule]
+    held = [grip for grip in tried if grip.holds > 0]
+    words = (
+        f"Without the rule {len(slipping)} of {len(tried)} grips slip completely"
+        + (f" (μ = {_listed(slipping)})" if slipping else "")
+        + f"; the rule held in {len(held)}"
+        + (f" (μ = {_listed(held)})." if held else ".")
+    )
+    answer: Literal["yes", "no"] = "yes" if slipping else "no"
+    return [Finding(answer, "Was the rule needed?", words)]
+
+
+def _ended(grip: GripResult) -> str:
+    if grip.gross_slip:
+        return "slips completely" + (" though lifted" if grip.lifted else "")
+    return "not lifted"
+
+
+def _listed(grips: list[GripResult]) -> str:
+    return ", ".join(f"{grip.friction_coefficient:g}" for grip in grips)
+
+
+def _correlation(value: float | None) -> str:
+    return "undefined" if value is None else f"{value:.2f}"
