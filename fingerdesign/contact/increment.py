@@ -16,6 +16,10 @@ from fingerdesign.errors import SolverError
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+class ZoneExhausted(SolverError):
+    """The contact reaches the rim of the candidate zone: a wider zone is needed."""
+
+
 ACCEPT = 1e-8  # certificate; Newton ends near 1e-13, so a pass is never a close call
 _CUTS = (2, 8, 32)  # pieces that carry the iterate, not the friction history, to the motion
 
@@ -150,7 +154,7 @@ def _check_zone(problem: ContactProblem, multiplier: Array, gap: Array, motion: 
     rim = problem.model.rim
     if (multiplier[rim, 0] > 0.0).any():
         where = problem.model.points[rim & (multiplier[:, 0] > 0.0), 0]
-        raise SolverError(
+        raise ZoneExhausted(
             f"the contact reaches the end of the candidate zone (x = {where[0]:.2f} mm) at "
             f"approach {motion.approach:g}, shear {motion.shear:g} mm; widen the zone"
         )

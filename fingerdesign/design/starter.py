@@ -14,6 +14,8 @@ from fingerdesign.errors import DesignError, Fault
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+    from fingerdesign.design.scene import Scene
+
 SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\
 #:schema ./{SCHEMA_FILE}
@@ -31,27 +33,53 @@ def _designs() -> Traversable:
     return Path(__file__).resolve().parents[2] / "designs"
 
 
-def shipped_designs() -> tuple[str, ...]:
-    """Names of the shipped designs, in alphabetical order."""
-    names = (entry.name for entry in _designs().iterdir() if entry.is_file())
+def _names(folder: Traversable) -> tuple[str, ...]:
+    names = (entry.name for entry in folder.iterdir() if entry.is_file())
     return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
-def shipped_text(name: str) -> str:
-    """Return the text of a shipped design. Raises :class:`DesignError` for an unknown name."""
-    known = shipped_designs()
+def _text(folder: Traversable, name: str, key: str) -> str:
+    known = _names(folder)
     if name not in known:
         import difflib
 
         near = difflib.get_close_matches(name, known, 1)
         remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-        raise DesignError([Fault("--from", name, f"one of {', '.join(known)}", remedy)])
-    return (_designs() / f"{name}.toml").read_text("utf-8")
+        raise DesignError([Fault(key, name, f"one of {', '.join(known)}", remedy)])
+    return (folder / f"{name}.toml").read_text("utf-8")
+
+
+def shipped_designs() -> tuple[str, ...]:
+    """Names of the shipped designs, in alphabetical order."""
+    return _names(_designs())
+
+
+def shipped_scenes() -> tuple[str, ...]:
+    """Names of the shipped scenes, in alphabetical order."""
+    return _names(_designs() / "scenes")
+
+
+def shipped_text(name: str) -> str:
+    """Return the text of a shipped design. Raises :class:`DesignError` for an unknown name."""
+    return _text(_designs(), name, "--from")
 
 
 def shipped_scene_text(name: str) -> str:
-    """Return the text of a shipped scene, such as ``fundamental``."""
-    return (_designs() / "scenes" / f"{name}.toml").read_text("utf-8")
+    """Return the text of a shipped scene. Raises :class:`DesignError` for an unknown name."""
+    return _text(_designs() / "scenes", name, "--scene")
+
+
+def find_scene(file_or_name: str | Path) -> Scene:
+    """Return the scene of a file, or the shipped one of that name where there is no such file.
+
+    Raises :class:`DesignError` with every fault of the file.
+    """
+    from fingerdesign.design.io import load_scene, parse_scene
+
+    name = str(file_or_name)
+    if not Path(name).exists() and name in shipped_scenes():
+        return parse_scene(shipped_scene_text(name), name)
+    return load_scene(name)
 
 
 def schema_json() -> str:

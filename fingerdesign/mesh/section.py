@@ -73,9 +73,7 @@ def _netgen(
     ends += [add_point(x, float(surface_height(body, x))) for x in stations[1:-1]]
     ends.append(corners[3])
     for k in range(len(stations) - 1):
-        pair = np.array(
-            [[x, float(surface_height(body, x)) - centre] for x in stations[k : k + 2]]
-        )
+        pair = np.array([[x, float(surface_height(body, x)) - centre] for x in stations[k : k + 2]])
         meet = np.linalg.solve(pair, [radius**2, radius**2])
         control = add_point(float(meet[0]), float(meet[1] + centre))
         inside = max(abs(stations[k]), abs(stations[k + 1])) <= zone + 1e-12
@@ -95,7 +93,9 @@ def _netgen(
         rows = []
         for side in (-0.5, 0.5):
             where = [
-                np.array([frame.x, frame.y]) + s * frame.axis + side * frame.thickness * frame.normal
+                np.array([frame.x, frame.y])
+                + s * frame.axis
+                + side * frame.thickness * frame.normal
                 for s in along
             ]
             last = len(where) - 1
@@ -137,7 +137,11 @@ def _areas(points: Array, triangles: IntArray) -> Array:
 
 
 def _check_areas(
-    body: Body, frames: tuple[PlateFrame, ...], points: Array, triangles: IntArray, regions: IntArray
+    body: Body,
+    frames: tuple[PlateFrame, ...],
+    points: Array,
+    triangles: IntArray,
+    regions: IntArray,
 ) -> None:
     areas = _areas(points, triangles)
     radius, half = body.arc_radius_mm, 0.5 * body.width_mm

@@ -1,0 +1,341 @@
+"""The whole story: Design + Scene -> solid -> mesh -> reduced model -> increments -> grips.
+
+    analysis = run(design)                       # the fundamental case and the grips, in 3-D
+    result = analyse(design, scene, "plane-strain")
+
+Each arrow is a folder of the package: design, geometry, mesh, fem, contact, control. Writing the
+folder that a user opens is outputs.py.
+"""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.problem import ContactProblem, Motion, Plane, contact_problem
+from fingerdesign.design.forecast import contact_half_width
+from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.design.scene_checks import scene_faults
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.identity import result_digest, versions
+from fingerdesign.records import contact_history, increment_result
+from fingerdesign.results import (
+    Analysis,
+    FieldHistory,
+    GageLayout,
+    GripResult,
+    GripTrace,
+    MeshSummary,
+    ModelSummary,
+    Result,
+    SlipStudy,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fem.model import FiniteElementModel
+    from fingerdesign.mesh.types import Mesh
+
+Tell = Callable[[str], None]
+FIDELITIES = ("plane-strain", "3d")
+STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
+
+# The forecast of the contact's half-width is good to 15 % and knows nothing of shear, which drags
+# the contact along by a few tenths of a millimetre; a zone too narrow is refused and widened.
+_ZONE_FACTOR, _ZONE_MARGIN, _WIDEN = 1.25, 0.3, 1.4
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips."""
+
+    design: Design
+    scene: Scene | None = None
+    fidelity: str = "3d"
+    scene_name: str = ""
+    grips: bool = True
+    fields: bool = True
+
+
+@dataclass
+class Clock:
+    """Seconds by stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            elapsed = time.perf_counter() - start
+            self.seconds[name] = self.seconds.get(name, 0.0) + elapsed
+
+
+def analyse(design: Design, scene: Scene | None = None, fidelity: str = "3d") -> Result:
+    """The record of one analysis. Raises FingerDesignError where the work fails."""
+    return run(Case(design, scene, fidelity, grips=scene is None, fields=False)).result
+
+
+def run(case: Case, tell: Tell = lambda message: None) -> Analysis:
+    """Everything between a design and its report. Raises DesignError for a wrong input, another
+    FingerDesignError where a stage fails."""
+    scene = case.scene or fundamental_scene()
+    _refuse(case, scene)
+    clock = Clock()
+    reach = greatest_approach(case, scene)
+    widest = 0.5 * case.design.body.width_mm
+    zone = min(_ZONE_FACTOR * contact_half_width(case.design, reach) + _ZONE_MARGIN, widest)
+    notes: list[str] = []
+    while True:
+        try:
+            return _run_in_zone(case, scene, zone, clock, notes, tell)
+        except ZoneExhausted as exhausted:
+            if zone >= widest:
+                raise
+            zone = min(_WIDEN * zone, widest)
+            notes.append(f"candidate zone widened to |x| <= {zone:.2f} mm: {exhausted}")
+            tell(notes[-1])
+
+
+def _run_in_zone(
+    case: Case, scene: Scene, zone: float, clock: Clock, notes: list[str], tell: Tell
+) -> Analysis:
+    design = case.design
+    tell("meshing")
+    with clock.stage("mesh"):
+        mesh = make_mesh(design, case.fidelity, zone)
+    tell(f"condensing {mesh.points.size} dofs")
+    model = condense(design, mesh, zone, scene)
+    for stage, seconds in model.timings.items():
+        clock.seconds[stage] = clock.seconds.get(stage, 0.0) + seconds
+    problem = contact_problem(
+        model.reduced, Plane(crest_height(design.body)), scene.object.friction_coefficient
+    )
+    tell("loading")
+    with clock.stage("increments"):
+        motions = [Motion(approach, shear) for approach, shear in scene.path.increments_mm]
+        steps = list(follow(problem, motions, substeps=scene.path.substeps))
+        studies = slip_studies(case, scene, problem) if case.scene is None else ()
+    grips: list[tuple[GripResult, GripTrace]] = []
+    if case.grips and case.scene is None and design.plates.number:
+        tell("gripping")
+        with clock.stage("grips"):
+            grips = run_all_grips(design, problem)
+    with clock.stage("report"):
+        fields = recover_fields(model, steps) if case.fields else None
+    result = Result(
+        design=design.design.name,
+        scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
+        digest=result_digest(design, scene, case.fidelity),
+        versions=versions(),
+        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
+        warnings=tuple(_warnings(design)),
+        model=model_summary(model, case, zone, notes),
+        mesh=mesh_summary(mesh, design),
+        increments=tuple(increment_result(step, design.gages.face) for step in steps),
+        grips=tuple(grip for grip, _ in grips),
+        seeds={"grip": design.grip.seed},
+        timings_s=dict(clock.seconds),
+        peak_memory_MB=peak_memory_MB(),
+        parameters=parameters(design),
+        assumed=design.assumed,
+    )
+    return Analysis(
+        result=result,
+        contact=contact_history(problem, steps),
+        slip_studies=tuple(studies),
+        grip_traces=tuple(trace for _, trace in grips),
+        mesh=mesh,
+        fields=fields,
+        plates=plate_frames(design),
+        gages=GageLayout(**design.gages.model_dump()) if design.plates.number else None,
+        depth_mm=design.body.depth_mm,
+    )
+
+
+def failed_result(case: Case, error: FingerDesignError) -> Result:
+    """The record of an analysis that did not come to an end: why, and of what."""
+    scene = case.scene or fundamental_scene()
+    return Result(
+        design=case.design.design.name,
+        scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
+        digest=result_digest(case.design, scene, case.fidelity),
+        versions=versions(),
+        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
+        status="failed",
+        failure=f"{type(error).__name__}: {error}",
+        seeds={"grip": case.design.grip.seed},
+        peak_memory_MB=peak_memory_MB(),
+        parameters=parameters(case.design),
+        assumed=case.design.assumed,
+    )
+
+
+def fundamental_scene() -> Scene:
+    """The shipped scene of paper 3.1."""
+    from fingerdesign.design.io import parse_scene
+    from fingerdesign.design.starter import shipped_scene_text
+
+    return parse_scene(shipped_scene_text("fundamental"), "fundamental")
+
+
+def greatest_approach(case: Case, scene: Scene) -> float:
+    """How far the object comes in this case, mm: the candidate zone must hold that contact."""
+    reach = max(approach for approach, _ in scene.path.increments_mm)
+    if case.scene is None and case.grips and case.design.plates.number:
+        reach = max(reach, case.design.grip.max_approach_mm)
+    return reach
+
+
+def make_mesh(design: Design, fidelity: str, zone: float) -> Mesh:
+    """The section for plane strain; in 3-D the half finger z >= 0, by the design's mesher."""
+    if fidelity == "plane-strain":
+        from fingerdesign.mesh.section import mesh_section
+
+        return mesh_section(design, zone)
+    if design.mesh.mesher == "extrude":
+        from fingerdesign.mesh.extrude import extrude
+
+        return extrude(design, zone)
+    from fingerdesign.mesh.tetwild import tetrahedralise
+
+    return tetrahedralise(design, zone, symmetric=design.mirrors_in_z)
+
+
+def condense(design: Design, mesh: Mesh, zone: float, scene: Scene) -> FiniteElementModel:
+    """Assemble, and condense onto the contact candidates and readouts."""
+    from fingerdesign.fem.model import build_model
+
+    return build_model(design, mesh, zone, np.array(scene.readout.points_mm).reshape(-1, 3))
+
+
+def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
+    """The gage area beside the stick area over the fundamental path, at several frictions."""
+    if len(problem.model.gage_x) < 2:
+        return ()
+    from fingerdesign.control.slip_study import slip_studies as study
+
+    frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
+    return tuple(study(problem, scene.path.increments_mm, case.design.gages.face, frictions))
+
+
+def run_all_grips(
+    design: Design, problem: ContactProblem
+) -> list[tuple[GripResult, GripTrace]]:
+    """The grips of the design's ``[grip]`` table on one condensed model."""
+    from fingerdesign.control.episode import run_grips
+
+    return run_grips(
+        problem, design, design.grip.friction_coefficients, design.grip.object_mass_g
+    )
+
+
+def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:
+    """Displacements at the largest stick area and at the last increment: one factorisation."""
+    stick = [step.measures.stick_area for step in steps]
+    chosen = tuple(sorted({int(np.argmax(stick)), len(steps) - 1}))
+    forces = np.array([steps[k].increment.force for k in chosen])
+    return FieldHistory(chosen, model.displacement_fields(forces))
+
+
+def model_summary(
+    model: FiniteElementModel, case: Case, zone: float, notes: list[str]
+) -> ModelSummary:
+    """What was modelled, and a sentence for each choice."""
+    mesh = model.mesh
+    kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
+    reasons = [f"contact candidates: |x| <= {zone:.2f} mm, from the scene's greatest approach"]
+    if mesh.dimension == 2:
+        reasons.append("plane strain was asked for: one section, forces times the depth")
+    elif mesh.symmetric:
+        reasons.append("half of the finger: body, plates and path mirror in z = 0")
+    return ModelSummary(
+        dimension=2 if mesh.dimension == 2 else 3,
+        element=f"P2 {kind}, P1 contact tractions",
+        dofs=int(model.free.sum()),
+        contact_nodes=model.reduced.nodes,
+        symmetry=mesh.symmetric,
+        reasons=(*reasons, *notes),
+    )
+
+
+def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
+    """The mesh's quality in a few numbers."""
+    from fingerdesign.mesh.quality import assess
+
+    report = assess(mesh, design)
+    has_plates = design.plates.number and design.plates.model == "solid"
+    return MeshSummary(
+        mesher=mesh.mesher,
+        elements=len(mesh.cells),
+        min_dihedral_deg=report.min_dihedral_deg,
+        body_volume_error=report.body_volume_error,
+        worst_plate_volume_error=report.worst_plate_volume_error if has_plates else None,
+    )
+
+
+def parameters(design: Design) -> dict[str, object]:
+    """The design's keys in dotted form, for tables and comparison."""
+    flat: dict[str, object] = {}
+
+    def walk(prefix: str, value: object) -> None:
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                walk(f"{prefix}.{key}" if prefix else key, inner)
+        else:
+            flat[prefix] = value
+
+    walk("", design.model_dump(mode="json", exclude={"assumed"}))
+    return flat
+
+
+def peak_memory_MB() -> float:
+    """Largest resident memory of this process or of one that it started, so far."""
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    started = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return max(own, started) / 1024.0
+
+
+def with_report_time(analysis: Analysis, seconds: float) -> Analysis:
+    """The analysis with the time of its own report added."""
+    timings = dict(analysis.result.timings_s)
+    timings["report"] = timings.get("report", 0.0) + seconds
+    result = replace(analysis.result, timings_s=timings, peak_memory_MB=peak_memory_MB())
+    return replace(analysis, result=result)
+
+
+def _refuse(case: Case, scene: Scene) -> None:
+    faults = list(scene_faults(scene, case.design))
+    if case.fidelity not in FIDELITIES:
+        faults.append(
+            Fault("--fidelity", case.fidelity, f"one of {', '.join(FIDELITIES)}", "choose one")
+        )
+    if case.fidelity == "3d" and case.design.mesh.mesher == "extrude" and not case.design.extruded:
+        faults.append(
+            Fault(
+                "mesh.mesher",
+                "extrude",
+                "'tetwild' for a finger whose section changes along z",
+                "set mesh.mesher = 'tetwild'",
+            )
+        )
+    if faults:
+        raise DesignError(faults)
+
+
+def _warnings(design: Design) -> list[str]:
+    found = []
+    if not design.plates.number:
+        found.append("no plates, hence no gages: the slip study and the grips are left out")
+    return found
