@@ -18,7 +18,13 @@ _FILE = click.Path(path_type=Path)
 
 @click.command("check")
 @click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=_FILE)
-@click.option("--scene", "scene_file", metavar="FILE", type=_FILE, help="Check this scene too.")
+@click.option(
+    "--scene",
+    "scene_file",
+    metavar="SCENE",
+    type=_FILE,
+    help="A scene's file or a shipped one's name.",
+)
 @output_options
 def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
     """Name every fault of every DESIGN at once, each as key, value, bound and remedy.
@@ -26,7 +32,7 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
     For sound designs: the plates' clearances, the volume and a forecast of the contact's
     half-width. Exit code 2 where any file has a fault.
     """
-    from fingerdesign.design.io import load_scene
+    from fingerdesign.design.starter import find_scene
     from fingerdesign.errors import DesignError
 
     reports: list[dict[str, object]] = []
@@ -34,7 +40,7 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
     scene: Scene | None = None
     if scene_file is not None:
         try:
-            scene = load_scene(scene_file)
+            scene = find_scene(scene_file)
         except DesignError as error:
             reports.append(_faulty(scene_file, error))
     for path in designs:

@@ -1,9 +1,10 @@
-"""From pydantic's errors to faults that name key, value, bound and remedy."""
+"""Wording faults: from pydantic's errors to key, value, bound and remedy; bounds rounded safely."""
 
 from __future__ import annotations
 
 import difflib
 import json
+import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
@@ -154,3 +155,17 @@ def fault_of(error: ErrorDetails, model: type[BaseModel]) -> Fault:
         name, words, remedy = LIMITS[kind]
         return Fault(key, shown(value), words.format(context[name]), remedy)
     return Fault(key, shown(value), f"valid ({error['msg']})", "correct it")
+
+
+def at_least(value: float) -> str:
+    """Write a lower bound, rounded up to a micrometre.
+
+    >>> at_least(0.8600000001)
+    '0.861'
+    """
+    return f"{math.ceil(value * 1000.0 - 1e-9) / 1000.0:.10g}"
+
+
+def at_most(value: float) -> str:
+    """Write an upper bound, rounded down to a micrometre."""
+    return f"{math.floor(value * 1000.0 + 1e-9) / 1000.0:.10g}"

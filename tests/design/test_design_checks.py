@@ -8,7 +8,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.design.checks import LEAST_CLEARANCE_MM, LEAST_GAP, design_faults
+from fingerdesign.design.checks import design_faults
+from fingerdesign.design.placing import LEAST_CLEARANCE_MM, LEAST_GAP
 from fingerdesign.design.schema import Design
 
 QUICK = settings(max_examples=80, derandomize=True, deadline=None)

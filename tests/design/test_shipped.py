@@ -14,7 +14,15 @@ from fingerdesign.design.io import load_design, load_scene, parse_design
 from fingerdesign.design.layout import surface_height
 from fingerdesign.design.scene_checks import scene_faults
 from fingerdesign.design.schema import Body
-from fingerdesign.design.starter import schema_json, shipped_designs, shipped_text, starter_text
+from fingerdesign.design.starter import (
+    find_scene,
+    schema_json,
+    shipped_designs,
+    shipped_scene_text,
+    shipped_scenes,
+    shipped_text,
+    starter_text,
+)
 from fingerdesign.errors import DesignError
 from fingerdesign.materials import MATERIALS
 
@@ -129,6 +137,16 @@ def test_unknown_shipped_design_names_the_nearest():
     assert set(shipped_designs()) >= {"maeno2000", "homogeneous", "narrow", "wide", "domed"}
     with pytest.raises(DesignError, match="did you mean narrow"):
         starter_text("mine", "narow")
+
+
+def test_scenes_are_found_by_file_or_by_name():
+    path = "designs/scenes/fundamental.toml"
+    assert find_scene(path) == find_scene("fundamental") == load_scene(path)
+    assert set(shipped_scenes()) == {"fundamental", "reference_plane_strain"}
+    with pytest.raises(DesignError, match="readable TOML file"):
+        find_scene("fundamentel")
+    with pytest.raises(DesignError, match="did you mean fundamental"):
+        shipped_scene_text("fundamentel")
 
 
 def test_every_material_is_usable_and_has_a_source():
