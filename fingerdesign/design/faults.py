@@ -69,7 +69,7 @@ def shown(value: object, width: int = 60) -> str:
         text = "a table"
     else:
         try:
-            text = repr(value)
+            text = repr(list(value) if isinstance(value, tuple) else value)
         except ValueError:  # Python declines to print integers of more than 4300 digits
             text = "a huge number"
     return text if len(text) <= width else f"{text[: width - 3]}..."
@@ -116,7 +116,8 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
     key, name = dotted(location), str(location[-1])
     if key in LATER_KEYS:
         return Fault(key, shown(value), "absent", "not offered yet in this version: remove it")
-    if len(location) > 1 and name in model.model_fields:
+    top = model.model_fields.get(name)
+    if len(location) > 1 and top is not None and not _tables_in(top.annotation):
         remedy = f"'{name}' belongs at the top of the file, before the first [table]"
         return Fault(key, shown(value), "a known key", remedy)
     table = table_at(model, location[:-1]) or model
@@ -142,7 +143,11 @@ def fault_of(error: ErrorDetails, model: type[BaseModel]) -> Fault:
     if kind == "extra_forbidden":
         return _unknown(model, location, value)
     if kind == "missing":
-        return Fault(key, "(absent)", "given", "add it")
+        table = table_at(model, location)
+        needed = (
+            [n for n, info in table.model_fields.items() if info.is_required()] if table else []
+        )
+        return Fault(dotted((*location, *needed[:1])), "(absent)", "given", "add it")
     if kind == "literal_error":
         choices = str(context["expected"]).replace("'", "").replace(" or ", ", ")
         near = difflib.get_close_matches(str(value), choices.split(", "), 1, 0.5)

@@ -59,6 +59,7 @@ def test_each_fault_is_one_line_naming_file_key_value_bound_and_remedy():
     [
         ("body.widht_mm = 3", "body.widht_mm", "body.width_mm"),
         ("body.pitch_mm = 3", "body.pitch_mm", "plates.pitch_mm"),
+        ("body.materials = 3", "body.materials", "body.material?"),
         ("plate.count = 3", "plate", "plates"),
         ("mesh.section.contact_size = 3", "mesh.section.contact_size", "contact_size_mm"),
         ("materials.silicone.poisson = 3", "materials.silicone.poisson", "poissons_ratio"),

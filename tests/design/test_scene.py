@@ -28,7 +28,7 @@ def test_defaults():
 @pytest.mark.parametrize(
     ("text", "key"),
     [
-        ("", "path"),
+        ("", "path.increments_mm"),
         ("path.increments_mm = []", "path.increments_mm"),
         ("path.increments_mm = [[-0.1, 0]]", "path.increments_mm"),
         ("path.increments_mm = [[0.1]]", "path.increments_mm"),

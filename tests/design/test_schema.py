@@ -89,7 +89,7 @@ def test_names_that_are_no_folder_are_refused(name):
 
 
 def test_name_is_required():
-    assert faults("body.width_mm = 20")["design"].bound == "given"
+    assert faults("body.width_mm = 20")["design.name"].bound == "given"
 
 
 @pytest.mark.parametrize(

@@ -174,6 +174,8 @@ def test_contact_forecast_is_near_the_reference():
     design = parse_design(text)
     assert np.isclose(contact_half_width(design, 0.1), 1.09, rtol=0.15)
     assert np.isclose(contact_half_width(design, 0.4), 2.50, rtol=0.15)
+    # The wide side: a zone of candidates chosen by it must hold the contact.
+    assert contact_half_width(design, 0.4) > 2.50
     assert contact_half_width(design, 0.0) == 0.0
     widths = [contact_half_width(design, approach) for approach in np.linspace(0.0, 6.0, 30)]
     assert (np.diff(widths) >= 0).all()
