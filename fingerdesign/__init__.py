@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.io import with_values as with_values
     from fingerdesign.design.scene import Scene as Scene
     from fingerdesign.design.schema import Design as Design
+    from fingerdesign.pipeline import analyse as analyse
 
 __version__ = "0.1.0"
 
