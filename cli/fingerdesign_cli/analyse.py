@@ -1,0 +1,130 @@
+"""``fingerdesign analyse``: from design files to results and reports."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fingerdesign_cli.common import output_options, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from fingerdesign.results import Result
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("analyse")
+@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=_FILE)
+@click.option("--out", required=True, type=_FILE, help="Results go to OUT/NAME of each design.")
+@click.option(
+    "--scene",
+    "scene_file",
+    type=_FILE,
+    help="Run this scene's path alone; without it, the fundamental case and the design's grips.",
+)
+@click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d"]),
+    default="3d",
+    show_default=True,
+    help="3d meshes the half finger with pytetwild unless the design says mesh.mesher.",
+)
+@output_options
+def command(
+    designs: tuple[Path, ...],
+    out: Path,
+    scene_file: Path | None,
+    fidelity: str,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html.
+
+    A result is written whole or not at all; one failing design does not stop the others.
+    """
+    cases = _read(designs, scene_file, fidelity)
+    from fingerdesign.outputs import analyse_into
+
+    results: list[Result] = []
+    for number, case in enumerate(cases):
+        name = case.design.design.name
+        with progress(name, quiet) as show:
+            results.append(
+                analyse_into(case, out, lambda text, n=number: show(text, n / len(cases)))
+            )
+    _report(results, out, quiet, as_json)
+    return 0 if all(result.status == "ok" for result in results) else 1
+
+
+def _read(designs: tuple[Path, ...], scene_file: Path | None, fidelity: str) -> list[Any]:
+    """Every fault of every file at once, before any work."""
+    from fingerdesign.design.io import load_design, load_scene
+    from fingerdesign.errors import DesignError, Fault
+    from fingerdesign.pipeline import Case
+
+    faults: list[Fault] = []
+    scene = None
+    if scene_file is not None:
+        try:
+            scene = load_scene(scene_file)
+        except DesignError as error:
+            faults += error.faults
+    cases = []
+    for path in designs:
+        try:
+            design = load_design(path)
+        except DesignError as error:
+            faults += error.faults
+            continue
+        name = scene_file.stem if scene_file is not None else ""
+        cases.append(Case(design, scene, fidelity, scene_name=name))
+    names = [case.design.design.name for case in cases]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        faults.append(
+            Fault("design.name", name, "different in each file", "rename: it names the folder")
+        )
+    if faults:
+        raise DesignError(faults)
+    return cases
+
+
+def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> None:
+    if as_json:
+        print_json(
+            [
+                {
+                    "design": r.design,
+                    "status": r.status,
+                    "failure": r.failure,
+                    "folder": str(out / r.design),
+                }
+                for r in results
+            ]
+        )
+        return
+    if quiet:
+        return
+    rows = []
+    for r in results:
+        last = r.increments[-1] if r.increments else None
+        lifted = sum(g.lifted and not g.gross_slip for g in r.grips)
+        rows.append(
+            [
+                r.design,
+                r.status,
+                r.fidelity,
+                f"{r.model.dofs}" if r.model else "-",
+                f"{last.normal_force_N:.2f}" if last else "-",
+                f"{last.tangential_force_N:.2f}" if last else "-",
+                f"{lifted} of {len(r.grips)}" if r.grips else "-",
+                f"{sum(r.timings_s.values()):.1f}",
+            ]
+        )
+    columns = ["design", "status", "fidelity", "dofs", "F_n N", "F_t N", "lifted", "s"]
+    print_table("Analysed", columns, rows)
+    for r in results:
+        if r.failure:
+            click.echo(f"{r.design} failed: {r.failure}", err=True)
+        click.echo(f"report: {out / r.design / 'report.html'}")

@@ -1,0 +1,68 @@
+"""The folder that a user opens: result.json, histories, fields, CAD and the report, all or nothing."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.pipeline import Case, Tell, failed_result, run, with_report_time
+from fingerdesign.result_folder import result_folder, write_result_files
+from fingerdesign.results import Analysis, Result
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+
+def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Result:
+    """Run a case and write OUT/NAME; a failure of the work is written as a failed result.
+
+    Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
+    be written. ``result.status`` says how the work ended.
+    """
+    target = out / case.design.design.name
+    with result_folder(target) as folder:
+        try:
+            tell("building the solid")
+            start = time.perf_counter()
+            write_solid(case.design, folder)
+            geometry = time.perf_counter() - start
+            analysis = run(case, tell)
+            analysis.result.timings_s["geometry"] = geometry
+        except FingerDesignError as error:
+            if _is_input(error):
+                raise
+            analysis = Analysis(failed_result(case, error))
+        tell("writing the report")
+        analysis = write_outputs(analysis, folder)
+    return analysis.result
+
+
+def write_solid(design: Design, folder: Path) -> None:
+    """finger.step, finger.stl and the parts' STL files."""
+    from fingerdesign.geometry.export import write_cad
+    from fingerdesign.geometry.solid import build_solid
+
+    write_cad(build_solid(design), folder)
+
+
+def write_outputs(analysis: Analysis, folder: Path) -> Analysis:
+    """Fields, report.html, result.json and tables into ``folder``."""
+    from fingerdesign.report.fields import write_fields
+    from fingerdesign.report.html import write_report
+
+    start = time.perf_counter()
+    if analysis.mesh is not None:
+        write_fields(folder, analysis.mesh, analysis.fields)
+    # Drawing the pictures is most of the report's time, so it is known before the page is written.
+    write_report(analysis, folder)
+    analysis = with_report_time(analysis, time.perf_counter() - start)
+    write_result_files(folder, analysis.result, analysis.grip_traces)
+    return analysis
+
+
+def _is_input(error: FingerDesignError) -> bool:
+    from fingerdesign.errors import DesignError
+
+    return isinstance(error, DesignError)
