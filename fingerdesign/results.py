@@ -51,6 +51,7 @@ __all__ = [
     "Result",
     "ResultError",
     "SlipStudy",
+    "SlipStudySummary",
     "result_json_schema",
 ]
 
@@ -186,6 +187,24 @@ class GripResult:
 
 
 @dataclass(frozen=True)
+class SlipStudySummary:
+    """How well the gage area followed the stick area at one friction coefficient (Fig. 8).
+
+    Rank correlations (Spearman) of the gage area with the true stick length, with and without the
+    normal force's part taken out; None where not defined. The area is held where F_t changes by
+    less than force_floor_N.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    friction_coefficient: float
+    rank_correlation: float | None
+    rank_correlation_raw: float | None
+    threshold_microstrain_per_N: float
+    force_floor_N: float
+
+
+@dataclass(frozen=True)
 class Result:
     """The record of one analysis; ``to_json`` is the content of ``result.json``.
 
@@ -208,6 +227,7 @@ class Result:
     mesh: MeshSummary | None = None
     increments: tuple[IncrementResult, ...] = ()
     grips: tuple[GripResult, ...] = ()
+    slip_studies: tuple[SlipStudySummary, ...] = ()
     schema_version: int = SCHEMA_VERSION
     seeds: dict[str, int] = field(default_factory=dict)
     timings_s: dict[str, float] = field(default_factory=dict)
@@ -256,6 +276,7 @@ class Analysis:
 
     A part that was not computed is None or empty and the report leaves its figures out, saying so.
     depth_mm: the body's depth, which the picture of a plane-strain section is drawn with.
+    The result's summaries of the slip studies are made from ``slip_studies`` where it has none.
     """
 
     result: Result
@@ -267,6 +288,21 @@ class Analysis:
     plates: tuple[PlateFrame, ...] = ()
     gages: GageLayout | None = None
     depth_mm: float = 10.0
+
+    def __post_init__(self) -> None:
+        if self.slip_studies and not self.result.slip_studies:
+            summaries = tuple(
+                SlipStudySummary(
+                    friction_coefficient=study.friction_coefficient,
+                    rank_correlation=study.rank_correlation,
+                    rank_correlation_raw=study.rank_correlation_raw,
+                    threshold_microstrain_per_N=study.threshold,
+                    force_floor_N=study.force_floor_N,
+                )
+                for study in self.slip_studies
+            )
+            result = dataclasses.replace(self.result, slip_studies=summaries)
+            object.__setattr__(self, "result", result)
 
 
 def result_json_schema() -> dict[str, Any]:

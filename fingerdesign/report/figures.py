@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.report.figures_contact import force_figure, status_figure, traction_figure
+from fingerdesign.report.figures_contact import force_figure, traction_figure
 from fingerdesign.report.figures_gage import area_figure, response_figure, strain_figure
 from fingerdesign.report.figures_grip import paths_figure, rule_figure
+from fingerdesign.report.figures_status import status_figure
 from fingerdesign.report.figures_work import quality_figure, time_figure
-from fingerdesign.report.style import ReportFigure, house_style
+from fingerdesign.report.style import ReportFigure, house_style, spread
 from fingerdesign.results import Analysis
 
+RESPONSES = 3  # friction coefficients whose responses are drawn gage by gage; the areas are for all
 SECTIONS = {
     "contact": "The contact",
     "gages": "The gages",
@@ -31,7 +33,8 @@ def report_figures(analysis: Analysis) -> dict[str, list[ReportFigure]]:
             figures["contact"].append(traction_figure(analysis.contact))
         if analysis.slip_studies:
             figures["gages"].append(area_figure(analysis.slip_studies))
-            figures["gages"] += [response_figure(study) for study in analysis.slip_studies]
+            shown = spread(len(analysis.slip_studies), RESPONSES)
+            figures["gages"] += [response_figure(analysis.slip_studies[i]) for i in shown]
         if result.increments and result.increments[0].gages:
             centres = np.array([plate.x for plate in analysis.plates])
             fits = len(centres) == len(result.increments[0].gages)

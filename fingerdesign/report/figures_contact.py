@@ -1,4 +1,4 @@
-"""Figures of the contact: forces by step, the stick/slip map, tractions (paper, Figs 6 and 7)."""
+"""Figures of the contact: forces and stick ratio by increment, tractions (paper, Fig. 6)."""
 
 from __future__ import annotations
 
@@ -7,29 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.report.style import (
-    BLUE,
-    OPEN_COLOUR,
-    PAPER,
     SERIES,
-    VERMILION,
     ReportFigure,
     canvas,
-    small_multiples,
+    spread,
     to_svg,
+    whole_numbers,
 )
-from fingerdesign.results import OPEN, SLIP, STICK, ContactHistory, Result
+from fingerdesign.results import OPEN, ContactHistory, Result
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.ticker import Locator
     from numpy.typing import NDArray
-
-STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
-STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
-    OPEN: (OPEN_COLOUR, ""),
-    STICK: (BLUE, ""),
-    SLIP: (VERMILION, "////"),
-}
 
 
 def force_figure(result: Result) -> ReportFigure:
@@ -71,26 +59,6 @@ def force_figure(result: Result) -> ReportFigure:
     )
 
 
-def status_figure(contact: ContactHistory) -> ReportFigure:
-    """Open, stick and slip over x and increment; in 3-D a top view an increment (Fig. 7)."""
-    flat = contact.dimension == 2
-    image, alternative = (_status_rows if flat else _status_views)(contact)
-    reading = (
-        "Each row is one increment; along it, what the surface does at each x. "
-        if flat
-        else "Each panel looks down on the contact zone at one increment. "
-    )
-    return ReportFigure(
-        "status",
-        "Where the surface is open, sticks and slips",
-        image,
-        reading + "Slip (hatched where the map is in rows, light where it is a top view) enters "
-        "from the contact's edges and eats the stick zone as the tangential force grows. (Fig. 7 "
-        "of the paper.)",
-        alternative,
-    )
-
-
 def traction_figure(contact: ContactHistory) -> ReportFigure:
     """Pressure and shear traction along x on the mid-plane at a few increments."""
     line = contact.mid_line()
@@ -104,7 +72,7 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
         label = f"increment {number + 1}"
         left.plot(x, pressure[number], color=colour, ls=dashes, label=label)
         right.plot(x, shear[number], color=colour, ls=dashes, label=label)
-    reach = _reach(contact, line)
+    reach = touched_reach(contact, line)
     left.set_xlim(*reach)
     left.set(xlabel="x (mm)", ylabel="pressure (MPa)", title="Pressure")
     right.set(xlabel="x (mm)", ylabel="shear traction along x (MPa)", title="Shear traction")
@@ -126,125 +94,7 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     )
 
 
-def spread(count: int, most: int) -> list[int]:
-    """Up to ``most`` whole numbers from 0 to count - 1, evenly spread, both ends in.
-
-    >>> spread(8, 4), spread(2, 4), spread(0, 4)
-    ([0, 2, 5, 7], [0, 1], [])
-    """
-    return sorted({round(i) for i in np.linspace(0, count - 1, min(most, count))})
-
-
-def _status_rows(contact: ContactHistory) -> tuple[str, str]:
-    line = contact.mid_line()
-    x = contact.points[line, 0]
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    figure = canvas(7.2, 0.9 + 0.24 * len(contact.status))
-    axes = figure.subplots()
-    for row, status in enumerate(contact.status[:, line], start=1):
-        starts = np.flatnonzero(np.diff(status, prepend=-1))
-        for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
-            colour, hatch = STATUS_LOOK[int(status[begin])]
-            axes.barh(
-                row,
-                edges[end] - edges[begin],
-                left=edges[begin],
-                height=0.72,
-                color=colour,
-                hatch=hatch,
-                edgecolor=PAPER,
-                linewidth=0,
-            )
-    axes.set_xlim(*_reach(contact, line))
-    axes.set_ylim(len(contact.status) + 0.6, 0.4)
-    axes.set(xlabel="x (mm)", ylabel="increment")
-    axes.grid(visible=False, axis="y")
-    axes.yaxis.set_major_locator(whole_numbers(16))
-    _status_legend(axes)
-    return to_svg(figure, "status", text := _status_words(contact)), text
-
-
-def _status_views(contact: ContactHistory) -> tuple[str, str]:
-    from matplotlib.collections import PolyCollection
-
-    patches, owner = _dual_patches(contact)
-    chosen = spread(len(contact.status), 8)
-    figure = canvas(7.2, 1.0 + 1.9 * -(-len(chosen) // 4))
-    panels = small_multiples(figure, len(chosen), 4, sharex=True, sharey=True)
-    reach = _reach(contact, np.arange(len(contact.points)))
-    for axes, number in zip(panels, chosen, strict=True):
-        for status in (STICK, SLIP):
-            colour, _ = STATUS_LOOK[status]
-            own = contact.status[number][owner] == status
-            # One raster image a panel: thousands of polygons would make the page heavy.
-            axes.add_collection(
-                PolyCollection(
-                    patches[own], facecolors=colour, edgecolors=colour, lw=0.2, rasterized=True
-                )
-            )
-        axes.set_title(f"increment {number + 1}")
-        axes.set_xlim(*reach)
-        axes.set_ylim(patches[..., 1].min(), patches[..., 1].max())
-        axes.set_aspect("equal", adjustable="box")
-    for axes in panels[-4:]:
-        axes.set_xlabel("x (mm)")
-    for axes in panels[::4]:
-        axes.set_ylabel("z (mm)")
-    _status_legend(panels[0], figure_wide=True)
-    return to_svg(figure, "status", text := _status_words(contact)), text
-
-
-def _dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Each facet cut into three kites, one a corner: (3 f, 4, 2) in (x, z), and their points."""
-    flat = contact.points[:, [0, 2]]
-    corners = flat[contact.facets]
-    middle = corners.mean(axis=1)
-    after = 0.5 * (corners + np.roll(corners, -1, axis=1))
-    before = np.roll(after, 1, axis=1)
-    centre = np.broadcast_to(middle[:, None], corners.shape)
-    kites = np.stack([corners, after, centre, before], axis=2).reshape(-1, 4, 2)
-    owner = contact.facets.reshape(-1)
-    if contact.symmetric:
-        kites, owner = np.concatenate([kites, kites * [1, -1]]), np.tile(owner, 2)
-    return kites, owner
-
-
-def _status_legend(axes: Axes, figure_wide: bool = False) -> None:
-    from matplotlib.patches import Patch
-
-    shown = [STICK, SLIP] if figure_wide else [STICK, SLIP, OPEN]
-    handles = [
-        Patch(
-            facecolor=STATUS_LOOK[status][0],
-            hatch="" if figure_wide else STATUS_LOOK[status][1],
-            edgecolor=PAPER,
-            label=STATUS_NAMES[status],
-        )
-        for status in shown
-    ]
-    place = axes.figure if figure_wide else axes
-    where = "outside upper right" if figure_wide else "lower right"
-    anchor = {} if figure_wide else {"bbox_to_anchor": (1.0, 1.0)}
-    place.legend(handles=handles, loc=where, ncols=len(handles), **anchor)
-
-
-def _status_words(contact: ContactHistory) -> str:
-    lengths = contact.stick_length()
-    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
-    if not len(touching):
-        return "The object does not touch the finger in any increment."
-    widest = int(np.argmax(lengths))
-    gone = [number + 1 for number in touching if lengths[number] == 0]
-    end = (
-        f"none sticks at increment {gone[0]}" if gone else f"{lengths[-1]:.2f} mm stick at the end"
-    )
-    return (
-        f"Contact begins at increment {touching[0] + 1}; along x the surface sticks over at most "
-        f"{lengths[widest]:.2f} mm (increment {widest + 1}); {end}."
-    )
-
-
-def _reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:
+def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:
     """The x that are worth showing: all that ever touched, and a little more."""
     x = contact.points[line, 0]
     touched = (contact.status[:, line] != OPEN).any(axis=0)
@@ -253,10 +103,3 @@ def _reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, flo
     low, high = float(x[touched].min()), float(x[touched].max())
     more = 0.15 * (high - low) + 0.05
     return max(low - more, float(x.min())), min(high + more, float(x.max()))
-
-
-def whole_numbers(most: int = 8) -> Locator:
-    """Ticks of an axis that counts."""
-    from matplotlib.ticker import MaxNLocator
-
-    return MaxNLocator(integer=True, nbins=most)

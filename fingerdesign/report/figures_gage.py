@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.report.figures_contact import spread
 from fingerdesign.report.style import (
     BLUE,
     INK,
@@ -14,11 +13,11 @@ from fingerdesign.report.style import (
     ReportFigure,
     canvas,
     small_multiples,
+    spread,
     to_svg,
 )
+from fingerdesign.report.verdict import GOOD_CORRELATION
 from fingerdesign.results import Result, SlipStudy
-
-GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
 
 
 def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> ReportFigure:

@@ -46,7 +46,7 @@ def paths_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
         "paths",
         "The grips: tangential over normal force",
         to_svg(figure, "paths", alternative),
-        "The object would slip on the dotted line (F_t = mu F_n). Triangles mark where the rule "
+        "The object would slip on the dotted line (F_t = μ F_n). Triangles mark where the rule "
         "begins to hold the tangential motion. A good grip reaches the weight line (dash-dotted: "
         "half the weight for each finger) without touching the dotted line and not far right of "
         "the cross, the least force that could do it. (Fig. 10 of the "
@@ -103,7 +103,7 @@ def _draw_path(axes: Axes, trace: GripTrace) -> None:
     free = trace.without_rule
     reach = max(float(normal.max()), weight / mu) * 1.08
     axes.plot(
-        [0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit F_t = mu F_n"
+        [0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit F_t = μ F_n"
     )
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
     if free is not None:
@@ -135,7 +135,7 @@ def _draw_path(axes: Axes, trace: GripTrace) -> None:
         marker="x",
         ms=7,
         mew=1.6,
-        label="least force (mg/2mu, mg/2)",
+        label="least force (mg/2μ, mg/2)",
     )
     if trace.lift_step is not None:
         axes.plot(

@@ -69,7 +69,7 @@ def _render(
     result = analysis.result
     return environment.get_template("report.html.j2").render(
         result=result,
-        findings=findings(analysis),
+        findings=findings(result),
         figures=figures,
         sections=SECTIONS,
         pictures=pictures,
@@ -77,7 +77,7 @@ def _render(
         assumed=assumed_values(result),
         increments=increment_table(result),
         grips=grip_table(result),
-        model=model_table(analysis),
+        model=model_table(result),
         work=work_table(result),
         design=design_table(result),
         colours=COLOURS,

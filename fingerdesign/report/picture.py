@@ -122,7 +122,7 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
     count = len(set(mesh.regions[inside].tolist()))
     words["inside"] = (
         f"The finger seen from the front, above: a translucent body, {count} plates inside it"
-        + (", the gages on them dark" if "gages" in arrays else "")
+        + (", the gages on them blue" if "gages" in arrays else "")
         + (", and the surface that touched the object tinted." if touched else ".")
     )
     if analysis.fields is not None and len(analysis.fields.increments):

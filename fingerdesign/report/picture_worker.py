@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-SIZE = (1000, 640)
+SIZE = (940, 640)
 BODY, PLATE, GAGE, ZONE = "#8fb4cf", "#c07f36", "#0d3b66", "#d2560a"
 
 
@@ -84,7 +84,7 @@ def _look(plotter: Any, points: Any) -> Any:
     plotter.camera.up = (0.0, 1.0, 0.0)
     plotter.camera.view_angle = 25.0
     plotter.reset_camera()
-    plotter.camera.zoom(1.2)
+    plotter.camera.zoom(1.28)
     plotter.add_axes(color="#6c6f73", line_width=3)
     return plotter
 

@@ -15,9 +15,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
+    from matplotlib.ticker import Locator
 
 # CSS variable -> print colour. The templates give the dark values of the same names.
 COLOURS = {
@@ -155,6 +158,22 @@ def small_multiples(figure: Canvas, count: int, columns: int, **sharing: Any) ->
     for axes in grid[max(0, count - columns) : count]:
         axes.tick_params(labelbottom=True)
     return list(grid[:count])
+
+
+def spread(count: int, most: int) -> list[int]:
+    """Up to ``most`` whole numbers from 0 to count - 1, evenly spread, both ends in.
+
+    >>> spread(8, 4), spread(2, 4), spread(0, 4)
+    ([0, 2, 5, 7], [0, 1], [])
+    """
+    return sorted({round(i) for i in np.linspace(0, count - 1, min(most, count))})
+
+
+def whole_numbers(most: int = 8) -> Locator:
+    """Ticks of an axis that counts."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(integer=True, nbins=most)
 
 
 _NAMES = {colour: name for name, colour in COLOURS.items()}

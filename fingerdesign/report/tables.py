@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from fingerdesign.results import Analysis, Result
+from fingerdesign.results import Result
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ def increment_table(result: Result) -> Table:
             str(number),
             number_text(row.approach_mm),
             number_text(row.shear_mm),
-            number_text(row.normal_force_N, 4),
-            number_text(row.tangential_force_N, 4),
-            number_text(row.contact_width_mm),
+            number_text(row.normal_force_N),
+            number_text(row.tangential_force_N),
+            number_text(row.contact_width_mm, 2),
             number_text(row.stick_ratio),
             f"{row.open_nodes} / {row.stick_nodes} / {row.slip_nodes}",
             number_text(row.peak_pressure_MPa),
@@ -50,23 +50,24 @@ def grip_table(result: Result) -> Table:
     """A row a grip, with its safety margin."""
     columns = (
         *("controller", "friction coefficient", "mass (g)", "lifted", "complete slip", "holds"),
-        *("slips without the rule", "safety margin", "least stick ratio", "final normal force (N)"),
-        *("final tangential force (N)", "peak normal force (N)", "slip distance (mm)", "steps"),
+        *("slips without the rule", "safety margin", "least stick ratio"),
+        *("final normal / tangential force (N)", "peak normal force (N)", "slip distance (mm)"),
+        "steps",
     )
     rows = tuple(
         (
             grip.controller,
-            number_text(grip.friction_coefficient),
-            number_text(grip.object_mass_g),
+            value_text(grip.friction_coefficient),
+            value_text(grip.object_mass_g),
             _yes(grip.lifted),
             _yes(grip.gross_slip),
             str(grip.holds),
             _yes(grip.slips_without_rule),
-            number_text(grip.safety_margin),
-            number_text(grip.minimum_stick_ratio),
-            number_text(grip.final_normal_force_N),
-            number_text(grip.final_tangential_force_N),
-            number_text(grip.peak_normal_force_N),
+            number_text(grip.safety_margin, 2),
+            number_text(grip.minimum_stick_ratio, 2),
+            f"{number_text(grip.final_normal_force_N, 2)} / "
+            f"{number_text(grip.final_tangential_force_N, 2)}",
+            number_text(grip.peak_normal_force_N, 2),
             number_text(grip.slip_distance_mm),
             str(grip.steps),
         )
@@ -75,9 +76,9 @@ def grip_table(result: Result) -> Table:
     return Table("grips", "Grips", columns, rows, frozenset({0, 3, 4, 6}))
 
 
-def model_table(analysis: Analysis) -> Table:
+def model_table(result: Result) -> Table:
     """What was solved, and how good its mesh is."""
-    result, rows = analysis.result, []
+    rows = []
     if result.model is not None:
         model = result.model
         rows += [
@@ -136,17 +137,16 @@ def assumed_values(result: Result) -> list[tuple[str, str]]:
     return pairs
 
 
-def number_text(value: float | None, digits: int = 3) -> str:
-    """Three digits or so, a dash where there is no value.
+def number_text(value: float | None, decimals: int = 3) -> str:
+    """Fixed decimals, so that a column lines up; a dash where there is no value.
 
-    >>> number_text(0.123456), number_text(1234.5), number_text(-0.0), number_text(None)
-    ('0.123', '1234', '0', '–')
+    >>> number_text(0.123456), number_text(-1e-9), number_text(None)
+    ('0.123', '-1e-09', '–')
     """
     if value is None or not math.isfinite(value):
         return "–"
-    if abs(value) >= 10 ** (digits - 1):
-        return f"{value:.0f}"
-    return f"{value + 0.0:.{digits}g}"
+    fixed = f"{value:.{decimals}f}"
+    return f"{value:.0e}" if value != 0 and float(fixed) == 0 else fixed
 
 
 def value_text(value: Any) -> str:

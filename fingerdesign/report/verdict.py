@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from fingerdesign.report.figures_gage import GOOD_CORRELATION
-from fingerdesign.results import Analysis, GripResult, SlipStudy
+from fingerdesign.results import GripResult, Result
 
+GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
 HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
 
 
@@ -20,20 +20,20 @@ class Finding:
     detail: str
 
 
-def findings(analysis: Analysis) -> list[Finding]:
+def findings(result: Result) -> list[Finding]:
     """The report's verdict. What was not computed is answered "open", not left out."""
-    result = analysis.result
     if result.status == "failed":
         return [
             Finding("no", "Did the analysis succeed?", f"It failed: {result.failure}"),
         ]
-    return [_follows(analysis.slip_studies, analysis), _lifts(result.grips), *_needed(result.grips)]
+    return [_follows(result), _lifts(result.grips), *_needed(result.grips)]
 
 
-def _follows(studies: tuple[SlipStudy, ...], analysis: Analysis) -> Finding:
+def _follows(result: Result) -> Finding:
     question = "Does the gage area follow the stick area?"
+    studies = result.slip_studies
     if not studies:
-        rows = analysis.result.increments
+        rows = result.increments
         bare = bool(rows) and not rows[0].gages
         why = (
             "The finger has no plates, so it has no gages." if bare else "It was not studied here."

@@ -1,0 +1,95 @@
+"""``fingerdesign view``: a result in the terminal, and where its report is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import output_options, print_json, print_table
+
+if TYPE_CHECKING:
+    from fingerdesign.report.tables import Table
+    from fingerdesign.results import Result
+
+
+@click.command("view")
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--open", "open_browser", is_flag=True, help="Open the report in the browser.")
+@output_options
+def command(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> None:
+    """Show the result in DIR, or each result in the folders of DIR, and where its report is.
+
+    Exit code 2 where there is no result. That of a failed analysis is shown like any other.
+    """
+    from fingerdesign.result_folder import read_result
+
+    places = _places(folder)
+    results = [read_result(place) for place in places]
+    if as_json:
+        print_json([_summary(*pair) for pair in zip(places, results, strict=True)])
+    elif not quiet:
+        for place, result in zip(places, results, strict=True):
+            _show(place, result)
+    if open_browser:
+        for place in places:
+            if (place / "report.html").is_file():
+                click.launch((place / "report.html").absolute().as_uri())
+
+
+def _places(folder: Path) -> list[Path]:
+    """DIR itself, or the folders right inside that hold a result."""
+    from fingerdesign.errors import DesignError, Fault
+    from fingerdesign.result_folder import RESULT_FILE
+
+    if (folder / RESULT_FILE).is_file():
+        return [folder]
+    inside = sorted(path.parent for path in folder.glob(f"*/{RESULT_FILE}"))
+    inside = [place for place in inside if not place.name.startswith(".")]
+    if not inside:
+        bound = f"a folder with a {RESULT_FILE}, or with folders that have one"
+        raise DesignError([Fault("DIR", folder, bound, "give what analyse got as --out")])
+    return inside
+
+
+def _summary(place: Path, result: Result) -> dict[str, object]:
+    from fingerdesign.report.verdict import findings
+
+    report = place / "report.html"
+    return {
+        "folder": str(place),
+        "report": str(report) if report.is_file() else None,
+        "design": result.design,
+        "scene": result.scene,
+        "fidelity": result.fidelity,
+        "status": result.status,
+        "failure": result.failure,
+        "warnings": list(result.warnings),
+        "findings": [
+            {"question": item.question, "answer": item.answer, "detail": item.detail}
+            for item in findings(result)
+        ],
+    }
+
+
+def _show(place: Path, result: Result) -> None:
+    from fingerdesign.report.tables import grip_table, increment_table, model_table
+    from fingerdesign.report.verdict import findings
+
+    click.secho(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
+    for item in findings(result):
+        click.echo(f"  {item.answer.upper():6} {item.question} {item.detail}")
+    for warning in result.warnings:
+        click.echo(f"  warning: {warning}")
+    _print(model_table(result))
+    _print(increment_table(result))
+    _print(grip_table(result))
+    report = place / "report.html"
+    where = str(report) if report.is_file() else f"none in {place}"
+    click.echo(f"report: {where}")
+
+
+def _print(table: Table) -> None:
+    if table.rows:
+        print_table(table.caption, table.columns, table.rows)
