@@ -12,6 +12,7 @@ import json
 import os
 import secrets
 import zipfile
+import zlib
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -73,7 +74,7 @@ def load_mesh(key: str) -> Mesh | None:
     """The mesh kept under a key, or None: nothing kept, or a file that cannot be read."""
     path = cache_folder() / f"{key}.npz"
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             about: dict[str, Any] = json.loads(str(data["about"]))
             mesh = Mesh(
                 points=data["points"],
@@ -85,7 +86,7 @@ def load_mesh(key: str) -> Mesh | None:
                 notes=about["notes"],
             )
         os.utime(path)
-    except (OSError, KeyError, ValueError, zipfile.BadZipFile):
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile, zlib.error):
         return None
     return mesh
 

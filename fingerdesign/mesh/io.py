@@ -1,8 +1,8 @@
 """Meshes to and from files, through meshio: .vtu, .msh, .vtk, .xdmf and what else it knows.
 
 Cells carry "region" (0 elastomer, k + 1 plate k). Named facets are cells of one dimension less that
-carry their name's number in "facet" (FACET_NUMBERS; 0 for the cells inside); Gmsh files carry both
-as physical groups with names as well.
+carry their name's number in "facet" (FACET_NUMBERS; 0 for the cells inside). Gmsh files carry both
+as physical groups with names instead.
 """
 
 from __future__ import annotations
@@ -71,15 +71,18 @@ def write_mesh(mesh: Mesh, path: Path | str) -> Path:
 
     path = Path(path)
     content = to_meshio(mesh)
-    if path.suffix != ".msh":
-        for name in ("gmsh:physical", "gmsh:geometrical"):
-            del content.cell_data[name]
+    gmsh = path.suffix == ".msh"
+    # Of a .msh file meshio reads back the groups, not further data of cells of two kinds.
+    for name in ("region", "facet") if gmsh else ("gmsh:physical", "gmsh:geometrical"):
+        del content.cell_data[name]
+    if not gmsh:
         content.field_data = {}
     aside = path.with_name(f".{secrets.token_hex(4)}-{path.name}")
     try:
-        content.write(aside)
+        # To meshio .msh is ANSYS's first, which has no quadratic cells; and MSH 4 wants entities.
+        content.write(aside, file_format="gmsh22" if gmsh else None)
         os.replace(aside, path)
-    except (meshio.WriteError, KeyError, OSError, ImportError, SystemExit) as error:
+    except (meshio.WriteError, meshio.ReadError, KeyError, OSError, ImportError) as error:
         raise MeshError(f"meshio could not write {path}: {error}") from error
     finally:
         aside.unlink(missing_ok=True)
@@ -97,7 +100,7 @@ def read_mesh(path: Path | str) -> Mesh:
     path = Path(path)
     try:
         found = meshio.read(path)
-    except (meshio.ReadError, OSError, KeyError, ValueError, SystemExit) as error:
+    except (meshio.ReadError, OSError, KeyError, ValueError, ImportError) as error:
         raise MeshError(f"meshio could not read {path}: {error}") from error
     kinds = {block.type for block in found.cells}
     dimension = 3 if "tetra10" in kinds else 2

@@ -100,6 +100,8 @@ def run_tetwild(
     )
     try:
         run_module(WORKER, [source.name, target.name], folder, time_limit_s)
+        if not target.exists():
+            raise MeshError("it wrote no answer")
         with np.load(target) as data:
             points, tets = data["points"], data["tets"].astype(np.int64)
     except MeshError as error:  # the input stays for whoever looks into it

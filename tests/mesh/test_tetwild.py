@@ -1,0 +1,172 @@
+"""Tetrahedra from fTetWild: accepted meshes are true to the CAD; what fails is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import fingerdesign.mesh.tetwild as tetwild
+from fingerdesign import parse_design
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import MeshError
+from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.tetwild import Gate, envelope_mm, tetrahedralise
+from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
+
+COARSE = """
+design.name = "coarse"
+body.width_mm = 12.0
+body.base_height_mm = 5.0
+body.depth_mm = 6.0
+plates.pitch_mm = 2.0
+plates.thickness_mm = 0.3
+mesh.contact_size_mm = 0.8
+mesh.plate_size_mm = 1.0
+mesh.far_size_mm = 2.5
+mesh.time_limit_s = 100.0
+"""
+CASES = {
+    "plates to the ends": ("plates.count = 3", True),
+    "plates ending inside": ("plates.count = 3\nplates.span_mm = 4.0", True),
+    "whole finger": ("plates.count = 2\nplates.span_mm = 4.0", False),
+    "no plates": ("plates.count = 0", True),
+    "dome": (
+        'body.shape="dome"\nbody.dome_radius_mm=9.0\nplates.count=2\nplates.span_mm=4.0',
+        True,
+    ),
+}
+
+
+def design_of(keys: str) -> Design:
+    return parse_design(COARSE + keys)
+
+
+@pytest.fixture(scope="module")
+def meshes() -> dict[str, tuple[Design, Mesh]]:
+    made = {}
+    for name, (keys, symmetric) in CASES.items():
+        design = design_of(keys)
+        made[name] = (design, tetrahedralise(design, 3.0, symmetric, use_cache=False))
+    return made
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_accepted_mesh_is_true_to_the_design(
+    case: str, meshes: dict[str, tuple[Design, Mesh]]
+) -> None:
+    design, mesh = meshes[case]
+    report = assess(mesh, design)
+    assert not Gate().faults(report)
+    assert report.worst_plate_volume_error < 1e-9  # snapped: exact, not merely accepted
+    assert report.contact_residual_mm < 1e-9
+    assert report.worst_face_area_error < 1e-5
+    assert set(np.unique(mesh.regions)) == set(range(len(plate_frames(design)) + 1))
+    assert mesh.symmetric == CASES[case][1]
+    assert ("symmetry" in mesh.facets) == mesh.symmetric
+    assert mesh.notes["straightened_contact_nodes"] == 0
+
+
+@pytest.mark.parametrize("case", ["plates ending inside", "dome"])
+def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(
+    case: str, meshes: dict[str, tuple[Design, Mesh]]
+) -> None:
+    design, mesh = meshes[case]
+    nodes = {name: mesh.points[np.unique(facets)] for name, facets in mesh.facets.items()}
+    np.testing.assert_allclose(nodes["base"][:, 1], 0.0, atol=1e-12)
+    np.testing.assert_allclose(np.abs(nodes["side"][:, 0]), 6.0, atol=1e-12)
+    np.testing.assert_allclose(nodes["end"][:, 2], 3.0, atol=1e-12)
+    np.testing.assert_allclose(nodes["symmetry"][:, 2], 0.0, atol=1e-12)
+    away = ContactSurface.of(design.body).distance(nodes["contact"])
+    np.testing.assert_allclose(away, 0.0, atol=1e-12)
+
+
+def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(
+    meshes: dict[str, tuple[Design, Mesh]],
+) -> None:
+    _, mesh = meshes["plates to the ends"]
+    outward = {"base": [0, -1, 0], "end": [0, 0, 1], "symmetry": [0, 0, -1]}
+    for name, normal in outward.items():
+        a, b, c = (mesh.points[mesh.facets[name][:, i]] for i in range(3))
+        assert np.all(np.cross(b - a, c - a) @ np.array(normal) > 0.0)
+    for facets in mesh.facets.values():
+        for middle, (i, j) in enumerate(TRIANGLE_EDGES):
+            halfway = 0.5 * (mesh.points[facets[:, i]] + mesh.points[facets[:, j]])
+            length = np.linalg.norm(mesh.points[facets[:, j]] - mesh.points[facets[:, i]], axis=1)
+            off = np.linalg.norm(mesh.points[facets[:, 3 + middle]] - halfway, axis=1)
+            assert np.all(off <= 0.1 * length)  # straight, but for the arc's sagitta
+
+
+def test_edges_at_the_contact_come_out_as_asked(
+    meshes: dict[str, tuple[Design, Mesh]],
+) -> None:
+    design, mesh = meshes["no plates"]
+    facets = mesh.facets["contact"]
+    inner = facets[(np.abs(mesh.points[facets[:, :3], 0]) < 3.0).all(axis=1)]
+    a, b = mesh.points[inner[:, 0]], mesh.points[inner[:, 1]]
+    mean = np.linalg.norm(b - a, axis=1).mean()
+    assert 0.7 * design.mesh.contact_size_mm < mean < 1.3 * design.mesh.contact_size_mm
+
+
+def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    design = design_of("plates.count = 0")
+    first = tetrahedralise(design, 3.0)
+    calls = []
+
+    def refuse(*arguments: object) -> None:
+        calls.append(arguments)
+        raise MeshError("not to be run")
+
+    monkeypatch.setattr(tetwild, "run_tetwild", refuse)
+    again = tetrahedralise(design, 3.0)
+    np.testing.assert_array_equal(first.points, again.points)
+    np.testing.assert_array_equal(first.cells, again.cells)
+    assert not calls
+    with pytest.raises(MeshError):
+        tetrahedralise(design, 2.5)  # another zone is another mesh
+    (kept,) = (tmp_path / "meshes").glob("*.npz")
+    kept.write_bytes(kept.read_bytes()[:500])
+    with pytest.raises(MeshError):
+        tetrahedralise(design, 3.0)
+    assert len(calls) == 2 * design.mesh.attempts
+
+
+def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(
+    monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
+) -> None:
+    design, good = meshes["no plates"]
+    squashed = good.points * [1.0, 1.0, 0.9]  # 10 % of the volume is missing
+    seen = []
+
+    def answer(*arguments: object) -> tuple[np.ndarray, np.ndarray]:
+        seen.append(arguments[3])
+        return good.points, good.corners
+
+    monkeypatch.setattr(tetwild, "run_tetwild", answer)
+    bad = Mesh(squashed, good.cells, good.regions, good.facets, "tetwild", True)
+    monkeypatch.setattr(tetwild, "finish", lambda *arguments: bad)
+    with pytest.raises(MeshError, match=r"in 3 attempts.*attempt 3: body_volume_error"):
+        tetrahedralise(design, 3.0, use_cache=False)
+    assert len(seen) == 3
+    assert len(set(seen)) > 1  # settings change
+
+
+def test_a_vanished_plate_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = design_of("plates.count = 1\nmesh.attempts = 1")
+    # At 1.2 times the thickness fTetWild simplifies the plate away.
+    monkeypatch.setattr(tetwild, "envelope_mm", lambda *arguments: 0.36)
+    with pytest.raises(MeshError, match="no tetrahedral mesh of coarse passed the gate"):
+        tetrahedralise(design, 3.0, use_cache=False)
+
+
+def test_the_envelope_follows_the_thinnest_plate() -> None:
+    thick, thin = design_of("plates.count = 1"), design_of("plates.count = 1").model_copy()
+    thin = parse_design('design.name = "t"\nplates.thickness_mm = 0.04')
+    assert envelope_mm(thin.body, plate_frames(thin)) == pytest.approx(0.004)
+    assert envelope_mm(thick.body, plate_frames(thick)) <= 0.01

@@ -1,0 +1,115 @@
+"""What native code must never see, and what becomes of a mesher that crashes or hangs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import fingerdesign.mesh.tetwild_process as process
+from fingerdesign import parse_design
+from fingerdesign.errors import MeshError
+from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.mesh.sizing import MeshSizes, SizeField
+from fingerdesign.mesh.tetwild_process import Attempt, run_tetwild, validate_surface
+
+Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+
+@pytest.fixture
+def cube() -> Surface:
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in squares for t in ((a, b, c), (a, c, d))]
+    return corners, np.array(triangles)
+
+
+@pytest.fixture
+def field() -> SizeField:
+    body = parse_design('design.name = "t"\nplates.count = 0').body
+    return SizeField(ContactSurface.of(body), (), MeshSizes(1.0, 1.0, 1.0, 0.5), 3.0)
+
+
+def test_a_closed_surface_is_fit(cube: Surface) -> None:
+    validate_surface(*cube)
+
+
+def test_unfit_surfaces_are_named(cube: Surface) -> None:
+    vertices, triangles = cube
+    wrong = vertices.copy()
+    wrong[0, 0] = np.nan
+    with pytest.raises(MeshError, match="not finite"):
+        validate_surface(wrong, triangles)
+    with pytest.raises(MeshError, match="open: 3 edges"):
+        validate_surface(vertices, triangles[1:])
+    with pytest.raises(MeshError, match="coincident triangles"):
+        validate_surface(vertices, np.vstack([triangles, triangles[:1, ::-1]]))
+    with pytest.raises(MeshError, match="coincident vertices"):
+        validate_surface(np.vstack([vertices, vertices[:1]]), triangles)
+    with pytest.raises(MeshError, match="do not exist"):
+        validate_surface(vertices, triangles + 1)
+    with pytest.raises(MeshError, match="encloses nothing"):
+        validate_surface(vertices[:0], triangles[:0])
+    flat = vertices.copy()
+    flat[1] = 0.5 * (vertices[0] + vertices[3])  # on the diagonal 0-3: triangle 0-1-3 has no area
+    with pytest.raises(MeshError, match="without area"):
+        validate_surface(flat, triangles)
+
+
+@pytest.mark.parametrize("epsilon", [0.0, -1.0, float("nan"), float("inf")])
+def test_an_epsilon_that_hangs_the_mesher_is_refused(
+    epsilon: float, cube: Surface, field: SizeField
+) -> None:
+    with pytest.raises(MeshError, match="epsilon"):
+        run_tetwild(*cube, field, Attempt(epsilon), 10.0)
+
+
+def test_a_mesher_out_of_time_is_ended_and_its_input_kept(
+    cube: Surface, field: SizeField, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(
+        MeshError, match=r"did not finish in 0.05 s; its input is kept as .*in\.npz"
+    ):
+        run_tetwild(*cube, field, Attempt(0.01), 0.05)
+    (kept,) = tmp_path.glob("*/in.npz")
+    with np.load(kept) as data:
+        np.testing.assert_array_equal(data["vertices"], cube[0])
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
+        ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "ended by SIGKILL"),
+        ("raise ValueError('bad mesh')", "exit code 1: ValueError: bad mesh"),
+        ("pass", "wrote no answer"),
+    ],
+)
+def test_a_mesher_that_dies_is_an_error(
+    code: str,
+    message: str,
+    cube: Surface,
+    field: SizeField,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    (tmp_path / "dying_mesher.py").write_text(code)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(process, "WORKER", "dying_mesher")
+    with pytest.raises(MeshError, match=message):
+        run_tetwild(*cube, field, Attempt(0.01), 30.0)
+
+
+def test_success_leaves_nothing_behind(
+    cube: Surface, field: SizeField, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    points, tets = run_tetwild(*cube, field, Attempt(0.01), 60.0)
+    assert len(tets) > 0
+    assert tets.max() < len(points)
+    assert list(tmp_path.iterdir()) == []
+    assert not Path("__tracked_surface.stl").exists()
