@@ -87,7 +87,7 @@ def _status_rows(contact: ContactHistory) -> tuple[str, str]:
 def _status_views(contact: ContactHistory) -> tuple[str, str]:
     from matplotlib.collections import PolyCollection
 
-    patches, owner = _dual_patches(contact)
+    patches, owner = dual_patches(contact)
     chosen = spread(len(contact.status), 8)
     reach = touched_reach(contact, np.arange(len(contact.points)))
     bottom, top = float(patches[..., 1].min()), float(patches[..., 1].max())
@@ -121,7 +121,7 @@ def _status_views(contact: ContactHistory) -> tuple[str, str]:
     return to_svg(figure, "status", text := _status_words(contact)), text
 
 
-def _dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Each facet cut into three kites, one a corner: (3 f, 4, 2) in (x, z), and their points."""
     flat = contact.points[:, [0, 2]]
     corners = flat[contact.facets]

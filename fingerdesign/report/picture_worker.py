@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 SIZE = (940, 640)
+VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that may be used
 BODY, PLATE, GAGE, ZONE = "#8fb4cf", "#c07f36", "#0d3b66", "#d2560a"
 
 
@@ -75,17 +76,26 @@ def _plotter() -> Any:
 
 
 def _look(plotter: Any, points: Any) -> Any:
-    """Camera in front, to the left and above (it sees the upper faces of the plates); y up."""
+    """Camera in front, to the left and above (it sees the plates' upper faces), y up.
+
+    Just so far away that the corners of the bounding box stay inside the frame.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
-    centre, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
-    direction = np.array([-0.55, 0.5, 1.0]) / np.linalg.norm([0.55, 0.5, 1.0])
-    plotter.camera.focal_point = centre
-    plotter.camera.position = centre + 2.0 * reach * direction
-    plotter.camera.up = (0.0, 1.0, 0.0)
-    plotter.camera.view_angle = 25.0
-    plotter.reset_camera()
-    plotter.camera.zoom(1.28)
-    plotter.add_axes(color="#6c6f73", line_width=3)
+    centre = 0.5 * (low + high)
+    toward = np.array([-0.55, 0.5, 1.0]) / np.linalg.norm([0.55, 0.5, 1.0])
+    right = np.cross([0.0, 1.0, 0.0], toward)
+    right /= np.linalg.norm(right)
+    corners = np.array(np.meshgrid(*zip(low - centre, high - centre, strict=True))).reshape(3, -1).T
+    nearness, across, up = corners @ toward, corners @ right, corners @ np.cross(toward, right)
+    slope = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE))
+    wide = slope * SIZE[0] / SIZE[1]
+    distance = (nearness + np.maximum(np.abs(up) / slope, np.abs(across) / wide)).max()
+    camera = plotter.camera
+    camera.focal_point, camera.up = centre, (0.0, 1.0, 0.0)
+    camera.position = centre + distance * toward
+    camera.view_angle = VIEW_ANGLE
+    plotter.reset_camera_clipping_range()
+    plotter.add_axes(color="#6c6f73", line_width=3, viewport=(0.0, 0.0, 0.14, 0.2))
     return plotter
 
 

@@ -1,0 +1,163 @@
+"""Figures are there, can be read in light, dark, print and by ear, and survive odd data."""
+
+import dataclasses
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.report.figures import report_figures
+from fingerdesign.report.figures_contact import touched_reach
+from fingerdesign.report.figures_gage import area_figure, response_figure
+from fingerdesign.report.figures_grip import paths_figure
+from fingerdesign.report.figures_status import dual_patches, status_figure
+from fingerdesign.report.figures_work import least_angles
+from fingerdesign.report.style import COLOURS, house_style
+from fingerdesign.results import OPEN, SLIP, STICK, Analysis
+
+
+@pytest.fixture(scope="module")
+def figures(plane_strain):
+    return report_figures(plane_strain)
+
+
+def flat(figures):
+    return [figure for section in figures.values() for figure in section]
+
+
+def test_every_figure_of_the_paper_is_there(figures) -> None:
+    keys = {section: [figure.key for figure in inside] for section, inside in figures.items()}
+    assert keys == {
+        "contact": ["forces", "status", "tractions"],
+        "gages": ["areas", "response-0-3", "response-0-5", "response-0-8", "strains"],
+        "grips": ["paths", "rule"],
+        "work": ["quality", "time"],
+    }
+
+
+def test_each_is_sound_svg_with_words_for_it(figures) -> None:
+    for figure in flat(figures):
+        root = ElementTree.fromstring(figure.image)
+        assert root.tag == "{http://www.w3.org/2000/svg}svg"
+        assert root.get("role") == "img"
+        assert root.get("aria-label") == figure.alternative
+        assert len(figure.reading) > 40
+        assert re.search(r"\d", figure.alternative), "words without a number say little"
+
+
+def test_ids_are_unique_over_the_whole_page_and_references_hold(figures) -> None:
+    text = "".join(figure.image for figure in flat(figures))
+    ids = re.findall(r'\bid="([^"]+)"', text)
+    assert len(ids) == len(set(ids))
+    used = set(re.findall(r"url\(#([^)]+)\)", text)) | set(re.findall(r'href="#([^"]+)"', text))
+    assert used <= set(ids)
+
+
+def test_colours_follow_the_theme(figures) -> None:
+    for figure in flat(figures):
+        bare = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})", figure.image)
+        assert set(bare) <= {"#ffffff", "#000000"}, figure.key
+        assert f"var(--ink, {COLOURS['ink']})" in figure.image
+
+
+def test_same_data_give_the_same_svg(plane_strain, figures) -> None:
+    again = report_figures(plane_strain)
+    assert [figure.image for figure in flat(again)] == [figure.image for figure in flat(figures)]
+
+
+def test_text_is_text_and_names_what_is_drawn(figures) -> None:
+    shown = {figure.key: figure.image for figure in flat(figures)}
+    for word in ("stick", "slip", "open", "x (mm)"):
+        assert f">{word}</text>" in shown["status"]
+    for word in ("lifted", "hold begins", "without the rule", "weight mg/2"):
+        assert f">{word}</text>" in shown["paths"]
+    assert "0.99 (raw 1.00)" in shown["areas"]
+
+
+def test_three_dimensional_map_is_small(solid) -> None:
+    with house_style():
+        figure = status_figure(solid.contact)
+    assert figure.image.count("data:image/png") >= 8
+    assert len(figure.image) < 600_000
+
+
+def test_top_view_covers_the_surface_once(solid) -> None:
+    patches, owner = dual_patches(solid.contact)
+    x, y = patches[..., 0], patches[..., 1]
+    area = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+    assert np.abs(area).sum() == pytest.approx(8.0 * 10.0)  # both halves
+    assert set(owner) == set(range(len(solid.contact.points)))
+
+
+def test_least_angles_of_known_shapes() -> None:
+    height = np.sqrt(3) / 2
+    flat_points, flat_cells = quadratic(
+        np.array([[0.0, 0.0], [1.0, 0.0], [0.5, height]]), np.array([[0, 1, 2]])
+    )
+    triangle = Mesh(flat_points, flat_cells, np.zeros(1, dtype=np.int64), {}, "test")
+    assert least_angles(triangle) == pytest.approx([60.0])
+    corner = np.vstack([np.zeros(3), np.eye(3)])  # right angles at the corner, 54.7 degrees at base
+    regular = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
+    points, cells = quadratic(np.vstack([corner, regular]), np.array([[0, 1, 2, 3], [4, 5, 6, 7]]))
+    solid = Mesh(points, cells, np.zeros(2, dtype=np.int64), {}, "test")
+    known = [np.degrees(np.arccos(1 / np.sqrt(3))), np.degrees(np.arccos(1 / 3))]
+    assert least_angles(solid) == pytest.approx(known)
+
+
+def test_what_is_missing_is_left_out(plane_strain, failed) -> None:
+    assert flat(report_figures(failed)) == []
+    bare = dataclasses.replace(plane_strain.result, increments=(), timings_s={})
+    only_mesh = Analysis(bare, mesh=plane_strain.mesh)
+    assert [figure.key for figure in flat(report_figures(only_mesh))] == ["quality"]
+
+
+def test_never_touching_and_single_increment(plane_strain) -> None:
+    contact = plane_strain.contact
+    first = {
+        name: getattr(contact, name)[:1]
+        for name in ("status", "normal_traction", "tangential_traction", "slip")
+    }
+    away = dataclasses.replace(contact, **{**first, "status": first["status"] * 0 + OPEN})
+    result = dataclasses.replace(
+        plane_strain.result,
+        increments=(dataclasses.replace(plane_strain.result.increments[0], stick_ratio=None),),
+    )
+    figures = flat(report_figures(Analysis(result, contact=away)))
+    words = {figure.key: figure.alternative for figure in figures}
+    assert "does not touch" in words["status"]
+    assert "not defined" in words["forces"]
+
+
+def test_words_of_the_map_follow_the_data(plane_strain) -> None:
+    contact = plane_strain.contact
+    status = np.where(contact.status == STICK, SLIP, contact.status)
+    with house_style():
+        slipping = status_figure(dataclasses.replace(contact, status=status))
+    assert "none sticks at increment 1" in slipping.alternative
+    low, high = touched_reach(contact, contact.mid_line())
+    assert -4.0 <= low < -1.9
+    assert 1.9 < high <= 4.0
+
+
+def test_study_without_any_response_is_drawn(plane_strain) -> None:
+    study = plane_strain.slip_studies[0]
+    silent = dataclasses.replace(
+        study,
+        response=np.full_like(study.response, np.nan),
+        rank_correlation=None,
+        gage_area_mm=np.full_like(study.gage_area_mm, np.nan),
+    )
+    with house_style():
+        assert "<svg" in response_figure(silent).image
+        assert "undefined" in area_figure((silent,)).alternative
+
+
+def test_grip_that_never_lifts_is_drawn_and_said(plane_strain) -> None:
+    trace = dataclasses.replace(plane_strain.grip_traces[0], lift_step=None, without_rule=None)
+    with house_style():
+        figure = paths_figure((trace,))
+    assert "not lifted in 102 steps" in figure.alternative
+    assert ">lifted</text>" not in figure.image
+    assert ">without the rule</text>" not in figure.image

@@ -1,0 +1,153 @@
+"""report.html: whole, offline, safe, and plain about what failed."""
+
+import dataclasses
+import itertools
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from fingerdesign.report import html as html_module
+from fingerdesign.report.html import report_html, write_report
+from fingerdesign.report.picture import PictureError
+from fingerdesign.results import Analysis
+
+VOID = {"meta", "link", "img", "br", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """Collects what the tests ask for; fails on tags that do not close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.links: list[str] = []
+        self.tags: list[str] = []
+        self.open: list[str] = []
+        self.words = ""
+        self.feed(text)
+        assert not self.open
+
+    def handle_starttag(self, tag, attrs) -> None:
+        self.tags.append(tag)
+        values = dict(attrs)
+        if "id" in values:
+            self.ids.append(values["id"])
+        for name in ("href", "src", "xlink:href"):
+            if name in values:
+                self.links.append(values[name])
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs) -> None:
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data) -> None:
+        self.words += data
+
+
+@pytest.fixture(scope="module")
+def text(plane_strain):
+    return report_html(plane_strain, picture=False)
+
+
+@pytest.fixture(scope="module")
+def page(text):
+    return Page(text)
+
+
+def test_nothing_is_fetched_and_nothing_runs(page, text) -> None:
+    assert "script" not in page.tags
+    assert all(link.startswith(("#", "data:")) for link in page.links)
+    assert not re.search(r"url\((?!#)|@import", text)
+    assert not re.search(r"\son\w+=", re.sub(r'"[^"]*"', '""', text))
+    assert "default-src 'none'" in text
+
+
+def test_ids_are_unique_and_links_lead_somewhere(page) -> None:
+    assert len(page.ids) == len(set(page.ids))
+    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+
+
+def test_verdict_assumptions_figures_and_record_are_there(page) -> None:
+    for words in (
+        *("Does the gage area follow the stick area?", "3 of 3 grips lift it", "1.25 to 1.40"),
+        *("plates.cover_mm = 2.0 is thinner", "body.arc_radius_mm", "The grips: tangential"),
+        *("Why this model", "least angle", "12.4°", "3f" * 32, "numpy 2.4.6", "plant 0"),
+        "The pictures were not asked for.",
+    ):
+        assert words in page.words, words
+    assert page.tags.count("svg") == 12
+    assert page.tags.count("table") == 5
+    assert page.tags.count("h1") == 1
+
+
+def test_headings_step_down_one_level_at_a_time(page) -> None:
+    levels = [int(tag[1]) for tag in page.tags if re.fullmatch(r"h[1-6]", tag)]
+    assert levels[0] == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+
+
+def test_words_of_the_design_cannot_become_markup(plane_strain) -> None:
+    evil = '<script>alert("x")</script><img src=//e.example onerror=alert(1)>'
+    changed = dataclasses.replace(
+        plane_strain.result,
+        design=evil,
+        scene=evil,
+        warnings=(evil,),
+        versions={evil: evil},
+        parameters={evil: evil},
+        assumed=(evil,),
+        model=dataclasses.replace(plane_strain.result.model, reasons=(evil,), element=evil),
+        grips=(dataclasses.replace(plane_strain.result.grips[0], controller=evil),),
+        timings_s={evil: 1.0},
+    )
+    trace = dataclasses.replace(plane_strain.grip_traces[0], controller=evil)
+    page = Page(report_html(Analysis(changed, grip_traces=(trace,)), picture=False))
+    assert "script" not in page.tags
+    assert "img" not in page.tags
+    assert evil in page.words
+
+
+def test_failed_analysis_says_what_failed(failed) -> None:
+    page = Page(report_html(failed))
+    assert "It failed: No mesh passed the acceptance gate after 3 attempts" in page.words
+    assert "There is no mesh, so there is no picture." in page.words
+    assert "Status: failed" in page.words
+    assert "svg" not in page.tags
+
+
+def test_pictures_are_inside(solid, tmp_path) -> None:
+    path = write_report(solid, tmp_path)
+    page = Page(path.read_text(encoding="utf-8"))
+    assert page.tags.count("img") == 2
+    assert "The finger deformed as in increment 8" in page.words
+    assert path.stat().st_size < 3_000_000
+
+
+def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch) -> None:
+    def broken(self):
+        raise PictureError("the drawing process failed (ended by signal 11)")
+
+    monkeypatch.setattr(html_module.PictureJob, "pictures", broken)
+    page = Page(report_html(plane_strain))
+    assert "could not be drawn: the drawing process failed (ended by signal 11)." in page.words
+    assert page.tags.count("svg") == 12
+
+
+def test_report_imports_nothing_that_computes() -> None:
+    """report/ knows results; neither contact, fem, control nor the pipeline."""
+    import ast
+    from pathlib import Path
+
+    for path in Path(html_module.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            for name in names:
+                assert not re.match(r"fingerdesign\.(contact|fem|control|pipeline)\b", name), path

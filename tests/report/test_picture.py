@@ -1,0 +1,109 @@
+"""The finger is drawn without a display; surfaces are closed; failures are named."""
+
+import io
+
+import numpy as np
+import pytest
+
+import fingerdesign.report.picture as picture_module
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.report.picture import PictureError, PictureJob
+from fingerdesign.report.surfaces import boundary, gage_quads, surface_of
+from fingerdesign.results import Analysis, GageLayout
+
+
+def enclosed_volume(surface) -> float:
+    """By the divergence theorem; right only if closed and looking outward."""
+    a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
+    return float(np.sum(a * np.cross(b, c)) / 6)
+
+
+def cells_volume(mesh: Mesh, chosen) -> float:
+    corners = mesh.points[mesh.corners[chosen]]
+    edges = corners[:, 1:] - corners[:, :1]
+    return float(np.abs(np.linalg.det(edges)).sum() / (2 if mesh.dimension == 2 else 6))
+
+
+@pytest.mark.parametrize("plates", [False, True])
+def test_surface_of_a_section_closes_around_its_volume(plane_strain, plates) -> None:
+    mesh = plane_strain.mesh
+    chosen = mesh.regions > 0 if plates else np.ones(len(mesh.cells), dtype=bool)
+    volume = 10.0 * cells_volume(mesh, chosen)
+    assert enclosed_volume(surface_of(mesh, chosen, 10.0)) == pytest.approx(volume)
+
+
+@pytest.mark.parametrize("plates", [False, True])
+def test_surface_of_a_half_model_is_that_of_the_whole(solid, plates) -> None:
+    mesh = solid.mesh
+    chosen = mesh.regions > 0 if plates else np.ones(len(mesh.cells), dtype=bool)
+    surface = surface_of(mesh, chosen, 10.0)
+    assert enclosed_volume(surface) == pytest.approx(2 * cells_volume(mesh, chosen))
+    assert surface.points[:, 2].min() == pytest.approx(-5.0)
+    assert np.allclose(np.abs(mesh.points[surface.nodes, 2]), np.abs(surface.points[:, 2]))
+
+
+def test_boundary_of_two_tetrahedra_leaves_their_shared_face_out() -> None:
+    facets = boundary(np.array([[0, 1, 2, 3], [1, 2, 3, 4]]))
+    assert len(facets) == 6
+    assert {1, 2, 3} not in [set(facet) for facet in facets.tolist()]
+
+
+@pytest.mark.parametrize(("face", "count"), [("upper", 1), ("lower", 1), ("both", 2)])
+def test_gages_lie_on_the_faces_that_carry_them(plane_strain, face, count) -> None:
+    plate = plane_strain.plates[3]
+    quads = gage_quads((plate,), GageLayout(1.2, 0.8, 0.5, face))
+    assert quads.shape == (count, 4, 3)
+    local = plate.local(quads.reshape(-1, 3))
+    assert np.ptp(local[:, 0]) == pytest.approx(1.2)
+    assert np.ptp(quads[..., 2]) == pytest.approx(0.8)
+    assert quads[..., 2].mean() == pytest.approx(0.5)
+    if face != "both":
+        assert np.all(np.sign(local[:, 1]) == (1 if face == "upper" else -1))
+    assert np.all(np.abs(local[:, 1]) > 0.05)
+
+
+@pytest.mark.parametrize("which", ["plane_strain", "solid"])
+def test_pictures_are_drawn_without_a_display(which, request, monkeypatch) -> None:
+    from PIL import Image
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with PictureJob(request.getfixturevalue(which)) as job:
+        pictures = job.pictures()
+    assert list(pictures) == ["inside", "deformed"]
+    for picture in pictures.values():
+        assert len(picture.png) < 300_000
+        pixels = np.asarray(Image.open(io.BytesIO(picture.png)).convert("RGBA"))
+        drawn = pixels[..., 3] > 0
+        assert 0.2 < drawn.mean() < 0.9
+        assert not drawn[:, [0, -1]].any(), "cut off at the side"
+        assert not drawn[[0, -1]].any(), "cut off at the top or the bottom"
+        assert len(np.unique(pixels[drawn].reshape(-1, 4), axis=0)) > 100
+    assert "15 plates" in pictures["inside"].alternative
+    moved = np.linalg.norm(request.getfixturevalue(which).fields.displacement[-1], axis=1)
+    assert pictures["deformed"].scale_mm == pytest.approx(moved.max(), rel=0.02)
+
+
+def test_a_crash_and_a_hang_are_named(plane_strain, monkeypatch) -> None:
+    with (
+        PictureJob(plane_strain, time_limit_s=0.01) as job,
+        pytest.raises(PictureError, match="longer than"),
+    ):
+        job.pictures()
+    assert job._process.returncode is not None, "the process must be gone"
+    monkeypatch.setattr(picture_module.picture_worker, "__name__", "no_such_module")
+    with (
+        PictureJob(plane_strain) as job,
+        pytest.raises(PictureError, match=r"exit code 1.*no_such_module"),
+    ):
+        job.pictures()
+
+
+def test_no_mesh_no_picture(failed) -> None:
+    with pytest.raises(PictureError, match="no mesh"):
+        PictureJob(failed)
+
+
+def test_a_field_of_another_mesh_is_refused(plane_strain, solid) -> None:
+    mixed = Analysis(plane_strain.result, mesh=plane_strain.mesh, fields=solid.fields)
+    with pytest.raises(PictureError, match="does not belong"):
+        PictureJob(mixed)
