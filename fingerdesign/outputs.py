@@ -1,4 +1,4 @@
-"""The folder that a user opens: result.json, histories, fields, CAD and the report, all or nothing."""
+"""The folder that a user opens: result, histories, fields, CAD, report; whole or not at all."""
 
 from __future__ import annotations
 

@@ -93,9 +93,8 @@ def run(case: Case, tell: Tell = lambda message: None) -> Analysis:
     scene = case.scene or fundamental_scene()
     _refuse(case, scene)
     clock = Clock()
-    reach = greatest_approach(case, scene)
     widest = 0.5 * case.design.body.width_mm
-    zone = min(_ZONE_FACTOR * contact_half_width(case.design, reach) + _ZONE_MARGIN, widest)
+    zone = candidate_zone(case.design, greatest_approach(case, scene))
     notes: list[str] = []
     while True:
         try:
@@ -190,6 +189,12 @@ def fundamental_scene() -> Scene:
     return parse_scene(shipped_scene_text("fundamental"), "fundamental")
 
 
+def candidate_zone(design: Design, approach: float) -> float:
+    """Half-width in x of the contact candidates for an approach, mm; at most the body's."""
+    forecast = _ZONE_FACTOR * contact_half_width(design, approach) + _ZONE_MARGIN
+    return min(forecast, 0.5 * design.body.width_mm)
+
+
 def greatest_approach(case: Case, scene: Scene) -> float:
     """How far the object comes in this case, mm: the candidate zone must hold that contact."""
     reach = max(approach for approach, _ in scene.path.increments_mm)
@@ -230,15 +235,11 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     return tuple(study(problem, scene.path.increments_mm, case.design.gages.face, frictions))
 
 
-def run_all_grips(
-    design: Design, problem: ContactProblem
-) -> list[tuple[GripResult, GripTrace]]:
+def run_all_grips(design: Design, problem: ContactProblem) -> list[tuple[GripResult, GripTrace]]:
     """The grips of the design's ``[grip]`` table on one condensed model."""
     from fingerdesign.control.episode import run_grips
 
-    return run_grips(
-        problem, design, design.grip.friction_coefficients, design.grip.object_mass_g
-    )
+    return run_grips(problem, design, design.grip.friction_coefficients, design.grip.object_mass_g)
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

@@ -30,7 +30,7 @@ IntArray = NDArray[np.int64]
 class SurfaceQuadrature:
     """Points on the exact contact surface and the weights phi_i(x_q) w_q / a_i of each node.
 
-    points (q, dim) mm; node, point, weight (entries,): sum of weight over the entries of a node = 1.
+    points (q, dim) mm; node, point, weight (entries,): the weights of a node sum to 1.
     """
 
     points: Array
@@ -107,4 +107,4 @@ class ReducedModel:
 
     def total_force(self, force: Array) -> Array:
         """Force on the whole finger (dim,) N."""
-        return self.symmetry_factor * force.sum(axis=0)
+        return np.asarray(self.symmetry_factor * force.sum(axis=0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,9 +52,8 @@ def command(
     for number, case in enumerate(cases):
         name = case.design.design.name
         with progress(name, quiet) as show:
-            results.append(
-                analyse_into(case, out, lambda text, n=number: show(text, n / len(cases)))
-            )
+            tell = partial(show, fraction=number / len(cases))
+            results.append(analyse_into(case, out, tell))
     _report(results, out, quiet, as_json)
     return 0 if all(result.status == "ok" for result in results) else 1
 

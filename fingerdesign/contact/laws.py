@@ -1,8 +1,8 @@
 """Signorini and Coulomb as residuals, and the certificate of an increment (numpy only).
 
-    lambda_n >= 0,  gap >= 0,  lambda_n gap = 0
-    |lambda_t| <= mu lambda_n,   slip increment d = -alpha lambda_t, alpha >= 0,
-                                 d = 0 where |lambda_t| < mu lambda_n
+lambda_n >= 0,  gap >= 0,  lambda_n gap = 0
+|lambda_t| <= mu lambda_n,   slip increment d = -alpha lambda_t, alpha >= 0,
+                             d = 0 where |lambda_t| < mu lambda_n
 """
 
 from __future__ import annotations
@@ -57,8 +57,9 @@ class Certificate:
     balance: float
 
     @property
-    def worst(self) -> float:
-        return max(self.complementarity, self.coulomb, self.dissipation, self.balance)
+    def laws(self) -> float:
+        """Worst violation of Signorini's and Coulomb's laws."""
+        return max(self.complementarity, self.coulomb, self.dissipation)
 
     def __str__(self) -> str:
         return (
@@ -78,7 +79,13 @@ def certify(
     """Check the laws as they are written, apart from the residual that the solver drove down."""
     normal, gap = multiplier[:, 0], motion[:, 0]
     tangential, slip = multiplier[:, 1:], motion[:, 1:]
-    force = max(float(normal.max(initial=0.0)), 1e-300)
+    if not multiplier.any():
+        # Nothing is touched: only penetration can be wrong.
+        deepest = max(0.0, -float(gap.min(initial=0.0)))
+        return Certificate(
+            deepest / max(float(np.abs(gap).max(initial=0.0)), 1e-300), 0.0, 0.0, 0.0
+        )
+    force = float(np.abs(normal).max())
     length = force * float(np.median(self_compliance))
     tension = max(0.0, -float(normal.min(initial=0.0))) / force
     penetration = max(0.0, -float(gap.min(initial=0.0))) / length
@@ -91,10 +98,6 @@ def certify(
     loss = bound * travelled + np.sum(tangential * slip, axis=1)
     dissipation = float(np.abs(loss).max(initial=0.0)) / (force * length)
     balance = float(np.abs(base_reaction + contact_force).max() / max(normal.sum(), 1e-300))
-    if not normal.any():
-        gap_scale = max(float(np.abs(gap).max(initial=0.0)), 1e-300)
-        penetration = max(0.0, -float(gap.min(initial=0.0))) / gap_scale
-        product, coulomb, dissipation, balance = 0.0, 0.0, 0.0, 0.0
     return Certificate(max(tension, penetration, product), coulomb, dissipation, balance)
 
 

@@ -56,7 +56,9 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     factor = model.symmetry_factor
     # Plane strain: areas are lengths x depth already; in 3-D of the modelled half.
     contact_area = factor * _positive_area(model.facets, model.facet_areas, contact)
-    stick_area = factor * _positive_area(model.facets, model.facet_areas, np.minimum(contact, stick))
+    stick_area = factor * _positive_area(
+        model.facets, model.facet_areas, np.minimum(contact, stick)
+    )
     line = mid_line(model)
     pressure = increment.multiplier[:, 0] / model.areas
     inner = ~model.free_end
@@ -92,13 +94,13 @@ def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Ar
     model = problem.model
     per_force = 1.0 / problem.self_compliance
     contact = (increment.multiplier[:, 0] - increment.gap * per_force) / model.areas
+    # In pressure too, so that where nothing pulls sideways both borders are the same.
     size = np.linalg.norm(increment.multiplier[:, 1:], axis=1)
-    bound = problem.friction_coefficient * np.maximum(increment.multiplier[:, 0], 0.0)
     slipped = np.linalg.norm(increment.slip_increment, axis=1) * per_force
-    stick = (bound - size - slipped) / model.areas
-    # Exactly on the cone: sliding, whatever the rounding.
-    stick[increment.status == SLIP] = np.minimum(stick[increment.status == SLIP], 0.0)
-    stick[increment.status == OPEN] = -np.abs(contact[increment.status == OPEN])
+    friction = max(problem.friction_coefficient, 1e-12)
+    stick = contact - (size + slipped) / (friction * model.areas)
+    sliding = increment.status == SLIP
+    stick[sliding] = np.minimum(stick[sliding], 0.0)  # exactly on the cone, whatever the rounding
     return contact, stick
 
 
@@ -132,7 +134,7 @@ def _positive_fraction(values: Array) -> Array:
         others = values[rows][np.arange(corners)[None, :] != lone[:, None]].reshape(len(rows), -1)
         cut = np.prod(own / (own - others), axis=1)
         fraction[rows] = cut if lone_positive else 1.0 - cut
-    return fraction
+    return np.asarray(fraction)
 
 
 def mid_line(model: ReducedModel) -> tuple[IntArray, IntArray, Array]:
@@ -171,9 +173,7 @@ def mid_line(model: ReducedModel) -> tuple[IntArray, IntArray, Array]:
     )
 
 
-def _positive_length(
-    points: Array, line: tuple[IntArray, IntArray, Array], field: Array
-) -> float:
+def _positive_length(points: Array, line: tuple[IntArray, IntArray, Array], field: Array) -> float:
     """Length along x on the line where the field is positive."""
     first, second, weight = line
     x = (1.0 - weight) * points[first, 0] + weight * points[second, 0]

@@ -105,7 +105,7 @@ def _linear_step(
     multiplier: Array,
     motion: Array,
 ) -> Array:
-    m, dim = offset.shape
+    dim = offset.shape[1]
     closed = np.flatnonzero(status != OPEN)
     result = np.zeros_like(multiplier)
     if len(closed) == 0:
@@ -148,4 +148,3 @@ def _linear_step(
     solution = np.linalg.solve(matrix, right.reshape(-1))
     result[closed] = solution.reshape(-1, dim)
     return result
-

@@ -84,12 +84,12 @@ class ContactProblem:
 
     @property
     def self_compliance(self) -> Array:
-        return np.diag(self.compliance).reshape(self.shape)[:, 0]
+        return np.asarray(np.diag(self.compliance).reshape(self.shape)[:, 0])
 
     def offset(self, motion: Motion, slip_reference: Array) -> Array:
         """Gap and slip increment (m, dim) that the motion gives a rigid finger."""
         moved = motion.displacement(self.model.points)
-        local = -np.einsum("mab,mb->ma", self.frames, moved)
+        local: Array = -np.einsum("mab,mb->ma", self.frames, moved)
         local[:, 0] += self.gap0
         local[:, 1:] -= slip_reference
         return local

@@ -50,9 +50,7 @@ def gauss_seidel(
         if sweep % 10 == 0 or sweep == sweeps:
             shaped = multiplier.reshape(m, dim)
             motion_all = (compliance @ multiplier).reshape(m, dim) + offset
-            residual = relative_residual(
-                shaped, motion_all, diagonal[:, 0], friction_coefficient
-            )
+            residual = relative_residual(shaped, motion_all, diagonal[:, 0], friction_coefficient)
             if residual <= tolerance:
                 return NewtonResult(shaped.copy(), residual, sweep, True)
     return NewtonResult(multiplier.reshape(m, dim).copy(), residual, sweeps, False)

@@ -74,7 +74,12 @@ def length_over(positions: Array, values: Array, threshold: float) -> float:
 
 
 def gage_area(
-    gage_x: Array, responses: Array, threshold: float, held: float, force_change: float, floor: float
+    gage_x: Array,
+    responses: Array,
+    threshold: float,
+    held: float,
+    force_change: float,
+    floor: float,
 ) -> float:
     """The area A (mm): ``held`` where |delta F_t| is under ``floor`` and d_i means nothing."""
     if abs(force_change) < floor or not np.isfinite(responses).all():

@@ -65,9 +65,7 @@ def assemble_stiffness(
     all_low, all_high, all_blocks = [], [], []
     for start in range(0, len(cells), _CHUNK):
         part = slice(start, start + _CHUNK)
-        rows, columns, blocks = element_blocks(
-            points, cells[part], first[part], shear[part], order
-        )
+        rows, columns, blocks = element_blocks(points, cells[part], first[part], shear[part], order)
         low, high = cells[part][:, rows], cells[part][:, columns]
         swapped = low > high
         blocks[swapped] = blocks[swapped].transpose(0, 2, 1)
@@ -97,4 +95,3 @@ def _sum_blocks(low: IntArray, high: IntArray, blocks: Array, nodes: int) -> sp.
     upper = sp.triu(matrix, format="csr")
     upper.sort_indices()
     return upper
-

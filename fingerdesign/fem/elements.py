@@ -43,15 +43,17 @@ def tabulate(dimension: int, points: Array, weights: Array | None = None) -> Tab
 
 def quadrature(dimension: int, order: int) -> tuple[Array, Array]:
     """Points (d, q) and weights (q,) exact to ``order`` on the reference simplex."""
-    points, weights = get_quadrature(skfem.refdom.RefLine, order) if dimension == 1 else (
-        get_quadrature(skfem.refdom.RefTri if dimension == 2 else skfem.refdom.RefTet, order)
+    points, weights = (
+        get_quadrature(skfem.refdom.RefLine, order)
+        if dimension == 1
+        else (get_quadrature(skfem.refdom.RefTri if dimension == 2 else skfem.refdom.RefTet, order))
     )
     return np.asarray(points), np.asarray(weights)
 
 
 def jacobians(nodes: Array, gradient: Array) -> Array:
     """Jacobians (c, q, d, d), J[a, b] = d x_a / d X_b, of cells with nodes (c, n, d)."""
-    return np.einsum("cna,nbq->cqab", nodes, gradient, optimize=True)
+    return np.asarray(np.einsum("cna,nbq->cqab", nodes, gradient, optimize=True))
 
 
 def physical_gradients(points: Array, cells: IntArray, order: int) -> tuple[Array, Array]:

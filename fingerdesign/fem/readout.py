@@ -116,17 +116,15 @@ def _value_at_origin(offsets: Array) -> Array:
     scale = np.abs(offsets).max(axis=0)
     scaled = offsets / np.maximum(scale, 1e-12 * scale.max())
     dimension = offsets.shape[1]
-    squares = [
-        scaled[:, a] * scaled[:, b] for a in range(dimension) for b in range(a, dimension)
-    ]
+    squares = [scaled[:, a] * scaled[:, b] for a in range(dimension) for b in range(a, dimension)]
     basis = np.column_stack([np.ones(len(offsets)), scaled, *squares])
     return np.asarray(np.linalg.pinv(basis, rcond=1e-8)[0])
 
 
 def _strain_from_gradient(mesh: Mesh, nodes: IntArray, gradient: Array) -> sp.csr_matrix:
     dimension = mesh.dimension
-    rows: list[Array] = []
-    columns: list[Array] = []
+    rows: list[IntArray] = []
+    columns: list[IntArray] = []
     values: list[Array] = []
     shears = {(0, 1): 3, (0, 2): 4, (1, 2): 5}
     for a in range(dimension):

@@ -28,7 +28,7 @@ _ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian
 
 @dataclass(frozen=True)
 class ContactTrace:
-    """nodes (m,) mesh numbers of the corners; facets (f, dim) in 0..m-1; operator (m dim, n dim)."""
+    """nodes (m,) of the mesh; facets (f, dim) among them; operator (m dim, n dim)."""
 
     nodes: IntArray
     facets: IntArray
@@ -46,17 +46,17 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
     hats = _hat_functions(where)
     corners = facets[:, :dimension]
     nodes, local = np.unique(corners, return_inverse=True)
-    local = local.reshape(corners.shape)
+    local = local.reshape(corners.shape)  # facet corners numbered among the nodes
 
     tangents = np.einsum("fna,nbq->fqab", points[facets], table.gradient, optimize=True)
     if dimension == 2:
         stretch = np.linalg.norm(tangents[..., 0], axis=2) * thickness
     else:
         stretch = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=2)
-    measure = stretch * weights  # (f, q)
+    measure: Array = stretch * weights  # (f, q)
 
     integral = np.einsum("iq,fq->fi", hats, measure)
-    areas = np.bincount(local.ravel(), integral.ravel(), minlength=len(nodes))
+    areas: Array = np.bincount(local.ravel(), integral.ravel(), minlength=len(nodes)).astype(float)
     blocks = np.einsum("iq,nq,fq->fin", hats, table.value, measure, optimize=True)
     blocks /= areas[local][:, :, None]
     row = np.broadcast_to(local[:, :, None], blocks.shape).ravel()
@@ -74,7 +74,8 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
         point=np.broadcast_to(number, entry.shape).ravel(),
         weight=entry.ravel(),
     )
-    return ContactTrace(nodes, local, measure.sum(axis=1), areas, operator, surface)
+    facet_areas: Array = measure.sum(axis=1)
+    return ContactTrace(nodes, local, facet_areas, areas, operator, surface)
 
 
 def _hat_functions(where: Array) -> Array:

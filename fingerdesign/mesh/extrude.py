@@ -36,8 +36,6 @@ def extrude(
         )
     section = mesh_section(design, zone_half_width, sizes or _section_sizes(design))
     heights = layer_heights(0.5 * design.body.depth_mm, design.mesh.layers)
-    if not symmetric:
-        heights = np.concatenate([-heights[:0:-1], heights])
     used, triangles = np.unique(section.corners, return_inverse=True)
     triangles = triangles.reshape(section.corners.shape)
     flat = section.points[used]
@@ -45,9 +43,11 @@ def extrude(
     points = np.column_stack([np.tile(flat, (layers, 1)), np.repeat(heights, len(flat))])
     tets = np.vstack([_prisms(triangles, len(flat), k) for k in range(layers - 1)])
     regions = np.tile(np.repeat(section.regions, 3), layers - 1)
+    if not symmetric:
+        points, tets, regions = _mirrored(points, tets, regions, len(flat))
     tets = _oriented(points, tets)
     nodes, cells = quadratic(points, tets)
-    facets = _classify(design, nodes, cells, heights)
+    facets = _classify(design, nodes, cells, symmetric)
     nodes = _onto_cylinder(design, nodes, facets["contact"])
     return Mesh(nodes, cells, regions, facets, "extrude", symmetric, {"layers": layers - 1})
 
@@ -55,7 +55,7 @@ def extrude(
 def layer_heights(half_depth: float, layers: int) -> Array:
     """Layer borders from z = 0 to the free end, thinning toward it."""
     steps = _GROWTH ** np.arange(layers)[::-1]
-    return np.concatenate([[0.0], np.cumsum(steps)]) * (half_depth / steps.sum())
+    return np.asarray(np.concatenate([[0.0], np.cumsum(steps)]) * (half_depth / steps.sum()))
 
 
 def _section_sizes(design: Design) -> SectionMesh:
@@ -82,6 +82,16 @@ def _prisms(triangles: IntArray, stride: int, layer: int) -> IntArray:
     return np.stack(parts, axis=1).reshape(-1, 4)
 
 
+def _mirrored(
+    points: Array, tets: IntArray, regions: IntArray, shared: int
+) -> tuple[Array, IntArray, IntArray]:
+    """Both halves, the first ``shared`` points lying on z = 0: a mesh that mirrors exactly."""
+    number = np.arange(len(points)) + len(points) - shared
+    number[:shared] = np.arange(shared)
+    both = np.vstack([points, points[shared:] * [1.0, 1.0, -1.0]])
+    return both, np.vstack([tets, number[tets]]), np.tile(regions, 2)
+
+
 def _oriented(points: Array, tets: IntArray) -> IntArray:
     p = points[tets]
     edges = p[:, 1:] - p[:, :1]
@@ -91,26 +101,27 @@ def _oriented(points: Array, tets: IntArray) -> IntArray:
     return tets
 
 
-def _classify(design: Design, nodes: Array, cells: IntArray, heights: Array) -> dict[str, IntArray]:
+def _classify(
+    design: Design, nodes: Array, cells: IntArray, symmetric: bool
+) -> dict[str, IntArray]:
     """Boundary facets by name, (f, 6)."""
     mid = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
-    local = [
-        [*f, mid[(f[0], f[1])], mid[(f[1], f[2])], mid[(f[0], f[2])]] for f in TETRA_FACETS
-    ]
+    local = [[*f, mid[(f[0], f[1])], mid[(f[1], f[2])], mid[(f[0], f[2])]] for f in TETRA_FACETS]
     facets = np.concatenate([cells[:, part] for part in local])
     key = np.sort(facets[:, :3], axis=1)
     _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
     boundary = facets[first[count == 1]]
     corners = nodes[boundary[:, :3]]
-    at = lambda axis, value: (np.abs(corners[:, :, axis] - value) < 1e-9).all(axis=1)  # noqa: E731
-    half = 0.5 * design.body.width_mm
-    base, side = at(1, 0.0), at(0, half) | at(0, -half)
-    far, near = at(2, heights[-1]), at(2, heights[0])
-    named = {"base": base, "side": side & ~base}
-    if heights[0] == 0.0:
-        named |= {"end": far, "symmetry": near}
-    else:
-        named |= {"end": far | near}
+    half, end = 0.5 * design.body.width_mm, 0.5 * design.body.depth_mm
+
+    def lies_at(axis: int, value: float) -> NDArray[np.bool_]:
+        return np.asarray((np.abs(corners[:, :, axis] - value) < 1e-9).all(axis=1))
+
+    base = lies_at(1, 0.0)
+    side = (lies_at(0, half) | lies_at(0, -half)) & ~base
+    named = {"base": base, "side": side, "end": lies_at(2, end) | lies_at(2, -end)}
+    if symmetric:
+        named["symmetry"] = lies_at(2, 0.0)
     rest = ~np.any(list(named.values()), axis=0)
     return {name: boundary[mask] for name, mask in (named | {"contact": rest}).items()}
 

@@ -69,16 +69,16 @@ def _netgen(
     # The arc from right to left, cut where the zone ends; the control point of each piece is where
     # its end tangents meet, which makes netgen's rational spline an exact circle.
     stations = [half, zone, 0.0, -zone, -half] if zone < 0.999 * half else [half, 0.0, -half]
-    ends = [corners[2]]
-    ends += [add_point(x, float(surface_height(body, x))) for x in stations[1:-1]]
-    ends.append(corners[3])
+    arc_ends = [corners[2]]
+    arc_ends += [add_point(x, float(surface_height(body, x))) for x in stations[1:-1]]
+    arc_ends.append(corners[3])
     for k in range(len(stations) - 1):
         pair = np.array([[x, float(surface_height(body, x)) - centre] for x in stations[k : k + 2]])
         meet = np.linalg.solve(pair, [radius**2, radius**2])
         control = add_point(float(meet[0]), float(meet[1] + centre))
         inside = max(abs(stations[k]), abs(stations[k + 1])) <= zone + 1e-12
         geometry.Append(
-            ["spline3", ends[k], control, ends[k + 1]],
+            ["spline3", arc_ends[k], control, arc_ends[k + 1]],
             leftdomain=1,
             rightdomain=0,
             maxh=sizes.contact_size_mm if inside else sizes.far_size_mm,
@@ -99,10 +99,11 @@ def _netgen(
                 for s in along
             ]
             last = len(where) - 1
+            ends = (0, last)
             rows.append(
                 [
-                    add_point(*p, sizes.plate_end_size_mm if k in (0, last) else None)
-                    for k, p in enumerate(where)
+                    add_point(float(x), float(y), sizes.plate_end_size_mm if k in ends else None)
+                    for k, (x, y) in enumerate(where)
                 ]
             )
         lower, upper = rows

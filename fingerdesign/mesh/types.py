@@ -25,7 +25,7 @@ class Mesh:
              positively oriented
     regions  (c,): 0 the elastomer, k + 1 plate k
     facets   name -> (f, 3) or (f, 6): boundary facets, corners then mid-edge nodes; names "base",
-             "contact" (the curved face), "side", "end" (z faces), "symmetry" (z = 0 of a half model)
+             "contact" (the curved face), "side", "end" (z faces), "symmetry" (z = 0 of a half)
     symmetric  True when the mesh is the half z >= 0 of a finger that mirrors in z = 0
     """
 

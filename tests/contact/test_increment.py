@@ -1,0 +1,211 @@
+"""The contact engine on seeded random compliances and small layers: laws, invariants, failures.
+
+No CAD, mesh or finite elements here: numpy alone.
+"""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.laws import OPEN, SLIP, STICK
+from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.newton import NewtonResult, newton
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion, Plane, contact_problem
+from fingerdesign.contact.sweeps import gauss_seidel
+from fingerdesign.errors import SolverError
+from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+
+def make_model(points, compliance, rim=None):
+    """A reduced model on a chain (2-D) or a strip of triangles (3-D) of given points."""
+    m, dim = points.shape
+    if dim == 2:
+        facets = np.column_stack([np.arange(m - 1), np.arange(1, m)])
+    else:
+        facets = np.column_stack([np.arange(m - 2), np.arange(1, m - 1), np.arange(2, m)])
+    rigid = np.tile(np.eye(dim), m)
+    return ReducedModel(
+        points=points,
+        facets=facets,
+        facet_areas=np.ones(len(facets)),
+        areas=np.ones(m),
+        compliance=compliance,
+        gage_readout=np.zeros((0, m * dim)),
+        point_readout=np.zeros((0, m * dim)),
+        reaction_readout=-rigid,
+        surface=SurfaceQuadrature(points, np.arange(m), np.arange(m), np.ones(m)),
+        rim=np.zeros(m, dtype=bool) if rim is None else rim,
+        free_end=np.zeros(m, dtype=bool),
+        locked=np.zeros((m, dim), dtype=bool),
+        depth=1.0,
+    )
+
+
+def random_model(m, dim, seed, contrast=1.0):
+    """Random symmetric positive definite compliance under a parabolic crest at y = 0."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(m * dim, m * dim)) * contrast ** rng.uniform(-0.5, 0.5, m * dim)
+    compliance = root @ root.T / m + 0.2 * np.eye(m * dim)
+    points = np.zeros((m, dim))
+    points[:, 0] = np.linspace(-1, 1, m)
+    if dim == 3:
+        points[:, 2] = rng.uniform(-0.5, 0.5, m)
+    points[:, 1] = -0.3 * (points**2).sum(axis=1)
+    return make_model(points, compliance)
+
+
+def half_plane(m=41, width=2.0, radius=10.0):
+    """Springs coupled by a smooth kernel: a stand-in for an elastic layer, decoupled n and t."""
+    x = np.linspace(-width, width, m)
+    kernel = np.exp(-np.abs(x[:, None] - x[None, :]) / 0.4) / m
+    compliance = np.zeros((m, 2, m, 2))
+    compliance[:, 0, :, 0] = kernel
+    compliance[:, 1, :, 1] = kernel
+    points = np.column_stack([x, -(x**2) / (2 * radius)])
+    return make_model(points, compliance.reshape(2 * m, 2 * m))
+
+
+def assert_laws(increment, friction):
+    normal, gap = increment.multiplier[:, 0], increment.gap
+    tangential, slip = increment.multiplier[:, 1:], increment.slip_increment
+    scale = max(normal.max(), 1e-12)
+    length = max(np.abs(gap).max(), np.abs(slip).max(), 0.1)
+    assert normal.min() >= -1e-9 * scale
+    assert gap.min() >= -1e-8 * length
+    assert np.abs(normal * gap).max() <= 1e-8 * scale * length
+    size = np.linalg.norm(tangential, axis=1)
+    assert (size <= friction * np.maximum(normal, 0) + 1e-8 * scale).all()
+    power = np.sum(tangential * slip, axis=1)
+    assert power.max() <= 1e-8 * scale * length  # friction takes energy out
+    moving = (np.linalg.norm(slip, axis=1) > 1e-6 * length) & (normal > 1e-6 * scale)
+    full = friction * normal[moving] * np.linalg.norm(slip[moving], axis=1)
+    assert np.allclose(power[moving], -full, rtol=1e-5, atol=1e-8 * scale * length)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    dim=st.sampled_from([2, 3]),
+    friction=st.sampled_from([0.0, 0.05, 0.3, 0.6, 1.0]),
+    shear=st.floats(-1.0, 1.0),
+)
+def test_laws_hold_on_random_compliances(seed, dim, friction, shear):
+    model = random_model(8, dim, seed)
+    problem = contact_problem(model, Plane(0.0), friction)
+    state = ContactState.untouched(problem)
+    for motion in (Motion(0.3, 0.0), Motion(0.4, shear), Motion(0.2, -shear), Motion(-0.1, 0.0)):
+        increment = solve_increment(problem, state, motion)
+        assert_laws(increment, friction)
+        state = increment.state
+    assert (increment.status == OPEN).all() or increment.multiplier[:, 0].max() > 0
+
+
+def test_evaluating_twice_changes_nothing():
+    problem = contact_problem(half_plane(), Plane(0.0), 0.4)
+    state = solve_increment(problem, ContactState.untouched(problem), Motion(0.05, 0.0)).state
+    before = state.slip.copy()
+    one = solve_increment(problem, state, Motion(0.05, 0.02))
+    two = solve_increment(problem, state, Motion(0.05, 0.02))
+    assert np.array_equal(one.multiplier, two.multiplier)
+    assert np.array_equal(state.slip, before)
+
+
+def test_mirrored_shear_gives_the_mirrored_answer():
+    problem = contact_problem(half_plane(), Plane(0.0), 0.3)
+    path = [(0.03, 0.0), (0.05, 0.01), (0.05, 0.03)]
+    right = [s.increment for s in follow(problem, [Motion(a, b) for a, b in path])]
+    left = [s.increment for s in follow(problem, [Motion(a, -b) for a, b in path])]
+    for one, other in zip(right, left, strict=True):
+        assert np.allclose(one.multiplier[::-1] * [1, -1], other.multiplier, atol=1e-9)
+
+
+def test_unloading_and_reversal():
+    """Reversed shear slips back from the edge; pulled off, nothing is left."""
+    problem = contact_problem(half_plane(), Plane(0.0), 0.3)
+    path = [(0.05, 0.0), (0.05, 0.02), (0.05, 0.0), (0.05, -0.02), (0.02, -0.02), (-0.01, 0.0)]
+    steps = list(follow(problem, [Motion(a, b) for a, b in path]))
+    ft = [s.measures.tangential_force for s in steps]
+    assert ft[1] > 0 > ft[3]
+    assert abs(ft[2]) < ft[1]  # hysteresis: not back to zero, but less
+    assert steps[-1].measures.stick_ratio is None
+    assert steps[-1].measures.normal_force == 0.0
+
+
+def test_complete_slip_carries_mu_fn():
+    problem = contact_problem(half_plane(), Plane(0.0), 0.3)
+    (last,) = follow(problem, [Motion(0.05, 1.0)])
+    m = last.measures
+    assert np.isclose(m.tangential_force, 0.3 * m.normal_force, rtol=1e-9)
+    assert completely_slips(m, 2)
+    assert m.stick_nodes == 0
+    assert (last.increment.status != STICK).all()
+    assert (last.increment.status == SLIP).any()
+
+
+def test_stick_area_falls_smoothly_under_shear():
+    problem = contact_problem(half_plane(161), Plane(0.0), 0.3)
+    motions = [Motion(0.05, 0.0)] + [Motion(0.05, s) for s in np.linspace(0.001, 0.03, 30)]
+    ratios = [s.measures.stick_ratio for s in follow(problem, motions)]
+    assert ratios[0] == pytest.approx(1.0)
+    steps = -np.diff([ratio for ratio in ratios if ratio > 0.2])
+    # Counting nodes would stand still and jump by a node's share, 1/50 here.
+    assert len(steps) > 10
+    assert steps.min() > 0.01
+    assert steps.max() < 0.1
+
+
+def test_the_rim_is_never_passed_silently():
+    model = half_plane()
+    rim = np.zeros(model.nodes, dtype=bool)
+    rim[[0, -1]] = True
+    limited = make_model(model.points, model.compliance, rim)
+    problem = contact_problem(limited, Plane(0.0), 0.3)
+    with pytest.raises(ZoneExhausted, match="candidate zone"):
+        solve_increment(problem, ContactState.untouched(problem), Motion(0.5, 0.0))
+
+
+def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
+    """Non-convergence is reported, and the last iterate is not returned as an answer."""
+    from fingerdesign.contact import increment as module
+
+    problem = contact_problem(half_plane(), Plane(0.0), 0.3)
+    stalled = lambda c, offset, f, start, *rest, **named: NewtonResult(start, 1.0, 1, False)  # noqa: E731
+    monkeypatch.setattr(module, "newton", stalled)
+    monkeypatch.setattr(module, "gauss_seidel", stalled)
+    with pytest.raises(SolverError, match="no accepted answer at approach"):
+        solve_increment(problem, ContactState.untouched(problem), Motion(0.05, 0.02))
+
+
+def test_motion_that_is_not_finite_is_refused():
+    problem = contact_problem(half_plane(), Plane(0.0), 0.3)
+    with pytest.raises(SolverError, match="not finite"):
+        solve_increment(problem, ContactState.untouched(problem), Motion(np.nan, 0.0))
+
+
+@pytest.mark.parametrize("friction", [-0.1, np.nan, np.inf])
+def test_friction_out_of_bounds_is_refused(friction):
+    with pytest.raises(ValueError, match="friction coefficient"):
+        contact_problem(half_plane(), Plane(0.0), friction)
+
+
+def test_gauss_seidel_agrees_with_newton():
+    problem = contact_problem(random_model(10, 3, 3), Plane(0.0), 0.4)
+    offset = problem.offset(Motion(0.3, 0.2), np.zeros((10, 2)))
+    swept = gauss_seidel(problem.compliance, offset, 0.4, np.zeros((10, 3)), 5000, 1e-12)
+    exact = newton(problem.compliance, offset, 0.4, np.zeros((10, 3)))
+    assert swept.converged
+    assert exact.converged
+    assert np.allclose(swept.multiplier, exact.multiplier, atol=1e-8)
+
+
+def test_stick_and_contact_lengths_by_quadrature():
+    """The contact's border lies between nodes, and its length grows with the approach."""
+    problem = contact_problem(half_plane(81), Plane(0.0), 0.3)
+    widths = [
+        measure(problem, s.increment).contact_width
+        for s in follow(problem, [Motion(a, 0.0) for a in np.linspace(0.01, 0.06, 26)])
+    ]
+    assert (np.diff(widths) > 0).all()

@@ -1,0 +1,197 @@
+"""The condensed model against the full one: compliance, readouts, balance, uniform pressure."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from fingerdesign import parse_design
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.fem.factor import flexibility, solve
+from fingerdesign.fem.model import build_model, fixed_dofs, stiffness_of
+from fingerdesign.fem.readout import gage_rows, strain_rows
+from fingerdesign.fem.trace import contact_trace
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.section import mesh_section
+
+COARSE = """
+design.name = "coarse"
+body.width_mm = 8.0
+body.base_height_mm = 3.0
+body.arc_radius_mm = 8.0
+body.depth_mm = 4.0
+plates.count = 3
+plates.pitch_mm = 1.5
+plates.length_mm = 1.2
+plates.cover_mm = 1.0
+gages.length_mm = 0.6
+[mesh]
+contact_size_mm = 0.5
+plate_size_mm = 0.5
+far_size_mm = 1.5
+layers = 3
+[mesh.section]
+contact_size_mm = 0.2
+plate_size_mm = 0.1
+far_size_mm = 1.0
+"""
+POINT = np.array([[0.5, 3.2, 0.0]])
+
+
+@pytest.fixture(scope="module", params=["section", "half", "whole"])
+def case(request):
+    design = parse_design(COARSE)
+    if request.param == "section":
+        mesh = mesh_section(design, 1.5)
+    else:
+        mesh = extrude(design, 1.5, symmetric=request.param == "half")
+    return design, mesh, build_model(design, mesh, 1.5, POINT)
+
+
+def random_force(model, seed=0):
+    force = np.random.default_rng(seed).normal(size=model.points.shape)
+    force[model.locked] = 0.0
+    return force
+
+
+def test_condensed_equals_full(case):
+    """Contact displacement, gage and point strain of the reduced and of the full solution."""
+    design, mesh, built = case
+    model = built.reduced
+    force = random_force(model)
+    field = built.displacement_fields(force[None])[0]
+    u = (built.trace.operator @ field.ravel()).reshape(force.shape)
+    scale = np.abs(u).max()
+    free = ~model.locked
+    assert np.abs(model.displacement(force) - u)[free].max() < 1e-9 * scale
+    gages = (gage_rows(mesh, plate_frames(design), design.gages) @ field.ravel()).reshape(-1, 2)
+    assert np.abs(model.gage_strain(force) - gages).max() < 1e-9 * np.abs(gages).max()
+    point = POINT[0, : mesh.dimension]
+    strain = strain_rows(mesh, point) @ field.ravel()
+    assert np.abs(model.point_strain(force)[0] - strain).max() < 1e-9 * np.abs(strain).max()
+
+
+def test_field_satisfies_the_full_equations(case):
+    """K u = f on the free dofs of the full stiffness."""
+    design, mesh, built = case
+    force = random_force(built.reduced, 1)
+    field = built.displacement_fields(force[None])[0].ravel()
+    upper = stiffness_of(design, mesh)
+    residual = upper @ field + sp.triu(upper, k=1).T @ field
+    residual -= built.trace.operator.T @ force.ravel()
+    free = ~fixed_dofs(mesh)
+    internal = abs(upper) @ np.abs(field)  # what cancels in each row
+    assert np.abs(residual[free]).max() < 1e-12 * internal.max()
+
+
+def test_compliance_is_symmetric_positive_definite(case):
+    compliance = case[2].reduced.compliance
+    assert np.abs(compliance - compliance.T).max() <= 1e-10 * np.abs(compliance).max()
+    assert np.linalg.eigvalsh(compliance).min() > 0.0
+
+
+def test_reaction_balances_every_force(case):
+    model = case[2].reduced
+    force = random_force(model, 2)
+    held = 2 if model.locked.any() else model.dimension
+    reaction = model.reaction_readout @ force.ravel()
+    assert np.allclose(reaction[:held], -force.sum(axis=0)[:held], rtol=0, atol=1e-8)
+
+
+def test_half_model_equals_whole():
+    """Mirror symmetry: the half model under half the load moves as the whole one does."""
+    design = parse_design(COARSE)
+    half = build_model(design, extrude(design, 1.5, symmetric=True), 1.5).reduced
+    whole = build_model(design, extrude(design, 1.5, symmetric=False), 1.5).reduced
+    load = np.array([1.0, -3.0, 0.0])
+    u_half = half.displacement(half.areas[:, None] * load)
+    u_whole = whole.displacement(whole.areas[:, None] * load)
+    keep = whole.points[:, 2] > -1e-9
+    order_half = np.lexsort(np.round(half.points, 9).T)
+    order_whole = np.flatnonzero(keep)[np.lexsort(np.round(whole.points[keep], 9).T)]
+    free = ~half.locked[order_half]
+    error = np.abs(u_half[order_half] - u_whole[order_whole])[free].max()
+    assert error < 1e-9 * np.abs(u_whole).max()
+    assert np.allclose(2 * (half.areas @ np.ones(half.nodes)), whole.areas.sum(), rtol=1e-9)
+
+
+def test_uniform_pressure_is_reproduced():
+    """Nodal forces p a_i load the quadratic surface exactly as the uniform pressure p does."""
+    design = parse_design(COARSE)
+    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5)):
+        facets = mesh.facets["contact"]
+        trace = contact_trace(mesh.points, facets)
+        force = np.zeros((len(trace.nodes), mesh.dimension))
+        force[:, 1] = -0.7 * trace.areas
+        load = (trace.operator.T @ force.ravel()).reshape(mesh.points.shape)
+        fine = contact_trace(mesh.points, facets)
+        assert trace.areas.min() > 0.0
+        assert np.isclose(trace.areas.sum(), trace.facet_areas.sum(), rtol=1e-12)
+        assert np.isclose(load[:, 1].sum(), -0.7 * fine.facet_areas.sum(), rtol=1e-12)
+        moment = load[:, 1] @ mesh.points[:, 0]
+        exact = -0.7 * quadrature_moment(mesh, facets)
+        assert np.isclose(moment, exact, rtol=0, atol=1e-10)
+
+
+def quadrature_moment(mesh, facets):
+    from fingerdesign.fem.elements import quadrature, tabulate
+
+    where, weights = quadrature(mesh.dimension - 1, 6)
+    table = tabulate(mesh.dimension - 1, where)
+    x = np.einsum("nq,fna->fqa", table.value, mesh.points[facets])
+    tangents = np.einsum("fna,nbq->fqab", mesh.points[facets], table.gradient)
+    if mesh.dimension == 2:
+        stretch = np.linalg.norm(tangents[..., 0], axis=2)
+    else:
+        stretch = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=2)
+    return float(np.einsum("fq,fq,q->", x[..., 0], stretch, weights))
+
+
+def test_constant_strain_is_read_exactly():
+    """A linear displacement gives its own strain at points and gages, in 2-D and 3-D."""
+    design = parse_design(COARSE)
+    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5)):
+        d = mesh.dimension
+        slope = np.array([[0.3, 0.2, 0.1], [0.05, -0.4, 0.07], [0.02, 0.03, 0.6]])[:d, :d]
+        field = mesh.points @ slope.T
+        got = strain_rows(mesh, np.array([0.5, 3.2, 0.4])[:d]) @ field.ravel()
+        shear = slope + slope.T
+        wanted = np.zeros(6)
+        wanted[:d] = np.diag(slope)
+        wanted[3] = shear[0, 1]
+        if d == 3:
+            wanted[4:] = shear[0, 2], shear[1, 2]
+        assert np.allclose(got, wanted, atol=1e-9)
+        frames = plate_frames(design)
+        gages = (gage_rows(mesh, frames, design.gages) @ field.ravel()).reshape(-1, 2)
+        axis = frames[0].axis
+        assert np.allclose(gages, axis @ slope[:2, :2] @ axis, atol=1e-9)
+
+
+def test_point_outside_is_refused():
+    from fingerdesign.errors import DesignError
+
+    design = parse_design(COARSE)
+    mesh = mesh_section(design, 1.5)
+    with pytest.raises(DesignError, match=r"readout\.points_mm"):
+        strain_rows(mesh, np.array([0.0, 30.0]))
+
+
+def test_slow_fallback_gives_the_same(monkeypatch):
+    """SuperLU, used where MKL has no wheel, agrees and says that it is slow."""
+    from fingerdesign.fem import factor
+
+    design = parse_design(COARSE)
+    mesh = mesh_section(design, 1.5)
+    free = ~fixed_dofs(mesh)
+    stiffness = stiffness_of(design, mesh)[free][:, free].tocsr()
+    stiffness.sort_indices()
+    rows = gage_rows(mesh, plate_frames(design), design.gages)[:, free].tocsr()
+    fast = flexibility(stiffness, rows)
+    load = np.random.default_rng(0).normal(size=(stiffness.shape[0], 2))
+    quick = solve(stiffness, load)
+    monkeypatch.setattr(factor, "has_pardiso", lambda: False)
+    with pytest.warns(UserWarning, match="slower"):
+        slow = flexibility(stiffness, rows)
+    assert np.abs(fast - slow).max() < 1e-9 * np.abs(fast).max()
+    with pytest.warns(UserWarning, match="slower"):
+        assert np.allclose(solve(stiffness, load), quick, rtol=1e-7)
