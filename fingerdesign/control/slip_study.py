@@ -1,0 +1,240 @@
+"""The fundamental case: the gage area A beside the true stick area (paper 3.1, Figs 6-8).
+
+Eight increments of approach and shear end in complete slip. Each gives a response d_i of every gage
+(signals.py), an area A where d_i exceeds a threshold, and the true stick area; Spearman's rank
+correlation says how well A tells where the contact stands, which is all a controller asks of it.
+
+The friction coefficient changes neither the model nor, nearly, the relation: by the similarity of
+partial slip (Cattaneo 1938, Mindlin 1949; Ciavarella, J. Appl. Mech. 65 (1998) 998) the same
+approach with the shear in proportion to mu runs through the same stick areas. So other friction
+coefficients are studied with :func:`scaled_rows`, and each ends in complete slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.measures import Measures
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.signals import NormalCalibration, Sample, gage_area, response
+from fingerdesign.errors import SolverError
+from fingerdesign.result_arrays import SlipStudy
+
+Array = NDArray[np.float64]
+Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
+
+FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
+
+# Half of the design's own largest response at full stick: one rule for every design and friction
+# coefficient, which a hand can apply too (a first shear on a rough object). Not fitted: the search
+# in study/paper_finger.py asks that 0.45 and 0.55 do as well.
+THRESHOLD_FRACTION = 0.5
+FORCE_FLOOR_N = 0.01  # far above the solver's error, far below the increments of any grip
+_CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
+
+
+def gage_readings(gages: Array, face: str) -> Array:
+    """What the gages say (g,), microstrain, of strains (g, 2) at the upper and lower faces."""
+    return np.asarray(1e6 * gages @ np.array(FACES[face]))
+
+
+def normal_calibration(
+    problem: ContactProblem, face: str, max_approach: float, points: int = 16
+) -> NormalCalibration:
+    """Readings against the normal force of a pure approach from touch to ``max_approach`` (mm).
+
+    ``points`` equal steps and the unloaded start. The friction is the problem's: a hand calibrates
+    once, on one object, and uses that for all others. Raises SolverError where an increment has no
+    accepted answer or the normal force does not grow.
+    """
+    motions = [Motion(max_approach * k / points, 0.0) for k in range(1, points + 1)]
+    forces, readings = [0.0], [np.zeros(len(problem.model.gage_readout) // 2)]
+    for step in follow(problem, motions):
+        forces.append(step.measures.normal_force)
+        readings.append(gage_readings(step.measures.gages, face))
+    if not (np.diff(forces) > 0.0).all():
+        raise SolverError("a pure approach does not raise the normal force: no calibration")
+    return NormalCalibration(np.array(forces), np.array(readings))
+
+
+def full_stick_response(problem: ContactProblem, face: str, approach: float) -> Array:
+    """Response (g,), microstrain/N, to a first shear at ``approach`` (mm) with no slip anywhere.
+
+    The touching nodes of a pure approach are moved together by a little shear: linear, without
+    friction in it. It is what a hand measures on a rough object. Raises SolverError without
+    contact.
+    """
+    pressed = solve_increment(problem, ContactState.untouched(problem), Motion(approach, 0.0))
+    closed = np.flatnonzero(pressed.multiplier[:, 0] > 0.0)
+    if not len(closed):
+        raise SolverError(f"an approach of {approach:g} mm makes no contact: no response to shear")
+    m, dim = problem.shape
+    no_slip = np.zeros((m, dim - 1))
+    change = problem.offset(Motion(0.0, 1.0), no_slip) - problem.offset(Motion(0.0, 0.0), no_slip)
+    index = (closed[:, None] * dim + np.arange(dim)).reshape(-1)
+    multiplier = np.zeros(m * dim)
+    multiplier[index] = np.linalg.solve(
+        problem.compliance[np.ix_(index, index)], -change.reshape(-1)[index]
+    )
+    force = problem.to_global(multiplier.reshape(m, dim))
+    strain = problem.model.gage_strain(force)
+    return np.asarray(np.abs(gage_readings(strain, face) / problem.model.total_force(force)[0]))
+
+
+def full_stick_threshold(
+    problem: ContactProblem, face: str, approach: float, fraction: float = THRESHOLD_FRACTION
+) -> float:
+    """``fraction`` of the largest full-stick response at ``approach``, microstrain/N.
+
+    0 for a finger without gages, whose area is 0 at any threshold.
+    """
+    return fraction * float(full_stick_response(problem, face, approach).max(initial=0.0))
+
+
+def scaled_rows(rows: Rows, factor: float) -> list[tuple[float, float]]:
+    """The same approach and ``factor`` times the shear: factor = mu / mu of the scene."""
+    return [(approach, factor * shear) for approach, shear in rows]
+
+
+def refined_rows(rows: Rows, pieces: int) -> list[tuple[float, float]]:
+    """Each row, from touch on, cut into ``pieces`` equal increments.
+
+    >>> refined_rows([(0.2, 0.0), (0.2, 0.1)], 2)
+    [(0.1, 0.0), (0.2, 0.0), (0.2, 0.05), (0.2, 0.1)]
+    """
+    cut = []
+    for (approach, shear), (next_approach, next_shear) in pairwise([(0.0, 0.0), *rows]):
+        for part in range(1, pieces + 1):
+            share = part / pieces
+            cut.append(
+                (
+                    approach + share * (next_approach - approach),
+                    shear + share * (next_shear - shear),
+                )
+            )
+    return cut
+
+
+def slip_studies(
+    problem: ContactProblem,
+    rows: Rows,
+    face: str,
+    friction_coefficients: Sequence[float],
+    pieces: int = 1,
+    fraction: float = THRESHOLD_FRACTION,
+    floor: float = FORCE_FLOOR_N,
+) -> tuple[SlipStudy, ...]:
+    """The study at several friction coefficients of one model.
+
+    rows are those of the problem's own friction coefficient, others get theirs from
+    :func:`scaled_rows`. All share one calibration and one threshold, found at the problem's
+    friction. ``pieces`` cuts every row finer, so that the correlation rests on more increments.
+    """
+    most = max(approach for approach, _ in rows)
+    calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
+    threshold = full_stick_threshold(problem, face, most, fraction)
+    studies = []
+    for friction in friction_coefficients:
+        path = refined_rows(scaled_rows(rows, friction / problem.friction_coefficient), pieces)
+        other = problem.with_friction(friction)
+        x = problem.model.gage_x
+        studies.append(slip_study(other, path, face, x, threshold, floor, calibration))
+    return tuple(studies)
+
+
+def slip_study(
+    problem: ContactProblem,
+    rows: Rows,
+    face: str,
+    gage_x: Array,
+    threshold: float,
+    floor: float,
+    calibration: NormalCalibration,
+) -> SlipStudy:
+    """Follow ``rows`` from touch and compare the gage area with the true stick area.
+
+    rows         cumulative (approach, shear), mm; cut finer with :func:`refined_rows`
+    gage_x       (g,) plate centres, mm, in the order of the model's gages
+    threshold    microstrain/N
+    floor        N: A is held where F_t changes by less, 0 before any response
+    calibration  of the same face; the friction of the rows need not be the calibration's
+
+    The rank correlations are over the increments with contact, from the first that has a response
+    on, and are of A with the stick *area* (in plane strain its length times the depth), not with
+    the ratio. The area of an increment is where it sticks all through it: the status it ends with.
+    """
+    order = np.argsort(gage_x, kind="stable")
+    steps = [step.measures for step in follow(problem, [Motion(*row) for row in rows])]
+    samples = [_sample(step, face, order) for step in steps]
+    before = [Sample(np.zeros(len(order)), 0.0, 0.0), *samples[:-1]]
+    raw = np.array([response(b, s) for b, s in zip(before, samples, strict=True)])
+    ordered = NormalCalibration(calibration.normal_force, calibration.readings[:, order])
+    clean = np.array([response(b, s, ordered) for b, s in zip(before, samples, strict=True)])
+    change = np.diff([0.0, *(s.tangential_force for s in samples)])
+    # Below the floor the quotient is noise, whatever it is.
+    clean[np.abs(change) < floor] = np.nan
+    x = np.asarray(gage_x, dtype=float)[order]
+    area_raw = _areas(x, raw, threshold, change, floor)
+    area = _areas(x, clean, threshold, change, floor)
+    stick = np.array([step.stick_area for step in steps])
+    told = np.logical_or.accumulate(np.abs(change) >= floor)
+    used = told & np.array([step.contact_area > 0.0 for step in steps])
+    ratio = [np.nan if step.stick_ratio is None else step.stick_ratio for step in steps]
+    return SlipStudy(
+        friction_coefficient=problem.friction_coefficient,
+        stick_ratio=np.array(ratio),
+        stick_length_mm=np.array([step.stick_width for step in steps]),
+        gage_area_raw_mm=area_raw,
+        gage_area_mm=area,
+        gage_x_mm=x,
+        response_raw=raw,
+        response=clean,
+        threshold=threshold,
+        rank_correlation_raw=rank_correlation(area_raw[used], stick[used]),
+        rank_correlation=rank_correlation(area[used], stick[used]),
+        tangential_force=np.array([s.tangential_force for s in samples]),
+        normal_force=np.array([s.normal_force for s in samples]),
+        force_floor_N=floor,
+    )
+
+
+def rank_correlation(first: Array, second: Array) -> float | None:
+    """Spearman's rank correlation, ties given their mean rank; None where one never changes.
+
+    >>> rank_correlation(np.array([1.0, 2.0, 3.0]), np.array([10.0, 30.0, 20.0]))
+    0.5
+    """
+    if len(first) < 2 or np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return None
+    a, b = _mean_ranks(first), _mean_ranks(second)
+    a, b = a - a.mean(), b - b.mean()
+    return float(a @ b / np.sqrt((a @ a) * (b @ b)))
+
+
+def _mean_ranks(values: Array) -> Array:
+    """Ranks from 1, equal values sharing the mean of theirs."""
+    _, inverse, count = np.unique(values, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    return np.asarray((last - 0.5 * (count - 1))[inverse])
+
+
+def _sample(measures: Measures, face: str, order: NDArray[np.int64]) -> Sample:
+    return Sample(
+        gage_readings(measures.gages, face)[order],
+        measures.normal_force,
+        measures.tangential_force,
+    )
+
+
+def _areas(x: Array, responses: Array, threshold: float, change: Array, floor: float) -> Array:
+    areas, held = [], 0.0
+    for values, step in zip(responses, change, strict=True):
+        held = gage_area(x, values, threshold, held, float(step), floor)
+        areas.append(held)
+    return np.array(areas)

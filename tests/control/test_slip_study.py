@@ -1,0 +1,158 @@
+"""The slip study on plain arrays: correlation, calibration, full stick; no mesh, no CAD."""
+
+import numpy as np
+import pytest
+from scipy.stats import spearmanr
+
+from fingerdesign.contact.problem import Plane, contact_problem
+from fingerdesign.control import slip_study as study
+from fingerdesign.control.signals import Sample, response
+from fingerdesign.errors import SolverError
+from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+ROWS = [(0.06, 0.004), (0.1, 0.01), (0.1, 0.02), (0.1, 0.03), (0.1, 0.045), (0.1, 0.2)]
+PLATES = 9
+
+
+def model(seed=0, nodes=61, half=4.0, radius=20.0):
+    """A parabola of a uniform elastic foundation with gages that see the load above them."""
+    rng = np.random.default_rng(seed)
+    x = np.linspace(-half, half, nodes)
+    areas = np.full(nodes, x[1] - x[0])
+    areas[[0, -1]] *= 0.5
+    stiffness = 20.0  # N/mm per mm
+    compliance = np.diag(np.repeat(1.0 / (stiffness * areas), 2))
+    gage_x = np.linspace(-3.0, 3.0, PLATES)
+    below = np.exp(-(((x[None] - gage_x[:, None]) / 0.3) ** 2))
+    readout = np.zeros((2 * PLATES, 2 * nodes))
+    readout[0::2, 0::2] = 1e-6 * below  # both faces see the shear,
+    readout[1::2, 0::2] = 1e-6 * below
+    pressed = 1e-5 * rng.random((PLATES, 1)) * below
+    readout[0::2, 1::2] = pressed + 1e-4 * below  # each its own part of the pressure
+    readout[1::2, 1::2] = pressed - 1e-4 * below
+    points = np.column_stack([x, -(x**2) / (2 * radius)])
+    index = np.arange(nodes)
+    return ReducedModel(
+        points=points,
+        facets=np.column_stack([index[:-1], index[1:]]),
+        facet_areas=np.diff(x),
+        areas=areas,
+        compliance=compliance,
+        gage_readout=readout,
+        point_readout=np.zeros((0, 2 * nodes)),
+        reaction_readout=-np.tile(np.eye(2), nodes),
+        surface=SurfaceQuadrature(points, index, index, np.ones(nodes)),
+        rim=np.zeros(nodes, dtype=bool),
+        free_end=np.zeros(nodes, dtype=bool),
+        locked=np.zeros((nodes, 2), dtype=bool),
+        depth=1.0,
+        gage_x=gage_x,
+    )
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return contact_problem(model(), Plane(0.0), 0.5)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rank_correlation_is_spearmans_with_and_without_ties(seed):
+    rng = np.random.default_rng(seed)
+    first, second = rng.integers(0, 4 + 3 * seed, 25), rng.normal(size=25)
+    second[5:9] = second[4]
+    expected = spearmanr(first, second).statistic
+    assert study.rank_correlation(first, second) == pytest.approx(expected, abs=1e-12)
+
+
+def test_rank_correlation_is_undefined_where_nothing_changes():
+    assert study.rank_correlation(np.ones(4), np.arange(4.0)) is None
+    assert study.rank_correlation(np.arange(4.0), np.ones(4)) is None
+    assert study.rank_correlation(np.ones(1), np.ones(1)) is None
+
+
+def test_refined_rows_keep_the_given_rows_and_scaled_rows_the_approach():
+    fine = study.refined_rows(ROWS, 4)
+    assert len(fine) == 4 * len(ROWS)
+    assert fine[3::4] == ROWS
+    assert fine[0] == pytest.approx((0.015, 0.001))
+    assert study.scaled_rows(ROWS, 2.0)[4] == (0.1, 0.09)
+
+
+def test_calibration_removes_a_pure_normal_signal(problem):
+    calibration = study.normal_calibration(problem, "upper", 0.12, 40)
+    assert calibration.normal_force[0] == 0.0
+    assert (np.diff(calibration.normal_force) > 0).all()
+    presses = study.normal_calibration(problem, "upper", 0.1, 3)
+    raw, clean = [], []
+    for k in (1, 2):
+        force, reading = presses.normal_force, presses.readings
+        before = Sample(reading[k], force[k], 0.0)
+        now = Sample(reading[k + 1], force[k + 1], 1.0)
+        raw.append(response(before, now).max())
+        clean.append(response(before, now, calibration).max())
+    assert max(clean) < 0.03 * min(raw)
+
+
+def test_full_stick_response_is_the_first_response_of_a_rough_object(problem):
+    """What is solved for without friction must come out of an increment that cannot slip."""
+    rough = problem.with_friction(3.0)
+    full = study.full_stick_response(rough, "both", 0.1)
+    rows = [(0.1, 0.0), (0.1, 1e-6)]
+    calibration = study.normal_calibration(rough, "both", 0.12)
+    seen = study.slip_study(
+        rough, rows, "both", rough.model.gage_x, 0.1, 1e-9, calibration
+    ).response[1]
+    assert full.min() >= 0.0
+    np.testing.assert_allclose(seen, full, rtol=0.05, atol=0.02 * full.max())
+    assert study.full_stick_threshold(rough, "both", 0.1, 0.25) == 0.25 * full.max()
+
+
+def test_full_stick_needs_contact(problem):
+    with pytest.raises(SolverError, match="no contact"):
+        study.full_stick_response(problem, "both", 0.0)
+
+
+def test_the_area_follows_the_stick_area_at_every_friction(problem):
+    coarse = study.slip_studies(problem, ROWS, "both", (0.2, 0.5, 1.0))
+    fine = study.slip_studies(problem, ROWS, "both", (0.2, 0.5, 1.0), pieces=5)
+    assert [len(s.stick_ratio) for s in (*coarse, *fine)] == [6, 6, 6, 30, 30, 30]
+    assert len({s.threshold for s in (*coarse, *fine)}) == 1
+    for each in (*coarse, *fine):
+        assert each.stick_length_mm[-1] == 0.0
+        assert each.rank_correlation > 0.85
+    # On a foundation of springs the similarity in mu is exact.
+    np.testing.assert_allclose(coarse[0].stick_ratio, coarse[2].stick_ratio, atol=1e-9)
+
+
+def test_compensation_leaves_what_the_shear_does_while_the_approach_grows(problem):
+    """One face sees the pressure a hundred times stronger than the shear, the mean hardly does."""
+    rows = [(0.02 * k, 0.001 * k**2) for k in range(1, 8)]
+    x = problem.model.gage_x
+    one, mean = (
+        study.slip_study(
+            problem, rows, face, x, 0.01, 1e-6, study.normal_calibration(problem, face, 0.16, 60)
+        )
+        for face in ("upper", "both")
+    )
+    wrong = np.abs(one.response_raw - mean.response).max()
+    assert np.abs(one.response - mean.response).max() < 0.05 * wrong
+
+
+def test_under_the_floor_the_area_is_held(problem):
+    calibration = study.normal_calibration(problem, "both", 0.12)
+    rows = [(0.1, 0.0), (0.1, 0.01), (0.1, 0.010001), (0.1, 0.02)]
+    got = study.slip_study(problem, rows, "both", problem.model.gage_x, 0.05, 0.01, calibration)
+    assert got.gage_area_mm[0] == 0.0
+    assert got.gage_area_mm[2] == got.gage_area_mm[1] > 0.0
+    assert np.isnan(got.response[[0, 2]]).all()
+    assert np.isfinite(got.response[[1, 3]]).all()
+
+
+def test_gages_in_any_order_give_the_same_study(problem):
+    """Plates placed one by one need not stand in order of x."""
+    calibration = study.normal_calibration(problem, "both", 0.12)
+    x = problem.model.gage_x
+    straight = study.slip_study(problem, ROWS, "both", x, 0.05, 0.01, calibration)
+    turned = study.slip_study(problem, ROWS, "both", x[::-1], 0.05, 0.01, calibration)
+    assert (np.diff(turned.gage_x_mm) > 0).all()
+    np.testing.assert_array_equal(turned.response[:, ::-1], straight.response)
