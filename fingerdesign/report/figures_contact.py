@@ -66,7 +66,7 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     pressure = contact.normal_traction[:, line]
     shear = contact.tangential_traction[:, line, 0]
     chosen = spread(len(pressure), 4)
-    figure = canvas(7.2, 3.0)
+    figure = canvas(7.2, 3.2)
     left, right = figure.subplots(1, 2, sharex=True)
     for number, (colour, dashes, _) in zip(chosen, SERIES, strict=False):
         label = f"increment {number + 1}"
@@ -76,7 +76,7 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     left.set_xlim(*reach)
     left.set(xlabel="x (mm)", ylabel="pressure (MPa)", title="Pressure")
     right.set(xlabel="x (mm)", ylabel="shear traction along x (MPa)", title="Shear traction")
-    left.legend(loc="best")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     last = chosen[-1]
     alternative = (
         f"At increment {last + 1} the pressure peaks at {pressure[last].max():.3g} MPa at x = "

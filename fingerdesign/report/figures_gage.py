@@ -29,7 +29,7 @@ def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> Report
     chosen = spread(len(rows), 4)
     plates = np.array([gage.plate for gage in rows[0].gages])
     x = plates if gage_x_mm is None else gage_x_mm
-    figure = canvas(7.2, 3.0)
+    figure = canvas(7.2, 3.2)
     panels = figure.subplots(1, 2, sharex=True)
     for axes, part in zip(panels, ("membrane", "bending"), strict=True):
         for number, (colour, dashes, marker) in zip(chosen, SERIES, strict=False):
@@ -47,7 +47,7 @@ def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> Report
         axes.set_xlabel("plate" if gage_x_mm is None else "plate centre x (mm)")
     panels[0].set(ylabel="strain (microstrain)", title="Membrane: mean of both faces")
     panels[1].set(title="Bending: half their difference")
-    panels[0].legend(loc="best")
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     last = rows[chosen[-1]].gages
     most = max(last, key=lambda gage: abs(gage.membrane))
     bent = max(last, key=lambda gage: abs(gage.bending))
