@@ -179,3 +179,23 @@ def _positive_length(points: Array, line: tuple[IntArray, IntArray, Array], fiel
     x = (1.0 - weight) * points[first, 0] + weight * points[second, 0]
     values = (1.0 - weight) * field[first] + weight * field[second]
     return float(np.abs(x[:, 1] - x[:, 0]) @ _positive_fraction(values)) if len(x) else 0.0
+
+
+def limits(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]:
+    """Where contact and stick begin and end on z = 0: two (2,) of x in mm, NaN where none is."""
+    line = mid_line(problem.model)
+    contact, stick = level_sets(problem, increment)
+    points = problem.model.points
+    return _extent(points, line, contact), _extent(points, line, np.minimum(contact, stick))
+
+
+def _extent(points: Array, line: tuple[IntArray, IntArray, Array], field: Array) -> Array:
+    first, second, weight = line
+    x = (1.0 - weight) * points[first, 0] + weight * points[second, 0]
+    values = (1.0 - weight) * field[first] + weight * field[second]
+    inside = x[values > 0.0]
+    crossing = (values[:, 0] > 0.0) != (values[:, 1] > 0.0)
+    left, right = values[crossing, 0], values[crossing, 1]
+    border = x[crossing, 0] + (x[crossing, 1] - x[crossing, 0]) * left / (left - right)
+    every = np.concatenate([inside, border])
+    return np.array([every.min(), every.max()]) if len(every) else np.full(2, np.nan)

@@ -1,0 +1,37 @@
+"""A number that was asked for, what was measured, and whether it holds."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from importlib import resources
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Check:
+    """``measured`` must be at most ``asked`` (errors, ratios, seconds)."""
+
+    name: str
+    asked: float
+    measured: float
+    unit: str = ""
+
+    @property
+    def holds(self) -> bool:
+        return self.measured <= self.asked
+
+    def row(self) -> list[str]:
+        unit = f" {self.unit}" if self.unit else ""
+        verdict = "holds" if self.holds else "FALLS SHORT"
+        return [self.name, f"{self.asked:g}{unit}", f"{self.measured:.3g}{unit}", verdict]
+
+    def as_dict(self) -> dict[str, Any]:
+        return {**asdict(self), "holds": self.holds}
+
+
+def two_codes() -> dict[str, Any]:
+    """The tables that two independent finite-element codes agree on (shipped data)."""
+    text = (resources.files("fingerdesign") / "data" / "two_codes.json").read_text("utf-8")
+    loaded: dict[str, Any] = json.loads(text)
+    return loaded
