@@ -32,7 +32,7 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
     if not picture or analysis.mesh is None:
         why = NO_MESH if analysis.mesh is None else "The pictures were not asked for."
         return _render(analysis, report_figures(analysis), {}, why)
-    missing = ""
+    missing, figures = "", None
     pictures: dict[str, Picture] = {}
     try:
         with PictureJob(analysis) as job:  # draws beside, while the figures are made
@@ -40,8 +40,7 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
             pictures = job.pictures()
     except PictureError as error:
         missing = f"The finger could not be drawn: {error}."
-        figures = report_figures(analysis)
-    return _render(analysis, figures, pictures, missing)
+    return _render(analysis, figures or report_figures(analysis), pictures, missing)
 
 
 def write_report(analysis: Analysis, folder: Path, picture: bool = True) -> Path:
