@@ -25,19 +25,54 @@ class Grip(Table):
         description="one lift each; the controller is not told",
     )
     object_mass_g: float = Field(
-        default=200.0, gt=0, le=1e5, description="two fingers carry half the weight each"
+        default=500.0, gt=0, le=1e5, description="two fingers carry half the weight each"
     )
     controller: Literal["paper"] = Field(
         default="paper", description="paper: the flow chart of Maeno et al. 2000, Fig. 9"
     )
     preload_mm: float = Field(
-        default=0.1, gt=0, le=50, description="approach before the first tangential move"
+        default=0.04, gt=0, le=50, description="approach before the first tangential move"
     )
     approach_step_mm: float = Field(
-        default=0.02, gt=0, le=5, description="normal move of one control step"
+        default=0.005, gt=0, le=5, description="normal move of one control step"
     )
     shear_step_mm: float = Field(
-        default=0.02, gt=0, le=5, description="largest tangential move of one control step"
+        default=0.03, gt=0, le=5, description="largest tangential move of one control step"
     )
     max_steps: int = Field(default=200, ge=1, le=100_000, description="give up after so many")
+    max_approach_mm: float = Field(
+        default=0.5, gt=0, le=50, description="stage travel; the contact zone must hold it"
+    )
+    curve_per_N: float = Field(
+        default=0.1,
+        gt=0,
+        le=1e3,
+        description="F_t rises by this times the square of F_n's rise since the last hold",
+    )
+    threshold_share: float = Field(
+        default=0.45,
+        gt=0,
+        lt=1,
+        description="a gage counts as over stick where its response to F_t exceeds this share of "
+        "the strongest gage's at full stick (the rig measures that itself)",
+    )
+    force_floor_N: float = Field(
+        default=0.1, gt=0, le=1e3, description="change of F_t that a response is made from"
+    )
+    dead_band_mm: float = Field(
+        default=0.05,
+        ge=0,
+        le=50,
+        description="the stick region shrinks once the gage area is this far below its largest "
+        "value since the last hold",
+    )
+    hold_steps: int = Field(
+        default=2, ge=1, le=1000, description="control steps with dx = 0 when the rule fires"
+    )
+    bench_friction_coefficient: float = Field(
+        default=0.5,
+        gt=0,
+        le=5,
+        description="of the surface that the rig is calibrated on, not of the object",
+    )
     seed: int = Field(default=0, ge=0, le=2**32 - 1, description="seeds whatever noise is asked")

@@ -1,0 +1,80 @@
+"""What a rig learns of its own finger before it ever grips: two bench moves, gages and forces only.
+
+1. Press without shear as far as the stage goes and record readings against F_n. A grip moves both
+   ways at once, and F_n strains the gages more than F_t does: this record takes F_n's part out.
+2. Press to the preload of a grip and shear a little. Nearly everything sticks, so the response of
+   the gages to F_t is the design's own scale, and dF_t/dx the first guess of the stiffness.
+
+The surface on the bench is not the object's: its friction is a parameter of the bench. Pressed
+without shear, the finger hardly tells one friction from another.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.control.plant import PlantMaker, press
+from fingerdesign.control.signals import NormalCalibration, response
+from fingerdesign.errors import SolverError
+
+Array = NDArray[np.float64]
+
+
+_SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A finger as its rig knows it; gages in the order of the readings.
+
+    gage_x (g,) mm; normal: readings under F_n alone; full_stick (g,) microstrain/N: response to a
+    small shear where all sticks; tangential_stiffness: dF_t/dx then, N/mm.
+    """
+
+    gage_x: Array
+    normal: NormalCalibration
+    full_stick: Array
+    tangential_stiffness: float
+
+    @property
+    def scale(self) -> float:
+        """The strongest gage's response at full stick, microstrain/N."""
+        return float(self.full_stick.max())
+
+
+def calibrate(
+    make_plant: PlantMaker,
+    gage_x: Array,
+    preload: float,
+    approach_step: float,
+    max_approach: float,
+) -> Calibration:
+    """Run the two bench moves, each on a fresh plant; lengths in mm.
+
+    Raises SolverError where the plant fails, or where nothing is felt: no gages, no force.
+    """
+    if len(gage_x) < 2:
+        raise SolverError(
+            f"the grip's rule needs at least 2 gages, the design has {len(gage_x)}; add plates"
+        )
+    samples = list(press(make_plant(), max_approach, approach_step))
+    forces = np.array([0.0, *(sample.normal_force for sample in samples)])
+    if len(forces) < 2 or not (np.diff(forces) > 0.0).all():
+        raise SolverError("pressed without shear, the normal force does not rise at every step")
+    untouched = np.zeros_like(samples[0].readings)
+    normal = NormalCalibration(forces, np.array([untouched, *(s.readings for s in samples)]))
+
+    plant = make_plant()
+    *_, pressed = press(plant, preload, approach_step)
+    shear = _SMALL_SHEAR * preload
+    sheared = plant.move(shear, 0.0)
+    rise = sheared.tangential_force - pressed.tangential_force
+    if not rise > 0.0:
+        raise SolverError(f"a shear of {shear:g} mm at the preload gives no tangential force")
+    full_stick = response(pressed, sheared, normal)
+    if not full_stick.max() > 0.0:
+        raise SolverError("no gage answers to a shear at the preload")
+    return Calibration(np.asarray(gage_x, dtype=float), normal, full_stick, rise / shear)

@@ -1,0 +1,140 @@
+"""Who decides the next move from gages and forces alone: the flow chart of the paper's Fig. 9.
+
+(Maeno, Hiromitsu and Kawai 2000.) A controller is handed what a hand can know, a :class:`Sample`,
+and what its rig learnt of its own finger, a :class:`Calibration`: never the friction, the object's
+mass or the true stick area. That the object is lifted it learns only by being asked no more.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.signals import Sample, gage_area, response
+
+_TEACHING_SHARE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows
+
+
+@dataclass(frozen=True)
+class Command:
+    """The next move of the object, mm: ``dx`` toward +x, ``dy`` closing.
+
+    hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
+    """
+
+    dx: float
+    dy: float
+    hold: bool
+    area: float | None = None
+
+
+class Controller(Protocol):
+    """Turns samples into commands; the same samples always give the same commands."""
+
+    name: str
+
+    def start(self, calibration: Calibration, sample: Sample) -> None:
+        """Begin a grip at its preload, felt as ``sample``; forgets any grip before."""
+        ...
+
+    def command(self, sample: Sample) -> Command:
+        """The next move, given what is felt now."""
+        ...
+
+
+@dataclass(frozen=True)
+class PaperSettings:
+    """The parameters of the rule, one set for all objects."""
+
+    approach_step: float  # mm
+    shear_step: float  # mm, largest dx
+    curve: float  # 1/N: F_t - F_t,hold = curve (F_n - F_n,hold)^2
+    threshold_share: float  # of Calibration.scale
+    force_floor: float  # N of F_t between the two samples that a response is made of
+    dead_band: float  # mm by which A must fall
+    hold_steps: int
+
+
+class PaperController:
+    """The paper's rule: while the gage area A falls, hold x; else follow a quadratic F_t(F_n).
+
+    Each step closes by dy. A is made between now and the last sample since the hold whose F_t
+    differs by ``force_floor``. It has fallen when it is ``dead_band`` below its largest value since
+    the hold: small falls add up, whatever the step. Then dx = 0 for ``hold_steps`` steps, in which
+    F_n grows; where they end the curve starts anew, with slope zero.
+
+    ``rule=False`` never holds: what the same path does without the rule.
+    """
+
+    def __init__(self, settings: PaperSettings, rule: bool = True) -> None:
+        self.name = "paper" if rule else "paper, never holding"
+        self._settings = settings
+        self._rule = rule
+
+    def start(self, calibration: Calibration, sample: Sample) -> None:
+        """Begin a grip; see :class:`Controller`."""
+        self._calibration = calibration
+        self._order = np.argsort(calibration.gage_x, kind="stable")
+        self._stiffness = calibration.tangential_stiffness
+        self._dx = 0.0
+        self._left_to_hold = 0
+        self._last = sample
+        self._area: float | None = None
+        self._largest = -math.inf
+        self._begin_curve(sample)
+
+    def command(self, sample: Sample) -> Command:
+        """The next move; see :class:`Controller`."""
+        self._learn_stiffness(sample)
+        rise = sample.normal_force - self._last.normal_force
+        self._last = sample
+        if self._left_to_hold > 0:
+            self._left_to_hold -= 1
+            if self._left_to_hold == 0:
+                self._begin_curve(sample)
+        area = self._area_now(sample)
+        if area is not None and self._left_to_hold == 0:
+            self._area = area
+            self._largest = max(self._largest, area)
+            if self._rule and area < self._largest - self._settings.dead_band:
+                self._left_to_hold = self._settings.hold_steps
+        holding = self._left_to_hold > 0
+        self._dx = 0.0 if holding else self._shear_to_curve(sample, rise)
+        return Command(self._dx, self._settings.approach_step, holding, self._area)
+
+    def _begin_curve(self, sample: Sample) -> None:
+        self._origin = sample
+        self._since = [sample]
+        self._largest = -math.inf
+
+    def _area_now(self, sample: Sample) -> float | None:
+        """A between now and the last sample whose F_t is ``force_floor`` away; None without one."""
+        floor = self._settings.force_floor
+        far = [s for s in self._since if abs(sample.tangential_force - s.tangential_force) >= floor]
+        self._since.append(sample)
+        if not far:
+            return None
+        values = response(far[-1], sample, self._calibration.normal)
+        threshold = self._settings.threshold_share * self._calibration.scale
+        change = sample.tangential_force - far[-1].tangential_force
+        x = self._calibration.gage_x[self._order]
+        return gage_area(x, values[self._order], threshold, math.nan, change, floor)
+
+    def _learn_stiffness(self, sample: Sample) -> None:
+        """dF_t/dx as last felt. The normal move stirs F_t a little: tiny moves teach nothing."""
+        if self._dx > _TEACHING_SHARE * self._settings.shear_step:
+            change = sample.tangential_force - self._last.tangential_force
+            if change > 0.0:
+                self._stiffness = change / self._dx
+
+    def _shear_to_curve(self, sample: Sample, rise: float) -> float:
+        """dx that brings F_t onto the curve at the F_n expected after the next move."""
+        origin, settings = self._origin, self._settings
+        expected = sample.normal_force + max(rise, 0.0) - origin.normal_force
+        aim = origin.tangential_force + settings.curve * expected**2
+        wanted = (aim - sample.tangential_force) / self._stiffness
+        return min(max(wanted, 0.0), settings.shear_step)

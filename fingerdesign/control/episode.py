@@ -1,0 +1,240 @@
+"""A grip from the preload to the lift, the slip or the end of the stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.calibration import Calibration, calibrate
+from fingerdesign.control.controller import Command, Controller, PaperController, PaperSettings
+from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
+from fingerdesign.control.plant import CondensedPlant, Plant, Truth, press
+from fingerdesign.control.signals import Sample
+from fingerdesign.errors import SolverError
+from fingerdesign.result_arrays import GripTrace
+from fingerdesign.results import GripResult
+
+if TYPE_CHECKING:
+    from fingerdesign.design.grip import Grip
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+Ending = Literal["lifted", "complete slip", "stage travel", "steps", "failed"]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What a grip may use: mm, mm, mm, control steps."""
+
+    preload: float
+    approach_step: float
+    max_approach: float
+    max_steps: int
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One grip. ``reason`` is a sentence: why it ended as it did."""
+
+    result: GripResult
+    trace: GripTrace
+    ending: Ending
+    reason: str
+
+
+class _Record:
+    """What happened, move by move; preload moves first."""
+
+    def __init__(self) -> None:
+        self.samples: list[Sample] = []
+        self.truths: list[Truth] = []
+        self.commands: list[Command] = []
+
+    def add(self, sample: Sample, truth: Truth, command: Command) -> None:
+        self.samples.append(sample)
+        self.truths.append(truth)
+        self.commands.append(command)
+
+    @property
+    def approach(self) -> float:
+        return self.truths[-1].approach if self.truths else 0.0
+
+
+def run_episode(
+    plant: Plant,
+    controller: Controller,
+    calibration: Calibration,
+    bounds: Bounds,
+    friction_coefficient: float,
+    object_mass_g: float,
+) -> Episode:
+    """Press to the preload, then move as the controller says until something ends the grip.
+
+    Friction and mass are for the judge alone. A SolverError of the plant ends the grip as failed,
+    with the plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone
+    of contact candidates is needed, the grip has not failed.
+    """
+    record = _Record()
+    preload_moves = 0
+    try:
+        for sample in press(plant, bounds.preload, bounds.approach_step):
+            truth = plant.truth()
+            closed = truth.approach - record.approach
+            record.add(sample, truth, Command(0.0, closed, False))
+        preload_moves = len(record.samples)
+        controller.start(calibration, sample)
+        ending, reason = _grip(plant, controller, record, sample, bounds, object_mass_g)
+    except ZoneExhausted:
+        raise
+    except SolverError as error:
+        ending, reason = "failed", str(error)
+    gripping = record.truths[preload_moves:] if preload_moves else []
+    last = record.truths[-1] if record.truths else None
+    lifted = ending == "lifted"
+    result = GripResult(
+        controller=controller.name,
+        friction_coefficient=friction_coefficient,
+        object_mass_g=object_mass_g,
+        lifted=lifted,
+        gross_slip=ending == "complete slip",
+        final_normal_force_N=last.normal_force if last else 0.0,
+        final_tangential_force_N=last.tangential_force if last else 0.0,
+        safety_margin=safety_margin(last, friction_coefficient) if lifted and last else None,
+        minimum_stick_ratio=minimum_stick_ratio(gripping),
+        peak_normal_force_N=max((truth.normal_force for truth in record.truths), default=0.0),
+        slip_distance_mm=last.slip_distance if last else 0.0,
+        steps=len(gripping),
+        holds=_holds(record.commands),
+    )
+    trace = _trace(record, result, len(calibration.gage_x))
+    return Episode(result, trace, ending, reason)
+
+
+def _grip(
+    plant: Plant,
+    controller: Controller,
+    record: _Record,
+    sample: Sample,
+    bounds: Bounds,
+    object_mass_g: float,
+) -> tuple[Ending, str]:
+    for _ in range(bounds.max_steps):
+        command = controller.command(sample)
+        if record.approach + command.dy > bounds.max_approach + 1e-9:
+            return "stage travel", f"not lifted within an approach of {bounds.max_approach:g} mm"
+        sample = plant.move(command.dx, command.dy)
+        truth = plant.truth()
+        record.add(sample, truth, command)
+        if truth.complete_slip:
+            return "complete slip", f"the whole contact slips at F_n = {truth.normal_force:.2f} N"
+        if is_lifted(truth, object_mass_g):
+            return "lifted", f"2 F_t is over the weight at F_n = {truth.normal_force:.2f} N"
+    return "steps", f"not lifted in {bounds.max_steps} steps"
+
+
+def _holds(commands: Sequence[Command]) -> int:
+    """How often holding began."""
+    held = np.array([False, *(command.hold for command in commands)])
+    return int((held[1:] & ~held[:-1]).sum())
+
+
+def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
+    truths, commands = record.truths, record.commands
+
+    def numbers(values: Iterable[float | None]) -> Array:
+        return np.array([np.nan if value is None else value for value in values], dtype=float)
+
+    return GripTrace(
+        controller=result.controller,
+        friction_coefficient=result.friction_coefficient,
+        object_mass_g=result.object_mass_g,
+        approach=numbers(truth.approach for truth in truths),
+        shear=numbers(truth.shear for truth in truths),
+        normal_force=numbers(truth.normal_force for truth in truths),
+        tangential_force=numbers(truth.tangential_force for truth in truths),
+        stick_ratio=numbers(truth.stick_ratio for truth in truths),
+        gage_area_mm=numbers(command.area for command in commands),
+        dx=numbers(command.dx for command in commands),
+        dy=numbers(command.dy for command in commands),
+        hold=np.array([command.hold for command in commands], dtype=bool),
+        gage_readings=np.array([s.readings for s in record.samples]).reshape(len(truths), gages),
+        lift_step=len(truths) - 1 if result.lifted else None,
+    )
+
+
+def run_episodes(
+    problem: ContactProblem,
+    design: Design,
+    friction_coefficients: Iterable[float],
+    object_mass_g: float,
+) -> list[Episode]:
+    """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
+
+    Each grip is run a second time with the rule off: ``slips_without_rule`` and
+    ``trace.without_rule``. Raises SolverError where the calibration itself fails.
+    """
+    grip, face = design.grip, design.gages.face
+    bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+    bench = problem.with_friction(grip.bench_friction_coefficient)
+    calibration = calibrate(
+        lambda: CondensedPlant(bench, face),
+        problem.model.gage_x,
+        bounds.preload,
+        bounds.approach_step,
+        bounds.max_approach,
+    )
+    settings = paper_settings(grip)
+    episodes = []
+    for friction in friction_coefficients:
+        own = problem.with_friction(friction)
+        ruled, free = (
+            run_episode(
+                CondensedPlant(own, face),
+                PaperController(settings, rule),
+                calibration,
+                bounds,
+                friction,
+                object_mass_g,
+            )
+            for rule in (True, False)
+        )
+        # A comparison that failed shows nothing either way.
+        slips = None if free.ending == "failed" else free.result.gross_slip
+        episodes.append(
+            replace(
+                ruled,
+                result=replace(ruled.result, slips_without_rule=slips),
+                trace=replace(ruled.trace, without_rule=free.trace),
+            )
+        )
+    return episodes
+
+
+def run_grips(
+    problem: ContactProblem,
+    design: Design,
+    friction_coefficients: Iterable[float],
+    object_mass_g: float,
+) -> list[tuple[GripResult, GripTrace]]:
+    """Results and traces of :func:`run_episodes`; in plane strain and in 3-D alike."""
+    episodes = run_episodes(problem, design, friction_coefficients, object_mass_g)
+    return [(episode.result, episode.trace) for episode in episodes]
+
+
+def paper_settings(grip: Grip) -> PaperSettings:
+    """The rule's parameters from a design's ``[grip]`` table."""
+    return PaperSettings(
+        approach_step=grip.approach_step_mm,
+        shear_step=grip.shear_step_mm,
+        curve=grip.curve_per_N,
+        threshold_share=grip.threshold_share,
+        force_floor=grip.force_floor_N,
+        dead_band=grip.dead_band_mm,
+        hold_steps=grip.hold_steps,
+    )

@@ -1,0 +1,95 @@
+"""What a controller moves and feels: the plant, and the truth that only the judge may ask for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.signals import Sample
+from fingerdesign.control.slip_study import gage_readings
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The plant's true state, for the judge alone; mm and N, forces of one finger.
+
+    stick_ratio: stick area / contact area, None without contact. slip_distance: least accumulated
+    slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks.
+    """
+
+    approach: float
+    shear: float
+    normal_force: float
+    tangential_force: float
+    stick_ratio: float | None
+    slip_distance: float
+    complete_slip: bool
+
+
+class Plant(Protocol):
+    """One finger against an object, moved in steps."""
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Move the object by ``dx`` toward +x and ``dy`` onto the finger (closing > 0), mm.
+
+        Raises SolverError where a simulated plant has no accepted answer.
+        """
+        ...
+
+    def truth(self) -> Truth:
+        """The state after the last move. For the judge; never handed to a controller."""
+        ...
+
+
+PlantMaker = Callable[[], Plant]
+
+
+class CondensedPlant:
+    """A finger's condensed model against a rigid object, friction history and all.
+
+    Motions are those of the object relative to the finger's base, from touch.
+    """
+
+    def __init__(self, problem: ContactProblem, face: str) -> None:
+        self._problem = problem
+        self._face = face
+        self._state = ContactState.untouched(problem)
+        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Move the object by (dx, dy) mm and read gages and forces; see :class:`Plant`."""
+        now = self._state.motion
+        motion = Motion(now.approach + dy, now.shear + dx)
+        increment = solve_increment(self._problem, self._state, motion)
+        measures = measure(self._problem, increment)
+        self._state = increment.state
+        self._truth = Truth(
+            approach=motion.approach,
+            shear=motion.shear,
+            normal_force=measures.normal_force,
+            tangential_force=measures.tangential_force,
+            stick_ratio=measures.stick_ratio,
+            slip_distance=measures.slip_distance,
+            complete_slip=completely_slips(measures, self._problem.model.dimension),
+        )
+        return Sample(
+            gage_readings(measures.gages, self._face),
+            measures.normal_force,
+            measures.tangential_force,
+        )
+
+    def truth(self) -> Truth:
+        """The state after the last move, for the judge."""
+        return self._truth
+
+
+def press(plant: Plant, depth: float, step: float) -> Iterator[Sample]:
+    """Close by ``depth`` mm without shear, in equal moves of at most ``step``; a sample each."""
+    moves = max(1, math.ceil(depth / step - 1e-9))
+    for _ in range(moves):
+        yield plant.move(0.0, depth / moves)

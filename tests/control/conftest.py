@@ -1,0 +1,67 @@
+"""A finger in closed form: an incompressible half-plane with gages (Flamant), numpy only."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import parse_design
+from fingerdesign.contact.problem import Plane, contact_problem
+from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+MODULUS, DEPTH = 4.96, 10.0  # MPa, mm
+FAR = 12.0  # mm: where the half-plane is held
+GAGE_COVER = 1.0  # mm
+
+
+def flamant_model(nodes=81, half=4.0, radius=20.0, gages=11, reach=5.0):
+    """Parabolic crest on a half-plane; plane strain, nu = 1/2, hence normal and shear uncouple.
+
+    A line load f on the surface gives u = 2 (1 - nu^2) / (pi E) f ln(far / distance), spread over
+    a node's width on itself, and the radial stress -(2 / pi r) (f . r) / r at a gage; strains are
+    taken along 45 degrees.
+    """
+    x = np.linspace(-half, half, nodes)
+    h = x[1] - x[0]
+    plane_modulus = MODULUS / 0.75
+    distance = np.abs(x[:, None] - x[None])
+    ratio = np.log(FAR / np.where(distance > 0, distance, 0.5 * h)) + (distance == 0)
+    scalar = 2.0 / (np.pi * plane_modulus * DEPTH) * ratio
+    compliance = np.kron(scalar, np.eye(2))
+    gage_x = np.linspace(-reach, reach, gages)
+    arm = np.stack([gage_x[:, None] - x[None], np.full((gages, nodes), -GAGE_COVER)], axis=-1)
+    r = np.linalg.norm(arm, axis=-1)
+    along = (arm @ np.array([1.0, 1.0]) / np.sqrt(2.0)) / r
+    # eps_theta = -eps_r at nu = 1/2, so eps_45 = eps_r (cos^2 - sin^2).
+    strain = -2.0 / (np.pi * plane_modulus * DEPTH) * arm / r[..., None] ** 2
+    strain *= (2.0 * along**2 - 1.0)[..., None]
+    index = np.arange(nodes)
+    points = np.column_stack([x, -(x**2) / (2 * radius)])
+    areas = np.full(nodes, h * DEPTH)
+    areas[[0, -1]] *= 0.5
+    rim = np.zeros(nodes, dtype=bool)
+    rim[[0, -1]] = True
+    return ReducedModel(
+        points=points,
+        facets=np.column_stack([index[:-1], index[1:]]),
+        facet_areas=np.full(nodes - 1, h * DEPTH),
+        areas=areas,
+        compliance=compliance,
+        gage_readout=np.repeat(strain.reshape(gages, 2 * nodes), 2, axis=0),
+        point_readout=np.zeros((0, 2 * nodes)),
+        reaction_readout=-np.tile(np.eye(2), nodes),
+        surface=SurfaceQuadrature(points, index, index, np.ones(nodes)),
+        rim=rim,
+        free_end=np.zeros(nodes, dtype=bool),
+        locked=np.zeros((nodes, 2), dtype=bool),
+        depth=DEPTH,
+        gage_x=gage_x,
+    )
+
+
+@pytest.fixture(scope="session")
+def half_plane():
+    return contact_problem(flamant_model(), Plane(0.0), 0.5)
+
+
+@pytest.fixture(scope="session")
+def design():
+    return parse_design('design.name = "half-plane"')

@@ -1,0 +1,176 @@
+"""Grips on a closed-form finger: endings, verdicts, and the plant's truth; no mesh, no CAD."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.controller import Command
+from fingerdesign.control.episode import Bounds, run_episode, run_episodes, run_grips
+from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
+from fingerdesign.control.plant import CondensedPlant, Truth, press
+from fingerdesign.control.signals import Sample
+from fingerdesign.design.io import with_values
+from fingerdesign.errors import SolverError
+
+BOUNDS = Bounds(preload=0.04, approach_step=0.01, max_approach=0.3, max_steps=40)
+MASS = 500.0
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane):
+    return calibrate(
+        lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, 0.04, 0.01, 0.3
+    )
+
+
+class Always:
+    """A controller that repeats one command."""
+
+    name = "always"
+
+    def __init__(self, dx, dy):
+        self.dx, self.dy = dx, dy
+
+    def start(self, calibration, sample):
+        pass
+
+    def command(self, sample):
+        return Command(self.dx, self.dy, False)
+
+
+def grip(half_plane, bench, controller, bounds=BOUNDS, friction=0.5, mass=MASS):
+    plant = CondensedPlant(half_plane.with_friction(friction), "both")
+    return run_episode(plant, controller, bench, bounds, friction, mass)
+
+
+def test_a_lift_ends_at_the_first_step_over_the_weight(half_plane, bench):
+    episode = grip(half_plane, bench, Always(0.004, 0.01))
+    trace, result = episode.trace, episode.result
+    assert episode.ending == "lifted"
+    assert trace.lift_step == len(trace.dx) - 1
+    over = trace.tangential_force > 0.5 * MASS * 1e-3 * 9.80665
+    assert over.tolist() == [False] * (len(over) - 1) + [True]
+    margin = result.final_normal_force_N / (result.final_tangential_force_N / 0.5)
+    assert result.safety_margin == pytest.approx(margin, rel=1e-12)
+    assert result.steps == (trace.dx > 0).sum()
+
+
+def test_complete_slip_ends_the_grip_without_a_margin(half_plane, bench):
+    episode = grip(half_plane, bench, Always(0.03, 0.001), friction=0.2)
+    result = episode.result
+    assert (episode.ending, result.gross_slip, result.lifted) == ("complete slip", True, False)
+    assert result.safety_margin is None
+    assert result.final_tangential_force_N == pytest.approx(0.2 * result.final_normal_force_N)
+    assert result.slip_distance_mm > 0.0
+    assert result.minimum_stick_ratio < 0.01
+
+
+def test_sliding_through_is_not_lifting():
+    truth = Truth(0.1, 0.1, 20.0, 6.0, 0.0, 0.01, complete_slip=True)
+    assert not is_lifted(truth, 500.0)
+    assert is_lifted(Truth(0.1, 0.1, 20.0, 6.0, 0.4, 0.0, complete_slip=False), 500.0)
+
+
+def test_stage_travel_and_steps_end_it_unlifted(half_plane, bench):
+    travel = grip(half_plane, bench, Always(0.0, 0.01))
+    assert travel.ending == "stage travel"
+    assert travel.trace.approach[-1] == pytest.approx(BOUNDS.max_approach)
+    assert travel.result.safety_margin is None
+    few = Bounds(0.04, 0.01, 0.3, max_steps=3)
+    steps = grip(half_plane, bench, Always(0.0, 0.01), few)
+    assert (steps.ending, steps.result.steps) == ("steps", 3)
+
+
+def test_a_solver_error_is_a_failed_grip_with_its_sentence(half_plane, bench):
+    class Broken(CondensedPlant):
+        def move(self, dx, dy):
+            if self.truth().approach > 0.1:
+                raise SolverError("no accepted answer at approach 0.11")
+            return super().move(dx, dy)
+
+    episode = run_episode(Broken(half_plane, "both"), Always(0.001, 0.01), bench, BOUNDS, 0.5, MASS)
+    assert (episode.ending, episode.reason) == ("failed", "no accepted answer at approach 0.11")
+    assert not episode.result.lifted
+    assert not episode.result.gross_slip
+    assert episode.result.safety_margin is None
+    assert episode.trace.approach.max() <= 0.111
+
+
+def test_failing_before_anything_is_felt_leaves_an_empty_trace(half_plane, bench):
+    class Dead(CondensedPlant):
+        def move(self, dx, dy):
+            raise SolverError("nothing converged")
+
+    episode = run_episode(Dead(half_plane, "both"), Always(0, 0), bench, BOUNDS, 0.5, MASS)
+    assert episode.ending == "failed"
+    assert len(episode.trace.dx) == 0
+    assert episode.result.minimum_stick_ratio is None
+
+
+def test_a_zone_too_narrow_is_for_whoever_made_the_model(half_plane, bench):
+    deep = Bounds(0.04, 0.05, 5.0, 40)
+    with pytest.raises(ZoneExhausted):
+        grip(half_plane, bench, Always(0.0, 0.05), deep)
+
+
+def test_the_plant_feels_what_the_model_says(half_plane):
+    plant = CondensedPlant(half_plane, "upper")
+    *_, sample = press(plant, 0.05, 0.02)
+    assert plant.truth().approach == pytest.approx(0.05)
+    assert isinstance(sample, Sample)
+    assert sample.normal_force == plant.truth().normal_force > 0.0
+    assert sample.tangential_force == pytest.approx(0.0, abs=1e-9)
+    # Pure pressing on a symmetric finger: gages at +-45 degrees mirror each other in sign.
+    assert sample.readings == pytest.approx(-sample.readings[::-1], abs=1e-6)
+    repeated = CondensedPlant(half_plane, "upper")
+    *_, again = press(repeated, 0.05, 0.02)
+    assert np.array_equal(again.readings, sample.readings)
+
+
+def test_calibration_refuses_what_cannot_feel(half_plane):
+    def make():
+        return CondensedPlant(half_plane, "both")
+
+    with pytest.raises(SolverError, match="at least 2 gages"):
+        calibrate(make, np.zeros(1), 0.04, 0.01, 0.3)
+
+    class Floating(CondensedPlant):
+        def move(self, dx, dy):
+            return super().move(dx, 0.0)
+
+    with pytest.raises(SolverError, match="does not rise"):
+        calibrate(lambda: Floating(half_plane, "both"), np.zeros(11), 0.04, 0.01, 0.3)
+
+
+def test_verdicts_ignore_steps_without_tangential_force():
+    path = [
+        Truth(0.1, 0.0, 1.0, 0.0, 0.2, 0.0, False),
+        Truth(0.1, 0.1, 1.0, 0.1, 0.7, 0.0, False),
+        Truth(0.1, 0.2, 1.0, 0.2, 0.5, 0.0, False),
+    ]
+    assert minimum_stick_ratio(path) == 0.5
+    assert minimum_stick_ratio(path[:1]) is None
+    assert safety_margin(path[0], 0.3) is None
+
+
+def test_the_rule_on_the_half_plane(half_plane, design):
+    """Nothing was tuned on this finger: no complete slip, and without the rule there is."""
+    for episode in run_episodes(half_plane, design, (0.2, 0.3, 0.5, 0.8), MASS):
+        result, trace = episode.result, episode.trace
+        assert (result.lifted, result.gross_slip) == (True, False), episode.reason
+        assert 1.0 < result.safety_margin < 3.5
+        assert np.isfinite(trace.gage_area_mm[-1])
+        assert trace.without_rule is not None
+        assert not trace.without_rule.hold.any()
+        if result.friction_coefficient <= 0.3:
+            assert result.holds >= 1
+            assert result.slips_without_rule is True
+
+
+def test_run_grips_gives_results_with_their_traces(half_plane, design):
+    short = with_values(design, {"grip.max_steps": 5})
+    ((result, trace),) = run_grips(half_plane, short, [0.4], 200.0)
+    assert (result.friction_coefficient, trace.object_mass_g) == (0.4, 200.0)
+    assert not result.lifted
+    assert trace.lift_step is None
