@@ -75,7 +75,9 @@ def plane_strain_checks() -> list[Check]:
         Check(
             "plane strain: shear strain at y = 10.5",
             3e-4,
-            float(max(np.abs(m.points[:, 3] - g).max() for m, g in zip(measures, gamma, strict=True))),
+            float(
+                max(np.abs(m.points[:, 3] - g).max() for m, g in zip(measures, gamma, strict=True))
+            ),
         ),
         Check(
             "plane strain: peak pressure, relative",
@@ -89,7 +91,10 @@ def plane_strain_checks() -> list[Check]:
             "mm",
         ),
         Check(
-            "plane strain: stick limits", 0.15, _limit_error(solved, table["stick_limits_mm"], 1), "mm"
+            "plane strain: stick limits",
+            0.15,
+            _limit_error(solved, table["stick_limits_mm"], 1),
+            "mm",
         ),
     ]
 

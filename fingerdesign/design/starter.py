@@ -64,6 +64,12 @@ def shipped_text(name: str) -> str:
     return _text(_designs(), name, "--from")
 
 
+def shipped_path(name: str) -> Path:
+    """Return the path of a shipped design's file."""
+    shipped_text(name)
+    return Path(str(_designs() / f"{name}.toml"))
+
+
 def shipped_scene_text(name: str) -> str:
     """Return the text of a shipped scene. Raises :class:`DesignError` for an unknown name."""
     return _text(_designs() / "scenes", name, "--scene")

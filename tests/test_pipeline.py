@@ -1,0 +1,125 @@
+"""The whole road in plane strain, in 3-D by extrusion, its failures, and its record."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import analyse, load_design, parse_design, parse_scene, with_values
+from fingerdesign.design.starter import shipped_designs, shipped_path
+from fingerdesign.errors import DesignError
+from fingerdesign.outputs import analyse_into
+from fingerdesign.pipeline import Case, run
+from fingerdesign.result_folder import read_result
+
+COARSE = {
+    "mesh.section.contact_size_mm": 0.15,
+    "mesh.section.plate_size_mm": 0.2,
+    "mesh.section.plate_end_size_mm": 0.1,
+    "mesh.section.far_size_mm": 1.5,
+}
+SCENE = parse_scene("[path]\nincrements_mm = [[0.1, 0.0], [0.15, 0.05]]")
+
+
+@pytest.mark.parametrize("name", shipped_designs())
+def test_every_shipped_design_is_analysed(name):
+    """The fundamental case with its study and the grips, on a coarse section."""
+    design = with_values(load_design(shipped_path(name)), COARSE)
+    analysis = run(Case(design, fidelity="plane-strain", fields=False))
+    result = analysis.result
+    assert result.status == "ok"
+    assert len(result.increments) == 8
+    assert result.increments[0].normal_force_N > 0
+    if design.plates.number:
+        assert len(result.grips) == len(design.grip.friction_coefficients)
+        assert len(analysis.slip_studies) >= 5
+    else:
+        assert result.grips == ()
+        assert any("no plates" in warning for warning in result.warnings)
+
+
+def test_public_call_and_its_record():
+    design = with_values(load_design(shipped_path("maeno2000")), COARSE)
+    result = analyse(design, SCENE, "plane-strain")
+    last = result.increments[-1]
+    assert last.normal_force_N > last.tangential_force_N > 0
+    assert last.approach_mm == 0.15
+    assert len(last.gages) == 15
+    gage = last.gages[7]
+    assert gage.membrane == pytest.approx(0.5 * (gage.upper + gage.lower))
+    assert result.model.dimension == 2
+    assert result.grips == ()
+    again = analyse(design, SCENE, "plane-strain")
+    assert again.digest == result.digest
+    assert again.increments == result.increments
+
+
+def test_plane_strain_forces_grow_with_the_depth():
+    design = with_values(load_design(shipped_path("homogeneous")), COARSE)
+    one = analyse(design, SCENE, "plane-strain").increments[-1]
+    deeper = with_values(design, {"body.depth_mm": 2.0 * design.body.depth_mm})
+    two = analyse(deeper, SCENE, "plane-strain").increments[-1]
+    assert two.normal_force_N == pytest.approx(2 * one.normal_force_N, rel=1e-9)
+    assert two.peak_pressure_MPa == pytest.approx(one.peak_pressure_MPa, rel=1e-9)
+    assert two.stick_ratio == pytest.approx(one.stick_ratio, rel=1e-9)
+
+
+def test_extruded_three_d_carries_less_than_plane_strain():
+    """Free ends soften the finger: 3-D forces are lower, by less than half (BENCHMARKS: 7 %)."""
+    values = {"mesh.mesher": "extrude", "mesh.layers": 4, "mesh.contact_size_mm": 0.5}
+    design = with_values(load_design(shipped_path("homogeneous")), {**COARSE, **values})
+    flat = analyse(design, SCENE, "plane-strain").increments[-1].normal_force_N
+    full = analyse(design, SCENE, "3d").increments[-1].normal_force_N
+    assert 0.5 * flat < full < flat
+
+
+def test_a_zone_too_narrow_is_widened_and_said(monkeypatch):
+    from fingerdesign import pipeline
+
+    design = with_values(load_design(shipped_path("homogeneous")), COARSE)
+    wide = analyse(design, SCENE, "plane-strain")
+    monkeypatch.setattr(pipeline, "candidate_zone", lambda design, approach: 0.8)
+    narrow = analyse(design, SCENE, "plane-strain")
+    assert any("widened" in reason for reason in narrow.model.reasons)
+    assert narrow.increments[-1].normal_force_N == pytest.approx(
+        wide.increments[-1].normal_force_N, rel=2e-3
+    )
+
+
+def test_wrong_fidelity_and_scene_are_refused_together():
+    design = load_design(shipped_path("homogeneous"))
+    deep = parse_scene("[path]\nincrements_mm = [[30.0, 0.0]]")
+    with pytest.raises(DesignError) as caught:
+        analyse(design, deep, "2.5d")
+    keys = {fault.key for fault in caught.value.faults}
+    assert "--fidelity" in keys
+    assert any("increments_mm" in key for key in keys)
+
+
+def test_failed_work_leaves_a_failed_record(tmp_path, monkeypatch):
+    from fingerdesign import pipeline
+    from fingerdesign.errors import MeshError
+
+    def broken(*_):
+        raise MeshError("the mesher gave up")
+
+    monkeypatch.setattr(pipeline, "make_mesh", broken)
+    design = parse_design('design.name = "unlucky"\nplates.count = 0')
+    result = analyse_into(Case(design, SCENE, "plane-strain"), tmp_path)
+    assert result.status == "failed"
+    stored = read_result(tmp_path / "unlucky")
+    assert stored.failure == "MeshError: the mesher gave up"
+    assert (tmp_path / "unlucky" / "report.html").exists()
+
+
+def test_outputs_are_all_there(tmp_path):
+    design = with_values(load_design(shipped_path("narrow")), COARSE)
+    result = analyse_into(Case(design, SCENE, "plane-strain", scene_name="short"), tmp_path)
+    folder = tmp_path / "narrow"
+    names = {path.name for path in folder.iterdir()}
+    wanted = {"result.json", "history.csv", "report.html", "finger.step", "finger.stl"}
+    assert wanted <= names
+    assert any(name.startswith("fields_") and name.endswith(".vtu") for name in names)
+    stored = read_result(folder)
+    assert stored.increments == result.increments
+    assert stored.scene == "short"
+    assert all(np.isfinite(list(stored.timings_s.values())))
+    assert stored.timings_s["geometry"] > 0
