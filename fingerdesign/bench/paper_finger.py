@@ -59,7 +59,7 @@ def search(
     analysed = _all(worth, True, workers, "candidates", tell)
     findings = [each for each in analysed if isinstance(each, Finding)]
     again = [finding.candidate for finding in best(findings, _FINALISTS)]
-    fine = [each for each in _all(again, False, workers, "finalists", tell)]
+    fine = _all(again, False, workers, "finalists", tell)
     finalists = best([each for each in fine if isinstance(each, Finding)], _FINALISTS)
     if not finalists:
         raise FingerDesignError(f"none of {count} candidates is a finger for the paper's grips")
@@ -88,7 +88,7 @@ def winner_design(winner: Finding) -> str:
     document = tomlkit.parse(shipped_text("maeno2000"))
     for key, value in winner.candidate.values.items():
         table, name = key.split(".")
-        document[table][name] = value  # type: ignore[index]
+        document[table][name] = value
     return tomlkit.dumps(document)
 
 
@@ -101,7 +101,7 @@ def winner_scene(winner: Finding) -> str:
     for row in winner.rows:
         rows.add_line([*row], indent="  ")
     rows.add_line(indent="")
-    document["path"]["increments_mm"] = rows  # type: ignore[index]
+    document["path"]["increments_mm"] = rows
     return tomlkit.dumps(document)
 
 

@@ -180,8 +180,8 @@ def slip_study(
     # Below the floor the quotient is noise, whatever it is.
     clean[np.abs(change) < floor] = np.nan
     x = np.asarray(gage_x, dtype=float)[order]
-    area_raw = _areas(x, raw, threshold, change, floor)
-    area = _areas(x, clean, threshold, change, floor)
+    area_raw = gage_areas(x, raw, threshold, change, floor)
+    area = gage_areas(x, clean, threshold, change, floor)
     stick = np.array([step.stick_area for step in steps])
     told = np.logical_or.accumulate(np.abs(change) >= floor)
     used = told & np.array([step.contact_area > 0.0 for step in steps])
@@ -202,6 +202,15 @@ def slip_study(
         normal_force=np.array([s.normal_force for s in samples]),
         force_floor_N=floor,
     )
+
+
+def correlation_at(study: SlipStudy, threshold: float) -> float | None:
+    """The compensated rank correlation that another threshold gives, with the stick length."""
+    change = np.diff(study.tangential_force, prepend=0.0)
+    floor = study.force_floor_N
+    area = gage_areas(study.gage_x_mm, study.response, threshold, change, floor)
+    used = np.logical_or.accumulate(np.abs(change) >= floor) & np.isfinite(study.stick_ratio)
+    return rank_correlation(area[used], study.stick_length_mm[used])
 
 
 def rank_correlation(first: Array, second: Array) -> float | None:
@@ -232,7 +241,8 @@ def _sample(measures: Measures, face: str, order: NDArray[np.int64]) -> Sample:
     )
 
 
-def _areas(x: Array, responses: Array, threshold: float, change: Array, floor: float) -> Array:
+def gage_areas(x: Array, responses: Array, threshold: float, change: Array, floor: float) -> Array:
+    """The area A (k,), mm, after each of k increments with responses (k, g) and changes of F_t."""
     areas, held = [], 0.0
     for values, step in zip(responses, change, strict=True):
         held = gage_area(x, values, threshold, held, float(step), floor)
