@@ -12,7 +12,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -122,14 +122,14 @@ def _run_in_zone(
         model.reduced, Plane(crest_height(design.body)), scene.object.friction_coefficient
     )
     tell("loading")
-    with clock.stage("increments"):
+    with clock.stage("increments"), one_thread():
         motions = [Motion(approach, shear) for approach, shear in scene.path.increments_mm]
         steps = list(follow(problem, motions, substeps=scene.path.substeps))
         studies = slip_studies(case, scene, problem) if case.scene is None else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.grips and case.scene is None and design.plates.number:
         tell("gripping")
-        with clock.stage("grips"):
+        with clock.stage("grips"), one_thread():
             grips = run_all_grips(design, problem)
     with clock.stage("report"):
         fields = recover_fields(model, steps) if case.fields else None
@@ -223,6 +223,15 @@ def condense(design: Design, mesh: Mesh, zone: float, scene: Scene) -> FiniteEle
     from fingerdesign.fem.model import build_model
 
     return build_model(design, mesh, zone, np.array(scene.readout.points_mm).reshape(-1, 3))
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """One BLAS thread: contact solves are small, and threads that wait for each other cost far more
+    than they save as soon as another process wants the cores (measured: 70 times)."""
+    from threadpoolctl import threadpool_limits
+
+    limit: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
+    return limit
 
 
 def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
