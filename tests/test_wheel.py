@@ -1,0 +1,80 @@
+"""What a user gets from the built wheel, in an empty folder, with no checkout in sight."""
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The wheel's content, unpacked: what pip would put into site-packages."""
+    folder = tmp_path_factory.mktemp("wheel")
+    built = subprocess.run(
+        [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert built.returncode == 0, built.stderr
+    (wheel,) = folder.glob("*.whl")
+    site = folder / "site"
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(site)
+    return site
+
+
+def run(installed, cwd, *arguments):
+    """The command line from the wheel's files; a checkout on the path would be a false pass."""
+    code = (
+        "import sys, fingerdesign, fingerdesign_cli.main as m;"
+        f"assert fingerdesign.__file__.startswith({str(installed)!r}), fingerdesign.__file__;"
+        "sys.exit(m.main(sys.argv[1:]))"
+    )
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": str(installed)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_new_check_analyse(installed, tmp_path):
+    new = run(installed, tmp_path, "new", "mine.toml")
+    assert new.returncode == 0, new.stderr
+    check = run(installed, tmp_path, "check", "mine.toml")
+    assert check.returncode == 0, check.stderr
+    text = (tmp_path / "mine.toml").read_text("utf-8")
+    assert "design" in text
+    done = run(
+        installed, tmp_path, "analyse", "mine.toml", "--out", "out", "--fidelity", "plane-strain"
+    )
+    assert done.returncode == 0, done.stderr
+    result = json.loads((tmp_path / "out" / "mine" / "result.json").read_text("utf-8"))
+    assert result["status"] == "ok"
+    assert len(result["grips"]) == 3
+    assert (tmp_path / "out" / "mine" / "report.html").stat().st_size > 100_000
+
+
+def test_shipped_designs_come_along(installed, tmp_path):
+    for name in ("maeno2000", "domed"):
+        new = run(installed, tmp_path, "new", f"{name}.toml", "--from", name)
+        assert new.returncode == 0, new.stderr
+    assert run(installed, tmp_path, "check", "maeno2000.toml", "domed.toml").returncode == 0
+
+
+def test_bad_input_from_the_wheel(installed, tmp_path):
+    (tmp_path / "bad.toml").write_text('[design]\nname = "bad"\n[body]\nwidht_mm = 3\n')
+    bad = run(installed, tmp_path, "check", "bad.toml")
+    assert bad.returncode == 2
+    assert "width_mm" in bad.stderr
