@@ -50,14 +50,14 @@ class Grip(Table):
         description="F_t rises by this times the square of F_n's rise since the last hold",
     )
     threshold_share: float = Field(
-        default=0.45,
+        default=0.4,
         gt=0,
         lt=1,
         description="a gage counts as over stick where its response to F_t exceeds this share of "
         "the strongest gage's at full stick (the rig measures that itself)",
     )
     force_floor_N: float = Field(
-        default=0.1, gt=0, le=1e3, description="change of F_t that a response is made from"
+        default=0.05, gt=0, le=1e3, description="change of F_t that a response is made from"
     )
     dead_band_mm: float = Field(
         default=0.05,

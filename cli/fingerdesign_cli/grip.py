@@ -1,0 +1,118 @@
+"""``fingerdesign grip``: lift an object whose weight and friction the controller is not told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import output_options, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from fingerdesign.results import GripResult, Result
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("grip")
+@click.argument("design_file", metavar="DESIGN", type=_FILE)
+@click.option("--out", required=True, type=_FILE, help="The result goes to OUT/NAME of the design.")
+@click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
+@click.option(
+    "--friction",
+    "frictions",
+    metavar="MU",
+    type=float,
+    multiple=True,
+    help="Friction coefficient of the object; repeat it for one lift each. "
+    "Instead of grip.friction_coefficients.",
+)
+@click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
+@click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d"]),
+    default="plane-strain",
+    show_default=True,
+)
+@output_options
+def command(
+    design_file: Path,
+    out: Path,
+    controller: str | None,
+    frictions: tuple[float, ...],
+    mass_g: float | None,
+    fidelity: str,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
+
+    The controller feels gages and forces only. Exit code 0 also where an object slips or is not
+    lifted: that is a finding, and stands in the table and in result.json.
+    """
+    from fingerdesign.design.io import load_design, with_values
+    from fingerdesign.errors import DesignError, Fault
+
+    design = load_design(design_file)
+    changes = {
+        "grip.controller": controller,
+        "grip.friction_coefficients": list(frictions) or None,
+        "grip.object_mass_g": mass_g,
+    }
+    asked = {key: value for key, value in changes.items() if value is not None}
+    design = with_values(design, asked) if asked else design
+    if design.plates.number < 2:
+        remedy = "add plates: without gages there is nothing to feel"
+        raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
+
+    from fingerdesign.outputs import analyse_into
+    from fingerdesign.pipeline import Case
+
+    with progress(design.design.name, quiet) as show:
+        result = analyse_into(Case(design, None, fidelity), out, show)
+    _report(result, out, quiet, as_json)
+    return 0 if result.status == "ok" else 1
+
+
+def _report(result: Result, out: Path, quiet: bool, as_json: bool) -> None:
+    from dataclasses import asdict
+
+    folder = out / result.design
+    if as_json:
+        print_json(
+            {
+                "design": result.design,
+                "status": result.status,
+                "failure": result.failure,
+                "folder": str(folder),
+                "grips": [asdict(grip) for grip in result.grips],
+            }
+        )
+    elif not quiet and result.status == "ok":
+        headings = ["friction", "ends", "F_n N", "F_t N", "margin", "least stick", "holds"]
+        headings += ["without the rule", "steps"]
+        title = f"{result.design}: {result.grips[0].object_mass_g:g} g, {result.fidelity}"
+        print_table(title, headings, [_row(grip) for grip in result.grips])
+        click.echo(f"report: {folder / 'report.html'}")
+    if result.failure:
+        click.echo(f"{result.design} failed: {result.failure}", err=True)
+
+
+def _row(grip: GripResult) -> list[str]:
+    def number(value: float | None) -> str:
+        return "-" if value is None else f"{value:.2f}"
+
+    ends = "slips" if grip.gross_slip else "lifted" if grip.lifted else "not lifted"
+    free = {True: "slips", False: "does not slip", None: "-"}[grip.slips_without_rule]
+    return [
+        f"{grip.friction_coefficient:g}",
+        ends,
+        number(grip.final_normal_force_N),
+        number(grip.final_tangential_force_N),
+        number(grip.safety_margin),
+        number(grip.minimum_stick_ratio),
+        f"{grip.holds}",
+        free,
+        f"{grip.steps}",
+    ]
