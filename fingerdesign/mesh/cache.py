@@ -28,7 +28,7 @@ from fingerdesign.mesh.types import Mesh
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body
 
-FORMAT = 1  # raise it when the way from CAD to mesh changes
+FORMAT = 2  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first
 
 

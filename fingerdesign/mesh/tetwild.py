@@ -6,7 +6,7 @@ so its answer must pass the gate (``Gate``) or is made again, and what passed is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -119,7 +119,7 @@ def size_field(
     design: Design, frames: tuple[PlateFrame, ...], sizes: MeshSizes, zone_half_width: float
 ) -> SizeField:
     """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
-    asked = MeshSizes(sizes.contact / CONTACT_OVERSHOOT, sizes.plate, sizes.far, sizes.gradation)
+    asked = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
     return SizeField(ContactSurface.of(design.body), frames, asked, zone_half_width)
 
 

@@ -75,14 +75,15 @@ def run_tetwild(
         raise MeshError(f"fTetWild's epsilon = {attempt.epsilon_mm} mm must be above 0: it hangs")
     if not time_limit_s > 0.0:
         raise MeshError(f"mesh.time_limit_s = {time_limit_s} must be above 0")
-    low, high = vertices.min(axis=0), vertices.max(axis=0)
-    sizes = field.sizes
-    # Fine across the layers that the field rises in; the field hardly changes along z.
-    spacing = (max(0.5, sizes.contact), max(0.2, 0.5 * sizes.contact), max(0.8, 2 * sizes.contact))
-    grid_points, grid_tets, grid_values = background_grid(field, low, high, spacing)
+    grid_points, grid_tets, grid_values = background_grid(
+        field, vertices.min(axis=0), vertices.max(axis=0)
+    )
+    # Meshed in a space that is squeezed along z: its even tetrahedra come out stretched.
+    squeeze = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
+    squeezed = vertices * squeeze
     options = {
-        "edge_length_abs": sizes.far,
-        "epsilon": attempt.epsilon_mm / float(np.linalg.norm(high - low)),
+        "edge_length_abs": field.sizes.far,
+        "epsilon": attempt.epsilon_mm / float(np.linalg.norm(np.ptp(squeezed, axis=0))),
         "stop_energy": attempt.stop_energy,
         "num_opt_iter": attempt.iterations,
         "disable_filtering": True,  # its inside test is by winding number; ours is exact
@@ -91,9 +92,9 @@ def run_tetwild(
     source, target = folder / "in.npz", folder / "out.npz"
     np.savez(
         source,
-        vertices=vertices,
+        vertices=squeezed,
         triangles=triangles,
-        grid_points=grid_points,
+        grid_points=grid_points * squeeze,
         grid_tets=grid_tets,
         grid_values=grid_values,
         options=json.dumps(options),
@@ -103,7 +104,7 @@ def run_tetwild(
         if not target.exists():
             raise MeshError("it wrote no answer")
         with np.load(target) as data:
-            points, tets = data["points"], data["tets"].astype(np.int64)
+            points, tets = data["points"] / squeeze, data["tets"].astype(np.int64)
     except MeshError as error:  # the input stays for whoever looks into it
         raise MeshError(f"fTetWild: {error}; its input is kept as {source}") from error
     except BaseException:
