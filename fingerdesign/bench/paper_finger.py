@@ -166,7 +166,7 @@ def _table(found: Search) -> list[list[object]]:
             numbers += [finding.normal_force, finding.pitches]
             numbers += [*finding.fine, *finding.fine_raw, *finding.steps, *finding.growing]
             row += [f"{number:.4f}" for number in numbers]
-        rows.append(row)
+        rows.append(row + [""] * (len(rows[0]) - len(row)))
     return rows
 
 
