@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from fingerdesign_cli.common import output_options, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from fingerdesign.bench.check import Check
 
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
@@ -75,3 +79,63 @@ def paper_finger(
         click.echo(f"{len(found.findings)} of {count} candidates analysed; left out: {left_out}")
         for path in paths:
             click.echo(str(path))
+
+
+@command.command("reference")
+@click.option("--tetwild/--no-tetwild", default=True, show_default=True, help="Also by pytetwild.")
+@output_options
+def reference(tetwild: bool, quiet: bool, as_json: bool) -> int:
+    """The cases whose answers two other finite-element codes agree on."""
+    from fingerdesign.bench.reference import one_plate_checks, plane_strain_checks, three_d_checks
+
+    with progress("bench reference", quiet or as_json) as tell:
+        tell("plane strain")
+        checks = [*plane_strain_checks(), *one_plate_checks()]
+        for mesher in ("extrude", "tetwild") if tetwild else ("extrude",):
+            tell(f"3-D, {mesher}")
+            checks += three_d_checks(mesher)
+    return _show("Against two other codes", checks, quiet, as_json)
+
+
+@command.command("condensation")
+@output_options
+def condensation(quiet: bool, as_json: bool) -> int:
+    """Condensed against full, and the price of condensing over factoring alone."""
+    from fingerdesign.bench.condensation import condensation_checks
+
+    with progress("bench condensation", quiet or as_json) as tell:
+        tell("condensing")
+        checks = condensation_checks()
+    return _show("Condensation", checks, quiet, as_json)
+
+
+@command.command("whole")
+@click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d"]),
+    multiple=True,
+    default=("plane-strain", "3d"),
+    show_default=True,
+)
+@output_options
+def whole(fidelity: tuple[str, ...], quiet: bool, as_json: bool) -> int:
+    """Seconds, memory and dofs of `analyse` on the reference finger, from cold caches."""
+    from fingerdesign.bench.whole import whole_checks
+
+    checks = []
+    with progress("bench whole", quiet or as_json) as tell:
+        for each in fidelity:
+            tell(each)
+            found, stages = whole_checks(each)
+            checks += found
+            tell(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
+    return _show("A whole analysis, in a process of its own", checks, quiet, as_json)
+
+
+def _show(title: str, checks: list[Check], quiet: bool, as_json: bool) -> int:
+    if as_json:
+        print_json([check.as_dict() for check in checks])
+    elif not quiet:
+        headings = ["number", "asked at most", "measured", ""]
+        print_table(title, headings, [check.row() for check in checks])
+    return 0 if all(check.holds for check in checks) else 1
