@@ -143,7 +143,7 @@ def _relative(measures: list[Any], rows: list[dict[str, float]], key: str) -> fl
     """Worst relative error over the increments whose reference is not zero."""
     name = {"Fn": "normal_force", "Ft": "tangential_force"}[key]
     return max(
-        abs(getattr(m, name) / row[key] - 1.0)
+        abs(float(getattr(m, name)) / row[key] - 1.0)
         for m, row in zip(measures, rows, strict=True)
         if row[key]
     )

@@ -70,7 +70,7 @@ def contact_half_width(design: Design, approach_mm: float) -> float:
     return low
 
 
-DEFAULT_APPROACH_MM = 0.4  # of the fundamental case
+DEFAULT_APPROACH_MM = 0.1  # of the fundamental case
 
 
 @dataclass(frozen=True)

@@ -189,7 +189,7 @@ def test_summary():
     assert summary.plates == 15
     assert np.isclose(summary.least_side_mm, 10 - 7 - (1.0 + 0.05) / np.sqrt(2))
     assert np.isclose(summary.plates_volume_mm3, 15 * 2 * 0.1 * 10)
-    assert summary.approach_mm == 0.4
+    assert summary.approach_mm == 0.1
     none = summarise(parse_design('design.name = "a"\nplates.count = 0'))
     assert none.least_cover_mm is None
     assert none.least_gap_mm is None
