@@ -56,7 +56,7 @@ class PaperSettings:
     threshold_share: float  # of Calibration.scale
     force_floor: float  # N of F_t between the two samples that a response is made of
     dead_band: float  # mm by which A must fall
-    hold_steps: int
+    hold_force: float  # N by which F_n rises in a hold
 
 
 class PaperController:
@@ -64,8 +64,8 @@ class PaperController:
 
     Each step closes by dy. A is made between now and the last sample since the hold whose F_t
     differs by ``force_floor``. It has fallen when it is ``dead_band`` below its largest value since
-    the hold: small falls add up, whatever the step. Then dx = 0 for ``hold_steps`` steps, in which
-    F_n grows; where they end the curve starts anew, with slope zero.
+    the hold: small falls add up, whatever the step. Then dx = 0 until F_n has risen by
+    ``hold_force``; from there the curve starts anew, with slope zero.
 
     ``rule=False`` never holds: what the same path does without the rule.
     """
@@ -81,9 +81,9 @@ class PaperController:
         self._order = np.argsort(calibration.gage_x, kind="stable")
         self._stiffness = calibration.tangential_stiffness
         self._dx = 0.0
-        self._left_to_hold = 0
         self._last = sample
         self._area: float | None = None
+        self._held_until: float | None = None
         self._largest = -math.inf
         self._begin_curve(sample)
 
@@ -92,22 +92,26 @@ class PaperController:
         self._learn_stiffness(sample)
         rise = sample.normal_force - self._last.normal_force
         self._last = sample
-        if self._left_to_hold > 0:
-            self._left_to_hold -= 1
-            if self._left_to_hold == 0:
-                self._begin_curve(sample)
-        area = self._area_now(sample)
-        if area is not None and self._left_to_hold == 0:
-            self._area = area
-            self._largest = max(self._largest, area)
-            if self._rule and area < self._largest - self._settings.dead_band:
-                self._left_to_hold = self._settings.hold_steps
-        holding = self._left_to_hold > 0
+        if self._held_until is not None and sample.normal_force >= self._held_until:
+            self._begin_curve(sample)
+        if self._held_until is None and self._rule_fires(sample):
+            self._held_until = sample.normal_force + self._settings.hold_force
+        holding = self._held_until is not None
         self._dx = 0.0 if holding else self._shear_to_curve(sample, rise)
         return Command(self._dx, self._settings.approach_step, holding, self._area)
 
+    def _rule_fires(self, sample: Sample) -> bool:
+        """Whether A has fallen below its largest value since the hold, beyond the dead band."""
+        area = self._area_now(sample)
+        if area is None:
+            return False
+        self._area = area
+        self._largest = max(self._largest, area)
+        return self._rule and area < self._largest - self._settings.dead_band
+
     def _begin_curve(self, sample: Sample) -> None:
         self._origin = sample
+        self._held_until = None
         self._since = [sample]
         self._largest = -math.inf
 

@@ -236,5 +236,5 @@ def paper_settings(grip: Grip) -> PaperSettings:
         threshold_share=grip.threshold_share,
         force_floor=grip.force_floor_N,
         dead_band=grip.dead_band_mm,
-        hold_steps=grip.hold_steps,
+        hold_force=grip.hold_force_N,
     )

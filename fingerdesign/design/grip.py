@@ -31,17 +31,17 @@ class Grip(Table):
         default="paper", description="paper: the flow chart of Maeno et al. 2000, Fig. 9"
     )
     preload_mm: float = Field(
-        default=0.04, gt=0, le=50, description="approach before the first tangential move"
+        default=0.03, gt=0, le=50, description="approach before the first tangential move"
     )
     approach_step_mm: float = Field(
-        default=0.005, gt=0, le=5, description="normal move of one control step"
+        default=0.004, gt=0, le=5, description="normal move of one control step"
     )
     shear_step_mm: float = Field(
         default=0.03, gt=0, le=5, description="largest tangential move of one control step"
     )
     max_steps: int = Field(default=200, ge=1, le=100_000, description="give up after so many")
     max_approach_mm: float = Field(
-        default=0.5, gt=0, le=50, description="stage travel; the contact zone must hold it"
+        default=0.4, gt=0, le=50, description="stage travel; the contact zone must hold it"
     )
     curve_per_N: float = Field(
         default=0.1,
@@ -57,7 +57,7 @@ class Grip(Table):
         "the strongest gage's at full stick (the rig measures that itself)",
     )
     force_floor_N: float = Field(
-        default=0.05, gt=0, le=1e3, description="change of F_t that a response is made from"
+        default=0.1, gt=0, le=1e3, description="change of F_t that a response is made from"
     )
     dead_band_mm: float = Field(
         default=0.05,
@@ -66,8 +66,11 @@ class Grip(Table):
         description="the stick region shrinks once the gage area is this far below its largest "
         "value since the last hold",
     )
-    hold_steps: int = Field(
-        default=2, ge=1, le=1000, description="control steps with dx = 0 when the rule fires"
+    hold_force_N: float = Field(
+        default=0.5,
+        gt=0,
+        le=1e3,
+        description="a hold (dx = 0) lasts until F_n has risen by this; at least one step",
     )
     bench_friction_coefficient: float = Field(
         default=0.5,

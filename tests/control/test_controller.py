@@ -18,7 +18,7 @@ SETTINGS = PaperSettings(
     threshold_share=0.5,
     force_floor=0.02,
     dead_band=0.1,
-    hold_steps=2,
+    hold_force=0.9,  # N: two moves of the spring below
 )
 GAGE_X = np.linspace(-2.0, 2.0, 5)
 BENCH = Calibration(
