@@ -17,12 +17,11 @@ from fingerdesign.design.starter import shipped_scene_text, shipped_text
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.study.paper_finger import (
     FRICTIONS,
-    Candidate,
     Finding,
     analyse_candidate,
     best,
-    candidates,
 )
+from fingerdesign.study.paper_space import Candidate, candidates
 
 Tell = Callable[[str, float | None], None]
 COUNT, SEED = 384, 2000

@@ -35,7 +35,7 @@ FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
 # coefficient, which a hand can apply too (a first shear on a rough object). Not fitted: the search
 # in study/paper_finger.py asks that 0.45 and 0.55 do as well.
 THRESHOLD_FRACTION = 0.5
-FORCE_FLOOR_N = 0.01  # far above the solver's error, far below the increments of any grip
+FORCE_FLOOR_N = 0.02  # a row that changes F_t by less says nothing: 2 g on a small force sensor
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 
 
@@ -134,7 +134,8 @@ def slip_studies(
 
     rows are those of the problem's own friction coefficient, others get theirs from
     :func:`scaled_rows`. All share one calibration and one threshold, found at the problem's
-    friction. ``pieces`` cuts every row finer, so that the correlation rests on more increments.
+    friction. ``pieces`` cuts every row finer, so that the correlation rests on more increments; the
+    ``floor`` (N), which is that of a whole row, is cut with it.
     """
     most = max(approach for approach, _ in rows)
     calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
@@ -144,7 +145,7 @@ def slip_studies(
         path = refined_rows(scaled_rows(rows, friction / problem.friction_coefficient), pieces)
         other = problem.with_friction(friction)
         x = problem.model.gage_x
-        studies.append(slip_study(other, path, face, x, threshold, floor, calibration))
+        studies.append(slip_study(other, path, face, x, threshold, floor / pieces, calibration))
     return tuple(studies)
 
 

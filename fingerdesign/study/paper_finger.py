@@ -1,15 +1,16 @@
 """Which finger did the paper use? A stated, repeatable search for what it does not say.
 
 Maeno, Hiromitsu and Kawai 2000 give the plates' number, thickness and angle and both moduli, no
-other dimension. Sobol points over the dimensions in SPACE are analysed in plane strain, and the
-finger is chosen on which the paper's claim holds best: that the gage area follows the stick area,
-whatever the friction (its section 3.1).
+other dimension. Sobol points over those dimensions (paper_space.py) are analysed in plane strain,
+and the finger is chosen on which the paper's claim holds best: that the gage area follows the stick
+area, whatever the friction (its section 3.1).
 
 Score of a candidate: the worst rank correlation of the compensated gage area with the true stick
 area, over FRICTIONS, over thresholds 10 % below and above half of the design's own largest
 full-stick response, and over two scenes: the fundamental one, and one whose approach grows to the
 end (up to complete slip), as it does in a grip. Every row is cut into PIECES. A finger that only
-works at one threshold, friction or path thus scores low.
+works at one threshold, friction or path thus scores low. Scores equal to 0.05 are ties: the larger
+signal wins, then the contact that spans more plates at a small force.
 
 The depth is left at 10 mm: in plane strain it multiplies forces and divides responses, no more.
 """
@@ -26,11 +27,10 @@ from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion, Plane, contact_problem
 from fingerdesign.control.slip_study import THRESHOLD_FRACTION, correlation_at, slip_studies
-from fingerdesign.design.forecast import contact_half_width, summarise
-from fingerdesign.design.io import parse_design, with_values
+from fingerdesign.design.forecast import contact_half_width
 from fingerdesign.design.layout import crest_height
-from fingerdesign.design.starter import shipped_text
-from fingerdesign.errors import DesignError, FingerDesignError, SolverError
+from fingerdesign.errors import FingerDesignError, SolverError
+from fingerdesign.study.paper_space import Candidate, design_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -39,56 +39,22 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Rows = list[tuple[float, float]]
 
-# name -> (least, most, step), mm but for the gage's share of its plate. The skin is the rubber over
-# the plate's upper corner at the crest, the approach that of the fundamental scene.
-SPACE = {
-    "arc_radius": (30.0, 60.0, 2.0),
-    "width": (18.0, 24.0, 2.0),
-    "base_height": (4.0, 12.0, 1.0),
-    "plate_length": (0.6, 1.6, 0.1),
-    "skin": (0.3, 0.9, 0.05),
-    "pitch": (0.6, 1.1, 0.05),
-    "gage_share": (0.3, 0.8, 0.05),
-    "approach": (0.08, 0.2, 0.02),
-}
 FRICTIONS = (0.2, 0.35, 0.5, 0.7, 1.0)
 SCENE_FRICTION = 0.5
 PIECES = 5
 THRESHOLDS = (0.9, 1.0, 1.1)  # times THRESHOLD_FRACTION
 
 # The scene by shares of the largest approach and of the shear that just ends in complete slip: both
-# grow to step three, then the approach is held; step seven is short of complete slip, eight past.
+# grow to step three, then the approach is held; step eight is past complete slip, step seven short
+# of it in 3-D too, where the shipped finger slips completely at 0.84 of the plane-strain shear.
 APPROACH_SHARE = (0.4, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
 GROWING_SHARE = (0.4, 0.7, 0.88, 0.92, 0.95, 0.97, 0.985, 1.0)  # a harder scene: never held
-SHEAR_SHARE = (0.05, 0.12, 0.20, 0.32, 0.48, 0.66, 0.88, 1.12)
+SHEAR_SHARE = (0.05, 0.12, 0.20, 0.32, 0.46, 0.61, 0.77, 1.12)
 
 # What a finger must offer beside its score.
-LEAST_COVER_MM = 0.3  # over the plates' upper corners: a skin that survives the mold's opening
-LEAST_GAP_MM = 0.25  # between plates: silicone must flow in without bubbles
 GRIP_FORCE_N = 5.0  # the paper's grips end near it (its Fig. 10)
 LEAST_PITCHES = 4.0  # that the contact spans at GRIP_FORCE_N, or few gages see the stick region
 MOST_FORCE_N = 15.0  # of the fundamental case: three times that of the grips
-
-_COARSE = {
-    "mesh.section.contact_size_mm": 0.1,
-    "mesh.section.plate_size_mm": 0.2,
-    "mesh.section.plate_end_size_mm": 0.05,
-    "mesh.section.far_size_mm": 2.0,
-    "mesh.section.gradation": 0.5,
-}
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One point of SPACE: the design's dotted keys and the approach of its fundamental scene, mm.
-
-    ``refused`` says why it was not analysed to the end; empty where nothing speaks against it.
-    """
-
-    number: int
-    values: dict[str, float]
-    approach: float
-    refused: str = ""
 
 
 @dataclass(frozen=True)
@@ -123,29 +89,6 @@ class Finding:
     def order(self) -> tuple[float, float, float]:
         """Greater is better: score to 0.05 (meshes agree to half of that), signal, pitches."""
         return (round(20.0 * self.score) / 20.0, round(self.signal, 2), self.pitches)
-
-
-def candidates(count: int, seed: int) -> list[Candidate]:
-    """``count`` Sobol points of SPACE, rounded to its steps; those that cannot be cast refused."""
-    from scipy.stats import qmc
-
-    power = int(np.ceil(np.log2(max(count, 1))))
-    points = qmc.Sobol(len(SPACE), seed=seed).random_base2(power)[:count]
-    found = []
-    for number, point in enumerate(points):
-        place = {
-            name: least + step * round(share * (most - least) / step)
-            for share, (name, (least, most, step)) in zip(point, SPACE.items(), strict=True)
-        }
-        found.append(_checked(_candidate(number, place)))
-    return found
-
-
-def design_of(candidate: Candidate, coarse: bool) -> Design:
-    """The shipped paper finger with the candidate's dimensions. Raises DesignError."""
-    design = parse_design(shipped_text("maeno2000"), "maeno2000")
-    values: dict[str, object] = {**candidate.values}
-    return with_values(design, {**values, **_COARSE} if coarse else values)
 
 
 def analyse_candidate(candidate: Candidate, coarse: bool = True) -> Candidate | Finding:
@@ -184,38 +127,6 @@ def best(findings: list[Finding], count: int) -> list[Finding]:
     """The ``count`` best findings whose scene ends as it should, best first."""
     sound = [finding for finding in findings if finding.slips_at_the_end]
     return sorted(sound, key=lambda finding: finding.order, reverse=True)[:count]
-
-
-def _candidate(number: int, place: dict[str, float]) -> Candidate:
-    """Rounded to what a drawing says."""
-    length = place["plate_length"]
-    # Half of a plate of 0.1 mm at 45 degrees, up to its upper corner.
-    rise = 0.5 * (length + 0.1) / np.sqrt(2.0)
-    values = {
-        "body.arc_radius_mm": place["arc_radius"],
-        "body.width_mm": place["width"],
-        "body.base_height_mm": place["base_height"],
-        "plates.length_mm": length,
-        "plates.cover_mm": 0.05 * np.ceil((place["skin"] + rise) / 0.05),
-        "plates.pitch_mm": place["pitch"],
-        "gages.length_mm": max(0.3, 0.1 * round(place["gage_share"] * length / 0.1)),
-    }
-    rounded = {key: round(float(value), 6) for key, value in values.items()}
-    return Candidate(number, rounded, round(place["approach"], 6))
-
-
-def _checked(candidate: Candidate) -> Candidate:
-    try:
-        summary = summarise(design_of(candidate, coarse=True))
-    except DesignError as error:
-        return replace(candidate, refused="; ".join(fault.key for fault in error.faults))
-    assert summary.least_cover_mm is not None
-    assert summary.least_gap_mm is not None
-    if summary.least_cover_mm < LEAST_COVER_MM:
-        return replace(candidate, refused="cover too thin")
-    if summary.least_gap_mm < LEAST_GAP_MM:
-        return replace(candidate, refused="plates too close")
-    return candidate
 
 
 def build_problem(design: Design, approach: float) -> ContactProblem:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,13 +15,14 @@ from fingerdesign.design.io import load_design, load_scene, parse_design, parse_
 from fingerdesign.design.layout import crest_height
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.study import paper_finger as study
+from fingerdesign.study import paper_space as space
 
 WINNER = 326  # of the search's 384
 
 
 @pytest.fixture(scope="module")
 def drawn():
-    return study.candidates(bench.COUNT, bench.SEED)
+    return space.candidates(bench.COUNT, bench.SEED)
 
 
 @pytest.fixture(scope="module")
@@ -32,9 +34,9 @@ def shipped(drawn):
 
 
 def test_sampling_is_repeatable_and_seeded(drawn):
-    assert study.candidates(bench.COUNT, bench.SEED) == drawn
-    assert study.candidates(16, bench.SEED) == drawn[:16]
-    assert study.candidates(16, bench.SEED + 1) != drawn[:16]
+    assert space.candidates(bench.COUNT, bench.SEED) == drawn
+    assert space.candidates(16, bench.SEED) == drawn[:16]
+    assert space.candidates(16, bench.SEED + 1) != drawn[:16]
     assert len({tuple(c.values.values()) for c in drawn}) > 0.95 * len(drawn)
 
 
@@ -46,7 +48,7 @@ def test_what_cannot_be_cast_is_counted_not_analysed(drawn):
 
 def test_a_design_that_the_checks_refuse_is_named_by_its_keys():
     values = {"plates.length_mm": 1.0, "gages.length_mm": 2.0}
-    got = study._checked(study.Candidate(0, values, 0.1))
+    got = space._checked(space.Candidate(0, values, 0.1))
     assert "gages.length_mm" in got.refused
 
 
@@ -62,10 +64,10 @@ def test_the_shipped_finger_and_scene_are_the_searchs_winner(shipped):
 
 
 def test_on_the_shipped_finger_the_gage_area_follows_the_stick_area(shipped):
-    """Found: 0.955, 0.987, 0.976, 0.972; on the coarse mesh 0.896, 0.954, 0.976, 0.918."""
+    """Found: 0.947, 0.988, 0.952, 0.967; on the coarse mesh 0.890, 0.952, 0.952, 0.903."""
     assert shipped.score > 0.88
     assert min(shipped.fine) > 0.94
-    assert min(shipped.steps) > 0.93
+    assert min(shipped.steps) > 0.92
     assert min(shipped.growing) > 0.9
     # Not for want of taking the normal force out: raw, it does not follow.
     assert max(shipped.fine_raw) < 0.8
@@ -88,7 +90,7 @@ def test_the_fundamental_case_is_the_papers_figures_6_and_7(shipped):
         assert (np.diff(contact) > 0.0).all()  # less and less is open
         assert (np.diff(each.normal_force[:3]) > 0.0).all()
         assert (np.diff(each.tangential_force) > 0.0).all()
-        assert (each.stick_ratio[:-1] > 0.2).all()
+        assert (each.stick_ratio[:-1] > 0.4).all()
         assert each.stick_ratio[-1] < 0.01
 
 
@@ -103,7 +105,7 @@ def test_the_relation_hardly_depends_on_friction(shipped):
 
 
 def test_slip_that_never_completes_is_a_named_failure(shipped):
-    design = study.design_of(shipped.candidate, coarse=True)
+    design = space.design_of(shipped.candidate, coarse=True)
     problem = study.build_problem(design, 0.1).with_friction(5.0)
     with pytest.raises(SolverError, match="no complete slip"):
         study.complete_slip_shear(problem, 0.1)
@@ -111,7 +113,7 @@ def test_slip_that_never_completes_is_a_named_failure(shipped):
 
 def test_a_finger_pressed_too_hard_is_refused(shipped):
     values = {**shipped.candidate.values, "body.arc_radius_mm": 20.0}
-    got = study.analyse_candidate(study.Candidate(0, values, 0.4))
+    got = study.analyse_candidate(space.Candidate(0, values, 0.4))
     assert got.refused == "pressed too hard"
 
 
@@ -121,9 +123,9 @@ def quick(monkeypatch, shipped):
 
     def analyse(candidate, coarse=True):
         if candidate.refused or candidate.number == 2:
-            return study.replace(candidate, refused=candidate.refused or "no contact")
+            return replace(candidate, refused=candidate.refused or "no contact")
         signal = 0.9 if candidate.number == 1 else 0.5
-        return study.replace(shipped, candidate=candidate, signal=signal)
+        return replace(shipped, candidate=candidate, signal=signal)
 
     monkeypatch.setattr(bench, "analyse_candidate", analyse)
 
@@ -142,7 +144,7 @@ def test_the_bench_writes_all_candidates_the_winner_and_a_chart(tmp_path, capsys
     assert said["refused"]["no contact"] == 1
     assert said["analysed"] + sum(said["refused"].values()) == 8
     design = parse_design((tmp_path / "maeno2000.toml").read_text("utf-8"))
-    values = study.candidates(8, bench.SEED)[1].values
+    values = space.candidates(8, bench.SEED)[1].values
     assert design.plates.pitch_mm == values["plates.pitch_mm"]
     assert crest_height(design.body) > values["body.base_height_mm"]
     scene = parse_scene((tmp_path / "fundamental.toml").read_text("utf-8"))
@@ -167,7 +169,7 @@ def test_the_winners_files_keep_their_comments(shipped):
 
 
 def test_the_correlation_at_the_studys_own_threshold_is_the_studys(shipped):
-    design = study.design_of(shipped.candidate, coarse=True)
+    design = space.design_of(shipped.candidate, coarse=True)
     problem = study.build_problem(design, shipped.candidate.approach)
     (only,) = slip_studies(problem, shipped.rows, "both", (0.5,))
     assert correlation_at(only, only.threshold) == pytest.approx(only.rank_correlation, abs=1e-12)
