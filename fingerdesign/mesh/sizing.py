@@ -123,6 +123,22 @@ def distances_to_plate(
     return np.hypot(np.maximum(along, 0.0), beside), np.hypot(along, beside)
 
 
+def expected_elements(field: SizeField, low: Array, high: Array) -> float:
+    """How many tetrahedra the field asks for within the body between low and high (3,).
+
+    By the volume of a regular tetrahedron, h^3 / (6 sqrt 2), stretched. fTetWild made 0.87 to 0.97
+    times as many.
+    """
+    points, tets, _ = background_grid(field, low, high)
+    centroids = points[tets].mean(axis=1)
+    within = np.all((centroids > low) & (centroids < high), axis=1)
+    within[within] = field.surface.distance(centroids[within]) < 0.0
+    corners = points[tets[within]]
+    volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
+    own = field.sizes.stretch * field(centroids[within]) ** 3 / (6.0 * np.sqrt(2.0))
+    return float(np.sum(volumes / own))
+
+
 def background_grid(
     field: SizeField, low: Array, high: Array
 ) -> tuple[Array, NDArray[np.int32], Array]:

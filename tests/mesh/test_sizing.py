@@ -8,20 +8,23 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.errors import MeshError
+from fingerdesign.geometry.checks import outline_volume
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.mesh.sizing import (
+    END_GRADATION,
     GRID_POINTS,
     MeshSizes,
     SizeField,
     background_grid,
-    distance_to_plate,
+    distances_to_plate,
+    expected_elements,
 )
 from fingerdesign.mesh.snap import tet_volumes
 
 
-def field_of(keys: str) -> SizeField:
+def field_of(keys: str, stretch: float = 1.0) -> SizeField:
     design = parse_design(f'design.name = "t"\n{keys}')
-    sizes = MeshSizes(contact=0.2, plate=0.3, far=2.0, gradation=0.5)
+    sizes = MeshSizes(contact=0.2, plate=0.3, far=2.0, gradation=0.5, stretch=stretch)
     frames = plate_frames(design)
     return SizeField(ContactSurface.of(design.body), frames, sizes, 3.0)
 
@@ -33,6 +36,16 @@ def test_sizes_at_the_contact_beside_the_zone_and_far_away() -> None:
     np.testing.assert_allclose(field(at), [0.2, 0.7, 0.2, 2.0], rtol=1e-9)
     beside = np.array([[5.0, float(field.surface.height(5.0))]])
     np.testing.assert_allclose(field(beside), 0.2 + 0.5 * 2.0)
+    stretched = field_of("plates.count = 0", stretch=4.0)
+    np.testing.assert_allclose(stretched(at[:1]), 0.1)  # across 0.1, along z 0.4: 0.2 on the mean
+
+
+def test_sizes_at_a_plate_and_at_its_ends() -> None:
+    field = field_of("plates.count = 1\nplates.cover_mm = 5.0\nplates.length_mm = 4.0")
+    (frame,) = field.frames
+    centre, end = np.array([frame.x, frame.y]), 2.0 * frame.axis
+    sizes = field(np.array([centre, centre + end, centre - end, centre + end + 0.1 * frame.axis]))
+    np.testing.assert_allclose(sizes, [0.3, 0.05, 0.05, 0.05 + 0.1 * END_GRADATION], rtol=1e-9)
 
 
 def test_the_field_grows_no_faster_than_its_gradation() -> None:
@@ -41,32 +54,60 @@ def test_the_field_grows_no_faster_than_its_gradation() -> None:
     first = rng.uniform([-10, 0, 0], [10, 12, 5], (4000, 3))
     second = first + rng.normal(0, 0.3, first.shape)
     growth = np.abs(field(first) - field(second)) / np.linalg.norm(first - second, axis=1)
-    assert growth.max() <= 0.5 + 1e-9
+    assert growth.max() <= END_GRADATION + 1e-9
 
 
-def test_distance_to_a_plate_is_that_of_its_box() -> None:
+def test_distances_to_a_plate_are_those_to_its_box_and_to_its_ends() -> None:
     frame = PlateFrame(0, 0.0, 0.0, 90.0, 2.0, 0.2, -1.0, 1.0)
     points = np.array([[0.0, 0.9, 0.0], [0.4, 0.0, 0.0], [0.1, 1.3, 1.4], [0.0, 0.0, -3.0]])
-    np.testing.assert_allclose(distance_to_plate(frame, points), [0.0, 0.3, 0.5, 2.0], atol=1e-12)
+    box, ends = distances_to_plate(frame, points)
+    np.testing.assert_allclose(box, [0.0, 0.3, 0.5, 2.0], atol=1e-12)
+    np.testing.assert_allclose(ends, [0.1, np.hypot(0.3, 1.0), 0.5, np.hypot(2.0, 1.0)])
+    np.testing.assert_allclose(distances_to_plate(frame, points, 2.0)[0][3], 1.0)
 
 
-def test_the_background_grid_fills_its_box_with_positive_tetrahedra() -> None:
-    field = field_of("plates.count = 1")
-    low, high = np.array([-10.0, 0.0, 0.0]), np.array([10.0, 12.7, 5.0])
-    points, tets, values = background_grid(field, low, high, (1.0, 0.5, 1.0))
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "plates.count = 0",
+        "plates.count = 15",
+        "plates.count = 2\nplates.span_mm = 6.0",
+        'body.shape = "dome"\nbody.dome_radius_mm = 15.0\nplates.count = 3',
+    ],
+)
+def test_the_background_grid_fills_its_box_and_carries_the_field(keys: str) -> None:
+    field = field_of(keys)
+    low, high = np.array([-10.0, 0.0, 0.0]), np.array([10.0, field.surface.crest, 5.0])
+    points, tets, values = background_grid(field, low, high)
     volumes = tet_volumes(points, tets.astype(np.int64))
     assert volumes.min() > 0.0
     assert volumes.sum() == pytest.approx(np.prod(np.ptp(points, axis=0)))
     assert np.all(points.min(axis=0) < low)
     assert np.all(points.max(axis=0) > high)
+    assert len(points) <= GRID_POINTS
     np.testing.assert_array_equal(values, field(points))
+    # Near the crest, where it is finest, linear interpolation blurs the field by little.
+    near = np.abs(points[tets].mean(axis=1) - [0.0, field.surface.crest, 0.0]).max(axis=1) < 0.3
+    blurred = values[tets[near]].mean(axis=1)
+    assert np.all(blurred < 1.35 * field(points[tets[near]].mean(axis=1)))
 
 
 def test_the_background_grid_of_a_large_finger_stays_bounded() -> None:
-    field = field_of("plates.count = 0")
-    low, high = np.zeros(3), np.full(3, 500.0)
-    points, _, _ = background_grid(field, low, high, (0.5, 0.2, 0.8))
-    assert 0.5 * GRID_POINTS < len(points) < 1.5 * GRID_POINTS
+    field = field_of("plates.count = 15")
+    points, _, _ = background_grid(field, np.zeros(3), np.full(3, 500.0))
+    assert 0.3 * GRID_POINTS < len(points) <= GRID_POINTS
+
+
+def test_the_expected_elements_of_an_even_field_fill_the_body() -> None:
+    design = parse_design('design.name = "t"\nplates.count = 0')
+    low, high = np.array([-10.0, 0.0, 0.0]), np.array([10.0, 12.7, 5.0])
+    for stretch in (1.0, 3.0):
+        sizes = MeshSizes(
+            contact=1.0 * np.sqrt(stretch), plate=1.0, far=1.0, gradation=0.5, stretch=stretch
+        )
+        field = SizeField(ContactSurface.of(design.body), (), sizes, 3.0)
+        wanted = outline_volume(design.body, half=True) * 6.0 * np.sqrt(2.0) / stretch
+        assert expected_elements(field, low, high) == pytest.approx(wanted, rel=0.05)
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])

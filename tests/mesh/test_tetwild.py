@@ -104,11 +104,31 @@ def test_edges_at_the_contact_come_out_as_asked(
     meshes: dict[str, tuple[Design, Mesh]],
 ) -> None:
     design, mesh = meshes["no plates"]
-    facets = mesh.facets["contact"]
-    inner = facets[(np.abs(mesh.points[facets[:, :3], 0]) < 3.0).all(axis=1)]
-    a, b = mesh.points[inner[:, 0]], mesh.points[inner[:, 1]]
-    mean = np.linalg.norm(b - a, axis=1).mean()
-    assert 0.7 * design.mesh.contact_size_mm < mean < 1.3 * design.mesh.contact_size_mm
+    facets = mesh.facets["contact"][:, :3]
+    inner = facets[(np.abs(mesh.points[facets, 0]) < 3.0).all(axis=1)]
+    a, b, c = (mesh.points[inner[:, i]] for i in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).mean()
+    mean = np.sqrt(4.0 * area / np.sqrt(3.0))
+    assert 0.75 * design.mesh.contact_size_mm < mean < 1.25 * design.mesh.contact_size_mm
+
+
+def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once() -> None:
+    design = parse_design(
+        'design.name="t"\nplates.count=0\nmesh.contact_size_mm=0.01\nmesh.gradation=0.05'
+    )
+    with pytest.raises(MeshError, match=r"tetrahedra, more than .* raise mesh\.contact_size_mm"):
+        tetrahedralise(design, 3.0, use_cache=False)
+
+
+def test_a_mesh_many_times_finer_than_asked_is_refused(
+    monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
+) -> None:
+    design, good = meshes["no plates"]
+    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+    monkeypatch.setattr(tetwild, "finish", lambda *arguments: good)
+    monkeypatch.setattr(tetwild, "expected_elements", lambda *arguments: len(good.cells) / 3)
+    with pytest.raises(MeshError, match=r"tetrahedra where about \d+ were asked for"):
+        tetrahedralise(design, 3.0, use_cache=False)
 
 
 def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(

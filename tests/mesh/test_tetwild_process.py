@@ -13,6 +13,7 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
+from fingerdesign.mesh.snap import tet_volumes
 from fingerdesign.mesh.tetwild_process import Attempt, run_tetwild, validate_surface
 
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -76,7 +77,7 @@ def test_a_mesher_out_of_time_is_ended_and_its_input_kept(
         run_tetwild(*cube, field, Attempt(0.01), 0.05)
     (kept,) = tmp_path.glob("*/in.npz")
     with np.load(kept) as data:
-        np.testing.assert_array_equal(data["vertices"], cube[0])
+        np.testing.assert_allclose(data["vertices"], cube[0] / [1.0, 1.0, field.sizes.stretch])
 
 
 @pytest.mark.parametrize(
@@ -108,8 +109,11 @@ def test_success_leaves_nothing_behind(
     cube: Surface, field: SizeField, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    points, tets = run_tetwild(*cube, field, Attempt(0.01), 60.0)
+    points, tets = run_tetwild(*cube, field, Attempt(0.05), 60.0)
     assert len(tets) > 0
     assert tets.max() < len(points)
+    inside = points[tets].mean(axis=1)
+    inside = tets[np.all((inside > 0.0) & (inside < 1.0), axis=1)]
+    assert np.abs(tet_volumes(points, inside)).sum() == pytest.approx(1.0, rel=0.05)
     assert list(tmp_path.iterdir()) == []
     assert not Path("__tracked_surface.stl").exists()
