@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fingerdesign.bench.check import Check
 from fingerdesign.design.io import load_design, parse_design, with_values
 from fingerdesign.design.schema import Design
-from fingerdesign.fem.factor import factorise, flexibility
+from fingerdesign.fem.factor import Condensation, factorise
 from fingerdesign.fem.model import build_model, candidate_facets, fixed_dofs, stiffness_of
 from fingerdesign.fem.trace import contact_trace
 
@@ -73,7 +73,7 @@ def cost_checks(repeats: int = 3) -> list[Check]:
     alone, whole = [], []
     for _ in range(repeats):
         alone.append(_seconds(lambda: factorise(stiffness)))
-        whole.append(_seconds(lambda: flexibility(stiffness, rows)))
+        whole.append(_seconds(lambda: Condensation(stiffness, rows)))
     label = f"condensing {int(free.sum())} dofs onto {rows.shape[0]}"
     return [
         Check(

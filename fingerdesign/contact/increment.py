@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.laws import Certificate, certify, status_of
-from fingerdesign.contact.newton import NewtonResult, newton
+from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.contact.sweeps import gauss_seidel
+from fingerdesign.contact.strategy import Task, solve_task
 from fingerdesign.errors import SolverError
 
 Array = NDArray[np.float64]
@@ -23,7 +23,7 @@ class ZoneExhausted(SolverError):
 
 ACCEPT = 1e-8  # the laws; Newton ends near 1e-13, so a pass is never a close call
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
-_CUTS = (2, 8, 32)  # pieces that carry the iterate, not the friction history, to the motion
+_MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
 
 
 @dataclass(frozen=True)
@@ -113,41 +113,34 @@ def solve_increment(problem: ContactProblem, state: ContactState, motion: Motion
 def _solve(
     problem: ContactProblem, state: ContactState, motion: Motion, offset: Array
 ) -> tuple[NewtonResult, str]:
-    """Newton from the last forces; then by a walk of the motion; then from Gauss-Seidel."""
-    friction, compliance = problem.friction_coefficient, problem.compliance
-    result = newton(compliance, offset, friction, state.multiplier)
-    if result.converged:
-        return result, "newton"
-    spent, best = result.iterations, result
-    start_offset = problem.offset(state.motion, state.slip)
-    for pieces in _CUTS:
-        guess, failed = state.multiplier, False
-        for piece in range(1, pieces + 1):
-            part = start_offset + (offset - start_offset) * (piece / pieces)
-            walked = newton(compliance, part, friction, guess)
-            spent += walked.iterations
-            guess = walked.multiplier
-            failed = not walked.converged
-        if not failed:
-            return _counted(walked, spent), "newton, walked"
-    for factor in (0.01, 0.5):
-        result = newton(compliance, offset, friction, best.multiplier, factor=factor)
+    """Solve on the nodes that the object could reach; any other that it does reach is added."""
+    m, dim = problem.shape
+    before = problem.offset(state.motion, state.slip)
+    # A rigid finger would overlap the object here; an elastic one yields, and mostly touches less.
+    margin = _MARGIN * max(0.0, -float(offset[:, 0].min()))
+    near = (np.minimum(offset, before)[:, 0] <= margin) | (state.multiplier[:, 0] > 0.0)
+    multiplier = np.zeros((m, dim))
+    spent = 0
+    while True:
+        index = np.flatnonzero(near)
+        columns = (index[:, None] * dim + np.arange(dim)).reshape(-1)
+        whole = len(index) == m
+        compliance = problem.compliance if whole else problem.compliance[np.ix_(columns, columns)]
+        task = Task(
+            compliance,
+            offset[index],
+            before[index],
+            problem.friction_coefficient,
+            state.multiplier[index],
+        )
+        result, method = solve_task(task)
         spent += result.iterations
-        if result.converged:
-            return _counted(result, spent), "newton, other augmentation"
-    for sweeps in (100, 1000):
-        swept = gauss_seidel(compliance, offset, friction, best.multiplier, sweeps)
-        spent += swept.iterations
-        result = newton(compliance, offset, friction, swept.multiplier)
-        spent += result.iterations
-        if result.converged:
-            return _counted(result, spent), "gauss-seidel, newton"
-        best = min((swept, result, best), key=lambda each: each.residual)
-    return _counted(best, spent), "none"
-
-
-def _counted(result: NewtonResult, iterations: int) -> NewtonResult:
-    return NewtonResult(result.multiplier, result.residual, iterations, result.converged)
+        multiplier[index] = result.multiplier
+        gap = offset[:, 0] + problem.compliance[::dim][:, columns] @ multiplier[index].reshape(-1)
+        missed = ~near & (gap < 0.0)
+        if not missed.any():
+            return NewtonResult(multiplier, result.residual, spent, result.converged), method
+        near |= missed
 
 
 def _check_zone(problem: ContactProblem, multiplier: Array, gap: Array, motion: Motion) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.assembly import assemble_stiffness
-from fingerdesign.fem.factor import flexibility, solve
+from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.trace import ContactTrace, contact_trace
 from fingerdesign.reduced import ReducedModel
@@ -37,17 +37,14 @@ class FiniteElementModel:
     mesh: Mesh
     trace: ContactTrace
     free: NDArray[np.bool_]
-    stiffness: sp.csr_matrix
+    condensation: Condensation
     timings: dict[str, float]
 
     def displacement_fields(self, forces: Array) -> Array:
-        """Nodal displacements (k, n, dim) mm of the mesh for contact forces (k, m, dim) N.
-
-        Factors the stiffness once more: the condensation does not keep its factors.
-        """
+        """Nodal displacements (k, n, dim) mm of the mesh for contact forces (k, m, dim) N."""
         loads = (self.trace.operator.T @ forces.reshape(len(forces), -1).T)[self.free]
         fields = np.zeros((len(forces), len(self.free)))
-        fields[:, self.free] = solve(self.stiffness, loads).T
+        fields[:, self.free] = self.condensation.solve(loads).T
         return fields.reshape(len(forces), *self.mesh.points.shape)
 
 
@@ -84,11 +81,12 @@ def build_model(
     reduced_stiffness.sort_indices()
     rows, silent = _drop_empty(rows)
     matrix = np.zeros((len(silent), len(silent)))
-    matrix[np.ix_(~silent, ~silent)] = flexibility(reduced_stiffness, rows)
+    condensation = Condensation(reduced_stiffness, rows)
+    matrix[np.ix_(~silent, ~silent)] = condensation.matrix
     reduced = _reduced(design, mesh, trace, matrix, len(frames), len(points))
     done = time.perf_counter()
     timings = {"assemble": assembled - start, "condense": done - assembled}
-    return FiniteElementModel(reduced, mesh, trace, free, reduced_stiffness, timings)
+    return FiniteElementModel(reduced, mesh, trace, free, condensation, timings)
 
 
 def stiffness_of(design: Design, mesh: Mesh) -> sp.csr_matrix:

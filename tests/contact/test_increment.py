@@ -169,7 +169,7 @@ def test_the_rim_is_never_passed_silently():
 
 def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     """Non-convergence is reported, and the last iterate is not returned as an answer."""
-    from fingerdesign.contact import increment as module
+    from fingerdesign.contact import strategy as module
 
     problem = contact_problem(half_plane(), Plane(0.0), 0.3)
     stalled = lambda c, offset, f, start, *rest, **named: NewtonResult(start, 1.0, 1, False)  # noqa: E731
