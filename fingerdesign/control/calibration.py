@@ -5,6 +5,10 @@
 2. Press to the preload of a grip and shear a little. Nearly everything sticks, so the response of
    the gages to F_t is the design's own scale, and dF_t/dx the first guess of the stiffness.
 
+The press takes the same steps as a grip: coarser ones, with straight lines between, put kinks into
+what is taken out, and a kink looks like a fall of A (steps growing by 4 % of the depth were tried:
+two false holds more at mu = 0.3).
+
 The surface on the bench is not the object's: its friction is a parameter of the bench. Pressed
 without shear, the finger hardly tells one friction from another.
 """

@@ -3,6 +3,22 @@
 (Maeno, Hiromitsu and Kawai 2000.) A controller is handed what a hand can know, a :class:`Sample`,
 and what its rig learnt of its own finger, a :class:`Calibration`: never the friction, the object's
 mass or the true stick area. That the object is lifted it learns only by being asked no more.
+
+Why the rule works. While both forces grow, nothing slips as long as dF_t/dF_n < mu; beyond it slip
+comes in from the contact's edges. On F_t = c F_n^2 the slope 2 c F_n passes mu at F_n = mu / 2c and
+the whole contact would slip at mu / c: the rule has dF_n = mu / 2c to see A fall, 1 N at mu = 0.2
+and c = 0.1/N. A hold lets F_n grow and starts the slope at zero again; holding as soon as slip
+begins gives a mean slope of mu / 2, a margin of 2; holding later, a smaller margin; a long hold, a
+larger one. All forces scale with 1/c, so c says how heavy the objects are that feel like a test: at
+mu = 0.3 the path without the rule slips at mu^2 / c = 0.9 N of F_t and more, by the preload.
+
+Where it fails. If all gages answer above the threshold at full stick (few plates, reaching hardly
+beyond the contact), A is the plates' whole width and cannot fall: ``designs/narrow.toml`` slips at
+mu <= 0.4. And right after a hold, while F_t has hardly changed, what F_n does to gages that already
+feel a shear is not in the normal-only calibration: A is then off, and its return can look like a
+fall. ``force_floor`` keeps the worst of it out; what is left are holds while nearly all sticks. They
+cost margin, not the object: on designs/maeno2000.toml in plane strain with 500 g, 2 of the 3 holds
+at mu = 0.4, none at 0.2; with 1000 g most holds after the first at mu >= 0.5 (margin 2.6 at 0.8).
 """
 
 from __future__ import annotations
