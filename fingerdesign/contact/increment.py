@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.contact.active import ActiveInverse, dofs_of
 from fingerdesign.contact.laws import Certificate, certify, status_of
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.problem import ContactProblem, Motion
@@ -60,16 +61,42 @@ class Increment:
     method: str
 
 
-def solve_increment(problem: ContactProblem, state: ContactState, motion: Motion) -> Increment:
+class Workspace:
+    """The inverse left by the last increment of a path.
+
+    It saves time and changes no answer by more than rounding. One per path; friction, state and
+    motion are not in it.
+    """
+
+    def __init__(self) -> None:
+        self.inverse: ActiveInverse | None = None
+
+    def on(self, index: IntArray, nodes: int, dim: int) -> ActiveInverse | None:
+        """The inverse with its nodes numbered by their place in ``index``."""
+        if self.inverse is None:
+            return None
+        place = np.full(nodes, -1)
+        place[index] = np.arange(len(index))
+        return self.inverse.restricted(place[self.inverse.nodes] >= 0, dim).renamed(place)
+
+
+def solve_increment(
+    problem: ContactProblem,
+    state: ContactState,
+    motion: Motion,
+    workspace: Workspace | None = None,
+) -> Increment:
     """Forces and slips after ``motion`` (total, from touch), the friction history being ``state``.
 
-    Evaluating twice gives the same answer: nothing is stored. Raises SolverError, with the reason,
-    where no iterate passes the certificate or the candidate zone is exhausted.
+    Evaluating twice gives the same answer: nothing is stored, but in a ``workspace`` that the
+    caller may give to save time along a path. Raises SolverError, with the reason, where no iterate
+    passes the certificate or the candidate zone is exhausted.
     """
+    workspace = Workspace() if workspace is None else workspace
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    result, method = _solve(problem, state, motion, offset)
+    result, method = _solve(problem, state, offset, workspace)
     m, dim = problem.shape
     multiplier = result.multiplier
     local = (problem.compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
@@ -111,7 +138,7 @@ def solve_increment(problem: ContactProblem, state: ContactState, motion: Motion
 
 
 def _solve(
-    problem: ContactProblem, state: ContactState, motion: Motion, offset: Array
+    problem: ContactProblem, state: ContactState, offset: Array, workspace: Workspace
 ) -> tuple[NewtonResult, str]:
     """Solve on the nodes that the object could reach; any other that it does reach is added."""
     m, dim = problem.shape
@@ -123,7 +150,7 @@ def _solve(
     spent = 0
     while True:
         index = np.flatnonzero(near)
-        columns = (index[:, None] * dim + np.arange(dim)).reshape(-1)
+        columns = dofs_of(index, dim)
         whole = len(index) == m
         compliance = problem.compliance if whole else problem.compliance[np.ix_(columns, columns)]
         task = Task(
@@ -132,10 +159,12 @@ def _solve(
             before[index],
             problem.friction_coefficient,
             state.multiplier[index],
+            workspace.on(index, m, dim),
         )
         result, method = solve_task(task)
         spent += result.iterations
         multiplier[index] = result.multiplier
+        workspace.inverse = result.inverse.renamed(index) if result.inverse is not None else None
         gap = offset[:, 0] + problem.compliance[::dim][:, columns] @ multiplier[index].reshape(-1)
         missed = ~near & (gap < 0.0)
         if not missed.any():

@@ -6,10 +6,10 @@ natural map with an augmentation rho_i = factor / C_ii,
     F_n = lambda_n - max(0, lambda_n - rho gap)
     F_t = lambda_t - disc(mu lambda_n)(lambda_t - rho slip)
 
-is linearised at each node by its status. Open nodes drop out, so an iteration factors a matrix of
-the size of the contact. In 2-D a small factor makes a node that slides the wrong way stick first,
-where a large one throws it to the opposite slip and cycles (Alart and Curnier, CMAME 92 (1991) 353,
-leave rho free).
+is linearised at each node by its status. Open nodes drop out, closed ones have no gap, sticking
+ones no slip: the unknowns left are the slips of sliding nodes (active.py). In 2-D a small factor
+makes a node that slides the wrong way stick first, where a large one throws it to the opposite slip
+and cycles (Alart and Curnier, CMAME 92 (1991) 353, leave rho free).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.contact.active import ActiveInverse, dofs_of
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, natural_residual
 
 Array = NDArray[np.float64]
@@ -33,6 +34,7 @@ class NewtonResult:
     residual: float
     iterations: int
     converged: bool
+    inverse: ActiveInverse | None = None
 
 
 def newton(
@@ -41,12 +43,14 @@ def newton(
     friction_coefficient: float,
     start: Array,
     factor: float = 0.05,
+    inverse: ActiveInverse | None = None,
     tolerance: float = 1e-11,
     max_iterations: int = 40,
 ) -> NewtonResult:
     """Solve the increment from ``start`` (m, dim); ``offset`` (m, dim) is v at lambda = 0.
 
-    Never raises on failure to converge: the caller decides. A singular linear system ends it.
+    ``inverse`` of an earlier solve on the same compliance saves work; the answer is the same to
+    rounding. Never raises on failure to converge: the caller decides. A singular system ends it.
     """
     m, dim = offset.shape
     self_compliance = np.diag(compliance).reshape(m, dim)[:, 0]
@@ -56,9 +60,13 @@ def newton(
     best, best_residual = multiplier, np.inf
     for iteration in range(1, max_iterations + 1):
         status, trial = _classify(multiplier, motion, rho, friction_coefficient)
+        closed = np.flatnonzero(status != OPEN)
         try:
+            if inverse is None or not len(inverse.nodes):
+                inverse = ActiveInverse.of(compliance, closed, dim)
+            inverse = inverse.moved_to(compliance, closed, dim)
             multiplier = _linear_step(
-                compliance, offset, friction_coefficient, status, trial, rho, multiplier, motion
+                compliance, friction_coefficient, status, trial, rho, multiplier, motion, inverse
             )
         except np.linalg.LinAlgError:
             return NewtonResult(best, best_residual, iteration, False)
@@ -69,7 +77,7 @@ def newton(
         if residual < best_residual:
             best, best_residual = multiplier, residual
         if residual <= tolerance:
-            return NewtonResult(multiplier, residual, iteration, True)
+            return NewtonResult(multiplier, residual, iteration, True, inverse)
     return NewtonResult(best, best_residual, max_iterations, False)
 
 
@@ -97,54 +105,77 @@ def _classify(
 
 def _linear_step(
     compliance: Array,
-    offset: Array,
     friction_coefficient: float,
     status: IntArray,
     trial: Array,
     rho: Array,
     multiplier: Array,
     motion: Array,
+    active: ActiveInverse,
 ) -> Array:
-    dim = offset.shape[1]
-    closed = np.flatnonzero(status != OPEN)
+    """Forces that solve the law linearised at the current point, as a correction of it."""
+    dim = multiplier.shape[1]
+    closed = active.nodes
     result = np.zeros_like(multiplier)
     if len(closed) == 0:
         return result
-    index = (closed[:, None] * dim + np.arange(dim)).reshape(-1)
-    # Rows of gap = 0 (normal) and slip = 0 (stick); sliding nodes' tangential rows come after.
-    matrix = compliance[np.ix_(index, index)]
-    right = -offset[closed].copy()
-    slipping = np.flatnonzero(status[closed] == SLIP)
-    if len(slipping):
-        nodes = closed[slipping]
-        size = np.linalg.norm(trial[nodes, 1:], axis=1)
-        direction = trial[nodes, 1:] / size[:, None]
-        bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
-        rows = slipping[:, None] * dim + np.arange(1, dim)
-        if dim == 2:
-            matrix[rows[:, 0]] = 0.0
-            matrix[rows[:, 0], rows[:, 0]] = 1.0
-            matrix[rows[:, 0], slipping * dim] = -friction_coefficient * direction[:, 0]
-            right[slipping, 1] = 0.0
-        else:
-            # d lambda_t - mu e d lambda_n - q (I - e e^T) (d lambda_t - rho d slip) = -F_t
-            ratio = np.minimum(bound / size, 1.0)
-            turn = np.eye(2) - direction[:, :, None] * direction[:, None, :]
-            turn *= ratio[:, None, None]
-            step = rho[nodes, 0][:, None, None] * turn
-            picked = matrix[rows]  # (s, 2, index): slip rows of C, before they are replaced
-            matrix[rows] = np.einsum("sab,sbi->sai", step, picked)
-            for a in range(2):
-                for b in range(2):
-                    matrix[rows[:, a], rows[:, b]] += float(a == b) - turn[:, a, b]
-                matrix[rows[:, a], slipping * dim] -= friction_coefficient * direction[:, a]
-            # J lambda_new = J lambda - F; nodes now open have lambda_new = 0, hence no columns.
-            now = multiplier[nodes, 1:]
-            force = now - bound[:, None] * direction
-            linear = now - np.einsum("sab,sb->sa", turn, now)
-            linear -= friction_coefficient * direction * multiplier[nodes, :1]
-            linear += np.einsum("sab,sb->sa", step, motion[nodes, 1:] - offset[nodes, 1:])
-            right[slipping, 1:] = linear - force
-    solution = np.linalg.solve(matrix, right.reshape(-1))
-    result[closed] = solution.reshape(-1, dim)
+    opened = np.flatnonzero((status == OPEN) & multiplier.any(axis=1))
+    now = motion[closed].reshape(-1)
+    if len(opened):
+        gone = compliance[np.ix_(dofs_of(closed, dim), dofs_of(opened, dim))]
+        now = now - gone @ multiplier[opened].reshape(-1)
+    forces = multiplier[closed].reshape(-1) - active.inverse @ now  # were nothing to slide
+    sliding = np.flatnonzero(status[closed] == SLIP)
+    if len(sliding):
+        slip = _slips(friction_coefficient, trial, rho, multiplier, motion, active, sliding, forces)
+        forces = forces + active.inverse[:, _tangential(sliding, dim)] @ slip
+    result[closed] = forces.reshape(-1, dim)
     return result
+
+
+def _slips(
+    friction_coefficient: float,
+    trial: Array,
+    rho: Array,
+    multiplier: Array,
+    motion: Array,
+    active: ActiveInverse,
+    sliding: IntArray,
+    forces: Array,
+) -> Array:
+    """Slips d (s (dim - 1),) of the sliding nodes.
+
+    Each obeys, with e its direction, Q = q (I - e e^T), q = bound / |trial|,
+        (I - Q) f_t - mu e f_n + rho Q d = the same of the current point - F_t,
+    where f = forces + G_d d.
+    """
+    nodes = active.nodes[sliding]
+    count, dim = len(nodes), multiplier.shape[1]
+    size = np.linalg.norm(trial[nodes, 1:], axis=1)
+    direction = trial[nodes, 1:] / size[:, None]
+    bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
+    ratio = np.minimum(bound / size, 1.0)[:, None, None]
+    turn = ratio * (np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :])
+    keep = np.eye(dim - 1) - turn
+    pull = friction_coefficient * direction
+
+    columns = _tangential(sliding, dim)
+    tangential = active.inverse[np.ix_(columns, columns)].reshape(count, dim - 1, -1)
+    normal = active.inverse[np.ix_(sliding * dim, columns)]
+    matrix = keep @ tangential - pull[:, :, None] * normal[:, None, :]
+    diagonal = matrix.reshape(count, dim - 1, count, dim - 1)
+    here = np.arange(count)
+    diagonal[here, :, here, :] += rho[nodes][:, :, None] * turn
+
+    current = multiplier[nodes, 1:]
+    wanted = bound[:, None] * direction - current  # - F_t
+    wanted += np.einsum("sab,sb->sa", keep, current) - pull * multiplier[nodes, :1]
+    wanted += rho[nodes] * np.einsum("sab,sb->sa", turn, motion[nodes, 1:])
+    shaped = forces.reshape(-1, dim)[sliding]
+    wanted -= np.einsum("sab,sb->sa", keep, shaped[:, 1:]) - pull * shaped[:, :1]
+    rows = matrix.reshape(count * (dim - 1), -1)
+    return np.asarray(np.linalg.solve(rows, wanted.reshape(-1)))
+
+
+def _tangential(nodes: IntArray, dim: int) -> IntArray:
+    return np.asarray((nodes[:, None] * dim + np.arange(1, dim)).reshape(-1))

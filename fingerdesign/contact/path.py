@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from fingerdesign.contact.increment import ContactState, Increment, solve_increment
+from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 
@@ -30,6 +30,7 @@ def follow(
     them is yielded. Raises SolverError at the first motion without an accepted answer.
     """
     state = ContactState.untouched(problem) if state is None else state
+    workspace = Workspace()
     for motion in motions:
         before = state.motion
         for part in range(1, substeps + 1):
@@ -38,6 +39,7 @@ def follow(
                 before.approach + share * (motion.approach - before.approach),
                 before.shear + share * (motion.shear - before.shear),
             )
-            increment = solve_increment(problem, state, target if part < substeps else motion)
+            target = target if part < substeps else motion  # to the last digit
+            increment = solve_increment(problem, state, target, workspace)
             state = increment.state
         yield Step(increment, measure(problem, increment))

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.newton import NewtonResult, newton
 from fingerdesign.contact.sweeps import gauss_seidel
 
@@ -20,7 +21,7 @@ class Task:
     """One increment on some nodes: find forces with gap and slip v = compliance f + offset.
 
     compliance (k dim, k dim); offset (k, dim) at the motion asked, before (k, dim) at the last one;
-    start (k, dim) the last forces.
+    start (k, dim) the last forces; inverse from an earlier solve on these nodes, if there is one.
     """
 
     compliance: Array
@@ -28,9 +29,12 @@ class Task:
     before: Array
     friction_coefficient: float
     start: Array
+    inverse: ActiveInverse | None = None
 
     def newton(self, start: Array, factor: float = 0.05) -> NewtonResult:
-        return newton(self.compliance, self.offset, self.friction_coefficient, start, factor)
+        return newton(
+            self.compliance, self.offset, self.friction_coefficient, start, factor, self.inverse
+        )
 
 
 def solve_task(task: Task) -> tuple[NewtonResult, str]:

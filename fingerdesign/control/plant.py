@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
-from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import Sample
@@ -59,13 +59,14 @@ class CondensedPlant:
         self._problem = problem
         self._face = face
         self._state = ContactState.untouched(problem)
+        self._workspace = Workspace()
         self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
 
     def move(self, dx: float, dy: float) -> Sample:
         """Move the object by (dx, dy) mm and read gages and forces; see :class:`Plant`."""
         now = self._state.motion
         motion = Motion(now.approach + dy, now.shear + dx)
-        increment = solve_increment(self._problem, self._state, motion)
+        increment = solve_increment(self._problem, self._state, motion, self._workspace)
         measures = measure(self._problem, increment)
         self._state = increment.state
         self._truth = Truth(
