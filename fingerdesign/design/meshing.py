@@ -29,7 +29,7 @@ class MeshOptions(Table):
     mesher: Literal["tetwild", "extrude"] = Field(
         default="tetwild", description="tetwild (any finger) | extrude (constant section only)"
     )
-    contact_size_mm: float = Field(default=0.3, ge=1e-2, le=50, description="at the crest")
+    contact_size_mm: float = Field(default=0.4, ge=1e-2, le=50, description="at the crest")
     plate_size_mm: float = Field(default=0.4, ge=1e-2, le=50, description="along the plates")
     far_size_mm: float = Field(default=2.0, ge=1e-2, le=100, description="largest anywhere")
     gradation: float = Field(
