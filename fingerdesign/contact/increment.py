@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.active import ActiveInverse, dofs_of
-from fingerdesign.contact.laws import Certificate, certify, status_of
+from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify, status_of
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.contact.strategy import Task, solve_task
@@ -120,8 +120,9 @@ def solve_increment(
     _check_zone(problem, multiplier, local[:, 0], motion)
     status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
     slip = local[:, 1:] + state.slip
-    moved = np.linalg.norm(local[:, 1:], axis=1)
-    travelled = np.where(multiplier[:, 0] > 0.0, state.travelled + moved, 0.0)
+    # A sticking node has not moved, whatever the rounding; an open one starts anew.
+    moved = np.where(status == SLIP, np.linalg.norm(local[:, 1:], axis=1), 0.0)
+    travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
     return Increment(
         motion=motion,
         multiplier=multiplier,
