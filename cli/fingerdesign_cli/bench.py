@@ -139,3 +139,37 @@ def _show(title: str, checks: list[Check], quiet: bool, as_json: bool) -> int:
         headings = ["number", "asked at most", "measured", ""]
         print_table(title, headings, [check.row() for check in checks])
     return 0 if all(check.holds for check in checks) else 1
+
+
+@command.command("precision")
+@click.option("--out", "folder", metavar="DIR", type=_FOLDER, required=True, help="Written here.")
+@output_options
+def precision(folder: Path, quiet: bool, as_json: bool) -> None:
+    """Speed against accuracy: errors against seconds, plane strain and 3-D (minutes)."""
+    from dataclasses import asdict
+
+    from fingerdesign.bench.precision import measure_precision, write_precision
+
+    with progress("bench precision", quiet or as_json) as tell:
+        points = measure_precision(tell)
+    paths = write_precision(points, folder)
+    if as_json:
+        print_json([asdict(point) for point in points])
+    elif not quiet:
+        headings = ["method", "facets mm", "dofs", "s", "F_n", "F_t", "stick", "gages"]
+        rows = [
+            [
+                point.method,
+                f"{point.size_mm:g}",
+                str(point.dofs),
+                f"{point.seconds:.2f}",
+                f"{point.normal_force_error:.1e}",
+                f"{point.tangential_force_error:.1e}",
+                f"{point.stick_ratio_error:.1e}",
+                f"{point.gage_error:.1e}",
+            ]
+            for point in points
+        ]
+        print_table("Errors against the finest mesh of the kind", headings, rows)
+        for path in paths:
+            click.echo(str(path))

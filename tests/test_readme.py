@@ -1,0 +1,80 @@
+"""README and docs: every block of commands, TOML and Python in them runs; what they name exists."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+TEXT = (ROOT / "README.md").read_text("utf-8")
+
+
+def blocks(kind: str) -> list[str]:
+    return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
+
+
+def test_the_tour_runs(tmp_path):
+    """The fenced blocks in their order, in an empty folder."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    environment = os.environ | {
+        "PATH": path,
+        "FINGERDESIGN_CACHE": str(tmp_path / "cache"),
+        "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "cli")]),
+    }
+    (tmp_path / "scene.toml").write_text(blocks("toml")[0], encoding="utf-8")
+    commands = [line for block in blocks("sh") for line in block.splitlines() if line]
+    assert len(commands) >= 6
+    for command in commands:
+        arguments = command.split()
+        assert arguments[0] == "fingerdesign"
+        run = [sys.executable, "-m", "fingerdesign_cli.main", *arguments[1:]]
+        done = subprocess.run(
+            run, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    assert (tmp_path / "out" / "mine" / "report.html").exists()
+    done = subprocess.run(
+        [sys.executable, "-c", blocks("python")[0]],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout.split()[0]) > 0
+
+
+def test_make_targets_exist():
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    for target in re.findall(r"\bmake ([a-z-]+)", TEXT):
+        assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/method.md"])
+def test_links_and_pictures_exist(page):
+    text = (ROOT / page).read_text("utf-8")
+    for target in re.findall(r"\]\(([^)#]+)\)", text):
+        if not target.startswith("http"):
+            assert ((ROOT / page).parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/method.md"])
+def test_commands_named_exist(page):
+    from fingerdesign_cli.main import COMMANDS
+
+    text = (ROOT / page).read_text("utf-8")
+    for name in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
+        assert name in COMMANDS, name
+
+
+def test_bench_subcommands_named_exist():
+    from fingerdesign_cli.bench import command
+
+    for page in ("README.md", "docs/method.md"):
+        text = (ROOT / page).read_text("utf-8")
+        for name in re.findall(r"fingerdesign bench ([a-z-]+)", text):
+            assert name in command.commands, name
