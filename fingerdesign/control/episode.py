@@ -111,6 +111,7 @@ def run_episode(
         slip_distance_mm=last.slip_distance if last else 0.0,
         steps=len(gripping),
         holds=_holds(record.commands),
+        ending=reason,
     )
     trace = _trace(record, result, len(calibration.gage_x))
     return Episode(result, trace, ending, reason)

@@ -51,8 +51,7 @@ def grip_table(result: Result) -> Table:
     columns = (
         *("controller", "friction coefficient", "mass (g)", "lifted", "complete slip", "holds"),
         *("slips without the rule", "safety margin", "least stick ratio"),
-        *("final normal / tangential force (N)", "peak normal force (N)", "slip distance (mm)"),
-        "steps",
+        *("final normal / tangential force (N)", "steps", "how it ended"),
     )
     rows = tuple(
         (
@@ -67,13 +66,12 @@ def grip_table(result: Result) -> Table:
             number_text(grip.minimum_stick_ratio, 2),
             f"{number_text(grip.final_normal_force_N, 2)} / "
             f"{number_text(grip.final_tangential_force_N, 2)}",
-            number_text(grip.peak_normal_force_N, 2),
-            number_text(grip.slip_distance_mm),
             str(grip.steps),
+            grip.ending,
         )
         for grip in result.grips
     )
-    return Table("grips", "Grips", columns, rows, frozenset({0, 3, 4, 6}))
+    return Table("grips", "Grips", columns, rows, frozenset({0, 3, 4, 6, 11}))
 
 
 def model_table(result: Result) -> Table:
