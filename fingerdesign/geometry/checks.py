@@ -74,7 +74,8 @@ def check_clearances(design: Design, frames: tuple[PlateFrame, ...]) -> None:
                 float(corners[:, 1].min()),
                 0.5 * body.width_mm - float(np.abs(corners[:, 0]).max()),
                 0.5 * body.depth_mm - frame.z_max + 1e-9,
-                -float(surface.distance(ends).max()),
+                # Below its lowest point the surface, continued, bounds nothing.
+                float(np.maximum(-surface.distance(ends), surface.lowest - ends[:, 1]).min()),
             )
             if margin <= 0.0:
                 raise GeometryError(

@@ -60,6 +60,18 @@ class ContactSurface:
         dome = self._dome_radius
         return 1.0 / self.radius, 0.0 if dome is None else 1.0 / dome
 
+    @property
+    def lowest(self) -> float:
+        """Least height of the body's contact surface, at its corners, mm."""
+        return float(self.height(0.5 * self.body.width_mm, 0.5 * self.body.depth_mm))
+
+    def encloses(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points (n, 3) with |x|, |z| within the body lie below the surface, (n,).
+
+        Not the sign of the distance: continued, the surface closes below its axis.
+        """
+        return np.asarray(points[:, 1] < self.height(points[:, 0], points[:, 2]))
+
     def height(self, x: Array | float, z: Array | float = 0.0) -> Array:
         """Height y of the surface over (x, z), mm."""
         return surface_height(self.body, x, z)

@@ -20,6 +20,9 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
+SMOOTH_DEG = 12.0  # over an edge of 1 mm that is 0.1 mm, ten times the mesher's envelope
+
+
 @dataclass(frozen=True)
 class Plane:
     """A flat CAD face: points with normal . point = offset; ``normal`` is a unit vector (3,)."""
@@ -38,13 +41,15 @@ class Carriers:
     """The CAD faces of a finger: ``planes``, the body's first, and the curved contact surface.
 
     ``of_body`` numbers the body's planes and ``of_plate[k]`` those of plate k, in ``planes``; the
-    contact surface has the number len(planes).
+    contact surface has the number len(planes). ``smooth``: the contact surface runs into the sides
+    without an edge (a half circle).
     """
 
     contact: ContactSurface
     planes: tuple[Plane, ...]
     of_body: tuple[int, ...]
     of_plate: tuple[tuple[int, ...], ...]
+    smooth: bool = False
 
     @property
     def contact_number(self) -> int:
@@ -91,7 +96,14 @@ def carriers_of(body: Body, frames: tuple[PlateFrame, ...], symmetric: bool) -> 
         planes.append(Plane(name, (0.0, 0.0, 1.0), frame.z_max))
         planes.append(Plane(name, (0.0, 0.0, -1.0), -frame.z_min))
         of_plate.append(tuple(range(first, len(planes))))
-    return Carriers(ContactSurface.of(body), tuple(planes), of_body, tuple(of_plate))
+    return Carriers(
+        ContactSurface.of(body), tuple(planes), of_body, tuple(of_plate), smooth_sides(body)
+    )
+
+
+def smooth_sides(body: Body) -> bool:
+    """Whether contact surface and sides meet at less than SMOOTH_DEG: a mesher keeps no edge."""
+    return bool(0.5 * body.width_mm > body.arc_radius_mm * np.cos(np.radians(SMOOTH_DEG)))
 
 
 def regions_by_centroid(points: Array, tets: IntArray, frames: tuple[PlateFrame, ...]) -> IntArray:
@@ -122,11 +134,24 @@ class BoundaryFacets:
     apex: IntArray
     misfit: Array
 
-    def on_carriers(self, points: int, carriers: int) -> BoolArray:
-        """Whether each point lies on each carrier, (points, carriers): by its facets."""
-        found = np.zeros((points, carriers), dtype=bool)
+    def on_carriers(self, points: Array, carriers: Carriers) -> BoolArray:
+        """Whether each point (n, 3) lies on each carrier, (n, carriers): by its facets.
+
+        Where contact surface and sides run into each other, by its height: on one or the other.
+        """
+        contact = carriers.contact_number
+        found = np.zeros((len(points), contact + 1), dtype=bool)
         for corner in range(3):
             found[self.corners[:, corner], self.carrier] = True
+        if carriers.smooth:
+            sides = [n for n in carriers.of_body if carriers.planes[n].name == "side"]
+            either = found[:, [*sides, contact]].any(axis=1)
+            above = above_sides(points, carriers)
+            for side in sides:
+                near = np.sign(points[:, 0]) == carriers.planes[side].normal[0]
+                beside = np.abs(points[:, 0]) > 0.5 * carriers.planes[side].offset
+                found[:, side] = either & near & beside & ~above
+            found[:, contact] = either & above
         return found
 
 
@@ -162,10 +187,25 @@ def boundary_facets(
     misfit = np.zeros(len(picked))
     body = (*carriers.of_body, carriers.contact_number)
     carrier[outside], misfit[outside] = _nearest(points, corners[outside], carriers, body)
+    if carriers.smooth:  # contact facets are those that lie on that surface with all corners
+        above = above_sides(points, carriers)[corners].all(axis=1)
+        sides = [n for n in carriers.of_body if carriers.planes[n].name == "side"]
+        either = outside & np.isin(carrier, [*sides, carriers.contact_number])
+        right = points[corners, 0].mean(axis=1) > 0.0
+        side = np.where(
+            right, *(n for s in (1.0, -1.0) for n in sides if carriers.planes[n].normal[0] == s)
+        )
+        carrier[either] = np.where(above, carriers.contact_number, side)[either]
     for k, numbers in enumerate(carriers.of_plate):
         own = ~outside & (regions[cell] == k + 1)
         carrier[own], misfit[own] = _nearest(points, corners[own], carriers, numbers)
     return BoundaryFacets(corners, carrier, outside, cell, apex, misfit)
+
+
+def above_sides(points: Array, carriers: Carriers) -> BoolArray:
+    """Whether points (n, 3) are higher than the sides' upper edge at their z."""
+    half_width = next(p.offset for p in carriers.planes if p.name == "side")
+    return np.asarray(points[:, 1] > carriers.contact.height(half_width, points[:, 2]))
 
 
 def _outward(points: Array, corners: IntArray, apex: IntArray) -> IntArray:
@@ -182,6 +222,10 @@ def _nearest(
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     used, inverse = np.unique(corners, return_inverse=True)
     away = np.abs(carriers.distances(points[used], numbers))
+    if carriers.contact_number in numbers:  # continued below its lowest point it is no face
+        column = numbers.index(carriers.contact_number)
+        below = carriers.contact.lowest - points[used, 1]
+        away[:, column] = np.maximum(away[:, column], below)
     misfit = away[inverse.reshape(corners.shape)].max(axis=1)
     a, b, c = (points[corners[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)

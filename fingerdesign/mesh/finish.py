@@ -44,7 +44,7 @@ def finish(
     regions = regions_by_centroid(points, tets, frames)
     carriers = carriers_of(body, frames, symmetric)
     found = boundary_facets(points, tets, regions, carriers)
-    on_carriers = found.on_carriers(len(points), carriers.contact_number + 1)
+    on_carriers = found.on_carriers(points, carriers)
     points = snap_to_carriers(points, on_carriers, carriers)
     volumes = tet_volumes(points, tets)
     if volumes.min() <= 0.0:
@@ -67,7 +67,7 @@ def _inside(body: Body, points: Array, tets: IntArray, symmetric: bool) -> tuple
     within = (np.abs(x) < 0.5 * body.width_mm) & (y > 0.0) & (z < 0.5 * body.depth_mm)
     within &= z > (0.0 if symmetric else -0.5 * body.depth_mm)
     surface = ContactSurface.of(body)
-    within[within] = surface.distance(np.stack([x, y, z], axis=1)[within]) < 0.0
+    within[within] = surface.encloses(np.stack([x, y, z], axis=1)[within])
     if not within.any():
         raise MeshError("fTetWild returned no tetrahedron inside the body")
     used, renumbered = np.unique(tets[within], return_inverse=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.geometry.checks import face_areas, outline_volume, plate_volume, section_area
 from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.mesh.boundary import smooth_sides
 from fingerdesign.mesh.snap import least_jacobian_ratio, tet_volumes
 from fingerdesign.mesh.types import Mesh
 
@@ -199,12 +200,16 @@ def _worst_area_error(mesh: Mesh, design: Design) -> float:
     if mesh.dimension == 2:
         return 0.0
     wanted = face_areas(design.body, mesh.symmetric)
-    worst = 0.0
-    for name, area in wanted.items():
-        facets = mesh.facets.get(name)
-        found = 0.0 if facets is None else float(curved_areas(mesh.points, facets).sum())
-        worst = max(worst, abs(found / area - 1.0))
-    return worst
+    found = {
+        name: float(curved_areas(mesh.points, mesh.facets[name]).sum())
+        if name in mesh.facets
+        else 0.0
+        for name in wanted
+    }
+    if smooth_sides(design.body):  # no edge tells where one ends and the other begins
+        for areas in (wanted, found):
+            areas["contact"] += areas.pop("side")
+    return max(abs(found[name] / area - 1.0) for name, area in wanted.items())
 
 
 def curved_areas(points: Array, facets: IntArray) -> Array:

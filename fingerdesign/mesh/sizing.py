@@ -92,7 +92,9 @@ class SizeField:
         """Wanted edge length (n,), mm, at points (n, 2) or (n, 3)."""
         sizes = self.sizes
         sideways = np.maximum(np.abs(points[:, 0]) - self.zone_half_width, 0.0)
-        away = np.hypot(sideways, self.surface.distance(points))
+        # The surface continued below its lowest point is no contact surface.
+        below = self.surface.lowest - points[:, 1]
+        away = np.hypot(sideways, np.maximum(np.abs(self.surface.distance(points)), below))
         contact = sizes.contact / np.sqrt(sizes.stretch)  # across; along z longer, on the mean so
         wanted = np.minimum(sizes.far, contact + sizes.gradation * away)
         for frame in self.frames:
@@ -132,7 +134,7 @@ def expected_elements(field: SizeField, low: Array, high: Array) -> float:
     points, tets, _ = background_grid(field, low, high)
     centroids = points[tets].mean(axis=1)
     within = np.all((centroids > low) & (centroids < high), axis=1)
-    within[within] = field.surface.distance(centroids[within]) < 0.0
+    within[within] = field.surface.encloses(centroids[within])
     corners = points[tets[within]]
     volumes = np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
     own = field.sizes.stretch * field(centroids[within]) ** 3 / (6.0 * np.sqrt(2.0))

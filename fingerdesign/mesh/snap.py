@@ -42,24 +42,19 @@ def snap_to_carriers(points: Array, lies_on: BoolArray, carriers: Carriers) -> A
 
 
 def _onto_contact(points: Array, lies_on: BoolArray, carriers: Carriers) -> Array:
-    surface = carriers.contact
     planes = [carriers.planes[number] for number in carriers.of_body]
     on_plane = lies_on[:, list(carriers.of_body)]
-    on_side = on_plane[:, [i for i, plane in enumerate(planes) if plane.name == "side"]].any(axis=1)
-    # At the sides the surface may stand upright (a half circle): only its height says where it is.
+    blocked = on_plane[:, :, None] * np.array([plane.normal for plane in planes])
     points = points.copy()
-    points[on_side, 1] = surface.height(points[on_side, 0], points[on_side, 2])
-    free = np.flatnonzero(~on_side)
-    blocked = on_plane[free][:, :, None] * np.array([plane.normal for plane in planes])
     for _ in range(30):
-        away = surface.distance(points[free])
-        if not len(free) or np.abs(away).max() < 1e-13 * surface.radius:
+        away = carriers.contact.distance(points)
+        if np.abs(away).max() < 1e-13 * carriers.contact.radius:
             break
-        normal = surface.normal(points[free])
+        normal = carriers.contact.normal(points)
         across = np.einsum("nij,nj->ni", blocked, normal)
         slide = normal - np.einsum("nij,ni->nj", blocked, across)
         slope = np.einsum("nj,nj->n", slide, slide)
-        points[free] -= (away / np.maximum(slope, 1e-3))[:, None] * slide
+        points -= (away / np.maximum(slope, 1e-3))[:, None] * slide
     return points
 
 

@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 # Edges come out longer than asked where the field is steep: at the contact 1.33 times (0.28 mm for
 # 0.21, 0.39 for 0.30), at plates 1.0 to 1.08 times.
 CONTACT_OVERSHOOT = 1.33
-# fTetWild made 0.87 to 0.97 times the expected tetrahedra; where its optimisation went astray (a
-# stop energy of 20) 3 to 8 times.
-MOST_ELEMENTS_RATIO = 1.6
+# fTetWild made 0.87 to 0.97 times the expected tetrahedra, 2 times where plates were very thin;
+# where its optimisation went astray (a stop energy of 20) 3 to 8 times.
+MOST_ELEMENTS_RATIO = 2.5
 MOST_ELEMENTS = 600_000  # about 2.5 million dofs: no machine this is for factors more
 
 
@@ -85,7 +85,7 @@ def tetrahedralise(
         return kept
     solid = build_solid(design, half=symmetric)
     epsilon = envelope_mm(design.body, frames)
-    vertices, triangles = triangulate((solid.body, *solid.plates), epsilon)
+    vertices, triangles = triangulate((solid.body, *solid.plates), chord_mm(design.body))
     expected = _expected(design, size_field(design, frames, sizes, zone_half_width_mm), symmetric)
     attempts = _attempts(epsilon, int(design.mesh.attempts))
     complaints = []
@@ -119,8 +119,16 @@ def envelope_mm(body: Body, frames: tuple[PlateFrame, ...]) -> float:
 
     At a quarter of the thickness plates still survive; at 1.2 times they vanish without a word.
     """
+    return min([chord_mm(body), *(0.1 * frame.thickness for frame in frames)])
+
+
+def chord_mm(body: Body) -> float:
+    """Chord tolerance of the triangles to mesh, mm; snapping takes the chords out again.
+
+    At 0.002 mm fTetWild ran for minutes on a body of 20 mm.
+    """
     size = float(np.hypot(np.hypot(body.width_mm, body.base_height_mm), body.depth_mm))
-    return min([0.01, 5e-4 * size, *(0.1 * frame.thickness for frame in frames)])
+    return min(0.01, 5e-4 * size)
 
 
 def size_field(

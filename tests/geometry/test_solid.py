@@ -77,6 +77,12 @@ def test_a_plate_that_leaves_the_body_is_named() -> None:
         build_solid(shallow)
 
 
+def test_a_plate_low_in_a_half_circle_is_inside() -> None:
+    design = design_of("half circle")
+    low = design.plates.model_copy(update={"placement": ((7.0, 2.0, 0.0),)})
+    assert len(build_solid(design.model_copy(update={"plates": low})).plates) == 1
+
+
 def test_a_wrong_volume_is_an_error() -> None:
     check_volume("body", 1.0 + 5e-10, 1.0, 1e-9)
     with pytest.raises(GeometryError, match="differs from 1 mm"):

@@ -67,6 +67,15 @@ def test_distance_is_positive_outside() -> None:
     np.testing.assert_allclose(surface.distance(above), [0.5, -0.25], atol=1e-12)
 
 
+def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle() -> None:
+    body = parse_design('design.name="t"\nbody.arc_radius_mm=10.0\nplates.count=0').body
+    surface = ContactSurface.of(body)
+    points = np.array([[9.5, 1.0, 0.0], [0.0, 19.9, 0.0], [0.0, 20.1, 0.0], [8.0, 16.1, 0.0]])
+    assert surface.encloses(points).tolist() == [True, True, False, False]
+    assert surface.distance(points)[0] > 0.0
+    assert surface.lowest == pytest.approx(10.0)
+
+
 def test_section_points_agree_with_points_at_z_0() -> None:
     body = body_of("dome")
     surface, points = ContactSurface.of(body), points_near(body) * [1.0, 1.0, 0.0]

@@ -48,6 +48,11 @@ def test_sizes_at_a_plate_and_at_its_ends() -> None:
     np.testing.assert_allclose(sizes, [0.3, 0.05, 0.05, 0.05 + 0.1 * END_GRADATION], rtol=1e-9)
 
 
+def test_the_circle_continued_below_a_half_circle_is_no_contact() -> None:
+    field = field_of("plates.count = 0\nbody.arc_radius_mm = 10.0")
+    np.testing.assert_allclose(field(np.array([[0.0, 0.0], [0.0, 20.0]])), [2.0, 0.2])
+
+
 def test_the_field_grows_no_faster_than_its_gradation() -> None:
     field = field_of("plates.count = 5\nplates.span_mm = 6.0")
     rng = np.random.default_rng(1)

@@ -45,14 +45,22 @@ def test_nodes_go_to_all_faces_that_they_lie_on() -> None:
     assert np.abs(snapped - points).max() < 0.5  # to the near faces, nowhere else
 
 
-def test_a_half_circle_snaps_at_its_upright_ends() -> None:
+def test_where_a_half_circle_meets_its_sides_height_decides_what_nodes_lie_on() -> None:
     design = parse_design('design.name = "t"\nbody.arc_radius_mm = 10.0\nplates.count = 0')
     carriers = carriers_of(design.body, (), symmetric=True)
-    side = [i for i, plane in enumerate(carriers.planes) if plane.normal[0] > 0.5]
-    lies_on = np.zeros((1, carriers.contact_number + 1), dtype=bool)
-    lies_on[0, [*side, carriers.contact_number]] = True
-    snapped = snap_to_carriers(np.array([[9.98, 10.1, 2.0]]), lies_on, carriers)
-    np.testing.assert_allclose(snapped, [[10.0, 10.0, 2.0]], atol=1e-12)
+    assert carriers.smooth
+    points = np.array([[9.995, 9.8, 2.0], [9.975, 10.6, 2.0], [9.98, 10.4, 3.0], [8.0, 10.0, 2.0]])
+    found = boundary_facets(points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers)
+    (facet,) = np.flatnonzero((found.corners != 3).all(axis=1))
+    assert carriers.name(int(found.carrier[facet])) == "side"  # one corner is below the edge
+    lies_on = found.on_carriers(points, carriers)
+    names = [plane.name for plane in carriers.planes]
+    assert lies_on[:3, carriers.contact_number].tolist() == [False, True, True]
+    assert lies_on[0, [i for i, plane in enumerate(carriers.planes) if plane.normal[0] > 0.5]].all()
+    assert not lies_on[1:3, [i for i, name in enumerate(names) if name == "side"]].any()
+    snapped = snap_to_carriers(points, lies_on, carriers)
+    np.testing.assert_allclose(carriers.contact.distance(snapped[1:3]), 0.0, atol=1e-12)
+    assert snapped[0, 0] == pytest.approx(10.0)
 
 
 def test_facets_of_a_cube_are_named_by_the_face_that_carries_them() -> None:

@@ -34,6 +34,7 @@ CASES = {
     "plates ending inside": ("plates.count = 3\nplates.span_mm = 4.0", True),
     "whole finger": ("plates.count = 2\nplates.span_mm = 4.0", False),
     "no plates": ("plates.count = 0", True),
+    "half circle": ("plates.count = 0\nbody.arc_radius_mm = 6.0", True),
     "dome": (
         'body.shape="dome"\nbody.dome_radius_mm=9.0\nplates.count=2\nplates.span_mm=4.0',
         True,
@@ -63,7 +64,8 @@ def test_an_accepted_mesh_is_true_to_the_design(
     assert not Gate().faults(report)
     assert report.worst_plate_volume_error < 1e-9  # snapped: exact, not merely accepted
     assert report.contact_residual_mm < 1e-9
-    assert report.worst_face_area_error < 1e-5
+    # A half circle runs into its sides without an edge: their common border is the mesh's.
+    assert report.worst_face_area_error < (1e-3 if case == "half circle" else 1e-5)
     assert set(np.unique(mesh.regions)) == set(range(len(plate_frames(design)) + 1))
     assert mesh.symmetric == CASES[case][1]
     assert ("symmetry" in mesh.facets) == mesh.symmetric

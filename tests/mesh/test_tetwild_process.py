@@ -109,7 +109,7 @@ def test_success_leaves_nothing_behind(
     cube: Surface, field: SizeField, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    points, tets = run_tetwild(*cube, field, Attempt(0.05), 60.0)
+    points, tets = run_tetwild(*cube, field, Attempt(0.05, iterations=10), 60.0)
     assert len(tets) > 0
     assert tets.max() < len(points)
     inside = points[tets].mean(axis=1)
