@@ -12,7 +12,6 @@ import pytest
 ROOT = Path(__file__).parents[1]
 
 
-
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory):
     """The wheel's content, unpacked: what pip would put into site-packages."""
