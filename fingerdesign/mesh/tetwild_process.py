@@ -23,8 +23,8 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 WORKER = "fingerdesign.mesh.tetwild_worker"
-# Of the surface's diagonal. Asked for edges of two thirds of it, fTetWild made 100 000 tetrahedra of
-# a cube; of a fifth, 2000.
+# Of the surface's diagonal. Asked for edges of two thirds of it, fTetWild made 100 000 tetrahedra
+# of a cube; of a fifth, 2000.
 LONGEST_EDGE = 0.12
 
 
