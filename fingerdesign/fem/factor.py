@@ -3,12 +3,13 @@
 ``Condensation(stiffness, rows)`` holds R K^-1 R^T for sparse functionals R, found without a
 right-hand side per row: the functionals border the stiffness,
 
-    [ K  R^T ]        Schur complement of K:  0 - R K^-1 R^T,
-    [ R   0  ]
+    [ K  R^T ]        Schur complement of K:  -D - R K^-1 R^T,
+    [ R  -D  ]
 
-which MKL PARDISO delivers with the factorisation, at a tenth more than K's factorisation alone. The
-factors stay for displacement fields. Where MKL has no wheel (not x86-64), SuperLU does the same
-work with one solve per row, many times slower, and says so.
+which MKL PARDISO delivers with the factorisation, at a tenth more than K's factorisation alone. D,
+a constant diagonal, keeps that complement regular where functionals repeat each other; it is taken
+off afterwards. The factors stay for displacement fields. Where MKL has no wheel (not x86-64), SuperLU
+does the same work with one solve per row, many times slower, and says so.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from numpy.typing import NDArray
 from fingerdesign.errors import SolverError
 
 Array = NDArray[np.float64]
+
+_SHIFT = 1.0  # mm/N, the size of a soft finger's compliance: costs its diagonal one rounding
 
 _NOT_DEFINITE = (
     "the stiffness is not positive definite: the body is not held, or a material is unsound"
@@ -65,9 +68,11 @@ class Condensation:
         self._pardiso.perm[self._size :] = 1
         schur = self._phase(12, np.zeros((kept, kept), order="F"))
         positive = int(self._pardiso.iparm[21])  # eigenvalues > 0 of the bordered matrix: K's own
-        if positive != self._size:
+        perturbed = int(self._pardiso.iparm[13])
+        if positive != self._size or perturbed:
             raise SolverError(_NOT_DEFINITE)
         self.matrix = -0.5 * (schur + schur.T)
+        self.matrix[np.diag_indices(kept)] -= _SHIFT
 
     def solve(self, loads: Array) -> Array:
         """K^-1 loads for loads (n, k)."""
@@ -142,11 +147,10 @@ def _call(solver: Any, matrix: sp.csr_matrix, right_hand_side: Array) -> Array:
 
 
 def _border(stiffness: sp.csr_matrix, rows: sp.csr_matrix) -> sp.csr_matrix:
-    """Upper triangle of [[K, R^T], [R, 0]] with its zero diagonal stored, sorted."""
-    unit = sp.identity(rows.shape[0], format="csr")
-    bordered = sp.bmat([[stiffness, rows.T.tocsr()], [None, unit]], format="csr")
+    """Upper triangle of [[K, R^T], [R, -D]] in CSR, sorted."""
+    shift = sp.diags_array(np.full(rows.shape[0], -_SHIFT), format="csr")
+    bordered = sp.csr_matrix(sp.bmat([[stiffness, rows.T.tocsr()], [None, shift]], format="csr"))
     bordered.sort_indices()
-    bordered.data[bordered.indptr[stiffness.shape[0] : -1]] = 0.0
     return bordered
 
 

@@ -68,12 +68,15 @@ def build_model(
     zone = candidate_facets(mesh, zone_half_width)
     trace = contact_trace(mesh.points, zone, thickness)
     frames = plate_frames(design)
-    points = _readout_points(mesh, readout_points)
+    points, signs = _readout_points(mesh, readout_points)
     base = np.unique(mesh.facets["base"])
     parts = [
         trace.operator,
         gage_rows(mesh, frames, design.gages),
-        *[strain_rows(mesh, point) for point in points],
+        *[
+            sp.diags_array(sign) @ strain_rows(mesh, point)
+            for point, sign in zip(points, signs, strict=True)
+        ],
         _reaction_rows(stiffness, base, mesh.dimension),
     ]
     rows = sp.vstack(parts, format="csr")[:, free]
@@ -118,10 +121,12 @@ def candidate_facets(mesh: Mesh, zone_half_width: float) -> NDArray[np.int64]:
     return np.asarray(facets[(np.abs(corners) <= zone_half_width + 1e-9).all(axis=1)])
 
 
-def _readout_points(mesh: Mesh, points: Array | None) -> Array:
+def _readout_points(mesh: Mesh, points: Array | None) -> tuple[Array, Array]:
+    """Points (p, dim) inside the mesh, and signs (p, 6): xz and yz turn round in the mirror."""
     if points is None or len(points) == 0:
-        return np.empty((0, mesh.dimension))
+        return np.empty((0, mesh.dimension)), np.empty((0, 6))
     points = np.asarray(points, dtype=float)
+    signs = np.ones((len(points), 6))
     if mesh.dimension == 2:
         away = points[np.abs(points[:, 2]) > 1e-9]
         if len(away):
@@ -135,10 +140,12 @@ def _readout_points(mesh: Mesh, points: Array | None) -> Array:
                     )
                 ]
             )
-        return points[:, :2]
+        return points[:, :2], signs
     if mesh.symmetric:
-        points = points * np.where(points[:, 2:] < 0, [1.0, 1.0, -1.0], 1.0)
-    return points
+        behind = points[:, 2] < 0
+        signs[behind, 4:] = -1.0
+        points = points * np.where(behind[:, None], [1.0, 1.0, -1.0], 1.0)
+    return points, signs
 
 
 def _reaction_rows(

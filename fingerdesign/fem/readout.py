@@ -92,9 +92,18 @@ def strain_rows(mesh: Mesh, point: Array) -> sp.csr_matrix:
     jacobian = jacobians(mesh.points[nodes], table.gradient)
     slopes = np.einsum("nbq,cqba->cqna", table.gradient, np.linalg.inv(jacobian), optimize=True)
     where = np.einsum("nq,cna->cqa", table.value, mesh.points[nodes], optimize=True)
-    weights = _value_at_origin(where.reshape(-1, mesh.dimension) - point).reshape(where.shape[:2])
-    gradient = np.einsum("cq,cqna->cna", weights, slopes)  # d/dx_a of the field, per cell node
-    return _strain_from_gradient(mesh, nodes, gradient)
+    samples = where.reshape(-1, mesh.dimension)
+    if mesh.symmetric and np.abs(mesh.points[nodes][:, :, 2]).min() < 1e-9:
+        # The patch goes on beyond the mirror plane, where odd components change their sign.
+        mirrored = samples * [1.0, 1.0, -1.0]
+        both = _value_at_origin(np.vstack([samples, mirrored]) - point)
+        here, there = both.reshape(2, *where.shape[:2])
+    else:
+        here = _value_at_origin(samples - point).reshape(where.shape[:2])
+        there = np.zeros_like(here)
+    even = np.einsum("cq,cqna->cna", here + there, slopes)  # d/dx_a of the field, per cell node
+    odd = np.einsum("cq,cqna->cna", here - there, slopes)
+    return _strain_from_gradient(mesh, nodes, even, odd)
 
 
 def _patch(mesh: Mesh, cells: IntArray) -> IntArray:
@@ -121,7 +130,8 @@ def _value_at_origin(offsets: Array) -> Array:
     return np.asarray(np.linalg.pinv(basis, rcond=1e-8)[0])
 
 
-def _strain_from_gradient(mesh: Mesh, nodes: IntArray, gradient: Array) -> sp.csr_matrix:
+def _strain_from_gradient(mesh: Mesh, nodes: IntArray, even: Array, odd: Array) -> sp.csr_matrix:
+    """Strain rows of recovered gradients; du_a/dx_b is odd in z where just one of a, b is z."""
     dimension = mesh.dimension
     rows: list[IntArray] = []
     columns: list[IntArray] = []
@@ -133,7 +143,7 @@ def _strain_from_gradient(mesh: Mesh, nodes: IntArray, gradient: Array) -> sp.cs
             row = a if a == b else shears[(min(a, b), max(a, b))]
             rows.append(np.full(column.shape, row))
             columns.append(column)
-            values.append(gradient[:, :, b].ravel())
+            values.append((odd if (a == 2) != (b == 2) else even)[:, :, b].ravel())
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
     return sp.csr_matrix(entries, shape=(6, mesh.points.size))
 

@@ -149,7 +149,7 @@ def quadrature_moment(mesh, facets):
 def test_constant_strain_is_read_exactly():
     """A linear displacement gives its own strain at points and gages, in 2-D and 3-D."""
     design = parse_design(COARSE)
-    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5)):
+    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5, symmetric=False)):
         d = mesh.dimension
         slope = np.array([[0.3, 0.2, 0.1], [0.05, -0.4, 0.07], [0.02, 0.03, 0.6]])[:d, :d]
         field = mesh.points @ slope.T
@@ -194,3 +194,31 @@ def test_slow_fallback_gives_the_same(monkeypatch):
     assert np.abs(fast.matrix - slow.matrix).max() < 1e-9 * np.abs(fast.matrix).max()
     difference = slow.solve(load) - fast.solve(load)
     assert np.abs(difference).max() < 1e-8 * np.abs(fast.solve(load)).max()
+
+
+def test_repeated_functionals_are_answered():
+    """The same point twice, and more points than their patch has coefficients: no singularity."""
+    design = parse_design(COARSE)
+    mesh = mesh_section(design, 1.5)
+    heights = np.linspace(0.3, 2.2, 120)
+    points = np.column_stack([np.full_like(heights, 0.4), heights, np.zeros_like(heights)])
+    points = np.vstack([points, points[:3]])
+    model = build_model(design, mesh, 1.5, points).reduced
+    force = random_force(model)
+    strain = model.point_strain(force)
+    assert np.allclose(strain[-3:], strain[:3], rtol=0, atol=1e-12 * np.abs(strain).max())
+    plain = build_model(design, mesh, 1.5).reduced
+    difference = np.abs(plain.compliance - model.compliance).max()
+    assert difference < 1e-10 * np.abs(plain.compliance).max()
+
+
+def test_points_mirror_with_their_signs():
+    """In a half model strains at z < 0 are those at z > 0 with xz and yz turned round."""
+    design = parse_design(COARSE)
+    mesh = extrude(design, 1.5)
+    points = np.array([[0.5, 3.2, 0.9], [0.5, 3.2, -0.9], [0.5, 3.2, 0.0]])
+    model = build_model(design, mesh, 1.5, points).reduced
+    strain = model.point_strain(random_force(model))
+    assert np.allclose(strain[1], strain[0] * [1, 1, 1, 1, -1, -1], atol=1e-12)
+    assert np.abs(strain[0, 4:]).max() > 1e-6
+    assert np.abs(strain[2, 4:]).max() < 1e-9 * np.abs(strain[2]).max()
