@@ -6,8 +6,17 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.errors import FingerDesignError
-from fingerdesign.pipeline import Case, Tell, failed_result, run, with_report_time
+from fingerdesign.errors import DesignError, FingerDesignError
+from fingerdesign.pipeline import (
+    Case,
+    Clock,
+    Tell,
+    failed_result,
+    fundamental_scene,
+    refuse,
+    run,
+    with_report_time,
+)
 from fingerdesign.result_folder import result_folder, write_result_files
 from fingerdesign.results import Analysis, Result
 
@@ -21,19 +30,19 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
     Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
     be written. ``result.status`` says how the work ended.
     """
+    refuse(case, case.scene or fundamental_scene())
     target = out / case.design.design.name
+    clock = Clock()
     with result_folder(target) as folder:
         try:
             tell("building the solid")
-            start = time.perf_counter()
-            write_solid(case.design, folder)
-            geometry = time.perf_counter() - start
-            analysis = run(case, tell)
-            analysis.result.timings_s["geometry"] = geometry
+            with clock.stage("geometry"):
+                write_solid(case.design, folder)
+            analysis = run(case, tell, clock)
         except FingerDesignError as error:
-            if _is_input(error):
+            if isinstance(error, DesignError):
                 raise
-            analysis = Analysis(failed_result(case, error))
+            analysis = Analysis(failed_result(case, error, clock))
         tell("writing the report")
         analysis = write_outputs(analysis, folder)
     return analysis.result
@@ -60,9 +69,3 @@ def write_outputs(analysis: Analysis, folder: Path) -> Analysis:
     analysis = with_report_time(analysis, time.perf_counter() - start)
     write_result_files(folder, analysis.result, analysis.grip_traces)
     return analysis
-
-
-def _is_input(error: FingerDesignError) -> bool:
-    from fingerdesign.errors import DesignError
-
-    return isinstance(error, DesignError)

@@ -165,7 +165,8 @@ class GripResult:
     minimum_stick_ratio: over the increments with F_t > 0, None if there is none.
     slip_distance_mm: least accumulated slip over the points in contact.
     holds: how often the rule set dx to zero. slips_without_rule: whether the same path without the
-    rule slips completely; None if that was not tried. ending: a sentence, why the grip ended.
+    rule slips completely; None if that was not tried. steps: control steps after the
+    preload. ending: a sentence, why the grip ended.
     """
 
     __pydantic_config__ = _STRICT

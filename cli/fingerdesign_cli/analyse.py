@@ -23,7 +23,8 @@ _FILE = click.Path(path_type=Path)
     "--scene",
     "scene_file",
     type=_FILE,
-    help="Run this scene's path alone; without it, the fundamental case and the design's grips.",
+    help="Run this scene's path alone (a file, or a shipped scene's name); without it, the "
+    "fundamental case and the design's grips.",
 )
 @click.option(
     "--fidelity",
@@ -60,7 +61,8 @@ def command(
 
 def _read(designs: tuple[Path, ...], scene_file: Path | None, fidelity: str) -> list[Any]:
     """Every fault of every file at once, before any work."""
-    from fingerdesign.design.io import load_design, load_scene
+    from fingerdesign.design.io import load_design
+    from fingerdesign.design.starter import find_scene
     from fingerdesign.errors import DesignError, Fault
     from fingerdesign.pipeline import Case
 
@@ -68,7 +70,7 @@ def _read(designs: tuple[Path, ...], scene_file: Path | None, fidelity: str) -> 
     scene = None
     if scene_file is not None:
         try:
-            scene = load_scene(scene_file)
+            scene = find_scene(scene_file)
         except DesignError as error:
             faults += error.faults
     cases = []

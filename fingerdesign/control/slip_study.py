@@ -35,6 +35,7 @@ FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
 # coefficient, which a hand can apply too (a first shear on a rough object). Not fitted: the search
 # in study/paper_finger.py asks that 0.45 and 0.55 do as well.
 THRESHOLD_FRACTION = 0.5
+FORCE_FLOOR_SHARE = 0.006  # of the friction limit: soft fingers work at less than any fixed force
 FORCE_FLOOR_N = 0.02  # a row that changes F_t by less says nothing: 2 g on a small force sensor
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
 
@@ -139,6 +140,8 @@ def slip_studies(
     """
     most = max(approach for approach, _ in rows)
     calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
+    limit = problem.friction_coefficient * float(calibration.normal_force[-1])
+    floor = min(floor, FORCE_FLOOR_SHARE * limit)
     threshold = full_stick_threshold(problem, face, most, fraction)
     studies = []
     for friction in friction_coefficients:

@@ -8,8 +8,8 @@ right-hand side per row: the functionals border the stiffness,
 
 which MKL PARDISO delivers with the factorisation, at a tenth more than K's factorisation alone. D,
 a constant diagonal, keeps that complement regular where functionals repeat each other; it is taken
-off afterwards. The factors stay for displacement fields. Where MKL has no wheel (not x86-64), SuperLU
-does the same work with one solve per row, many times slower, and says so.
+off afterwards. The factors stay for displacement fields. Where MKL has no wheel (not x86-64),
+SuperLU does the same work with one solve per row, many times slower, and says so.
 """
 
 from __future__ import annotations
