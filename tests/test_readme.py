@@ -35,7 +35,7 @@ def test_the_tour_runs(tmp_path):
             run, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
         )
         assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    assert (tmp_path / "out" / "mine" / "report.html").exists()
+    assert (tmp_path / "flat" / "mine" / "report.html").exists()
     done = subprocess.run(
         [sys.executable, "-c", blocks("python")[0]],
         cwd=tmp_path,

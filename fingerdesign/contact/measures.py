@@ -66,7 +66,7 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     travelled = increment.state.travelled[touching]
     status = increment.status
     return Measures(
-        normal_force=float(-force[1]),
+        normal_force=float(-force[1]) + 0.0,  # no minus zero
         tangential_force=float(force[0]),
         contact_area=contact_area,
         stick_area=stick_area,
