@@ -12,16 +12,17 @@ from fingerdesign.results import FieldHistory
 
 Array = NDArray[np.float64]
 
+STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _CELL_NAMES = {2: "triangle6", 3: "tetra10"}  # their mid-edge nodes stand in our order
 
 
 def write_fields(folder: Path, mesh: Mesh, fields: FieldHistory | None) -> list[Path]:
     """Write fields_NN.vtu (NN: increment, from 1) into an existing folder; returns the files.
 
-    Point data: displacement (mm, three components). Cell data: region (0 elastomer, k + 1 plate k)
-    and strain (microstrain at the centroid: xx, yy, zz, xy, xz, yz, engineering shear). Without
-    fields one file, fields_mesh.vtu, holds the mesh and its regions. Quadratic cells; a half model
-    is written as the half that it is (ParaView: Reflect).
+    Point data: displacement_mm (three components). Cell data: region (0 elastomer, k + 1 plate k)
+    and strain_xx_microstrain and so on, at the centroid, for xx, yy, zz, xy, xz, yz (engineering
+    shear). Without fields one file, fields_mesh.vtu, holds the mesh and its regions. Quadratic
+    cells; a half model is written as the half z >= 0 that it is (ParaView: Reflect).
     """
     if fields is None:
         return [_write(folder / "fields_mesh.vtu", mesh, None)]
@@ -65,8 +66,10 @@ def _write(path: Path, mesh: Mesh, displacement: Array | None) -> Path:
     if displacement is not None:
         moved = np.zeros((len(points), 3), dtype=np.float32)
         moved[:, : mesh.dimension] = displacement
-        point_data["displacement"] = moved
-        cell_data["strain"] = [centroid_strain(mesh, displacement).astype(np.float32)]
+        point_data["displacement_mm"] = moved
+        strain = centroid_strain(mesh, displacement).astype(np.float32)
+        for part, values in zip(STRAINS, strain.T, strict=True):
+            cell_data[f"strain_{part}_microstrain"] = [np.ascontiguousarray(values)]
     grid = meshio.Mesh(
         points,
         [(_CELL_NAMES[mesh.dimension], mesh.cells)],

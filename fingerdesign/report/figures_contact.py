@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.report.numbers import cleaned
 from fingerdesign.report.style import (
     SERIES,
     ReportFigure,
@@ -17,6 +18,7 @@ from fingerdesign.report.style import (
 from fingerdesign.results import OPEN, ContactHistory, Result
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
 
@@ -24,8 +26,8 @@ def force_figure(result: Result) -> ReportFigure:
     """F_n and F_t by increment, and the stick ratio below (paper, Fig. 6)."""
     rows = result.increments
     step = np.arange(1, len(rows) + 1)
-    normal = np.array([row.normal_force_N for row in rows])
-    tangential = np.array([row.tangential_force_N for row in rows])
+    both = [[row.normal_force_N, row.tangential_force_N] for row in rows]
+    normal, tangential = cleaned(np.array(both)).T  # on one scale: F_t may be noise beside F_n
     ratio = np.array([np.nan if r.stick_ratio is None else r.stick_ratio for r in rows])
     figure = canvas(7.2, 2.9)
     forces, sticks = figure.subplots(1, 2, width_ratios=(3, 2))
@@ -42,7 +44,8 @@ def force_figure(result: Result) -> ReportFigure:
     sticks.set_ylim(-0.04, 1.04)
     for axes in (forces, sticks):
         axes.xaxis.set_major_locator(whole_numbers())
-    last = f"{ratio[-1]:.2f}" if np.isfinite(ratio[-1]) else "not defined"
+    _show_zero(forces, normal, tangential)
+    last = f"{ratio[-1]:.2f}" if np.isfinite(ratio[-1]) else "not defined (no contact)"
     alternative = (
         f"Over {len(rows)} increments the normal force goes from {normal[0]:.3g} to "
         f"{normal[-1]:.3g} N and the tangential force from {tangential[0]:.3g} to "
@@ -63,9 +66,11 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     """Pressure and shear traction along x on the mid-plane at a few increments."""
     line = contact.mid_line()
     x = contact.points[line, 0]
-    pressure = contact.normal_traction[:, line]
-    shear = contact.tangential_traction[:, line, 0]
-    chosen = spread(len(pressure), 4)
+    pressure = cleaned(contact.normal_traction[:, line])
+    shear = cleaned(contact.tangential_traction[:, line, 0], scale=float(pressure.max(initial=0.0)))
+    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
+    shown = touching if len(touching) else np.arange(len(pressure))
+    chosen = [int(shown[i]) for i in spread(len(shown), 4)]
     figure = canvas(7.2, 3.2)
     left, right = figure.subplots(1, 2, sharex=True)
     for number, (colour, dashes, _) in zip(chosen, SERIES, strict=False):
@@ -77,13 +82,23 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     left.set(xlabel="x (mm)", ylabel="pressure (MPa)", title="Pressure")
     right.set(xlabel="x (mm)", ylabel="shear traction along x (MPa)", title="Shear traction")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    _show_zero(left, pressure)
+    _show_zero(right, shear)
     last = chosen[-1]
-    alternative = (
-        f"At increment {last + 1} the pressure peaks at {pressure[last].max():.3g} MPa at x = "
-        f"{x[pressure[last].argmax()]:.2f} mm; the shear traction reaches "
-        f"{np.abs(shear[last]).max():.3g} MPa."
-    )
     place = "" if contact.dimension == 2 else " on the mid-plane z = 0"
+    if not len(touching):
+        alternative = "The object touches in none of the increments: all tractions are 0 MPa."
+    elif pressure[last].any():
+        alternative = (
+            f"At increment {last + 1} the pressure{place} peaks at {pressure[last].max():.3g} MPa "
+            f"at x = {x[pressure[last].argmax()]:.2f} mm; "
+        ) + (
+            f"the shear traction reaches {np.abs(shear[last]).max():.3g} MPa."
+            if shear[last].any()
+            else "there is no shear traction (0 MPa)."
+        )
+    else:
+        alternative = f"At increment {last + 1} the surface{place} carries no pressure (0 MPa)."
     return ReportFigure(
         "tractions",
         "Pressure and shear traction",
@@ -92,6 +107,12 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
         "traction is the friction coefficient times the pressure; where it sticks, it is less.",
         alternative,
     )
+
+
+def _show_zero(axes: Axes, *values: NDArray[np.float64]) -> None:
+    """A scale for what is zero everywhere, which matplotlib would magnify without end."""
+    if not any(part.any() for part in values):
+        axes.set_ylim(-1.0, 1.0)
 
 
 def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:

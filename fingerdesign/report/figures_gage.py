@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fingerdesign.report.numbers import cleaned, under_load
 from fingerdesign.report.style import (
     BLUE,
     INK,
@@ -16,8 +17,12 @@ from fingerdesign.report.style import (
     spread,
     to_svg,
 )
-from fingerdesign.report.verdict import GOOD_CORRELATION
+from fingerdesign.report.verdict import GOOD_CORRELATION, UNDEFINED
 from fingerdesign.results import Result, SlipStudy
+
+SAME_PATH = (
+    "Other friction coefficients run the same approach, and the shear scaled by μ / μ of the scene."
+)
 
 
 def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> ReportFigure:
@@ -26,17 +31,21 @@ def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> Report
     gage_x_mm: plate centres, (gages,); without them the plate's number is the abscissa.
     """
     rows = result.increments
-    chosen = spread(len(rows), 4)
+    shown = under_load(rows) or list(range(len(rows)))
+    chosen = [shown[i] for i in spread(len(shown), 4)]
     plates = np.array([gage.plate for gage in rows[0].gages])
     x = plates if gage_x_mm is None else gage_x_mm
     figure = canvas(7.2, 3.2)
     panels = figure.subplots(1, 2, sharex=True)
-    for axes, part in zip(panels, ("membrane", "bending"), strict=True):
+    both = ("membrane", "bending")
+    strains = cleaned(
+        np.array([[[getattr(g, part) for g in row.gages] for row in rows] for part in both])
+    )
+    for axes, values in zip(panels, strains, strict=True):
         for number, (colour, dashes, marker) in zip(chosen, SERIES, strict=False):
-            values = [getattr(gage, part) for gage in rows[number].gages]
             axes.plot(
                 x,
-                values,
+                values[number],
                 color=colour,
                 ls=dashes,
                 marker=marker,
@@ -44,17 +53,18 @@ def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> Report
                 label=f"increment {number + 1}",
             )
         axes.axhline(0.0, color=MUTED, lw=0.8)
+        if not values[chosen].any():
+            axes.set_ylim(-1.0, 1.0)
         axes.set_xlabel("plate" if gage_x_mm is None else "plate centre x (mm)")
     panels[0].set(ylabel="strain (microstrain)", title="Membrane: mean of both faces")
     panels[1].set(title="Bending: half their difference")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    last = rows[chosen[-1]].gages
-    most = max(last, key=lambda gage: abs(gage.membrane))
-    bent = max(last, key=lambda gage: abs(gage.bending))
+    last = strains[:, chosen[-1]]
+    most, bent = (int(np.abs(values).argmax()) for values in last)
     alternative = (
-        f"At increment {chosen[-1] + 1} the largest membrane strain is {most.membrane:.3g} "
-        f"microstrain (plate {most.plate}) and the largest bending strain {bent.bending:.3g} "
-        f"microstrain (plate {bent.plate})."
+        f"At increment {chosen[-1] + 1} the largest membrane strain is {last[0, most]:.3g} "
+        f"microstrain (plate {plates[most]}) and the largest bending strain {last[1, bent]:.3g} "
+        f"microstrain (plate {plates[bent]})."
     )
     return ReportFigure(
         "strains",
@@ -120,10 +130,11 @@ def response_figure(study: SlipStudy) -> ReportFigure:
         f"Response of each gage, friction coefficient {mu:g}",
         to_svg(figure, key, alternative),
         "Change of strain per change of tangential force. The gage area A is the length of plate "
-        "positions where the curve is over the threshold (shaded). Compensated: rid of what the "
+        "positions where the curve is over the threshold (shaded), which is half of "
+        "this finger's largest response at full stick. Compensated: rid of what the "
         "change of normal force alone would cause; raw is dotted and may leave the panel. Steps in "
         f"which F_t changes by less than {study.force_floor_N:g} N have no curve: A is held there. "
-        "(Fig. 8 of the paper.)",
+        f"{SAME_PATH} (Fig. 8 of the paper.)",
         alternative,
     )
 
@@ -143,7 +154,7 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
         ):
             axes.plot(step, values, color=colour, ls=look[1], marker=look[2], ms=3.5, label=name)
         compensated, raw = (
-            "undefined" if value is None else f"{value:.2f}"
+            "not defined" if value is None else f"{value:.2f}"
             for value in (study.rank_correlation, study.rank_correlation_raw)
         )
         axes.set_title(
@@ -165,7 +176,8 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
         "Does the gage area follow the stick area?",
         to_svg(figure, "areas", alternative),
         "What matters is that both rise and fall together, not that they are equal: the rank "
-        "correlation says how well (1: always, 0: not at all); over "
-        f"{GOOD_CORRELATION:g} counts as following.",
+        "correlation of A with the stick area says how well (1: always, 0: not at all); over "
+        f"{GOOD_CORRELATION:g} counts as following. It is not defined where there is {UNDEFINED}. "
+        f"{SAME_PATH}",
         alternative,
     )

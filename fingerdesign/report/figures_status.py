@@ -33,7 +33,7 @@ STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
 }
 # In the top view small patches take no hatch, so lightness tells them apart; it is a raster, whose
 # colours do not follow the theme (hence not the palette's own).
-TOP_VIEW = {STICK: "#0c6fb1", SLIP: "#f0b189"}
+TOP_VIEW = {STICK: "#0c6fb1", SLIP: "#f0b189", OPEN: OPEN_COLOUR}
 
 
 def status_figure(contact: ContactHistory) -> ReportFigure:
@@ -113,6 +113,8 @@ def _status_views(contact: ContactHistory) -> tuple[str, str]:
         axes.set_xlim(*reach)
         axes.set_ylim(bottom, top)
         axes.set_aspect("equal", adjustable="box")
+        axes.set_facecolor(OPEN_COLOUR)  # under the patches: the legend's "open"
+        axes.grid(visible=False)
     for axes in panels[-columns:]:
         axes.set_xlabel("x (mm)")
     for axes in panels[::columns]:
@@ -139,7 +141,6 @@ def dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[
 def _status_legend(axes: Axes, figure_wide: bool = False) -> None:
     from matplotlib.patches import Patch
 
-    shown = [STICK, SLIP] if figure_wide else [STICK, SLIP, OPEN]
     handles = [
         Patch(
             facecolor=TOP_VIEW[status] if figure_wide else STATUS_LOOK[status][0],
@@ -147,7 +148,7 @@ def _status_legend(axes: Axes, figure_wide: bool = False) -> None:
             edgecolor=PAPER,
             label=STATUS_NAMES[status],
         )
-        for status in shown
+        for status in (STICK, SLIP, OPEN)
     ]
     place = axes.figure if figure_wide else axes
     where = "outside upper right" if figure_wide else "lower right"
@@ -160,12 +161,20 @@ def _status_words(contact: ContactHistory) -> str:
     touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
     if not len(touching):
         return "The object does not touch the finger in any increment."
+    place = "" if contact.dimension == 2 else " on z = 0"
+    begins = f"Contact begins at increment {touching[0] + 1}"
+    last = int(touching[-1])
+    ends = "" if last == len(lengths) - 1 else f"; none is left after increment {last + 1}"
+    if not lengths.any():
+        return f"{begins}{ends}; the surface slips wherever it touches{place}, none of it sticks."
     widest = int(np.argmax(lengths))
     gone = [number + 1 for number in touching if lengths[number] == 0]
     end = (
-        f"none sticks at increment {gone[0]}" if gone else f"{lengths[-1]:.2f} mm stick at the end"
+        f"none sticks at increment {gone[0]}"
+        if gone
+        else f"{lengths[last]:.2f} mm stick at increment {last + 1}"
     )
     return (
-        f"Contact begins at increment {touching[0] + 1}; along x the surface sticks over at most "
+        f"{begins}{ends}; along x{place} the surface sticks over at most "
         f"{lengths[widest]:.2f} mm (increment {widest + 1}); {end}."
     )

@@ -80,14 +80,15 @@ def time_figure(result: Result) -> ReportFigure:
     axes.set_xlabel("seconds")
     axes.margins(x=0.12)
     total = sum(stages.values())
-    alternative = f"{total:.1f} s in all: " + ", ".join(
+    alternative = f"{total:.1f} s in all, without making this page: " + ", ".join(
         f"{name} {seconds:.1f} s" for name, seconds in stages.items()
     )
     return ReportFigure(
         "time",
         "Where the time went",
         to_svg(figure, "time", alternative + "."),
-        f"{total:.1f} s in all. A stage whose answer was kept shows what fetching it took.",
+        f"{total:.1f} s in all, without making this page. A stage whose answer was kept shows "
+        "what fetching it took.",
         alternative + ".",
     )
 

@@ -11,9 +11,12 @@ from fingerdesign.report.style import COLOURS, png_element
 from fingerdesign.report.tables import (
     assumed_values,
     design_table,
+    friction_text,
     grip_table,
     increment_table,
     model_table,
+    points_table,
+    scene_table,
     work_table,
 )
 from fingerdesign.report.verdict import findings
@@ -79,6 +82,9 @@ def _render(
         model=model_table(result),
         work=work_table(result),
         design=design_table(result),
+        scene=scene_table(result),
+        friction=friction_text(result),
+        points=points_table(result),
         colours=COLOURS,
         style=_safe((TEMPLATES / "report.css").read_text(encoding="utf-8")),
     )

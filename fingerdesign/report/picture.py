@@ -25,6 +25,8 @@ from fingerdesign.results import OPEN, Analysis, FieldHistory
 
 TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer
 
+UNMOVED_MM = 1e-6  # a displacement that is not worth a picture
+
 
 class PictureError(FingerDesignError):
     """The picture could not be drawn; the message says why."""
@@ -121,17 +123,22 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
     arrays |= touched
     count = len(set(mesh.regions[inside].tolist()))
     words["inside"] = (
-        f"The finger seen from the front, above: a translucent body, {count} plates inside it"
+        f"The finger seen from the front, above: a translucent body, {_counted(count)} inside it"
         + (", the gages on them blue" if "gages" in arrays else "")
         + (", and the surface that touched the object tinted." if touched else ".")
     )
     if analysis.fields is not None and len(analysis.fields.increments):
-        arrays["moved"], words["deformed"] = _moved(mesh, analysis.fields, body)
+        moved, said = _moved(mesh, analysis.fields, body)
+        if moved is None:
+            words["inside"] += f" {said}"
+        else:
+            arrays["moved"], words["deformed"] = moved, said
     return arrays
 
 
-def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array, str]:
-    """Displacement of the body's surface points at the last increment, and words for it."""
+def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array | None, str]:
+    """Displacement of the body's surface points in the last field, None if it is next to nothing;
+    and words for it."""
     last = fields.displacement[-1]
     if len(last) != len(mesh.points):
         raise PictureError("the displacement field does not belong to the mesh")
@@ -140,11 +147,18 @@ def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array, str]
     if mesh.symmetric:
         moved[body.points[:, 2] < 0, 2] *= -1.0
     size = np.linalg.norm(moved, axis=1)
+    number = fields.increments[-1] + 1
+    if size.max() < UNMOVED_MM:
+        return None, f"There is no picture of it deformed: in increment {number} nothing moves it."
     words = (
-        f"The finger deformed as in increment {fields.increments[-1] + 1}, true to scale, coloured "
+        f"The finger deformed as in increment {number}, true to scale, coloured "
         f"by the length of its displacement: up to {size.max():.3g} mm at the surface."
     )
     return moved, words
+
+
+def _counted(plates: int) -> str:
+    return f"{plates or 'no'} plate{'' if plates == 1 else 's'}"
 
 
 def _contact_zone(analysis: Analysis) -> dict[str, Any]:

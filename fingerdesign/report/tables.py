@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from fingerdesign.report.numbers import cleaned, column_texts, number_text, under_load
 from fingerdesign.results import Result
+
+SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
 
 
 @dataclass(frozen=True)
@@ -27,21 +31,25 @@ def increment_table(result: Result) -> Table:
         *("contact width (mm)", "stick ratio", "open / stick / slip nodes"),
         *("peak pressure (MPa)", "iterations", "residual"),
     )
+    found = result.increments
+    # Forces share a scale, and so do motions: without friction F_t is noise beside F_n.
+    forces = [max(abs(row.normal_force_N), abs(row.tangential_force_N)) for row in found]
+    most = max(forces, default=0.0)
     rows = tuple(
-        (
-            str(number),
-            number_text(row.approach_mm),
-            number_text(row.shear_mm),
-            number_text(row.normal_force_N),
-            number_text(row.tangential_force_N),
-            number_text(row.contact_width_mm, 2),
-            number_text(row.stick_ratio),
-            f"{row.open_nodes} / {row.stick_nodes} / {row.slip_nodes}",
-            number_text(row.peak_pressure_MPa),
-            str(row.iterations),
-            f"{row.residual:.0e}",
+        zip(
+            [str(number) for number in range(1, len(found) + 1)],
+            column_texts(row.approach_mm for row in found),
+            column_texts(row.shear_mm for row in found),
+            column_texts((row.normal_force_N for row in found), scale=most),
+            column_texts((row.tangential_force_N for row in found), scale=most),
+            column_texts((row.contact_width_mm for row in found), 2),
+            column_texts(row.stick_ratio for row in found),
+            [f"{row.open_nodes} / {row.stick_nodes} / {row.slip_nodes}" for row in found],
+            column_texts(row.peak_pressure_MPa for row in found),
+            [str(row.iterations) for row in found],
+            [f"{row.residual:.0e}" for row in found],
+            strict=True,
         )
-        for number, row in enumerate(result.increments, start=1)
     )
     return Table("increments", "Increments", columns, rows)
 
@@ -80,7 +88,7 @@ def model_table(result: Result) -> Table:
     if result.model is not None:
         model = result.model
         rows += [
-            ("dimension", f"{model.dimension}-D ({result.fidelity})"),
+            ("dimension", "3-D" if model.dimension == 3 else "2-D, plane strain"),
             ("element", model.element),
             ("degrees of freedom", f"{model.dofs:,}"),
             ("contact nodes", f"{model.contact_nodes:,}"),
@@ -105,7 +113,8 @@ def work_table(result: Result) -> Table:
         (stage, f"{seconds:.2f} s" if seconds else "not run")
         for stage, seconds in result.timings_s.items()
     ]
-    rows.append(("all stages", f"{sum(result.timings_s.values()):.2f} s"))
+    total = sum(result.timings_s.values())
+    rows.append(("all stages, without making this page", f"{total:.2f} s"))
     rows.append(("peak memory", f"{result.peak_memory_MB:,.0f} MB"))
     return Table("timings", "Time and memory", ("stage", "took"), tuple(rows), frozenset({0}))
 
@@ -116,10 +125,52 @@ def design_table(result: Result) -> Table:
     rows = tuple(
         (key, value_text(value), "assumed" if key in assumed else "given or default")
         for key, value in result.parameters.items()
-        if value is not None
+        if value is not None and not key.startswith(SCENE)
     )
     texts = frozenset({0, 1, 2})
     return Table("design", "The design, key by key", ("key", "value", "where from"), rows, texts)
+
+
+def scene_table(result: Result) -> Table:
+    """Every key of the scene; without rows where the result does not hold them."""
+    rows = tuple(
+        (key.removeprefix(SCENE), value_text(value))
+        for key, value in result.parameters.items()
+        if key.startswith(SCENE) and value is not None
+    )
+    return Table("scene", "The scene, key by key", ("key", "value"), rows, frozenset({0, 1}))
+
+
+def friction_text(result: Result) -> str:
+    """The scene's friction coefficient; empty where the result does not hold it."""
+    friction = result.parameters.get(f"{SCENE}object.friction_coefficient")
+    return "" if friction is None else value_text(friction)
+
+
+def points_table(result: Result) -> Table:
+    """Strain at the scene's readout points, at the last increment under load (else the last)."""
+    parts = ("xx", "yy", "zz", "xy", "xz", "yz")
+    columns = ("point", "x (mm)", "y (mm)", "z (mm)", *parts)
+    loaded = under_load(result.increments)
+    last = loaded[-1] if loaded else len(result.increments) - 1
+    points = result.increments[last].points if result.increments else ()
+    if not points:
+        return Table("points", "Strain at points", columns, ())
+    places = result.parameters.get(f"{SCENE}readout.points_mm") or []
+    if len(places) != len(points):
+        places = [(None, None, None)] * len(points)
+    strains = cleaned(np.array([[getattr(point, part) for part in parts] for point in points]))
+    texts = column_texts(strains.ravel().tolist(), 1)  # one format for all six
+    where = [column_texts(column) for column in zip(*places, strict=True)]
+    rows = zip(
+        [str(number) for number in range(1, len(points) + 1)],
+        *where,
+        *(texts[column :: len(parts)] for column in range(len(parts))),
+        strict=True,
+    )
+    load = "the last under load" if loaded else "without load"
+    caption = f"Strain at points, microstrain, at increment {last + 1} ({load}); xy, xz and yz are "
+    return Table("points", f"{caption}engineering shear", columns, tuple(rows))
 
 
 def assumed_values(result: Result) -> list[tuple[str, str]]:
@@ -133,18 +184,6 @@ def assumed_values(result: Result) -> list[tuple[str, str]]:
         text = ", ".join(f"{k[len(key) + 1 :]} = {value_text(v)}" for k, v in inside.items())
         pairs.append((key, text or "see the design"))
     return pairs
-
-
-def number_text(value: float | None, decimals: int = 3) -> str:
-    """Fixed decimals, so that a column lines up; a dash where there is no value.
-
-    >>> number_text(0.123456), number_text(-1e-9), number_text(None)
-    ('0.123', '-1e-09', '–')
-    """
-    if value is None or not math.isfinite(value):
-        return "–"
-    fixed = f"{value:.{decimals}f}"
-    return f"{value:.0e}" if value != 0 and float(fixed) == 0 else fixed
 
 
 def value_text(value: Any) -> str:

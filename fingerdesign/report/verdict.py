@@ -8,6 +8,7 @@ from typing import Literal
 from fingerdesign.results import GripResult, Result
 
 GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
+UNDEFINED = "too little force or the area never changes"
 HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
 
 
@@ -39,25 +40,37 @@ def _follows(result: Result) -> Finding:
             "The finger has no plates, so it has no gages." if bare else "It was not studied here."
         )
         return Finding("open", question, why)
-    good = [s for s in studies if (s.rank_correlation or 0.0) >= GOOD_CORRELATION]
+    defined = [s.rank_correlation for s in studies if s.rank_correlation is not None]
+    good = [value for value in defined if value >= GOOD_CORRELATION]
     values = "; ".join(
         f"{_correlation(s.rank_correlation)} at μ = {s.friction_coefficient:g} "
         f"(raw {_correlation(s.rank_correlation_raw)})"
         for s in studies
     )
-    answer: Literal["yes", "no", "partly"] = (
-        "yes" if len(good) == len(studies) else "partly" if good else "no"
+    answer: Literal["yes", "no", "partly", "open"] = (
+        "open"
+        if not defined
+        else "yes"
+        if len(good) == len(defined)
+        else "partly"
+        if good
+        else "no"
     )
+    where = " where it is defined" if len(defined) < len(studies) else ""
     words = {
-        "yes": "It does at every friction coefficient that was tried",
-        "partly": f"It does at {len(good)} of {len(studies)} friction coefficients",
-        "no": "It does not at any friction coefficient that was tried",
+        "yes": f"It does at every friction coefficient that was tried{where}",
+        "partly": f"It does at {len(good)} of {len(defined)} friction coefficients{where}",
+        "no": f"It does not at any friction coefficient that was tried{where}",
+        "open": "The correlation is not defined at any friction coefficient that was tried",
     }[answer]
+    why = f" Not defined: {UNDEFINED}." if where else ""
     return Finding(
         answer,
         question,
-        f"{words}. Rank correlation of the compensated gage area with the true stick length: "
-        f"{values}. At least {GOOD_CORRELATION:g} counts as following.",
+        f"{words}. Rank correlation of the compensated gage area with the stick area: "
+        f"{values}.{why} At least {GOOD_CORRELATION:g} counts as following. The gage area is where "
+        f"the response is over {studies[0].threshold_microstrain_per_N:.3g} microstrain/N, half of "
+        "this finger's largest response at full stick.",
     )
 
 
@@ -94,13 +107,24 @@ def _needed(grips: tuple[GripResult, ...]) -> list[Finding]:
         return []
     slipping = [grip for grip in tried if grip.slips_without_rule]
     held = [grip for grip in tried if grip.holds > 0]
+    needed = [grip for grip in slipping if not grip.gross_slip and grip.holds > 0]
+    vain = [grip for grip in slipping if grip.gross_slip]
+    harmed = [grip for grip in tried if grip.gross_slip and not grip.slips_without_rule]
     words = (
         f"Without the rule {len(slipping)} of {len(tried)} grips slip completely"
         + (f" (μ = {_listed(slipping)})" if slipping else "")
         + f"; the rule held in {len(held)}"
         + (f" (μ = {_listed(held)})." if held else ".")
     )
-    answer: Literal["yes", "no"] = "yes" if slipping else "no"
+    if vain:
+        words += (
+            f" The rule did not help at μ = {_listed(vain)}: the grip slips completely with it too."
+        )
+    if harmed:
+        words += f" At μ = {_listed(harmed)} the grip slips completely only with the rule."
+    answer: Literal["yes", "no", "partly"] = (
+        "no" if not needed else "partly" if vain or harmed else "yes"
+    )
     return [Finding(answer, "Was the rule needed?", words)]
 
 
@@ -115,4 +139,4 @@ def _listed(grips: list[GripResult]) -> str:
 
 
 def _correlation(value: float | None) -> str:
-    return "undefined" if value is None else f"{value:.2f}"
+    return "not defined" if value is None else f"{value:.2f}"

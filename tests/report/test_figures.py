@@ -127,7 +127,51 @@ def test_never_touching_and_single_increment(plane_strain) -> None:
     figures = flat(report_figures(Analysis(result, contact=away)))
     words = {figure.key: figure.alternative for figure in figures}
     assert "does not touch" in words["status"]
+    assert "touches in none" in words["tractions"]
     assert "not defined" in words["forces"]
+
+
+def test_noise_is_neither_drawn_nor_said(plane_strain) -> None:
+    """Without friction and after unloading: no scale of 1e-16, no minus zero."""
+    contact, result = plane_strain.contact, plane_strain.result
+    status = contact.status.copy()
+    status[-1] = OPEN
+    pressure = contact.normal_traction.copy()
+    pressure[-1] = -1e-17
+    shear = 1e-16 * np.sign(contact.tangential_traction + 0.5)
+    quiet = dataclasses.replace(
+        contact, status=status, normal_traction=pressure, tangential_traction=shear
+    )
+    rows = [dataclasses.replace(row, tangential_force_N=-6e-16) for row in result.increments]
+    rows[-1] = dataclasses.replace(rows[-1], normal_force_N=-1e-15, stick_ratio=None)
+    changed = dataclasses.replace(result, increments=tuple(rows))
+    analysis = dataclasses.replace(
+        plane_strain, result=changed, contact=quiet, slip_studies=(), grip_traces=()
+    )
+    shown = {figure.key: figure for figure in flat(report_figures(analysis))}
+    assert "from 3 to 0 N" in shown["forces"].alternative
+    assert "tangential force from 0 to 0 N" in shown["forces"].alternative
+    assert "no contact" in shown["forces"].alternative
+    assert "At increment 7 the pressure peaks" in shown["tractions"].alternative
+    assert "no shear traction" in shown["tractions"].alternative
+    assert "At increment 7 the largest membrane" in shown["strains"].alternative
+    for figure in shown.values():
+        assert "1e" not in re.sub(r"<[^>]*>", "", figure.image).replace("−", "-"), figure.key
+        assert not re.search(r"e-1\d|-0\.0+\b|-0 ", figure.alternative), figure.key
+
+
+def test_peak_pressure_in_3d_is_that_of_the_middle(solid) -> None:
+    figures = {figure.key: figure for figure in flat(report_figures(solid))}
+    assert "the pressure on the mid-plane z = 0 peaks" in figures["tractions"].alternative
+    assert ">open</text>" in figures["status"].image
+    assert "without making this page" in figures["time"].reading
+
+
+def test_the_study_says_its_path_and_threshold(figures) -> None:
+    for figure in figures["gages"][:2]:
+        assert "the shear scaled by μ / μ of the scene" in figure.reading
+    assert "half of this finger's largest response at full stick" in figures["gages"][1].reading
+    assert "correlation of A with the stick area" in figures["gages"][0].reading
 
 
 def test_words_of_the_map_follow_the_data(plane_strain) -> None:
@@ -135,7 +179,14 @@ def test_words_of_the_map_follow_the_data(plane_strain) -> None:
     status = np.where(contact.status == STICK, SLIP, contact.status)
     with house_style():
         slipping = status_figure(dataclasses.replace(contact, status=status))
-    assert "none sticks at increment 1" in slipping.alternative
+    assert "the surface slips wherever it touches, none of it sticks" in slipping.alternative
+    released = contact.status.copy()
+    released[-1] = OPEN
+    released[0] = np.where(released[0] == STICK, SLIP, released[0])
+    with house_style():
+        words = status_figure(dataclasses.replace(contact, status=released)).alternative
+    assert "none is left after increment 7" in words
+    assert "none sticks at increment 1" in words
     low, high = touched_reach(contact, contact.mid_line())
     assert -4.0 <= low < -1.9
     assert 1.9 < high <= 4.0
@@ -151,7 +202,7 @@ def test_study_without_any_response_is_drawn(plane_strain) -> None:
     )
     with house_style():
         assert "<svg" in response_figure(silent).image
-        assert "undefined" in area_figure((silent,)).alternative
+        assert "not defined" in area_figure((silent,)).alternative
 
 
 def test_grip_that_never_lifts_is_drawn_and_said(plane_strain) -> None:

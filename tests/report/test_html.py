@@ -10,7 +10,7 @@ import pytest
 from fingerdesign.report import html as html_module
 from fingerdesign.report.html import report_html, write_report
 from fingerdesign.report.picture import PictureError
-from fingerdesign.results import Analysis
+from fingerdesign.results import Analysis, PointStrain
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}
 
@@ -128,6 +128,22 @@ def test_pictures_are_inside(solid, tmp_path) -> None:
     assert page.tags.count("img") == 2
     assert "The finger deformed as in increment 8" in page.words
     assert path.stat().st_size < 3_000_000
+
+
+def test_scene_points_and_half_are_on_the_page(solid) -> None:
+    strain = PointStrain(12.5, -2.0, 0.0, 1.0, -3.0, 0.5)
+    rows = tuple(dataclasses.replace(r, points=(strain,)) for r in solid.result.increments)
+    scene = {
+        "scene.object.friction_coefficient": 0.45,
+        "scene.readout.points_mm": [[1.0, 6.0, 0.0]],
+    }
+    changed = dataclasses.replace(
+        solid.result, increments=rows, parameters=solid.result.parameters | scene
+    )
+    page = Page(report_html(Analysis(changed), picture=False))
+    for words in ("μ = 0.45", "Strain at points", "12.5", "the half z ≥ 0"):
+        assert words in page.words, words
+    assert {"table-points", "table-scene"} <= set(page.ids)
 
 
 def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch) -> None:

@@ -1,5 +1,6 @@
 """The finger is drawn without a display; surfaces are closed; failures are named."""
 
+import dataclasses
 import io
 
 import numpy as np
@@ -9,7 +10,7 @@ import fingerdesign.report.picture as picture_module
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.report.picture import PictureError, PictureJob
 from fingerdesign.report.surfaces import boundary, gage_quads, surface_of
-from fingerdesign.results import Analysis, GageLayout
+from fingerdesign.results import Analysis, FieldHistory, GageLayout
 
 
 def enclosed_volume(surface) -> float:
@@ -96,6 +97,19 @@ def test_a_crash_and_a_hang_are_named(plane_strain, monkeypatch) -> None:
         pytest.raises(PictureError, match=r"exit code 1.*no_such_module"),
     ):
         job.pictures()
+
+
+def test_what_does_not_move_is_not_coloured(plane_strain) -> None:
+    fields = FieldHistory((3,), 1e-13 * plane_strain.fields.displacement[-1:])
+    still = dataclasses.replace(
+        plane_strain,
+        fields=fields,
+        mesh=dataclasses.replace(plane_strain.mesh, regions=0 * plane_strain.mesh.regions),
+    )
+    job = PictureJob(still)
+    assert list(job.words) == ["inside"]
+    assert "in increment 4 nothing moves it" in job.words["inside"]
+    assert "no plates inside it" in job.words["inside"]
 
 
 def test_no_mesh_no_picture(failed) -> None:

@@ -7,12 +7,16 @@ import pytest
 from fingerdesign.report.tables import (
     assumed_values,
     design_table,
+    friction_text,
     grip_table,
     increment_table,
     model_table,
+    points_table,
+    scene_table,
     work_table,
 )
 from fingerdesign.report.verdict import findings
+from fingerdesign.results import PointStrain
 
 
 def with_correlations(result, *values):
@@ -27,7 +31,9 @@ def with_correlations(result, *values):
     ("values", "answer", "words"),
     [
         ((0.95, 0.8, 0.9), "yes", "every friction coefficient"),
-        ((0.95, 0.79, None), "partly", "at 1 of 3"),
+        ((0.95, 0.79, None), "partly", "at 1 of 2 friction coefficients where it is defined"),
+        ((0.95, 0.9, None), "yes", "every friction coefficient that was tried where it"),
+        ((0.95, 0.9, -0.1), "partly", "at 2 of 3"),
         ((0.5, -0.9, None), "no", "not at any"),
     ],
 )
@@ -36,7 +42,15 @@ def test_gage_area_verdict(plane_strain, values, answer, words) -> None:
     assert found.answer == answer
     assert words in found.detail
     assert f"{values[0]:.2f} at μ = 0.3" in found.detail
-    assert ("undefined" in found.detail) == (None in values)
+    assert ("not defined at μ = 0.8" in found.detail) == (None in values)
+    assert "with the stick area" in found.detail
+    assert "over 9 microstrain/N, half of this finger's largest" in found.detail
+
+
+def test_nothing_defined_is_an_open_question(plane_strain) -> None:
+    found = findings(with_correlations(plane_strain.result, None, None, None))[0]
+    assert found.answer == "open"
+    assert "not defined at any friction" in found.detail
 
 
 def test_not_studied_and_no_plates_are_open_questions(plane_strain) -> None:
@@ -74,6 +88,90 @@ def test_a_rule_that_was_not_needed_is_said(plane_strain) -> None:
     found = findings(dataclasses.replace(plane_strain.result, grips=grips))[2]
     assert (found.answer, found.question) == ("no", "Was the rule needed?")
     assert "0 of 3 grips slip completely; the rule held in 0." in found.detail
+
+
+@pytest.mark.parametrize(
+    ("slips_with", "holds", "answer", "words"),
+    [
+        ((False, False, False), 2, "yes", "3 of 3 grips slip completely"),
+        ((True, False, False), 2, "partly", "The rule did not help at μ = 0.3:"),
+        ((True, True, True), 2, "no", "The rule did not help at μ = 0.3, 0.5, 0.8:"),
+        ((False, False, False), 0, "no", "the rule held in 0."),
+    ],
+)
+def test_a_rule_that_did_not_help_was_not_needed(
+    plane_strain, slips_with, holds, answer, words
+) -> None:
+    grips = tuple(
+        dataclasses.replace(grip, slips_without_rule=True, gross_slip=slips, holds=holds)
+        for grip, slips in zip(plane_strain.result.grips, slips_with, strict=True)
+    )
+    found = findings(dataclasses.replace(plane_strain.result, grips=grips))[2]
+    assert found.answer == answer
+    assert words in found.detail
+
+
+def test_a_rule_that_does_harm_is_said(plane_strain) -> None:
+    grips = tuple(
+        dataclasses.replace(grip, slips_without_rule=False, gross_slip=True)
+        for grip in plane_strain.result.grips[:1]
+    )
+    found = findings(dataclasses.replace(plane_strain.result, grips=grips))[2]
+    assert found.answer == "no"
+    assert "At μ = 0.3 the grip slips completely only with the rule." in found.detail
+
+
+def test_noise_is_zero_and_a_column_has_one_format(plane_strain) -> None:
+    rows = plane_strain.result.increments
+    noisy = (
+        dataclasses.replace(rows[0], tangential_force_N=2e-4, peak_pressure_MPa=-0.0),
+        dataclasses.replace(rows[1], tangential_force_N=-6e-16, normal_force_N=-4e-17),
+        rows[2],
+    )
+    cells = increment_table(dataclasses.replace(plane_strain.result, increments=noisy)).rows
+    assert [row[4] for row in cells] == ["0.000", "0.000", "1.900"]
+    assert [row[3] for row in cells] == ["3.000", "0.000", "9.000"]
+    assert cells[0][8] == "0.000"
+
+
+def with_scene(result, **changes):
+    strain = PointStrain(1.25, -2.0, 0.0, 1e-14, -3.0, 0.5)
+    rows = tuple(dataclasses.replace(row, points=(strain, strain)) for row in result.increments)
+    gone = dataclasses.replace(rows[-1], normal_force_N=1e-15, points=(strain, strain))
+    scene = {
+        "scene.object.friction_coefficient": 0.5,
+        "scene.path.increments_mm": [[0.1, 0.0], [0.1, 0.1]],
+        "scene.readout.points_mm": [[-4.0, 6.0, 0.0], [0.0, 6.25, 0.0]],
+    }
+    return dataclasses.replace(
+        result,
+        increments=(*rows[:-1], gone),
+        parameters=result.parameters | scene | changes,
+    )
+
+
+def test_scene_has_a_table_of_its_own(plane_strain) -> None:
+    result = with_scene(plane_strain.result)
+    assert design_table(result).rows == design_table(plane_strain.result).rows
+    assert scene_table(plane_strain.result).rows == ()
+    assert ("object.friction_coefficient", "0.5") in scene_table(result).rows
+    assert (friction_text(result), friction_text(plane_strain.result)) == ("0.5", "")
+
+
+def test_strain_at_points_is_that_under_load(plane_strain) -> None:
+    assert points_table(plane_strain.result).rows == ()
+    table = points_table(with_scene(plane_strain.result))
+    assert "at increment 7 (the last under load)" in table.caption
+    where = ("2", "0.000", "6.250", "0.000")
+    assert table.rows[1] == (*where, "1.25", "-2.00", "0.00", "0.00", "-3.00", "0.50")
+    unknown = points_table(with_scene(plane_strain.result, **{"scene.readout.points_mm": None}))
+    assert unknown.rows[0][:4] == ("1", "–", "–", "–")
+
+
+def test_dimension_is_said_once(plane_strain, solid) -> None:
+    assert model_table(solid.result).rows[0] == ("dimension", "3-D")
+    assert model_table(plane_strain.result).rows[0] == ("dimension", "2-D, plane strain")
+    assert any("without making this page" in row[0] for row in work_table(solid.result).rows)
 
 
 def test_failure_comes_first_and_alone(failed) -> None:
