@@ -45,12 +45,12 @@ def column_texts(
     >>> column_texts([12.0, 2e-4, -1e-17, None])
     ['12.000', '0.000', '0.000', '–']
     >>> column_texts([0.0, 0.000123])
-    ['0.000000', '0.000123']
+    ['0.00000', '0.00012']
     """
     tidy = cleaned(values, scale)
     most = float(np.abs(tidy[np.isfinite(tidy)]).max(initial=0.0))
     if most > 0:
-        decimals = max(decimals, min(6, 2 - math.floor(math.log10(most))))
+        decimals = max(decimals, min(6, 1 - math.floor(math.log10(most))))
     return [number_text(value, decimals) for value in tidy.tolist()]
 
 

@@ -57,9 +57,9 @@ def increment_table(result: Result) -> Table:
 def grip_table(result: Result) -> Table:
     """A row a grip, with its safety margin."""
     columns = (
-        *("controller", "friction coefficient", "mass (g)", "lifted", "complete slip", "holds"),
+        *("controller", "μ", "mass (g)", "lifted", "complete slip", "holds"),
         *("slips without the rule", "safety margin", "least stick ratio"),
-        *("final normal / tangential force (N)", "steps", "how it ended"),
+        *("final F_n / F_t (N)", "steps", "how it ended"),
     )
     rows = tuple(
         (
