@@ -7,11 +7,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign_cli.common import output_options, print_json, print_table
+from fingerdesign_cli.common import (
+    judged_design,
+    judged_scene,
+    output_options,
+    print_json,
+    print_table,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.design.forecast import Summary
-    from fingerdesign.design.scene import Scene
+    from fingerdesign.errors import DesignError
 
 _FILE = click.Path(path_type=Path)
 
@@ -23,59 +29,44 @@ _FILE = click.Path(path_type=Path)
     "scene_file",
     metavar="SCENE",
     type=_FILE,
-    help="A scene's file or a shipped one's name.",
+    help="A scene's file or a shipped one's name; without it, fundamental.",
 )
 @output_options
 def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
     """Name every fault of every DESIGN at once, each as key, value, bound and remedy.
 
+    DESIGN is a file or a shipped design's name. What rests on a faulty key is judged once that is
+    mended.
+
     For sound designs: the plates' clearances, the volume and a forecast of the contact's
     half-width. Exit code 2 where any file has a fault.
     """
-    from fingerdesign.design.starter import find_scene
-    from fingerdesign.errors import DesignError
+    from fingerdesign.design.forecast import summarise
 
     reports: list[dict[str, object]] = []
     summaries: list[Summary] = []
-    scene: Scene | None = None
-    if scene_file is not None:
-        try:
-            scene = find_scene(scene_file)
-        except DesignError as error:
-            reports.append(_faulty(scene_file, error))
+    scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
+    if scene_file is not None and wrong is not None:
+        reports.append(_faulty(scene_file, wrong))
+    sound_scene = scene.value if scene is not None and wrong is None else None
     for path in designs:
-        try:
-            summary = _summary(path, scene)
-        except DesignError as error:
+        found, error = judged_design(path, scene)
+        if error is not None or found is None or found.value is None:
+            assert error is not None
             reports.append(_faulty(path, error))
         else:
+            summary = summarise(found.value, sound_scene)
             summaries.append(summary)
             reports.append({"file": str(path), "sound": True, "faults": [], **summary.as_dict()})
     sound = all(report["sound"] for report in reports)
     if as_json:
         print_json(reports)
     elif summaries and not quiet:
-        _show(summaries)
+        _show(summaries, scene_file.stem if sound_scene is not None and scene_file else "")
     return 0 if sound else 2
 
 
-def _summary(path: Path, scene: Scene | None) -> Summary:
-    from fingerdesign.design.forecast import summarise
-    from fingerdesign.design.io import load_design
-    from fingerdesign.design.scene_checks import scene_faults
-    from fingerdesign.errors import DesignError
-
-    design = load_design(path)
-    faults = scene_faults(scene, design) if scene is not None else []
-    if faults:
-        raise DesignError(faults, f"{path} (scene)")
-    return summarise(design, scene)
-
-
-def _faulty(path: Path, error: Exception) -> dict[str, object]:
-    from fingerdesign.errors import DesignError
-
-    assert isinstance(error, DesignError)
+def _faulty(path: Path, error: DesignError) -> dict[str, object]:
     click.echo(str(error), err=True)
     faults = [
         {"key": fault.key, "value": str(fault.value), "bound": fault.bound, "remedy": fault.remedy}
@@ -84,7 +75,7 @@ def _faulty(path: Path, error: Exception) -> dict[str, object]:
     return {"file": str(path), "sound": False, "faults": faults}
 
 
-def _show(summaries: list[Summary]) -> None:
+def _show(summaries: list[Summary], scene: str) -> None:
     def number(value: float | None, digits: int = 2) -> str:
         return "-" if value is None else f"{value:.{digits}f}"
 
@@ -101,6 +92,7 @@ def _show(summaries: list[Summary]) -> None:
         ]
         for item in summaries
     ]
-    headings = ["sound design", "plates", "cover mm", "gap mm", "side mm", "base mm"]
-    headings += ["approach -> half-width mm (forecast)", "volume mm3"]
-    print_table("Least clearances of the plates", headings, rows)
+    headings = ["sound design", "plates", "surface mm", "gap mm", "side mm", "base mm"]
+    headings += [f"{scene or 'fundamental'}: approach -> half-width mm (forecast)", "volume mm3"]
+    title = "Least distances from the plates to: contact surface, next plate, sides, base"
+    print_table(title, headings, rows)

@@ -1,4 +1,4 @@
-"""What subcommands share: --quiet and --json, progress, tables."""
+"""What subcommands share: --quiet and --json, files or shipped names, progress, tables."""
 
 from __future__ import annotations
 
@@ -6,9 +6,16 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from fingerdesign.design.io import Judged
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.errors import DesignError
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -18,6 +25,73 @@ class Progress(Protocol):
 
     def __call__(self, message: str, fraction: float | None = None) -> None:
         """Say what is being done now; ``fraction`` in [0, 1] of the whole, None if unknown."""
+
+
+def output_folder(_context: click.Context, parameter: click.Parameter, value: Path) -> Path:
+    """Refuse an option's folder that cannot become one: it or a folder above it is a file."""
+    for path in (value, *value.parents):
+        if path.exists() and not path.is_dir():
+            above = "" if path == value else f"; {path} is a file"
+            wrong = f"{parameter.opts[0]} = {value}: must be a folder, not a file{above}"
+            raise click.UsageError(f"{wrong}; choose another")
+    return value
+
+
+def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
+    """Return a design and a scene, each of a file or shipped under that name.
+
+    Raises :class:`DesignError` with every fault of both and of the one against the other.
+    """
+    from fingerdesign.errors import DesignError
+
+    scene: Judged[Scene] | None = None
+    errors: list[DesignError] = []
+    if scene_name is not None:
+        scene, error = judged_scene(scene_name)
+        errors += [error] if error else []
+    found, error = judged_design(design_name, scene)
+    errors += [error] if error else []
+    if errors or found is None or found.value is None:
+        every = DesignError([fault for each in errors for fault in each.faults])
+        every.args = ("\n".join(str(each) for each in errors),)
+        raise every
+    return found.value, scene.value if scene is not None else None
+
+
+def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:
+    """Judge a scene's file, or the shipped one; with the error that holds its faults, if any."""
+    from fingerdesign.design.io import judge_scene
+    from fingerdesign.design.starter import scene_text
+    from fingerdesign.errors import DesignError
+
+    try:
+        found = judge_scene(scene_text(name), str(name))
+    except DesignError as error:
+        return None, error
+    return found, DesignError(found.faults, str(name)) if found.faults else None
+
+
+def judged_design(
+    name: Path, scene: Judged[Scene] | None = None
+) -> tuple[Judged[Design] | None, DesignError | None]:
+    """Judge a design's file, or the shipped one, and against it the scene where there is one."""
+    from fingerdesign.design.io import judge_design
+    from fingerdesign.design.scene_checks import scene_faults
+    from fingerdesign.design.starter import design_text
+    from fingerdesign.errors import DesignError
+
+    try:
+        found = judge_design(design_text(name), str(name))
+    except DesignError as error:
+        return None, error
+    own = DesignError(found.faults, str(name))
+    beside = DesignError([])
+    if scene is not None and scene.value is not None and found.value is not None:
+        doubtful = scene.doubtful | found.doubtful
+        beside = DesignError(scene_faults(scene.value, found.value, doubtful), f"{name} (scene)")
+    both = DesignError([*own.faults, *beside.faults])
+    both.args = ("\n".join(str(error) for error in (own, beside) if error.faults),)
+    return found, both if both.faults else None
 
 
 def output_options(function: _Command) -> _Command:

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign_cli.common import output_options, print_json, print_table, progress
+from fingerdesign_cli.common import (
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+    read_case,
+)
 
 if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
     from fingerdesign.results import GripResult, Result
 
 _FILE = click.Path(path_type=Path)
@@ -17,7 +26,13 @@ _FILE = click.Path(path_type=Path)
 
 @click.command("grip")
 @click.argument("design_file", metavar="DESIGN", type=_FILE)
-@click.option("--out", required=True, type=_FILE, help="The result goes to OUT/NAME of the design.")
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The result goes to OUT/NAME of the design.",
+)
 @click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
 @click.option(
     "--friction",
@@ -34,6 +49,7 @@ _FILE = click.Path(path_type=Path)
     type=click.Choice(["plane-strain", "3d"]),
     default="plane-strain",
     show_default=True,
+    help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
 )
 @output_options
 def command(
@@ -48,20 +64,20 @@ def command(
 ) -> int:
     """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
 
+    DESIGN is a file or a shipped design's name.
+
     The controller feels gages and forces only. Exit code 0 also where an object slips or is not
     lifted: that is a finding, and stands in the table and in result.json.
     """
-    from fingerdesign.design.io import load_design, with_values
     from fingerdesign.errors import DesignError, Fault
 
-    design = load_design(design_file)
     changes = {
-        "grip.controller": controller,
-        "grip.friction_coefficients": list(frictions) or None,
-        "grip.object_mass_g": mass_g,
+        "--controller": ("grip.controller", controller),
+        "--friction": ("grip.friction_coefficients", list(frictions) or None),
+        "--mass-g": ("grip.object_mass_g", mass_g),
     }
-    asked = {key: value for key, value in changes.items() if value is not None}
-    design = with_values(design, asked) if asked else design
+    design, _ = read_case(design_file)
+    design = _with_options(design, changes)
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
@@ -73,6 +89,29 @@ def command(
         result = analyse_into(Case(design, None, fidelity), out, show)
     _report(result, out, quiet, as_json)
     return 0 if result.status == "ok" else 1
+
+
+def _with_options(design: Design, options: Mapping[str, tuple[str, object]]) -> Design:
+    """Set the keys of the options that were given; their faults name the option."""
+    from dataclasses import replace
+
+    from fingerdesign.design.faults import undexed
+    from fingerdesign.design.io import with_values
+    from fingerdesign.errors import DesignError
+
+    given = {key: (name, value) for name, (key, value) in options.items() if value is not None}
+    if not given:
+        return design
+    try:
+        return with_values(design, {key: value for key, (_, value) in given.items()})
+    except DesignError as error:
+        faults = [
+            replace(fault, key=f"{given[undexed(fault.key)][0]} ({fault.key})")
+            if undexed(fault.key) in given
+            else fault
+            for fault in error.faults
+        ]
+        raise DesignError(faults) from None
 
 
 def _report(result: Result, out: Path, quiet: bool, as_json: bool) -> None:

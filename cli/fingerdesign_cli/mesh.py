@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from fingerdesign_cli.common import output_options, print_json, progress
+from fingerdesign_cli.common import output_folder, output_options, print_json, progress, read_case
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -15,20 +15,41 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
 _FILE = click.Path(path_type=Path)
+# Those of meshio's that keep quadratic cells of both dimensions; .xdmf asks for h5py besides.
+ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
+
+
+def _endings(_context: click.Context, _parameter: click.Parameter, value: tuple[str, ...]) -> Any:
+    from importlib.util import find_spec
+
+    known = (*ENDINGS, "xdmf") if find_spec("h5py") else ENDINGS
+    endings = tuple(ending.lstrip(".") for ending in value)
+    for ending in endings:
+        if ending not in known:
+            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(known)}")
+    return endings
 
 
 @click.command("mesh")
 @click.argument("design", metavar="DESIGN", type=_FILE)
-@click.option("--out", metavar="DIR", required=True, type=_FILE, help="The folder to write into.")
+@click.option(
+    "--out",
+    metavar="DIR",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The folder to write into.",
+)
 @click.option(
     "--fidelity", type=click.Choice(["plane-strain", "3d"]), default="3d", show_default=True
 )
 @click.option(
     "--scene",
     "scene_file",
-    metavar="FILE",
+    metavar="SCENE",
     type=_FILE,
-    help="Fine where this scene's contact will be; without it, the fundamental case's.",
+    help="A scene's file or a shipped one's name: fine where its contact will be; without it, "
+    "the fundamental case's.",
 )
 @click.option(
     "--format",
@@ -37,7 +58,9 @@ _FILE = click.Path(path_type=Path)
     multiple=True,
     default=("vtu",),
     show_default=True,
-    help="vtu, msh (Gmsh), vtk, inp ... as meshio knows them; may be repeated.",
+    callback=_endings,
+    help="vtu, vtk, msh (Gmsh), inp (Abaqus), mdpa (Kratos), and xdmf where h5py is installed; "
+    "may be repeated.",
 )
 @click.option("--picture/--no-picture", default=True, help="Draw mesh.png.", show_default=True)
 @output_options
@@ -53,20 +76,14 @@ def command(
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is.
 
-    Writes mesh.ENDING for each --format, quality.txt, quality.json and mesh.png. Quadratic
-    elements; cells carry their region (0 elastomer, k + 1 plate k), facets the name of their face.
+    DESIGN is a file or a shipped design's name. Writes mesh.ENDING for each --format,
+    quality.txt, quality.json and mesh.png. Quadratic elements; cells carry their region (0
+    elastomer, k + 1 plate k), facets the name of their face.
     """
-    from fingerdesign.design.io import load_design, load_scene
-    from fingerdesign.design.scene_checks import scene_faults
-    from fingerdesign.errors import DesignError
     from fingerdesign.mesh.quality import assess
     from fingerdesign.pipeline import make_mesh
 
-    finger = load_design(design)
-    scene = load_scene(scene_file) if scene_file is not None else None
-    faults = scene_faults(scene, finger) if scene is not None else []
-    if faults:
-        raise DesignError(faults, f"{design} ({scene_file})")
+    finger, scene = read_case(design, scene_file)
     with progress(finger.design.name, quiet) as tell:
         tell(f"meshing ({fidelity})")
         mesh = make_mesh(finger, fidelity, _zone(finger, scene))
@@ -87,18 +104,10 @@ def command(
 
 def _zone(design: Design, scene: Scene | None) -> float:
     """Half-width of the fine zone, mm: the analysis's first, so that both share a kept mesh."""
-    from fingerdesign.design.forecast import contact_half_width
-    from fingerdesign.pipeline import (
-        _ZONE_FACTOR,
-        _ZONE_MARGIN,
-        Case,
-        fundamental_scene,
-        greatest_approach,
-    )
+    from fingerdesign.pipeline import Case, candidate_zone, fundamental_scene, greatest_approach
 
     reach = greatest_approach(Case(design, scene), scene or fundamental_scene())
-    zone = _ZONE_FACTOR * contact_half_width(design, reach) + _ZONE_MARGIN
-    return min(zone, 0.5 * design.body.width_mm)
+    return candidate_zone(design, reach)
 
 
 def _write(
@@ -109,7 +118,7 @@ def _write(
     from fingerdesign.mesh.io import write_mesh
 
     out.mkdir(parents=True, exist_ok=True)
-    files = [write_mesh(mesh, out / f"mesh.{ending.lstrip('.')}") for ending in formats]
+    files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in formats]
     contents = {
         "quality.txt": text + "\n",
         "quality.json": json.dumps(report, indent=2, allow_nan=False) + "\n",

@@ -9,6 +9,10 @@ from pathlib import Path
 import click
 
 
+def _toml(file: Path) -> Path:
+    return file.with_suffix(".toml") if file.name else Path("finger.toml")
+
+
 @click.command("new")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option("--from", "source", metavar="NAME", help="Start from this shipped design.")
@@ -23,7 +27,7 @@ def command(file: Path, source: str | None, force: bool, quiet: bool) -> None:
     from fingerdesign.design.starter import SCHEMA_FILE, schema_json, starter_text
 
     if file.suffix != ".toml":
-        raise click.UsageError(f"FILE = {file}: must end in .toml; try {file}.toml")
+        raise click.UsageError(f"FILE = {file}: must end in .toml; try {_toml(file)}")
     if file.exists() and not force:
         raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
     name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"

@@ -6,28 +6,56 @@ computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from fingerdesign.design import clearance
-from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.placing import LEAST_CLEARANCE_MM, placing_faults
-from fingerdesign.design.schema import Body, Design
+from fingerdesign.design.schema import Body, Design, Plates
 from fingerdesign.errors import Fault
 
 LEAST_SLENDERNESS = 4.0  # length / thickness; a stubbier box is no plate and bends like no plate
 LEAST_EDGE_HEIGHT_MM = 0.1  # of a dome, at its lowest corner
 
 
-def design_faults(design: Design) -> list[Fault]:
-    """Every fault of the geometry of a design whose keys are sound; empty when it can be built."""
-    faults = _body_faults(design.body) + _mesh_faults(design)
-    body_sound = not any(fault.key.startswith("body.") for fault in faults)
-    if design.plates.number:
-        faults += _plate_faults(design) + _gage_faults(design)
-        if body_sound:
-            faults += placing_faults(design)
+Doubt = Set[str]  # dotted keys whose values are not the user's
+
+
+def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
+    """Every fault of the geometry of a design whose keys are sound; empty when it can be built.
+
+    ``doubtful``: keys that were faulty and have their default here; no fault that involves one of
+    them is told.
+    """
+    faults = _body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
+    unsound = {fault.key for fault in faults if fault.key.startswith("body.")}
+    if design.plates.placement is not None:
+        faults += _regular_keys(design.plates, doubtful)
+    if not involves(doubtful, "plates.count", "plates.placement") and design.plates.number:
+        faults += _plate_faults(design, doubtful) + _gage_faults(design, doubtful)
+        faults += placing_faults(design, doubtful | unsound)
     return faults
 
 
-def _body_faults(body: Body) -> list[Fault]:
+def _regular_keys(plates: Plates, doubtful: Doubt) -> list[Fault]:
+    """Faults of what is said of a regular row beside the plates placed one by one."""
+    faults, number = [], plates.number
+    given = plates.model_fields_set
+    doubt = involves(doubtful, "plates.placement")
+    if "count" in given and plates.count != number and not doubt:
+        bound = f"the {number} rows of plates.placement"
+        faults.append(Fault("plates.count", plates.count, bound, "remove it: the rows are counted"))
+    for key in ("pitch_mm", "cover_mm", "angle_deg"):
+        if key in given:
+            remedy = "remove it, or plates.placement: each row says x, y and angle"
+            value = getattr(plates, key)
+            faults.append(Fault(f"plates.{key}", value, "absent beside plates.placement", remedy))
+    return faults
+
+
+def _body_faults(body: Body, doubtful: Doubt) -> list[Fault]:
+    if involves(doubtful, "body.arc_radius_mm", "body.width_mm"):
+        return []
     if body.arc_radius_mm < 0.5 * body.width_mm:
         return [
             Fault(
@@ -37,7 +65,8 @@ def _body_faults(body: Body) -> list[Fault]:
                 f"raise it, or lower body.width_mm to at most {at_most(2 * body.arc_radius_mm)}",
             )
         ]
-    if body.dome_radius_mm is not None:
+    others = ("shape", "dome_radius_mm", "depth_mm", "base_height_mm")
+    if body.dome_radius_mm is not None and not involves(doubtful, *(f"body.{k}" for k in others)):
         least = clearance.least_dome_radius(body, LEAST_EDGE_HEIGHT_MM)
         if body.dome_radius_mm < least:
             return [
@@ -51,10 +80,13 @@ def _body_faults(body: Body) -> list[Fault]:
     return []
 
 
-def _mesh_faults(design: Design) -> list[Fault]:
+def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     faults = []
     mesh = design.mesh
-    if mesh.mesher == "extrude" and not design.extruded:
+    shape = ("body.shape", "body.depth_mm", "plates.span_mm", "plates.count", "plates.placement")
+    if involves(doubtful, "mesh.mesher", *shape):
+        pass
+    elif mesh.mesher == "extrude" and not design.extruded:
         why = "body.shape = 'arc' and plates.span_mm = body.depth_mm"
         faults.append(
             Fault(
@@ -65,7 +97,8 @@ def _mesh_faults(design: Design) -> list[Fault]:
             )
         )
     for prefix, sizes in (("mesh", mesh), ("mesh.section", mesh.section)):
-        if sizes.contact_size_mm > sizes.far_size_mm:
+        keys = (f"{prefix}.contact_size_mm", f"{prefix}.far_size_mm")
+        if sizes.contact_size_mm > sizes.far_size_mm and not involves(doubtful, *keys):
             faults.append(
                 Fault(
                     f"{prefix}.contact_size_mm",
@@ -77,9 +110,10 @@ def _mesh_faults(design: Design) -> list[Fault]:
     return faults
 
 
-def _plate_faults(design: Design) -> list[Fault]:
+def _plate_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     plates, depth, faults = design.plates, design.body.depth_mm, []
-    if plates.length_mm < LEAST_SLENDERNESS * plates.thickness_mm:
+    stubby = plates.length_mm < LEAST_SLENDERNESS * plates.thickness_mm
+    if stubby and not involves(doubtful, "plates.length_mm", "plates.thickness_mm"):
         least = LEAST_SLENDERNESS * plates.thickness_mm
         faults.append(
             Fault(
@@ -91,6 +125,8 @@ def _plate_faults(design: Design) -> list[Fault]:
             )
         )
     span, inset = plates.span_mm, depth - 2 * LEAST_CLEARANCE_MM
+    if involves(doubtful, "plates.span_mm", "body.depth_mm"):
+        return faults
     if span is not None and span > depth:
         faults.append(
             Fault(
@@ -112,10 +148,11 @@ def _plate_faults(design: Design) -> list[Fault]:
     return faults
 
 
-def _gage_faults(design: Design) -> list[Fault]:
+def _gage_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     gages, plates, faults = design.gages, design.plates, []
     span = plates.span_mm if plates.span_mm is not None else design.body.depth_mm
-    if gages.length_mm > plates.length_mm:
+    long = gages.length_mm > plates.length_mm
+    if long and not involves(doubtful, "gages.length_mm", "plates.length_mm"):
         faults.append(
             Fault(
                 "gages.length_mm",
@@ -124,6 +161,8 @@ def _gage_faults(design: Design) -> list[Fault]:
                 f"shorten the gage or raise plates.length_mm to at least {gages.length_mm:g}",
             )
         )
+    if involves(doubtful, "gages.width_mm", "plates.span_mm", "body.depth_mm"):
+        return faults
     if gages.width_mm > span:
         faults.append(
             Fault(
@@ -133,6 +172,8 @@ def _gage_faults(design: Design) -> list[Fault]:
                 f"narrow the gage or raise plates.span_mm to at least {gages.width_mm:g}",
             )
         )
+    elif involves(doubtful, "gages.z_mm"):
+        pass
     elif abs(gages.z_mm) + 0.5 * gages.width_mm > 0.5 * span + 1e-9:
         reach = 0.5 * (span - gages.width_mm)
         faults.append(

@@ -6,7 +6,7 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -59,6 +59,28 @@ def dotted(location: tuple[int | str, ...]) -> str:
             name = part if re.fullmatch(r"[A-Za-z0-9_-]+", part) else json.dumps(part)
             text += f".{name}" if text else name
     return text
+
+
+def undexed(key: str) -> str:
+    """Return a dotted key without the indices at its end.
+
+    >>> undexed("path.increments_mm[3][1]")
+    'path.increments_mm'
+    """
+    return re.sub(r"(\[\d+\])+$", "", key)
+
+
+def involves(doubtful: Iterable[str], *keys: str) -> bool:
+    """Whether one of ``keys`` is, holds or stands in one that is doubtful.
+
+    >>> involves({"body"}, "body.width_mm"), involves({"mesh.section"}, "mesh.layers")
+    (True, False)
+    """
+    return any(
+        key == other or key.startswith(f"{other}.") or other.startswith(f"{key}.")
+        for key in keys
+        for other in doubtful
+    )
 
 
 def shown(value: object, width: int = 60) -> str:

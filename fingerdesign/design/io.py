@@ -3,23 +3,40 @@
 from __future__ import annotations
 
 import copy
+import re
 import tomllib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from fingerdesign.design.checks import design_faults
-from fingerdesign.design.faults import fault_of, shown
+from fingerdesign.design.faults import fault_of, involves, shown, undexed
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 
 _Model = TypeVar("_Model", bound=BaseModel)
-GEOMETRY_TABLES = ("body", "plates", "gages")
+_Found = TypeVar("_Found", bound=BaseModel, covariant=True)
+MAX_ROUNDS = 12  # of taking faulty keys out; three are the most that any known file needs
+REGULAR_KEYS = ("count", "pitch_mm", "cover_mm", "angle_deg")  # of [plates], without placement
 MAX_BYTES = 4_000_000  # a design of a few kilobytes; a scene of 10,000 rows stays below 1 MB
+
+
+@dataclass(frozen=True)
+class Judged(Generic[_Found]):
+    """A file's content with faulty keys replaced by defaults, and every fault found in it.
+
+    ``value`` is None where nothing sound is left. ``doubtful`` names the keys whose values are not
+    the user's: a fault that involves one of them cannot be told.
+    """
+
+    value: _Found | None
+    faults: list[Fault]
+    doubtful: frozenset[str]
 
 
 def load_design(path: str | Path) -> Design:
@@ -35,8 +52,10 @@ def load_scene(path: str | Path) -> Scene:
 def parse_design(text: str, source: str = "") -> Design:
     """Return the design that TOML ``text`` says; ``source`` names it in the faults.
 
-    Raises :class:`DesignError` with every fault of keys and values, and those of the geometry too
-    as soon as the keys that the geometry rests on are sound.
+    Raises :class:`DesignError` with every fault of keys and values, and every one of the geometry
+    that involves no faulty key: the geometry is judged with faulty keys replaced by their defaults
+    (a misspelt key makes the one that was meant faulty), and what such a default may have caused
+    or hidden is told only once the key is mended.
     """
     return _design_of(_toml(text, source), source)
 
@@ -46,11 +65,10 @@ def parse_scene(text: str, source: str = "") -> Scene:
 
     Raises :class:`DesignError` with every fault found.
     """
-    data = _toml(text, source)
-    scene, errors = _validated(Scene, data)
-    if scene is None:
-        raise DesignError(_distinct([fault_of(error, Scene) for error in errors]), source)
-    return scene
+    found = judge_scene(text, source)
+    if found.faults or found.value is None:
+        raise DesignError(found.faults, source)
+    return found.value
 
 
 def with_values(design: Design, values: Mapping[str, object]) -> Design:
@@ -61,7 +79,8 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     >>> with_values(design, {"plates.pitch_mm": 0.9}).plates.pitch_mm
     0.9
 
-    None takes a key's value away. Raises :class:`DesignError` with every fault.
+    None takes a key's value away; ``plates.placement`` those that lay out a regular row.
+    Raises :class:`DesignError` with every fault.
     """
     data = design.model_dump(mode="json", exclude_none=True)
     for key, value in values.items():
@@ -77,6 +96,11 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
             table.pop(last, None)
         else:
             table[last] = value
+    plates = data.get("plates")
+    if isinstance(plates, dict) and "placement" in plates:
+        for name in REGULAR_KEYS:
+            if f"plates.{name}" not in values:
+                plates.pop(name, None)
     return _design_of(data, design.design.name)
 
 
@@ -94,6 +118,10 @@ def _dump(model: BaseModel) -> str:
     import tomlkit
 
     values = model.model_dump(mode="json", exclude_none=True)
+    if isinstance(model, Design) and model.plates.placement is not None:
+        for name in REGULAR_KEYS:  # said by no one beside a placement, except a count that agrees
+            if name != "count" or model.plates.count != model.plates.number:
+                del values["plates"][name]
     # Keys of no table stand before the first table, or TOML would make them a part of it.
     ordered = sorted(values.items(), key=lambda item: isinstance(item[1], dict))
     return tomlkit.dumps(dict(ordered))
@@ -126,45 +154,129 @@ def _validated(
     try:
         return model.model_validate(data), []
     except ValidationError as error:
-        return None, error.errors(include_url=False)
+        return None, [e for e in error.errors(include_url=False) if not _counts_only_sound(e)]
+
+
+def _counts_only_sound(error: ErrorDetails) -> bool:
+    """Whether an array is called too short only because its faulty entries were not counted."""
+    entries = error["input"]
+    least = error.get("ctx", {}).get("min_length", 0)
+    return error["type"] == "too_short" and (
+        isinstance(entries, (list, tuple)) and len(entries) >= least
+    )
+
+
+def judge_design(text: str, source: str = "") -> Judged[Design]:
+    """Return what can be said of a design's TOML ``text``: the design as far as it is sound.
+
+    Raises :class:`DesignError` only where the text is no TOML.
+    """
+    return _judged_design(_toml(text, source))
+
+
+def judge_scene(text: str, source: str = "") -> Judged[Scene]:
+    """Return what can be said of a scene's TOML ``text``, as :func:`judge_design` does."""
+    return _judged(Scene, _toml(text, source), {"path": {"increments_mm": [[0.0, 0.0]]}})
+
+
+def read_text(path: str | Path) -> str:
+    """Return a file's text. Raises :class:`DesignError` where it cannot be read."""
+    return _read(Path(path))
+
+
+def _judged_design(data: dict[str, Any]) -> Judged[Design]:
+    found = _judged(Design, data, {"design": {"name": "unnamed"}})
+    if found.value is None:
+        return found
+    geometry = design_faults(found.value, found.doubtful)
+    faults = found.faults + geometry + _assumed_faults(found.value, found.doubtful)
+    doubtful = found.doubtful | {undexed(fault.key) for fault in geometry}
+    return Judged(found.value, _distinct(faults), doubtful)
 
 
 def _design_of(data: dict[str, Any], source: str) -> Design:
-    design, errors = _validated(Design, data)
-    faults = [fault_of(error, Design) for error in errors]
-    sound = design if design is not None else _without_faulty_keys(data, errors)
-    if sound is not None:
-        faults += design_faults(sound)
-        faults += _assumed_faults(sound)
-    if faults or design is None:
-        raise DesignError(_distinct(faults), source)
-    return design
+    found = _judged_design(data)
+    if found.faults or found.value is None:
+        raise DesignError(found.faults, source)
+    return found.value
 
 
-def _without_faulty_keys(data: dict[str, Any], errors: list[ErrorDetails]) -> Design | None:
-    """Return the design without its faulty keys, None where the geometry rests on one of them."""
-    pruned = copy.deepcopy(data)
-    for error in errors:
-        location = error["loc"]
-        unknown = error["type"] == "extra_forbidden"
-        if not location or (location[0] in GEOMETRY_TABLES and not unknown):
-            return None
-        table: Any = pruned
-        keys = location if unknown else location[:2]
-        for key in keys[:-1]:
-            table = table.get(key) if isinstance(table, dict) else None
-        if isinstance(table, dict):
-            table.pop(keys[-1], None)
-    pruned["design"] = {"name": "unnamed"}
-    return _validated(Design, pruned)[0]
+def _judged(
+    model: type[_Model], data: dict[str, Any], required: Mapping[str, Mapping[str, Any]]
+) -> Judged[_Model]:
+    """Take faulty keys out until the rest validates; ``required`` stands in for what must be.
+
+    Some rules are not asked while a key is faulty, so each round may find further faults; those
+    that a key taken out has caused are left out.
+    """
+    pruned, faults = copy.deepcopy(data), list[Fault]()
+    doubtful: frozenset[str] = frozenset()
+    for _ in range(MAX_ROUNDS):
+        value, errors = _validated(model, pruned)
+        if value is not None:
+            return Judged(value, _distinct(faults), doubtful)
+        found = [fault_of(error, model) for error in errors]
+        faults += [fault for fault in found if not _caused(fault, doubtful)]
+        before = (copy.deepcopy(pruned), doubtful)
+        for error, fault in zip(errors, found, strict=True):
+            if error["type"] == "extra_forbidden":
+                doubtful |= _meant(fault)
+            else:
+                doubtful |= {undexed(fault.key)}
+            _take_out(pruned, error)
+        for table, values in required.items():
+            inner = pruned.setdefault(table, {})
+            for key, stand_in in values.items() if isinstance(inner, dict) else ():
+                if key not in inner:
+                    inner[key] = stand_in
+        if before == (pruned, doubtful):
+            break
+    return Judged(None, _distinct(faults), doubtful)
 
 
-def _assumed_faults(design: Design) -> list[Fault]:
+def _meant(fault: Fault) -> frozenset[str]:
+    """The known key that an unknown one was meant to be, as far as its remedy can tell."""
+    found = re.fullmatch(r"did you mean (.+)\?", fault.remedy)
+    return frozenset(found.groups()) if found else frozenset()
+
+
+def _caused(fault: Fault, doubtful: frozenset[str]) -> bool:
+    """Whether a fault may be owed to a key that was taken out in an earlier round."""
+    key = undexed(fault.key)
+    beside = {
+        "body.dome_radius_mm": ("body.shape",),
+        "body.material": ("materials",),
+        "plates.material": ("materials",),
+    }
+    return involves(doubtful, key, *beside.get(key, ()))
+
+
+def _take_out(data: dict[str, Any], error: ErrorDetails) -> None:
+    """Remove what an error is about: the key, or the table that lacks a key."""
+    location: list[str | int] = list(error["loc"])
+    named = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
+    if named:
+        location = list(undexed(named).split("."))
+    if error["type"] == "missing":
+        location = location[:-1]
+    if location == ["body", "dome_radius_mm"] and "dome_radius_mm" not in data.get("body", {}):
+        location = ["body", "shape"]
+    table: Any = data
+    for index, name in enumerate(location):
+        if not isinstance(table, dict) or name not in table:
+            return
+        if index + 1 == len(location) or not isinstance(table[name], dict):
+            del table[name]
+            return
+        table = table[name]
+
+
+def _assumed_faults(design: Design, doubtful: frozenset[str]) -> list[Fault]:
     values = design.model_dump(mode="json")
     known = set(_leaves(values))
     faults = []
     for index, key in enumerate(design.assumed):
-        if key not in known:
+        if key not in known and not involves(doubtful, key):
             from difflib import get_close_matches
 
             near = get_close_matches(key, known, 1, 0.6)

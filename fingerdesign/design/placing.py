@@ -6,12 +6,12 @@ Each fault names the worst plate (numbered from 0, left to right) and a computed
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Set
 
 import numpy as np
 
 from fingerdesign.design import clearance
-from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.layout import Array, PlateFrame, plate_frames
 from fingerdesign.design.schema import Body, Design, Plates
 from fingerdesign.errors import Fault
@@ -20,23 +20,72 @@ from fingerdesign.errors import Fault
 LEAST_CLEARANCE_MM = 0.1
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5
+FLATTEST_MM = 1e4  # the largest body.arc_radius_mm
 
 
-def placing_faults(design: Design) -> list[Fault]:
-    """Every fault of where the plates lie, in a body that is sound by itself."""
+def placing_faults(design: Design, doubtful: Set[str] = frozenset()) -> list[Fault]:
+    """Every fault of where the plates lie that involves no ``doubtful`` key.
+
+    A body that is not sound by itself has a doubtful key. Where that is the arc's radius only, the
+    row is judged on the roundest and on the flattest sound arc: what both find does not rest on it.
+    """
+    arc = "body.arc_radius_mm"
+    if involves(doubtful, "body.dome_radius_mm") and design.body.dome_radius_mm is not None:
+        # The middle section of every sound dome is the arc's; the cover is not judged (shape).
+        straight = design.body.model_copy(update={"shape": "arc", "dome_radius_mm": None})
+        design = design.model_copy(update={"body": straight})
+        doubtful = doubtful | {"body.shape"}
+    half_width = 0.5 * design.body.width_mm
+    if involves(doubtful, "body.width_mm") and design.body.arc_radius_mm < half_width:
+        design = design.model_copy(
+            update={
+                "body": design.body.model_copy(update={"width_mm": 2.0 * design.body.arc_radius_mm})
+            }
+        )
+    if not involves(doubtful, arc):
+        return _placing_faults(design, doubtful)
+    found = []
+    for radius in (0.5 * design.body.width_mm, FLATTEST_MM):
+        body = design.body.model_copy(update={"arc_radius_mm": radius})
+        trial = design.model_copy(update={"body": body})
+        found.append(_placing_faults(trial, doubtful - {arc, "body"}, whole=False))
+    both = {fault.key for fault in found[0]}
+    return [fault for fault in found[1] if fault.key in both]
+
+
+def _placing_faults(design: Design, doubtful: Set[str], whole: bool = True) -> list[Fault]:
+    """The faults on the design's own arc; not ``whole``: those that are the same on any arc."""
     body, plates = design.body, design.plates
+    row = {f"plates.{key}" for key in ("length_mm", "thickness_mm")}
+    if plates.placement is None:
+        row |= {f"plates.{key}" for key in ("count", "pitch_mm", "angle_deg")}
+    else:
+        row |= {"plates.placement"}
+    if involves(doubtful, *row):
+        return []
+    regular = plates.placement is None
+    arc = {f"body.{key}" for key in ("arc_radius_mm", "width_mm")}
+    level = {"plates.cover_mm"} if regular else {"body.base_height_mm"}
+    surface = arc | level | {"body.shape"}
+    if body.shape == "dome":
+        surface |= {"plates.span_mm", "body.dome_radius_mm", "body.depth_mm"}
+    base = arc | {"plates.cover_mm", "body.base_height_mm"} if regular else set()
     frames = plate_frames(design)
     corners = clearance.all_corners(frames)
     # Where a regular row leaves the arc's circle it has no height; the sides refuse it.
     placed = ~np.isnan(corners).any(axis=(1, 2))
-    faults = _side_fault(body, plates, frames, corners)
-    if not placed.all() or faults:
-        return faults + _gap_fault(design, corners[placed])
+    sides_known = not involves(doubtful, "body.width_mm")
+    faults = _side_fault(body, plates, frames, corners) if sides_known else []
+    gaps_known = not regular or not involves(doubtful, "body.arc_radius_mm")
+    if not placed.all() or faults or not whole:
+        return faults + (_gap_fault(design, corners[placed]) if gaps_known else [])
     depth = body.depth_mm
     half_span = 0.5 * min(plates.span_mm if plates.span_mm is not None else depth, depth)
-    faults += _cover_fault(body, plates, corners, half_span)
-    faults += _base_fault(body, plates, corners)
-    return faults + _gap_fault(design, corners)
+    if not involves(doubtful, *surface):
+        faults += _cover_fault(body, plates, corners, half_span)
+    if not involves(doubtful, *base):
+        faults += _base_fault(body, plates, corners)
+    return faults + (_gap_fault(design, corners) if gaps_known else [])
 
 
 def _key(plates: Plates, index: int, regular: str) -> tuple[str, object]:
@@ -74,11 +123,14 @@ def _cover_fault(body: Body, plates: Plates, corners: Array, half_span: float) -
     key, value = _key(plates, worst, "cover_mm")
     if plates.placement is None:
         short = clearance.cover_shortfall(body, corners, half_span, LEAST_CLEARANCE_MM)
-        remedy = f"raise plates.cover_mm to at least {at_least(plates.cover_mm + short)}"
+        raised = plates.cover_mm + short
+        remedy = (
+            "" if math.isinf(short) else f"raise plates.cover_mm to at least {at_least(raised)}"
+        )
     else:
         own = corners[worst : worst + 1]
         short = clearance.cover_shortfall(body, own, half_span, LEAST_CLEARANCE_MM)
-        remedy = f"lower its y by at least {at_least(short)}"
+        remedy = "" if math.isinf(short) else f"lower its y by at least {at_least(short)}"
     if math.isinf(short):
         remedy = "move the plates inward"
     bound = f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface"

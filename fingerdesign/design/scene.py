@@ -26,12 +26,15 @@ def _pairs_only(rows: Any) -> Any:
     if isinstance(rows, (list, tuple)):
         for index, row in enumerate(rows):
             if isinstance(row, (list, tuple)) and len(row) in (3, 4):
-                raise not_offered(list(row), f"rows of [approach, shear] (row {index} is longer)")
+                raise not_offered(
+                    list(row), "a row of [approach, shear]", f"path.increments_mm[{index}]"
+                )
             if isinstance(row, (list, tuple)) and len(row) != 2:
                 raise refuse(
                     list(row),
-                    f"rows of two numbers [approach, shear] (row {index} is not)",
+                    "a row of two numbers [approach, shear]",
                     "give both, cumulative, in mm",
+                    f"path.increments_mm[{index}]",
                 )
     return rows
 
@@ -42,6 +45,7 @@ def _begins_apart_or_touching(rows: tuple[Any, ...]) -> tuple[Any, ...]:
             rows[0][0],
             "at least 0 in the first row",
             "approach is counted from first touch, closing > 0",
+            "path.increments_mm[0][0]",
         )
     return rows
 

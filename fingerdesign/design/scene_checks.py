@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 import numpy as np
 
+from fingerdesign.design.faults import involves
 from fingerdesign.design.layout import crest_height, surface_height
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -13,8 +16,18 @@ from fingerdesign.errors import Fault
 MOST_MOTION = 0.5
 
 
-def scene_faults(scene: Scene, design: Design) -> list[Fault]:
-    """Every fault of a sound scene against a sound design; empty when it can be run."""
+def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset()) -> list[Fault]:
+    """Every fault of a scene against a design; empty when it can be run.
+
+    ``doubtful``: keys of either that were faulty; no fault that involves one of them is told.
+    """
+    profile = ("body.width_mm", "body.arc_radius_mm", "body.base_height_mm")
+    if involves(doubtful, *profile):
+        return []
+    box = ("body.shape", "body.depth_mm", "body.dome_radius_mm", "readout.points_mm")
+    points = [] if involves(doubtful, *box) else _point_faults(scene, design)
+    if involves(doubtful, "path.increments_mm"):
+        return points
     faults: list[Fault] = []
     limit = MOST_MOTION * crest_height(design.body)
     rows = np.array(scene.path.increments_mm)
@@ -32,7 +45,7 @@ def scene_faults(scene: Scene, design: Design) -> list[Fault]:
                     "move the object less: strains are taken as small",
                 )
             )
-    return faults + _point_faults(scene, design)
+    return faults + points
 
 
 def _point_faults(scene: Scene, design: Design) -> list[Fault]:

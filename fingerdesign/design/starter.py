@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel
 
     from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
 
 SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\
@@ -80,12 +81,46 @@ def find_scene(file_or_name: str | Path) -> Scene:
 
     Raises :class:`DesignError` with every fault of the file.
     """
-    from fingerdesign.design.io import load_scene, parse_scene
+    from fingerdesign.design.io import parse_scene
 
-    name = str(file_or_name)
-    if not Path(name).exists() and name in shipped_scenes():
-        return parse_scene(shipped_scene_text(name), name)
-    return load_scene(name)
+    return parse_scene(scene_text(file_or_name), str(file_or_name))
+
+
+def find_design(file_or_name: str | Path) -> Design:
+    """Return the design of a file, or the shipped one of that name where there is no such file.
+
+    Raises :class:`DesignError` with every fault of the file.
+    """
+    from fingerdesign.design.io import parse_design
+
+    return parse_design(design_text(file_or_name), str(file_or_name))
+
+
+def design_text(file_or_name: str | Path) -> str:
+    """Return the text of a design's file, or of the shipped design of that name."""
+    return _file_or_shipped(Path(file_or_name), _designs(), "design")
+
+
+def scene_text(file_or_name: str | Path) -> str:
+    """Return the text of a scene's file, or of the shipped scene of that name."""
+    return _file_or_shipped(Path(file_or_name), _designs() / "scenes", "scene")
+
+
+def _file_or_shipped(path: Path, folder: Traversable, kind: str) -> str:
+    """A file comes first; of a folder of that name (a result's) no design can be read."""
+    from fingerdesign.design.io import read_text
+
+    name, known = str(path), _names(folder)
+    if not path.is_file() and name in known:
+        return (folder / f"{name}.toml").read_text("utf-8")
+    if path.exists():
+        return read_text(path)
+    import difflib
+
+    near = difflib.get_close_matches(path.stem, known, 1)
+    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
+    bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
+    raise DesignError([Fault("file", name, bound, remedy)])
 
 
 def schema_json() -> str:

@@ -68,3 +68,18 @@ def test_a_finger_that_feels_nothing_cannot_grip(
     path.write_text('design.name = "plain"\nplates.count = 0\n')
     assert main(["grip", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "plates.count" in capsys.readouterr().err
+
+
+def test_a_faulty_option_is_one_fault_that_names_it(
+    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["grip", str(design), "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--friction", "0", "--mass-g", "-3"]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith("--friction (grip.friction_coefficients[0]) = 0.0: must be more than 0")
+    assert second.startswith("--mass-g (grip.object_mass_g) = -3.0: must be more than 0")
+
+
+def test_out_is_no_file(design: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["grip", str(design), "--out", str(design)]) == 2
+    assert "--out" in capsys.readouterr().err

@@ -5,10 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fingerdesign_cli.main import main
+from fingerdesign_cli.mesh import ENDINGS
 
-from fingerdesign.mesh.io import read_mesh
+from fingerdesign.mesh.io import read_mesh, write_mesh
+from fingerdesign.mesh.types import Mesh
 
 DESIGN = """
 design.name = "small"
@@ -61,9 +64,53 @@ def test_a_wrong_design_is_bad_input(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert not (tmp_path / "out").exists()
 
 
-def test_an_unknown_format_fails(
+def refuse(*_: object) -> None:
+    raise AssertionError("meshing has begun")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--format", "foo"], "one of vtu"),
+        (["--out", "small.toml"], "--out = small.toml: must be a folder"),
+        (["--out", "small.toml/x"], "small.toml is a file"),
+        (["--scene", "fundamentel"], "did you mean fundamental"),
+    ],
+)
+def test_wrong_options_are_bad_input_before_any_meshing(
+    options: list[str],
+    words: str,
+    design: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("fingerdesign.pipeline.make_mesh", refuse)
+    monkeypatch.chdir(design.parent)
+    assert main(["mesh", str(design), "--out", "out", *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not (design.parent / "out").exists()
+
+
+def test_a_shipped_scene_is_found_by_name(
     design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arguments = ["mesh", str(design), "--out", str(tmp_path / "out"), "--fidelity", "plane-strain"]
-    assert main([*arguments, "--format", "nonsense", "--quiet"]) == 1
-    assert "could not write" in capsys.readouterr().err
+    options = ["--fidelity", "plane-strain", "--scene", "fundamental", "--format", ".vtk"]
+    assert main(["mesh", str(design), "--out", str(tmp_path / "out"), *options]) == 0
+    assert (tmp_path / "out/mesh.vtk").is_file()
+    assert "written" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_every_ending_offered_keeps_the_quadratic_cells(
+    ending: str, dimension: int, tmp_path: Path
+) -> None:
+    corners = np.vstack([np.zeros(dimension), np.eye(dimension)])
+    pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)][: 3 * (dimension - 1)]
+    middles = [0.5 * (corners[a] + corners[b]) for a, b in pairs]
+    points = np.vstack([corners, middles])
+    cells = np.arange(len(points))[None]
+    base = np.array([[0, 1, 3]] if dimension == 2 else [[0, 1, 2, 4, 5, 6]])
+    mesh = Mesh(points, cells, np.zeros(1, dtype=int), {"base": base}, "by hand", False)
+    again = read_mesh(write_mesh(mesh, tmp_path / f"m.{ending}"))
+    assert again.cells.shape == cells.shape

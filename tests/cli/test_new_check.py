@@ -78,6 +78,33 @@ def test_check_reports_every_fault_of_every_file(capsys):
     assert "good" in captured.out
 
 
+def test_check_judges_the_scene_beside_faults_of_its_own_and_of_the_design(capsys):
+    Path("bad.toml").write_text('design.name = "a"\ngages.length_mm = 9')
+    Path("scene.toml").write_text(
+        "path.increments_mm = []\nreadout.points_mm = [[0, 30, 0], [0, 31, 0]]"
+    )
+    assert main(["check", "bad.toml", "--scene", "scene.toml"]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    keys = ["scene.toml: path.increments_mm", "bad.toml: gages.length_mm"]
+    keys += ["bad.toml (scene): readout.points_mm[1]"]
+    assert [line.split(" = ")[0] for line in lines] == keys
+
+
+def test_check_of_shipped_names_says_what_its_columns_are(capsys):
+    assert main(["check", "narrow", "wide"]) == 0
+    out = capsys.readouterr().out
+    assert "fundamental: approach" in out
+    assert "surface mm" in out
+    assert "cover" not in out
+    assert main(["check", "narow"]) == 2
+    assert "did you mean narrow" in capsys.readouterr().err
+
+
+def test_new_suggests_the_same_name_in_toml(capsys):
+    assert main(["new", "x.txt"]) == 2
+    assert "try x.toml" in capsys.readouterr().err
+
+
 def test_check_as_json(capsys):
     Path("bad.toml").write_text('design.name = "a"\nplates.count = 501')
     assert main(["new", "good.toml", "-q"]) == 0

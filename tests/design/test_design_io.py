@@ -28,13 +28,13 @@ def faults(text):
 
 def test_every_fault_at_once_keys_values_and_geometry():
     found = faults(
-        'design.name = "a/b"\nfoo = 1\n[body]\nwidht_mm = 3\narc_radius_mm = 9\n'
-        "[gages]\nlength_mm = 3\n[mesh]\nlayers = 0\n[grip]\nseed = 0.5\n"
+        'design.name = "a/b"\nfoo = 1\n[body]\narc_radius_mm = 9\n'
+        "[gages]\nlength_mm = 3\n[plates]\nsppan_mm = 3\n[mesh]\nlayers = 0\n[grip]\nseed = 0.5\n"
     )
     assert set(found) == {
         "design.name",
         "foo",
-        "body.widht_mm",
+        "plates.sppan_mm",
         "body.arc_radius_mm",
         "gages.length_mm",
         "mesh.layers",
@@ -43,7 +43,67 @@ def test_every_fault_at_once_keys_values_and_geometry():
 
 
 def test_geometry_is_not_judged_on_faulty_keys():
-    assert set(faults(NAME + "body.arc_radius_mm = 9\nplates.pitch_mm = -1")) == {"plates.pitch_mm"}
+    lines = "body.arc_radius_mm = 9\nbody.width_mm = -1\nplates.count = 3"
+    assert set(faults(NAME + lines)) == {"body.width_mm"}
+    assert set(faults(NAME + "plates.cover_mm = 12\nplates.count = -1")) == {"plates.count"}
+
+
+@pytest.mark.parametrize(
+    ("lines", "expected"),
+    [
+        (
+            'body.arc_radius_mm = 5\nbody.material = "steel"\nplates.pitch_mm = 0.05',
+            {"body.arc_radius_mm", "body.material", "plates.pitch_mm"},
+        ),
+        # Of a misspelt key, the one that was meant is not judged; the rest is.
+        (
+            "body.widht_mm = 3\nbody.arc_radius_mm = 9\nplates.pitch_mm = 0.05\n"
+            "plates.length_mm = 0.3\ngages.length_mm = 0.2",
+            {"body.widht_mm", "plates.pitch_mm", "plates.length_mm"},
+        ),
+        ("body.detph_mm = 9\nplates.cover_mm = 12", {"body.detph_mm", "plates.cover_mm"}),
+        # Rules of a whole table are asked although a value in it is faulty.
+        (
+            'body.width_mm = -1\nbody.material = "steel"\ngages.length_mm = 3',
+            {"body.width_mm", "body.material", "gages.length_mm"},
+        ),
+        ('body.shape = "dome"\nbody.dome_radus_mm = 25', {"body.dome_radus_mm"}),
+        ('body.shape = "dome"\nbody.dome_radius_mm = -25', {"body.dome_radius_mm"}),
+        ('body.shape = "dom"\nbody.dome_radius_mm = 25', {"body.shape"}),
+        (
+            'body.material = "mine"\nmaterials.mine.poissons_ratio = 0.3\nplates.cover_mm = 12',
+            {"materials.mine.youngs_modulus_MPa", "plates.cover_mm"},
+        ),
+        ("body = 3\nplates.length_mm = 0.3\ngages.length_mm = 0.2", {"body", "plates.length_mm"}),
+        ("plates.placement = 5\ngages.width_mm = 30", {"plates.placement"}),
+        ("grip.friction_coefficients = [0.0]", {"grip.friction_coefficients[0]"}),
+        ("mesh.far_size_mm = -1\nmesh.contact_size_mm = 40", {"mesh.far_size_mm"}),
+    ],
+)
+def test_geometry_is_judged_beside_faulty_keys(lines, expected):
+    assert set(faults(NAME + lines)) == expected
+
+
+PLACED = NAME + "plates.placement = [[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]\n"
+
+
+def test_a_regular_row_beside_a_placement_is_a_fault():
+    found = faults(PLACED + "plates.count = 5\nplates.pitch_mm = 1.0\nplates.angle_deg = 45.0")
+    assert set(found) == {"plates.count", "plates.pitch_mm", "plates.angle_deg"}
+    assert "2 rows" in found["plates.count"].bound
+    assert parse_design(PLACED + "plates.count = 2").plates.number == 2
+
+
+def test_a_placement_set_or_written_takes_the_regular_row_away():
+    placed = parse_design(PLACED)
+    for design in (placed, parse_design(PLACED + "plates.count = 2")):
+        assert parse_design(dump_design(design)) == design
+    regular = parse_design(NAME + "plates.count = 5\nplates.pitch_mm = 2.0")
+    rows = [list(row) for row in placed.plates.placement]
+    assert with_values(regular, {"plates.placement": rows}) == placed
+    assert with_values(placed, {"plates.length_mm": 1.5}).plates.number == 2
+    with pytest.raises(DesignError, match=r"plates\.count"):
+        with_values(placed, {"plates.count": 5})
 
 
 def test_each_fault_is_one_line_naming_file_key_value_bound_and_remedy():

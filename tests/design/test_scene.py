@@ -2,7 +2,7 @@
 
 import pytest
 
-from fingerdesign.design.io import parse_design, parse_scene
+from fingerdesign.design.io import judge_scene, parse_design, parse_scene
 from fingerdesign.design.scene_checks import scene_faults
 from fingerdesign.errors import DesignError
 
@@ -30,8 +30,8 @@ def test_defaults():
     [
         ("", "path.increments_mm"),
         ("path.increments_mm = []", "path.increments_mm"),
-        ("path.increments_mm = [[-0.1, 0]]", "path.increments_mm"),
-        ("path.increments_mm = [[0.1]]", "path.increments_mm"),
+        ("path.increments_mm = [[-0.1, 0]]", "path.increments_mm[0][0]"),
+        ("path.increments_mm = [[0.1, 0], [0.1]]", "path.increments_mm[1]"),
         ("path.increments_mm = [[0.1, nan]]", "path.increments_mm[0][1]"),
         ("path.increments_mm = [[0.1, true]]", "path.increments_mm[0][1]"),
         ("path.increments_mm = 3", "path.increments_mm"),
@@ -54,8 +54,8 @@ def test_wrong_scenes_are_refused_by_key(text, key):
         (PATH + "object.tilt_deg = 3", "object.tilt_deg"),
         (PATH + "object.radius_mm = 3", "object.radius_mm"),
         (PATH + 'path.control = "force"', "path.control"),
-        ("path.increments_mm = [[0.1, 0, 0]]", "path.increments_mm"),
-        ("path.increments_mm = [[0.1, 0, 0, 0]]", "path.increments_mm"),
+        ("path.increments_mm = [[0.1, 0, 0]]", "path.increments_mm[0]"),
+        ("path.increments_mm = [[0, 0], [0.1, 0, 0, 0]]", "path.increments_mm[1]"),
     ],
 )
 def test_what_comes_later_is_named_as_such(text, key):
@@ -91,3 +91,21 @@ def test_points_outside_are_one_fault_on_the_worst():
     (fault,) = scene_faults(scene, DESIGN)
     assert fault.key == "readout.points_mm[2]"
     assert fault.remedy.endswith("so are 0")
+
+
+def test_points_are_judged_where_the_path_is_faulty_and_the_reverse():
+    found = judge_scene("path.increments_mm = []\nreadout.points_mm = [[0, 13, 0], [0, 20, 0]]")
+    assert [fault.key for fault in found.faults] == ["path.increments_mm"]
+    (fault,) = scene_faults(found.value, DESIGN, found.doubtful)
+    assert fault.key == "readout.points_mm[1]"
+    found = judge_scene("path.increments_mm = [[9, 0]]\nreadout.points_mm = [[0, 20]]")
+    (fault,) = scene_faults(found.value, DESIGN, found.doubtful)
+    assert fault.key == "path.increments_mm[0][0]"
+
+
+def test_a_scene_is_not_judged_on_the_designs_faulty_keys():
+    scene = parse_scene(PATH + "readout.points_mm = [[0, 20, 0]]")
+    assert scene_faults(scene, DESIGN, {"body.depth_mm"}) == []
+    deep = parse_scene("path.increments_mm = [[9, 0]]")
+    assert scene_faults(deep, DESIGN, {"body.base_height_mm"}) == []
+    assert scene_faults(deep, DESIGN, {"body.depth_mm", "plates.pitch_mm"})

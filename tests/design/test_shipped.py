@@ -15,6 +15,7 @@ from fingerdesign.design.layout import surface_height
 from fingerdesign.design.scene_checks import scene_faults
 from fingerdesign.design.schema import Body
 from fingerdesign.design.starter import (
+    find_design,
     find_scene,
     schema_json,
     shipped_designs,
@@ -193,3 +194,13 @@ def test_summary():
     none = summarise(parse_design('design.name = "a"\nplates.count = 0'))
     assert none.least_cover_mm is None
     assert none.least_gap_mm is None
+
+
+def test_a_design_is_found_by_file_or_by_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "narrow").mkdir()  # a result's folder
+    assert find_design("narrow").design.name == "narrow"
+    (tmp_path / "wide").write_text('design.name = "mine"')
+    assert find_design("wide").design.name == "mine"
+    with pytest.raises(DesignError, match="did you mean maeno2000"):
+        find_design("meano2000.toml")
