@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.errors import DesignError, FingerDesignError
+from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.pipeline import (
     Case,
     Clock,
@@ -39,10 +39,13 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
             with clock.stage("geometry"):
                 write_solid(case.design, folder)
             analysis = run(case, tell, clock)
+        except DesignError:
+            raise
         except FingerDesignError as error:
-            if isinstance(error, DesignError):
-                raise
             analysis = Analysis(failed_result(case, error, clock))
+        except MemoryError:
+            short = SolverError("not enough memory for this model; coarsen the mesh")
+            analysis = Analysis(failed_result(case, short, clock))
         tell("writing the report")
         analysis = write_outputs(analysis, folder)
     return analysis.result

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import fnmatch
 import secrets
 import shutil
 from collections.abc import Iterable, Iterator
@@ -16,6 +17,8 @@ import numpy as np
 from fingerdesign.results import GripTrace, IncrementResult, Result, ResultError
 
 RESULT_FILE = "result.json"
+# What a result is made of: a folder that holds anything else is not replaced.
+PRODUCTS = ("result.json", "report.html", "*.csv", "fields_*.vtu", "*.step", "*.stl")
 
 
 @contextmanager
@@ -27,7 +30,7 @@ def result_folder(target: Path | str) -> Iterator[Path]:
     is done: what is not ours is not deleted. When the block raises, nothing is left.
     """
     target = Path(target).absolute()
-    _refuse_foreign(target)
+    refuse_foreign(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         aside = _sibling(target, "partial")
@@ -38,7 +41,7 @@ def result_folder(target: Path | str) -> Iterator[Path]:
         yield aside
         if not (aside / RESULT_FILE).is_file():
             raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
-        _refuse_foreign(target)
+        refuse_foreign(target)
         _take_place(aside, target)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
@@ -146,13 +149,26 @@ def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
             yield f"{stem}_without_rule.csv", trace.without_rule
 
 
-def _refuse_foreign(target: Path) -> None:
+def refuse_foreign(target: Path) -> None:
+    """ResultError where ``target`` is no place for a result: what is not ours is not deleted."""
     if target.is_symlink() or (target.exists() and not target.is_dir()):
         raise ResultError(f"{target} is in the way and not a folder; choose another --out")
-    if target.is_dir() and any(target.iterdir()) and not (target / RESULT_FILE).is_file():
+    if not target.is_dir() or not any(target.iterdir()):
+        return
+    if not (target / RESULT_FILE).is_file():
         raise ResultError(
             f"{target} holds files but no {RESULT_FILE}, so it is not an older result and is left "
             "alone; choose another --out or move it away"
+        )
+    foreign = sorted(
+        entry.name
+        for entry in target.iterdir()
+        if not any(fnmatch.fnmatch(entry.name, pattern) for pattern in PRODUCTS)
+    )
+    if foreign:
+        raise ResultError(
+            f"{target} holds {', '.join(foreign[:5])} beside an older result; move what is not a "
+            "result away, or choose another --out"
         )
 
 

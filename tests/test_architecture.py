@@ -13,7 +13,7 @@ ALLOWED = {
     "cadquery": {"geometry", "mold"},
     "OCP": {"geometry", "mold"},
     "pytetwild": {"mesh/tetwild_worker.py"},
-    "netgen": {"mesh/section.py"},
+    "netgen": {"mesh/section_worker.py"},
     "skfem": {"fem"},
     "pypardiso": {"fem/factor.py"},
     "matplotlib": {"report", "study", "bench"},

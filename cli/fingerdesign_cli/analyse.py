@@ -46,7 +46,7 @@ def command(
 
     A result is written whole or not at all; one failing design does not stop the others.
     """
-    cases = _read(designs, scene_file, fidelity)
+    cases = _read(designs, scene_file, fidelity, out)
     from fingerdesign.outputs import analyse_into
 
     results: list[Result] = []
@@ -59,12 +59,16 @@ def command(
     return 0 if all(result.status == "ok" for result in results) else 1
 
 
-def _read(designs: tuple[Path, ...], scene_file: Path | None, fidelity: str) -> list[Any]:
-    """Every fault of every file at once, before any work."""
+def _read(
+    designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path
+) -> list[Any]:
+    """Every fault of every file, of each design in its scene, and of --out, before any work."""
     from fingerdesign.design.io import load_design
     from fingerdesign.design.starter import find_scene
     from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.pipeline import Case
+    from fingerdesign.pipeline import Case, fundamental_scene, refuse
+    from fingerdesign.result_folder import refuse_foreign
+    from fingerdesign.results import ResultError
 
     faults: list[Fault] = []
     scene = None
@@ -82,6 +86,18 @@ def _read(designs: tuple[Path, ...], scene_file: Path | None, fidelity: str) -> 
             continue
         name = scene_file.stem if scene_file is not None else ""
         cases.append(Case(design, scene, fidelity, scene_name=name))
+    for case in cases:
+        try:
+            refuse(case, case.scene or fundamental_scene())
+        except DesignError as error:
+            faults += error.faults
+        target = out / case.design.design.name
+        try:
+            refuse_foreign(target)
+            if out.exists() and not out.is_dir():
+                raise ResultError(f"{out} is a file")
+        except ResultError as error:
+            faults.append(Fault("--out", str(out), "a folder for results", str(error)))
     names = [case.design.design.name for case in cases]
     for name in sorted({name for name in names if names.count(name) > 1}):
         faults.append(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.active import ActiveInverse, dofs_of
-from fingerdesign.contact.laws import OPEN, SLIP, Certificate, certify, status_of
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, Certificate, certify, status_of
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.contact.strategy import Task, solve_task
@@ -24,6 +24,7 @@ class ZoneExhausted(SolverError):
 
 ACCEPT = 1e-8  # the laws; Newton ends near 1e-13, so a pass is never a close call
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
+_ON_LIMIT = 1e-9  # relative: rounding of forces and slips
 _MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
 
 
@@ -35,12 +36,13 @@ class ContactState:
     multiplier: Array
     motion: Motion
     travelled: Array  # (m,) accumulated slip while in contact, mm
+    sliding: Array  # (m,) length of the last slip of nodes that are on their friction limit, mm
 
     @staticmethod
     def untouched(problem: ContactProblem) -> ContactState:
         m, dim = problem.shape
         return ContactState(
-            np.zeros((m, dim - 1)), np.zeros((m, dim)), Motion(0.0, 0.0), np.zeros(m)
+            np.zeros((m, dim - 1)), np.zeros((m, dim)), Motion(0.0, 0.0), np.zeros(m), np.zeros(m)
         )
 
 
@@ -120,6 +122,8 @@ def solve_increment(
     _check_zone(problem, multiplier, local[:, 0], motion)
     status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
     slip = local[:, 1:] + state.slip
+    sliding = _sliding(problem, state, multiplier, local[:, 1:])
+    status[(sliding > 0.0) & (status == STICK)] = SLIP
     # A sticking node has not moved, whatever the rounding; an open one starts anew.
     moved = np.where(status == SLIP, np.linalg.norm(local[:, 1:], axis=1), 0.0)
     travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
@@ -130,12 +134,27 @@ def solve_increment(
         slip_increment=local[:, 1:],
         status=status,
         force=force,
-        state=ContactState(slip, multiplier, motion, travelled),
+        state=ContactState(slip, multiplier, motion, travelled, sliding),
         iterations=result.iterations,
         residual=result.residual,
         certificate=certificate,
         method=method,
     )
+
+
+def _sliding(problem: ContactProblem, state: ContactState, multiplier: Array, slip: Array) -> Array:
+    """Slip (m,) mm of nodes on their friction limit; their last one where nothing has moved.
+
+    A motion that stands still leaves such nodes on the limit without a slip of their own: they are
+    still those that slid.
+    """
+    limit = problem.friction_coefficient * np.maximum(multiplier[:, 0], 0.0)
+    on_limit = (multiplier[:, 0] > 0.0) & (
+        np.linalg.norm(multiplier[:, 1:], axis=1) >= limit * (1.0 - _ON_LIMIT)
+    )
+    moved = np.linalg.norm(slip, axis=1)
+    still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
+    return np.where(on_limit, np.where(still, state.sliding, moved), 0.0)
 
 
 def _solve(

@@ -96,7 +96,7 @@ def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Ar
     contact = (increment.multiplier[:, 0] - increment.gap * per_force) / model.areas
     # In pressure too, so that where nothing pulls sideways both borders are the same.
     size = np.linalg.norm(increment.multiplier[:, 1:], axis=1)
-    slipped = np.linalg.norm(increment.slip_increment, axis=1) * per_force
+    slipped = increment.state.sliding * per_force
     friction = max(problem.friction_coefficient, 1e-12)
     stick = contact - (size + slipped) / (friction * model.areas)
     sliding = increment.status == SLIP

@@ -7,6 +7,7 @@ the materials.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -85,10 +86,30 @@ def load_mesh(key: str) -> Mesh | None:
                 symmetric=about["symmetric"],
                 notes=about["notes"],
             )
+        _check(mesh)
         os.utime(path)
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile, zlib.error):
+    except (
+        *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError),
+        *(zipfile.BadZipFile, zlib.error),
+    ):
         return None
     return mesh
+
+
+def _check(mesh: Mesh) -> None:
+    """Raise ValueError where arrays do not fit together: a file that somebody changed."""
+    nodes, dim = mesh.points.shape
+    numbers = [mesh.cells, *mesh.facets.values()]
+    if not (
+        nodes > 0
+        and np.isfinite(mesh.points).all()
+        and mesh.cells.ndim == 2
+        and mesh.cells.shape[1] == {2: 6, 3: 10}[dim]
+        and mesh.regions.shape == (len(mesh.cells),)
+        and mesh.regions.min() >= 0
+        and all(rows.ndim == 2 and rows.min() >= 0 and rows.max() < nodes for rows in numbers)
+    ):
+        raise ValueError("a kept mesh does not fit together")
 
 
 def keep_mesh(key: str, mesh: Mesh) -> bool:
@@ -121,5 +142,6 @@ def keep_mesh(key: str, mesh: Mesh) -> bool:
     except OSError:
         return False
     finally:
-        aside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            aside.unlink(missing_ok=True)
     return True

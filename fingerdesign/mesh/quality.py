@@ -190,8 +190,10 @@ def _volume_errors(mesh: Mesh, design: Design, volumes: Array) -> tuple[float, f
         whole = outline_volume(design.body, mesh.symmetric)
         plates = [plate_volume(frame, mesh.symmetric) for frame in plate_frames(design)]
     body = abs(float(volumes.sum()) / whole - 1.0)
-    if mesh.regions.max(initial=0) == 0:  # plates modelled otherwise, or none
+    if design.plates.model != "solid" or not plates:
         return body, 0.0
+    if mesh.regions.max(initial=0) > len(plates):
+        return body, float("inf")
     found = np.bincount(mesh.regions, weights=volumes, minlength=len(plates) + 1)[1:]
     return body, float(np.abs(found / np.array(plates) - 1.0).max())
 

@@ -16,6 +16,9 @@ def main(arguments: list[str]) -> int:
     import numpy as np
     import pytetwild
 
+    from fingerdesign.mesh.worker import die_with_parent
+
+    die_with_parent()
     source, target = Path(arguments[0]), Path(arguments[1])
     with np.load(source) as data:
         options = json.loads(str(data["options"]))

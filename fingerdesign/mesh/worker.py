@@ -14,6 +14,17 @@ from pathlib import Path
 from fingerdesign.errors import MeshError
 
 
+def die_with_parent() -> None:
+    """End this process when the one that started it ends, however that ends (Linux)."""
+    if sys.platform == "linux":
+        import ctypes
+
+        pr_set_pdeathsig = 1
+        ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
+        if os.getppid() == 1:  # it had ended already
+            os._exit(1)
+
+
 def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: float) -> None:
     """Run ``python -m module arguments`` in ``folder``; MeshError says how it failed."""
     root = str(Path(__file__).resolve().parents[2])

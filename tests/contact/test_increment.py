@@ -209,3 +209,17 @@ def test_stick_and_contact_lengths_by_quadrature():
         for s in follow(problem, [Motion(a, 0.0) for a in np.linspace(0.01, 0.06, 26)])
     ]
     assert (np.diff(widths) > 0).all()
+
+
+@pytest.mark.parametrize("shear", [0.012, 1.0])
+def test_standing_still_changes_nothing(shear):
+    """The same row again gives the same stick ratio, in partial and in complete slip."""
+    problem = contact_problem(half_plane(81), Plane(0.0), 0.3)
+    rows = [Motion(0.05, 0.0)] + [Motion(0.05, shear)] * 4
+    steps = list(follow(problem, rows))
+    first = steps[1].measures
+    for step in steps[2:]:
+        assert step.measures.stick_ratio == pytest.approx(first.stick_ratio, abs=1e-9)
+        assert step.measures.slip_nodes == first.slip_nodes
+        assert completely_slips(step.measures, 2) == completely_slips(first, 2)
+        assert step.measures.slip_distance == pytest.approx(first.slip_distance, rel=1e-9)

@@ -101,3 +101,27 @@ def test_a_changing_section_cannot_be_extruded():
     short = with_values(DESIGN, {"plates.span_mm": 4.0})
     with pytest.raises(MeshError, match="tetwild"):
         extrude(short, 2.0)
+
+
+def test_a_mesh_that_lost_its_plates_is_not_called_good():
+    from dataclasses import replace
+
+    from fingerdesign.mesh.quality import assess
+
+    mesh = extrude(DESIGN, 2.0)
+    assert assess(mesh, DESIGN).worst_plate_volume_error < 1e-6
+    lost = replace(mesh, regions=np.zeros_like(mesh.regions))
+    assert assess(lost, DESIGN).worst_plate_volume_error == pytest.approx(1.0)
+
+
+def test_sizes_that_netgen_cannot_do_in_time_end_with_a_reason():
+    fine = with_values(
+        DESIGN,
+        {
+            "mesh.section.contact_size_mm": 0.001,
+            "mesh.section.far_size_mm": 0.01,
+            "mesh.time_limit_s": 1.0,
+        },
+    )
+    with pytest.raises(MeshError, match="did not finish in 1 s"):
+        mesh_section(fine, 2.0)
