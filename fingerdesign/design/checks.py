@@ -11,7 +11,7 @@ from collections.abc import Set
 from fingerdesign.design import clearance
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.placing import LEAST_CLEARANCE_MM, placing_faults
-from fingerdesign.design.schema import Body, Design, Plates
+from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import Fault
 
 LEAST_SLENDERNESS = 4.0  # length / thickness; a stubbier box is no plate and bends like no plate
@@ -19,6 +19,9 @@ LEAST_EDGE_HEIGHT_MM = 0.1  # of a dome, at its lowest corner
 
 
 Doubt = Set[str]  # dotted keys whose values are not the user's
+
+
+MOST_MOVES = 5000  # a grip takes about 50
 
 
 def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
@@ -29,27 +32,34 @@ def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
     """
     faults = _body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
     unsound = {fault.key for fault in faults if fault.key.startswith("body.")}
-    if design.plates.placement is not None:
-        faults += _regular_keys(design.plates, doubtful)
+    faults += _grip_faults(design, doubtful)
     if not involves(doubtful, "plates.count", "plates.placement") and design.plates.number:
         faults += _plate_faults(design, doubtful) + _gage_faults(design, doubtful)
         faults += placing_faults(design, doubtful | unsound)
     return faults
 
 
-def _regular_keys(plates: Plates, doubtful: Doubt) -> list[Fault]:
-    """Faults of what is said of a regular row beside the plates placed one by one."""
-    faults, number = [], plates.number
-    given = plates.model_fields_set
-    doubt = involves(doubtful, "plates.placement")
-    if "count" in given and plates.count != number and not doubt:
-        bound = f"the {number} rows of plates.placement"
-        faults.append(Fault("plates.count", plates.count, bound, "remove it: the rows are counted"))
-    for key in ("pitch_mm", "cover_mm", "angle_deg"):
-        if key in given:
-            remedy = "remove it, or plates.placement: each row says x, y and angle"
-            value = getattr(plates, key)
-            faults.append(Fault(f"plates.{key}", value, "absent beside plates.placement", remedy))
+def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+    """Faults of the stage's motions against each other and against the body."""
+    grip = design.grip
+    faults: list[Fault] = []
+    if involves(doubtful, "grip.max_approach_mm", "grip.preload_mm", "grip.approach_step_mm"):
+        return faults
+    most = design.body.base_height_mm
+    if grip.max_approach_mm > most and not involves(doubtful, "body.base_height_mm"):
+        bound = f"at most body.base_height_mm = {most:g}"
+        remedy = "shorten the stage's travel: the model is of small strains"
+        faults.append(Fault("grip.max_approach_mm", grip.max_approach_mm, bound, remedy))
+    travel = f"at most grip.max_approach_mm = {grip.max_approach_mm:g}"
+    for key in ("preload_mm", "approach_step_mm"):
+        value = getattr(grip, key)
+        if value > grip.max_approach_mm:
+            faults.append(Fault(f"grip.{key}", value, travel, "the stage could not move so far"))
+    least = grip.max_approach_mm / MOST_MOVES
+    if grip.approach_step_mm < least:
+        bound = f"at least grip.max_approach_mm / {MOST_MOVES} = {least:g}"
+        remedy = "the travel would take too many moves"
+        faults.append(Fault("grip.approach_step_mm", grip.approach_step_mm, bound, remedy))
     return faults
 
 

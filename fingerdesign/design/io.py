@@ -22,7 +22,6 @@ from fingerdesign.errors import DesignError, Fault
 _Model = TypeVar("_Model", bound=BaseModel)
 _Found = TypeVar("_Found", bound=BaseModel, covariant=True)
 MAX_ROUNDS = 12  # of taking faulty keys out; three are the most that any known file needs
-REGULAR_KEYS = ("count", "pitch_mm", "cover_mm", "angle_deg")  # of [plates], without placement
 MAX_BYTES = 4_000_000  # a design of a few kilobytes; a scene of 10,000 rows stays below 1 MB
 
 
@@ -79,8 +78,7 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     >>> with_values(design, {"plates.pitch_mm": 0.9}).plates.pitch_mm
     0.9
 
-    None takes a key's value away; ``plates.placement`` those that lay out a regular row.
-    Raises :class:`DesignError` with every fault.
+    None takes a key's value away. Raises :class:`DesignError` with every fault.
     """
     data = design.model_dump(mode="json", exclude_none=True)
     for key, value in values.items():
@@ -96,11 +94,6 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
             table.pop(last, None)
         else:
             table[last] = value
-    plates = data.get("plates")
-    if isinstance(plates, dict) and "placement" in plates:
-        for name in REGULAR_KEYS:
-            if f"plates.{name}" not in values:
-                plates.pop(name, None)
     return _design_of(data, design.design.name)
 
 
@@ -118,10 +111,6 @@ def _dump(model: BaseModel) -> str:
     import tomlkit
 
     values = model.model_dump(mode="json", exclude_none=True)
-    if isinstance(model, Design) and model.plates.placement is not None:
-        for name in REGULAR_KEYS:  # said by no one beside a placement, except a count that agrees
-            if name != "count" or model.plates.count != model.plates.number:
-                del values["plates"][name]
     # Keys of no table stand before the first table, or TOML would make them a part of it.
     ordered = sorted(values.items(), key=lambda item: isinstance(item[1], dict))
     return tomlkit.dumps(dict(ordered))
@@ -130,10 +119,15 @@ def _dump(model: BaseModel) -> str:
 def _read(path: Path) -> str:
     """Return a file's text; what cannot be read is a fault of the input."""
     try:
-        if path.is_file() and path.stat().st_size > MAX_BYTES:
+        if path.exists() and not path.is_file() and not path.is_dir():
+            bound = "an ordinary file"
+            raise DesignError([Fault("file", str(path), bound, "a device or pipe may never end")])
+        with path.open("rb") as stream:
+            content = stream.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
             bound = f"at most {MAX_BYTES} bytes"
-            raise DesignError([Fault("file", path.stat().st_size, bound, "check the path")])
-        return path.read_bytes().decode("utf-8-sig")
+            raise DesignError([Fault("file", str(path), bound, "check the path")])
+        return content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         fault = Fault("file", str(path), "a readable TOML file", f"{why}")

@@ -83,7 +83,7 @@ class Readout(Table):
     """Where the strain tensor is wanted."""
 
     points_mm: Many[Row3] = Field(
-        default=(), max_length=10_000, description="[[x, y, z], ...] inside the finger"
+        default=(), max_length=1000, description="[[x, y, z], ...] inside the finger"
     )
 
 

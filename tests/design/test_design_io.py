@@ -87,23 +87,35 @@ def test_geometry_is_judged_beside_faulty_keys(lines, expected):
 PLACED = NAME + "plates.placement = [[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]\n"
 
 
-def test_a_regular_row_beside_a_placement_is_a_fault():
-    found = faults(PLACED + "plates.count = 5\nplates.pitch_mm = 1.0\nplates.angle_deg = 45.0")
-    assert set(found) == {"plates.count", "plates.pitch_mm", "plates.angle_deg"}
-    assert "2 rows" in found["plates.count"].bound
-    assert parse_design(PLACED + "plates.count = 2").plates.number == 2
+def test_a_placement_stands_instead_of_the_regular_row():
+    """count, pitch, cover and angle may stay in the file: the rows decide (CONTRACT)."""
+    lines = "plates.count = 5\nplates.pitch_mm = 1.0\nplates.angle_deg = 45.0"
+    design = parse_design(PLACED + lines)
+    assert design.plates.number == 2
+    assert parse_design(dump_design(design)) == design
+    assert with_values(design, {"plates.length_mm": 1.5}).plates.number == 2
 
 
-def test_a_placement_set_or_written_takes_the_regular_row_away():
-    placed = parse_design(PLACED)
-    for design in (placed, parse_design(PLACED + "plates.count = 2")):
-        assert parse_design(dump_design(design)) == design
-    regular = parse_design(NAME + "plates.count = 5\nplates.pitch_mm = 2.0")
-    rows = [list(row) for row in placed.plates.placement]
-    assert with_values(regular, {"plates.placement": rows}) == placed
-    assert with_values(placed, {"plates.length_mm": 1.5}).plates.number == 2
-    with pytest.raises(DesignError, match=r"plates\.count"):
-        with_values(placed, {"plates.count": 5})
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [
+        ("grip.preload_mm = 0.5\ngrip.max_approach_mm = 0.3", "grip.preload_mm"),
+        ("grip.max_approach_mm = 50.0", "grip.max_approach_mm"),
+        ("grip.approach_step_mm = 1.0", "grip.approach_step_mm"),
+        ("grip.approach_step_mm = 1e-6", "grip.approach_step_mm"),
+    ],
+)
+def test_a_stage_that_cannot_do_its_grip_is_a_fault(line, key):
+    assert key in faults(NAME + line)
+
+
+def test_special_files_are_refused(tmp_path):
+    import os
+
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    with pytest.raises(DesignError, match="ordinary file"):
+        load_design(pipe)
 
 
 def test_each_fault_is_one_line_naming_file_key_value_bound_and_remedy():

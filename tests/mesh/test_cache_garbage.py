@@ -15,7 +15,7 @@ DESIGN = parse_design(
 )
 
 
-@pytest.fixture()
+@pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     return tmp_path / "meshes"
