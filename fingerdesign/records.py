@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.path import Step
+from fingerdesign.control.signals import gage_readings
 from fingerdesign.result_arrays import ContactHistory
 from fingerdesign.results import GageResult, IncrementResult, PointStrain
 
@@ -20,16 +21,10 @@ Array = NDArray[np.float64]
 MICRO = 1e6
 
 
-def face_reading(strains: Array, face: str) -> Array:
-    """What a gage on ``face`` reads of strains (..., 2) at the upper and lower faces."""
-    return np.asarray(
-        {"upper": strains[..., 0], "lower": strains[..., 1], "both": strains.mean(axis=-1)}[face]
-    )
-
-
 def increment_result(step: Step, face: str) -> IncrementResult:
     """One row of ``increments`` in result.json."""
     measures, increment = step.measures, step.increment
+    readings = gage_readings(measures.gages, face)
     return IncrementResult(
         approach_mm=increment.motion.approach,
         shear_mm=increment.motion.shear,
@@ -50,9 +45,11 @@ def increment_result(step: Step, face: str) -> IncrementResult:
                 lower=float(lower),
                 membrane=float(0.5 * (upper + lower)),
                 bending=float(0.5 * (upper - lower)),
-                reading=float(face_reading(np.array([upper, lower]), face)),
+                reading=float(reading),
             )
-            for plate, (upper, lower) in enumerate(measures.gages * MICRO)
+            for plate, ((upper, lower), reading) in enumerate(
+                zip(measures.gages * MICRO, readings, strict=True)
+            )
         ),
         points=tuple(PointStrain(*map(float, strain)) for strain in measures.points * MICRO),
     )

@@ -10,8 +10,7 @@ from typing import Protocol
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.signals import Sample
-from fingerdesign.control.slip_study import gage_readings
+from fingerdesign.control.signals import Sample, gage_readings
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
+
+
+def gage_readings(gages: Array, face: str) -> Array:
+    """What the gages say (g,), microstrain, of strains (g, 2) at the upper and lower faces."""
+    return np.asarray(1e6 * gages @ np.array(FACES[face]))
+
 
 @dataclass(frozen=True)
 class NormalCalibration:

@@ -22,14 +22,18 @@ from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.signals import NormalCalibration, Sample, gage_area, response
+from fingerdesign.control.signals import (
+    NormalCalibration,
+    Sample,
+    gage_area,
+    gage_readings,
+    response,
+)
 from fingerdesign.errors import SolverError
 from fingerdesign.result_arrays import SlipStudy
 
 Array = NDArray[np.float64]
 Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
-
-FACES = {"upper": (1.0, 0.0), "lower": (0.0, 1.0), "both": (0.5, 0.5)}
 
 # Half of the design's own largest response at full stick: one rule for every design and friction
 # coefficient, which a hand can apply too (a first shear on a rough object). Not fitted: the search
@@ -38,11 +42,6 @@ THRESHOLD_FRACTION = 0.5
 FORCE_FLOOR_SHARE = 0.006  # of the friction limit: soft fingers work at less than any fixed force
 FORCE_FLOOR_N = 0.02  # a row that changes F_t by less says nothing: 2 g on a small force sensor
 _CALIBRATION_REACH = 1.05  # of the rows' largest approach: friction changes F_n a little
-
-
-def gage_readings(gages: Array, face: str) -> Array:
-    """What the gages say (g,), microstrain, of strains (g, 2) at the upper and lower faces."""
-    return np.asarray(1e6 * gages @ np.array(FACES[face]))
 
 
 def normal_calibration(

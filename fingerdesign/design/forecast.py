@@ -8,25 +8,10 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from fingerdesign.design import clearance
-from fingerdesign.design.layout import crest_height, plate_frames, surface_height
+from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Body, Design
-
-
-def body_volume(body: Body) -> float:
-    """Volume of the body with its plates, mm^3; exact for an arc, quadrature for a dome."""
-    half, radius = 0.5 * body.width_mm, body.arc_radius_mm
-    if body.dome_radius_mm is None:
-        angle = math.asin(half / radius)
-        segment = radius**2 * (angle - 0.5 * math.sin(2.0 * angle))
-        return (body.width_mm * body.base_height_mm + segment) * body.depth_mm
-    # Substituting x = R sin(t), z = D sin(s) keeps half circles smooth at their ends.
-    nodes, weights = np.polynomial.legendre.leggauss(64)
-    across = math.asin(half / radius)
-    x, x_weights = radius * np.sin(across * nodes), across * radius * np.cos(across * nodes)
-    z, z_weights = 0.5 * body.depth_mm * nodes, 0.5 * body.depth_mm
-    heights = surface_height(body, x[:, None], z[None, :])
-    return float((weights * x_weights) @ heights @ (weights * z_weights))
+from fingerdesign.design.schema import Design
+from fingerdesign.design.volume import outline_volume
 
 
 def plates_volume(design: Design) -> float:
@@ -119,7 +104,7 @@ def summarise(design: Design, scene: Scene | None = None) -> Summary:
         least_base_mm=base,
         approach_mm=approach,
         contact_half_width_mm=contact_half_width(design, approach),
-        volume_mm3=body_volume(body),
+        volume_mm3=outline_volume(body),
         plates_volume_mm3=plates_volume(design),
         extruded=design.extruded,
     )

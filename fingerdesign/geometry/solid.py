@@ -15,11 +15,11 @@ import numpy as np
 from OCP.BOPAlgo import BOPAlgo_Builder
 
 from fingerdesign.design.layout import PlateFrame, crest_height, plate_frames
+from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.checks import (
     check_clearances,
     check_volume,
-    outline_volume,
     plate_volume,
 )
 from fingerdesign.geometry.surface import ContactSurface

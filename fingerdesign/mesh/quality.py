@@ -9,7 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.layout import plate_frames
-from fingerdesign.geometry.checks import face_areas, outline_volume, plate_volume, section_area
+from fingerdesign.design.volume import outline_volume, section_area
+from fingerdesign.geometry.checks import (
+    face_areas,
+    plate_volume,
+)
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.mesh.boundary import smooth_sides
 from fingerdesign.mesh.snap import least_jacobian_ratio, tet_volumes

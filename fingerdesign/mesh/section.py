@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame, crest_height, plate_frames
+from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.outline import BODY, Outline, section_outline
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, quadratic
@@ -87,11 +88,7 @@ def _check_areas(
     regions: IntArray,
 ) -> None:
     areas = _areas(points, triangles)
-    radius, half = body.arc_radius_mm, 0.5 * body.width_mm
-    centre = crest_height(body) - radius
-    asked = (
-        half * np.sqrt(radius**2 - half**2) + radius**2 * np.arcsin(half / radius)
-    ) + 2 * half * centre
+    asked = section_area(body)
     # Chords of the arc lie inside it: the linear mesh misses at most this much.
     if not abs(areas.sum() - asked) < 2e-3 * asked:
         raise MeshError(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.design import json_schema
-from fingerdesign.design.forecast import body_volume, contact_half_width, summarise
+from fingerdesign.design.forecast import contact_half_width, summarise
 from fingerdesign.design.io import load_design, load_scene, parse_design
 from fingerdesign.design.layout import surface_height
 from fingerdesign.design.scene_checks import scene_faults
@@ -24,6 +24,7 @@ from fingerdesign.design.starter import (
     shipped_text,
     starter_text,
 )
+from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import DesignError
 from fingerdesign.materials import MATERIALS
 
@@ -159,14 +160,14 @@ def test_every_material_is_usable_and_has_a_source():
 
 def test_volume_of_an_arc_and_of_a_dome():
     exact = 20 * 10 + 400 * (np.arcsin(0.5) - 0.5 * np.sin(2 * np.arcsin(0.5)))
-    assert np.isclose(body_volume(Body()), exact * 10.0)
+    assert np.isclose(outline_volume(Body()), exact * 10.0)
     dome = Body(shape="dome", dome_radius_mm=25.0, depth_mm=14.0)
     x = (np.arange(800) + 0.5) / 800 * 20 - 10
     z = (np.arange(600) + 0.5) / 600 * 14 - 7
     midpoint = surface_height(dome, x[:, None], z[None]).mean() * 20 * 14
-    assert np.isclose(body_volume(dome), midpoint, rtol=1e-6)
+    assert np.isclose(outline_volume(dome), midpoint, rtol=1e-6)
     half_round = Body(arc_radius_mm=10.0)
-    assert np.isclose(body_volume(half_round), (200 + 50 * np.pi) * 10)
+    assert np.isclose(outline_volume(half_round), (200 + 50 * np.pi) * 10)
 
 
 def test_contact_forecast_is_near_the_reference():

@@ -12,8 +12,11 @@ from numpy.typing import NDArray
 from fingerdesign import parse_design
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.schema import Design
+from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import GeometryError
-from fingerdesign.geometry.checks import outline_volume, plate_volume
+from fingerdesign.geometry.checks import (
+    plate_volume,
+)
 from fingerdesign.geometry.export import check_watertight, enclosed_volume, write_cad, write_stl
 from fingerdesign.geometry.solid import build_solid
 from fingerdesign.geometry.surface import ContactSurface

@@ -7,11 +7,11 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.schema import Design
+from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.checks import (
     check_volume,
     face_areas,
-    outline_volume,
     plate_gap,
     plate_volume,
 )

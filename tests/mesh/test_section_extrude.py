@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.design.forecast import body_volume
 from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.mesh.extrude import extrude, layer_heights
@@ -40,7 +40,7 @@ def test_regions_fill_the_body(kind):
     assert len(sizes) == len(plates) + 1
     assert np.allclose(sizes[1:], 2.0 * 0.1 * depth, rtol=1e-9)
     # Quadratic edges on the exact arc: the area is good to the fourth order of the edge.
-    assert np.isclose(sizes.sum(), body_volume(DESIGN.body) / 6.0 * depth, rtol=1e-6)
+    assert np.isclose(sizes.sum(), outline_volume(DESIGN.body) / 6.0 * depth, rtol=1e-6)
 
 
 def test_contact_nodes_lie_on_the_arc():

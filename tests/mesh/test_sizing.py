@@ -7,8 +7,8 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.design.layout import PlateFrame, plate_frames
+from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.checks import outline_volume
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.mesh.sizing import (
     END_GRADATION,
