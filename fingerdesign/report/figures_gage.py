@@ -133,7 +133,7 @@ def response_figure(study: SlipStudy) -> ReportFigure:
         "positions where the curve is over the threshold (shaded), which is half of "
         "this finger's largest response at full stick. Compensated: rid of what the "
         "change of normal force alone would cause; raw is dotted and may leave the panel. Steps in "
-        f"which F_t changes by less than {study.force_floor_N:.2g} N have no curve: A is held there. "
+        f"which F_t changes by less than {study.force_floor_N:.2g} N have no curve: A is held. "
         f"{SAME_PATH} (Fig. 8 of the paper.)",
         alternative,
     )
