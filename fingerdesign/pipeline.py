@@ -1,6 +1,6 @@
 """The whole story: Design + Scene -> solid -> mesh -> reduced model -> increments -> grips.
 
-    analysis = run(design)                       # the fundamental case and the grips, in 3-D
+    analysis = run(Case(design))                 # the fundamental case and the grips, in 3-D
     result = analyse(design, scene, "plane-strain")
 
 Each arrow is a folder of the package: design, geometry, mesh, fem, contact, control. Writing the

@@ -42,7 +42,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html.
+    """Analyse each DESIGN (a file, or a shipped finger's name): contact, gages, grips, and a report in OUT/NAME/report.html.
 
     A result is written whole or not at all; one failing design does not stop the others.
     """
@@ -63,8 +63,7 @@ def _read(
     designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path
 ) -> list[Any]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
-    from fingerdesign.design.io import load_design
-    from fingerdesign.design.starter import find_scene
+    from fingerdesign.design.starter import find_design, find_scene
     from fingerdesign.errors import DesignError, Fault
     from fingerdesign.pipeline import Case, fundamental_scene, refuse
     from fingerdesign.result_folder import refuse_foreign
@@ -80,7 +79,7 @@ def _read(
     cases = []
     for path in designs:
         try:
-            design = load_design(path)
+            design = find_design(path)
         except DesignError as error:
             faults += error.faults
             continue

@@ -1,0 +1,59 @@
+"""The carried inverse against one made anew, whatever nodes came and went."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.active import ActiveInverse, dofs_of
+from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
+from fingerdesign.contact.problem import Motion, Plane, contact_problem
+from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+
+def compliance_of(nodes, dim, seed=0):
+    root = np.random.default_rng(seed).normal(size=(nodes * dim, nodes * dim))
+    return root @ root.T / nodes + 0.2 * np.eye(nodes * dim)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("goal", [[0, 1, 2, 3, 4], [1, 2, 3, 9], [5, 6, 7], [0, 1, 2, 3, 4, 8]])
+def test_moved_inverse_equals_a_new_one(dim, goal):
+    compliance = compliance_of(12, dim)
+    inverse = ActiveInverse.of(compliance, np.arange(5), dim)
+    for nodes in (np.array([0, 1, 2, 3]), np.array([0, 2, 3, 4, 6]), np.array(goal)):
+        inverse = inverse.moved_to(compliance, nodes, dim)
+        assert set(inverse.nodes.tolist()) == set(nodes.tolist())
+        dofs = dofs_of(inverse.nodes, dim)
+        product = inverse.inverse @ compliance[np.ix_(dofs, dofs)]
+        assert np.abs(product - np.eye(len(dofs))).max() < 1e-9
+
+
+def test_a_workspace_changes_no_answer():
+    """A path with a workspace gives the forces of one without, to rounding."""
+    nodes, dim = 20, 3
+    points = np.random.default_rng(1).uniform(-1, 1, (nodes, dim))
+    points[:, 1] = -0.3 * (points[:, 0] ** 2 + points[:, 2] ** 2)
+    model = ReducedModel(
+        points=points,
+        facets=np.column_stack([np.arange(nodes - 2) + k for k in range(3)]),
+        facet_areas=np.ones(nodes - 2),
+        areas=np.ones(nodes),
+        compliance=compliance_of(nodes, dim, 2),
+        gage_readout=np.zeros((0, nodes * dim)),
+        point_readout=np.zeros((0, nodes * dim)),
+        reaction_readout=-np.tile(np.eye(dim), nodes),
+        surface=SurfaceQuadrature(points, np.arange(nodes), np.arange(nodes), np.ones(nodes)),
+        rim=np.zeros(nodes, dtype=bool),
+        free_end=np.zeros(nodes, dtype=bool),
+        locked=np.zeros((nodes, dim), dtype=bool),
+        depth=1.0,
+    )
+    problem = contact_problem(model, Plane(0.0), 0.4)
+    workspace, one, other = Workspace(), *[ContactState.untouched(problem)] * 2
+    for motion in [Motion(0.05 * k, 0.0) for k in range(1, 6)] + [
+        Motion(0.25 - 0.02 * k, 0.04 * k) for k in range(1, 9)
+    ]:
+        carried = solve_increment(problem, one, motion, workspace)
+        fresh = solve_increment(problem, other, motion)
+        scale = np.abs(fresh.multiplier).max()
+        assert np.abs(carried.multiplier - fresh.multiplier).max() <= 1e-8 * scale
+        one, other = carried.state, fresh.state
