@@ -42,9 +42,10 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Analyse each DESIGN (a file, or a shipped finger's name): contact, gages, grips, and a report in OUT/NAME/report.html.
+    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html.
 
-    A result is written whole or not at all; one failing design does not stop the others.
+    A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
+    one failing design does not stop the others.
     """
     cases = _read(designs, scene_file, fidelity, out)
     from fingerdesign.outputs import analyse_into
