@@ -21,8 +21,9 @@ import numpy as np
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import completely_slips
+from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, Motion, Plane, contact_problem
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.design.forecast import contact_half_width
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.scene_checks import scene_faults

@@ -66,6 +66,7 @@ class ReducedModel:
     rim               (m,) bool: nodes where the candidate zone ends although the surface goes on
     free_end          (m,) bool: nodes within 0.5 mm of a free end (corner singularity in 3-D)
     locked            (m, dim) bool: components without a motion (z on the mirror plane)
+    load_displacement (m, dim) mm under the body's own loads, None where it has none
     """
 
     points: Array
@@ -83,6 +84,7 @@ class ReducedModel:
     depth: float
     symmetry_factor: int = 1
     gage_x: Array = field(default_factory=lambda: np.empty(0))
+    load_displacement: Array | None = None
     notes: dict[str, float | int | str] = field(default_factory=dict)
 
     @property

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion, Plane, contact_problem
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.io import load_design, with_values
 from fingerdesign.design.layout import crest_height
 from fingerdesign.design.schema import Design

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from fingerdesign.bench.check import Check, two_codes
 from fingerdesign.contact.measures import limits
+from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, Motion, Plane, contact_problem
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.design.io import parse_design, parse_scene
 from fingerdesign.design.layout import crest_height
 from fingerdesign.design.schema import Design

@@ -115,9 +115,8 @@ def solve_increment(
     )
     if not (certificate.laws <= ACCEPT and certificate.balance <= ACCEPT_BALANCE):
         raise SolverError(
-            f"no accepted answer at approach {motion.approach:g}, shear {motion.shear:g} mm "
-            f"(friction {problem.friction_coefficient:g}): {certificate} after "
-            f"{result.iterations} iterations; use smaller increments"
+            f"no accepted answer at {motion} (friction {problem.friction_coefficient:g}): "
+            f"{certificate} after {result.iterations} iterations; use smaller increments"
         )
     _check_zone(problem, multiplier, local[:, 0], motion)
     status = status_of(multiplier, local, problem.self_compliance, problem.friction_coefficient)
@@ -198,5 +197,5 @@ def _check_zone(problem: ContactProblem, multiplier: Array, gap: Array, motion: 
         where = problem.model.points[rim & (multiplier[:, 0] > 0.0), 0]
         raise ZoneExhausted(
             f"the contact reaches the end of the candidate zone (x = {where[0]:.2f} mm) at "
-            f"approach {motion.approach:g}, shear {motion.shear:g} mm; widen the zone"
+            f"{motion}; widen the zone"
         )

@@ -34,12 +34,8 @@ def follow(
     for motion in motions:
         before = state.motion
         for part in range(1, substeps + 1):
-            share = part / substeps
-            target = Motion(
-                before.approach + share * (motion.approach - before.approach),
-                before.shear + share * (motion.shear - before.shear),
-            )
-            target = target if part < substeps else motion  # to the last digit
+            # The last one to the last digit.
+            target = before.toward(motion, part / substeps) if part < substeps else motion
             increment = solve_increment(problem, state, target, workspace)
             state = increment.state
         yield Step(increment, measure(problem, increment))

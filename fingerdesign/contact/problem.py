@@ -1,4 +1,4 @@
-"""What one object does to one finger: gaps, local frames, motions (numpy only).
+"""What one object does to one finger: gaps, local frames, motions (numpy only; objects.py).
 
 Local components at node i: 0 along the object's outward normal n_i (toward the finger), 1 and 2 in
 its tangent plane. With the object moved by U(x), small motions give
@@ -11,7 +11,8 @@ gap0 is the phi_i-weighted mean of the exact distance between CAD surface and ob
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -35,33 +36,34 @@ class Indenter(Protocol):
 
 
 @dataclass(frozen=True)
-class Plane:
-    """A rigid plane y = height, the object above it."""
-
-    height: float
-
-    def distance(self, points: Array) -> Array:
-        return np.asarray(self.height - points[:, 1])
-
-    def normal(self, points: Array) -> Array:
-        normals = np.zeros_like(points)
-        normals[:, 1] = -1.0
-        return normals
-
-
-@dataclass(frozen=True)
 class Motion:
-    """Rigid motion of the object from touch: approach (closing > 0), shear toward +x, mm."""
+    """Rigid motion of the object from touch, and the share of the body's own loads.
+
+    approach (closing > 0), shear toward +x, shear_z toward +z: mm; twist_deg: turn about +y
+    through x = z = 0, degrees, small; load: 0 to 1 (bodies with loads of their own only).
+    """
 
     approach: float
     shear: float
+    shear_z: float = 0.0
+    twist_deg: float = 0.0
+    load: float = 0.0
 
-    def displacement(self, points: Array) -> Array:
-        """Displacement (n, dim) of the object's material at ``points``."""
-        moved = np.zeros_like(points)
-        moved[:, 0] = self.shear
-        moved[:, 1] = -self.approach
-        return moved
+    @property
+    def amplitudes(self) -> Array:
+        """(5,): the fields in their order."""
+        return np.array([self.approach, self.shear, self.shear_z, self.twist_deg, self.load])
+
+    def toward(self, target: Motion, share: float) -> Motion:
+        """The motion ``share`` of the way to ``target``."""
+        way = self.amplitudes + share * (target.amplitudes - self.amplitudes)
+        return Motion(*(float(value) for value in way))
+
+    def __str__(self) -> str:
+        text = f"approach {self.approach:g}, shear {self.shear:g} mm"
+        text += f", shear_z {self.shear_z:g} mm" if self.shear_z else ""
+        text += f", twist {self.twist_deg:g} degrees" if self.twist_deg else ""
+        return text + (f", load {self.load:g}" if self.load else "")
 
 
 @dataclass(frozen=True)
@@ -69,6 +71,7 @@ class ContactProblem:
     """A reduced model facing an object, in local components.
 
     compliance (m dim, m dim) mm/N; gap0 (m,) mm; frames (m, dim, dim): rows n, t1(, t2);
+    modes (5, m, dim): gap and slip of a rigid finger per unit of each of Motion's amplitudes;
     self_compliance (m,): normal self-compliance of each node, the solver's length per force.
     """
 
@@ -76,20 +79,20 @@ class ContactProblem:
     compliance: Array
     gap0: Array
     frames: Array
+    modes: Array
     friction_coefficient: float
 
     @property
     def shape(self) -> tuple[int, int]:
         return self.model.points.shape[0], self.model.dimension
 
-    @property
+    @cached_property
     def self_compliance(self) -> Array:
-        return np.asarray(np.diag(self.compliance).reshape(self.shape)[:, 0])
+        return np.diag(self.compliance).reshape(self.shape)[:, 0].copy()
 
     def offset(self, motion: Motion, slip_reference: Array) -> Array:
         """Gap and slip increment (m, dim) that the motion gives a rigid finger."""
-        moved = motion.displacement(self.model.points)
-        local: Array = -np.einsum("mab,mb->ma", self.frames, moved)
+        local: Array = np.tensordot(motion.amplitudes, self.modes, axes=1)
         local[:, 0] += self.gap0
         local[:, 1:] -= slip_reference
         return local
@@ -100,25 +103,48 @@ class ContactProblem:
 
     def with_friction(self, friction_coefficient: float) -> ContactProblem:
         """The same finger and object with another friction coefficient: nothing is recomputed."""
-        return ContactProblem(
-            self.model, self.compliance, self.gap0, self.frames, friction_coefficient
-        )
+        return replace(self, friction_coefficient=friction_coefficient)
 
 
 def contact_problem(
-    model: ReducedModel, indenter: Indenter, friction_coefficient: float
+    model: ReducedModel,
+    indenter: Indenter,
+    friction_coefficient: float,
+    object_compliance: Array | None = None,
 ) -> ContactProblem:
-    """Turn the compliance into local components and integrate the exact gap."""
+    """Turn the compliance into local components and integrate the exact gap.
+
+    object_compliance (m dim, m dim) mm/N, global: that of an elastic object at the finger's nodes
+    (fem.body.facing_compliance). Both bodies yield to the same forces, so compliances add.
+    """
     if not (np.isfinite(friction_coefficient) and friction_coefficient >= 0.0):
         raise ValueError(f"friction coefficient {friction_coefficient} must be finite and >= 0")
     frames = local_frames(indenter.normal(model.points))
     gap0 = model.surface.mean(indenter.distance(model.surface.points), model.nodes)
     m, dim = model.points.shape
-    blocks = model.compliance.reshape(m, dim, m, dim)
+    both = model.compliance if object_compliance is None else model.compliance + object_compliance
+    blocks = both.reshape(m, dim, m, dim)
     turned = np.einsum("iab,ibjd->iajd", frames, blocks, optimize=True)
     turned = np.einsum("iajd,jcd->iajc", turned, frames, optimize=True)
     compliance = np.ascontiguousarray(turned.reshape(m * dim, m * dim))
-    return ContactProblem(model, compliance, gap0, frames, float(friction_coefficient))
+    modes = np.einsum("mab,kmb->kma", frames, _modes(model))
+    return ContactProblem(model, compliance, gap0, frames, modes, float(friction_coefficient))
+
+
+def _modes(model: ReducedModel) -> Array:
+    """Motion of the finger relative to the object (5, m, dim) mm per unit of each amplitude."""
+    points, dim = model.points, model.dimension
+    modes = np.zeros((5, *points.shape))
+    modes[0, :, 1] = 1.0
+    modes[1, :, 0] = -1.0
+    if dim == 3:
+        modes[2, :, 2] = -1.0
+        modes[3, :, 0] = -np.deg2rad(points[:, 2])
+        modes[3, :, 2] = np.deg2rad(points[:, 0])
+    if model.load_displacement is not None:
+        modes[4] = model.load_displacement
+    modes[:, model.locked] = 0.0
+    return modes
 
 
 def local_frames(normals: Array) -> Array:

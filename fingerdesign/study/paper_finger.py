@@ -29,8 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
+from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import ContactProblem, Motion, Plane, contact_problem
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.control.slip_study import THRESHOLD_FRACTION, correlation_at, slip_studies
 from fingerdesign.design.forecast import contact_half_width
 from fingerdesign.design.layout import crest_height

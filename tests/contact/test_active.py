@@ -5,7 +5,8 @@ import pytest
 
 from fingerdesign.contact.active import ActiveInverse, dofs_of
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
-from fingerdesign.contact.problem import Motion, Plane, contact_problem
+from fingerdesign.contact.objects import Plane
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 
 

@@ -12,8 +12,9 @@ from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_in
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.newton import NewtonResult, newton
+from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion, Plane, contact_problem
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.sweeps import gauss_seidel
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature

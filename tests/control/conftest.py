@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.contact.problem import Plane, contact_problem
+from fingerdesign.contact.objects import Plane
+from fingerdesign.contact.problem import contact_problem
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 
 MODULUS, DEPTH = 4.96, 10.0  # MPa, mm

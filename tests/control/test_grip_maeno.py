@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.contact.problem import Plane, contact_problem
+from fingerdesign.contact.objects import Plane
+from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.design.layout import crest_height
 from fingerdesign.design.starter import shipped_text

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from fingerdesign.contact.problem import Plane, contact_problem
+from fingerdesign.contact.objects import Plane
+from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control import slip_study as study
 from fingerdesign.control.signals import Sample, response
 from fingerdesign.errors import SolverError

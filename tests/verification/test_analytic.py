@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
+from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion, Plane, contact_problem
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.design.layout import crest_height
 from fingerdesign.fem.model import build_model
 from fingerdesign.mesh.section import mesh_section
