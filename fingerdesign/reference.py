@@ -16,8 +16,21 @@ Array = NDArray[np.float64]
 
 
 def plane_strain_modulus(youngs_modulus: float, poissons_ratio: float) -> float:
-    """E* = E / (1 - nu^2) of one elastic body against a rigid one."""
+    """E* = E / (1 - nu^2) of one elastic body against a rigid one.
+
+    >>> plane_strain_modulus(3.0, 0.5)
+    4.0
+    """
     return youngs_modulus / (1.0 - poissons_ratio**2)
+
+
+def in_series(*values: float) -> float:
+    """1 / sum of 1 / v: E* of two bodies from each one's own, R from two radii (eqs 4.4, 4.5).
+
+    >>> in_series(8.0, 8.0)
+    4.0
+    """
+    return 1.0 / sum(1.0 / value for value in values)
 
 
 @dataclass(frozen=True)
@@ -73,14 +86,17 @@ def cattaneo_mindlin_line(
     friction_coefficient: float,
     reversed_from: float | None = None,
 ) -> float:
-    """Stick half-width over contact half-width under constant normal load (sect. 7.2).
+    """Stick half-width over contact half-width under constant normal load (sects 7.2, 7.4).
 
-    c / a = sqrt(1 - |Q| / (mu P)); with ``reversed_from`` = Q*, the shear having been reduced from
-    Q* to Q, that of the new stick zone: sqrt(1 - |Q* - Q| / (2 mu P)).
+    c / a = sqrt(1 - |Q| / (mu P)). ``reversed_from`` = Q*: the shear was first raised to Q* and
+    then brought back to Q, and the new stick zone is sqrt(1 - |Q* - Q| / (2 mu P)); beyond -Q* (or
+    Q*) nothing is left of the past. Raises ValueError for |Q| > mu P.
 
     >>> cattaneo_mindlin_line(0.375, 1.0, 0.5)
     0.5
     >>> cattaneo_mindlin_line(-0.375, 1.0, 0.5, reversed_from=0.375)
+    0.5
+    >>> cattaneo_mindlin_line(-0.375, 1.0, 0.5, reversed_from=0.2)
     0.5
     """
     return float(_stick(tangential, normal, friction_coefficient, reversed_from) ** 0.5)
@@ -94,6 +110,9 @@ def cattaneo_mindlin_sphere(
 ) -> float:
     """Stick radius over contact radius: (1 - |Q| / (mu P))^(1/3), reversed as for the line.
 
+    Cattaneo's and Mindlin's traction acts along the shear alone, while its slip also has a small
+    component across it, so for nu > 0 this is the accepted approximation (sect. 7.2).
+
     >>> round(cattaneo_mindlin_sphere(0.4375, 1.0, 0.5), 12)
     0.5
     """
@@ -103,12 +122,60 @@ def cattaneo_mindlin_sphere(
 def cattaneo_mindlin_traction(
     x: ArrayLike, contact: Hertz, stick_ratio: float, friction_coefficient: float
 ) -> Array:
-    """Shear traction in line contact: mu p(x) less mu p0 (c/a) sqrt(1 - (x/c)^2) in |x| < c."""
+    """Shear traction at distance x from the middle: mu p(x) less mu p0 (c/a) sqrt(1 - (x/c)^2).
+
+    The second part acts in |x| < c = stick_ratio a. The same for line and sphere, each with its own
+    c / a (sect. 7.2).
+
+    >>> contact = Hertz(1.0, 2.0)
+    >>> float(cattaneo_mindlin_traction(0.0, contact, 0.6, 0.5))
+    0.4
+    """
     inner = Hertz(stick_ratio * contact.half_width, stick_ratio * contact.peak_pressure)
     sheared = contact.pressure(x)
     if stick_ratio > 0.0:
         sheared = sheared - inner.pressure(x)
     return np.asarray(friction_coefficient * sheared)
+
+
+def reversed_traction(
+    x: ArrayLike,
+    contact: Hertz,
+    stick_ratio: float,
+    reversed_stick_ratio: float,
+    friction_coefficient: float,
+) -> Array:
+    """Shear traction after the shear was brought back: the first one less twice that of the return.
+
+    ``stick_ratio`` is c / a where the return began, ``reversed_stick_ratio`` the new one; positive
+    along the first shear. Line and sphere alike (sect. 7.4).
+
+    >>> float(reversed_traction(0.0, Hertz(1.0, 2.0), 0.6, 0.6, 0.5))  # shear -Q*: all turned round
+    -0.4
+    """
+    loaded = cattaneo_mindlin_traction(x, contact, stick_ratio, friction_coefficient)
+    back = cattaneo_mindlin_traction(x, contact, reversed_stick_ratio, friction_coefficient)
+    return np.asarray(loaded - 2.0 * back)
+
+
+def mindlin_displacement(
+    tangential: float,
+    normal: float,
+    friction_coefficient: float,
+    radius: float,
+    tangential_compliance: float,
+) -> float:
+    """Shear displacement in point contact of ``radius`` a: far points relative to each other.
+
+    (3 mu P / 16 a) S (1 - (1 - Q / (mu P))^(2/3)), ``tangential_compliance`` S = sum of
+    (2 - nu) / G of the bodies; a rigid one adds nothing (sect. 7.2).
+
+    >>> round(mindlin_displacement(1e-9, 1.0, 0.5, 1.0, 8.0) / 1e-9, 6)  # full stick: S Q / (8 a)
+    1.0
+    """
+    share = 1.0 - _stick(tangential, normal, friction_coefficient, None)
+    limit = 3.0 * friction_coefficient * normal / (16.0 * radius) * tangential_compliance
+    return float(np.sign(tangential) * limit * (1.0 - (1.0 - share) ** (2.0 / 3.0)))
 
 
 def _stick(
@@ -117,13 +184,13 @@ def _stick(
     limit = friction_coefficient * normal
     if limit <= 0.0:
         raise ValueError("friction and normal force must be positive")
-    share = (
-        abs(tangential) / limit
-        if reversed_from is None
-        else abs(reversed_from - tangential) / (2.0 * limit)
-    )
+    share = abs(tangential) / limit
     if share > 1.0:
         raise ValueError(f"the tangential force {tangential:g} is over the limit {limit:g}")
+    if reversed_from is not None and abs(tangential) <= abs(reversed_from):
+        if abs(reversed_from) > limit:
+            raise ValueError(f"the shear cannot have been {reversed_from:g}, over {limit:g}")
+        share = abs(reversed_from - tangential) / (2.0 * limit)
     return 1.0 - share
 
 
@@ -165,3 +232,27 @@ def plate_bending_strain(
     4.0
     """
     return 6.0 * moment_per_width * (1.0 - poissons_ratio**2) / (modulus * thickness**2)
+
+
+def plate_membrane_strain(
+    force_per_width: float, thickness: float, modulus: float, poissons_ratio: float
+) -> float:
+    """Strain of a thin wide plate under a force in its plane: N (1 - nu^2) / (E t).
+
+    >>> plate_membrane_strain(3.0, 0.5, 6.0, 0.0)
+    1.0
+    """
+    return force_per_width * (1.0 - poissons_ratio**2) / (modulus * thickness)
+
+
+def sliding_wedge(slope: float, friction_coefficient: float) -> float:
+    """Horizontal force over weight that pushes a block up a slope: (tan a + mu) / (1 - mu tan a).
+
+    ``slope`` = tan a. NAFEMS benchmark CGS-4. Raises ValueError where no force is enough.
+
+    >>> round(sliding_wedge(0.1, 0.3), 6)
+    0.412371
+    """
+    if slope * friction_coefficient >= 1.0:
+        raise ValueError("the block locks: mu tan a must be below 1")
+    return (slope + friction_coefficient) / (1.0 - friction_coefficient * slope)
