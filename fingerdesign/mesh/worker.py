@@ -25,15 +25,20 @@ def die_with_parent() -> None:
             os._exit(1)
 
 
-def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: float) -> None:
-    """Run ``python -m module arguments`` in ``folder``; MeshError says how it failed."""
+def environment() -> dict[str, str]:
+    """The environment in which a Python process finds this package."""
     root = str(Path(__file__).resolve().parents[2])
     path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
+    return os.environ | {"PYTHONPATH": path}
+
+
+def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: float) -> None:
+    """Run ``python -m module arguments`` in ``folder``; MeshError says how it failed."""
     try:
         done = subprocess.run(
             [sys.executable, "-m", module, *arguments],
             cwd=folder,
-            env=os.environ | {"PYTHONPATH": path},
+            env=environment(),
             timeout=time_limit_s,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,

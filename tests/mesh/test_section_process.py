@@ -1,0 +1,120 @@
+"""The netgen process that stays: the same answers, and what becomes of one that fails."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import fingerdesign.mesh.section_process as process
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.outline import BODY, Outline
+from fingerdesign.mesh.section_process import run_netgen, start_mesher
+from fingerdesign.mesh.worker import environment
+
+
+def square(size: float, width: float = 1.0) -> dict[str, object]:
+    outline = Outline(size, 0.3)
+    corners = [outline.point(x * width, y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)):
+        outline.curve([corners[a], corners[b]], BODY, 0, size)
+    return outline.as_dict()
+
+
+def test_one_process_answers_again_and_again_and_alike() -> None:
+    first, number = run_netgen(square(0.2), 30.0), start_mesher()._process.pid
+    run_netgen(square(0.1, 3.0), 30.0)
+    again = run_netgen(square(0.2), 30.0)
+    assert start_mesher()._process.pid == number
+    for one, two in zip(first, again, strict=True):
+        assert np.array_equal(one, two)
+    points, triangles, domains = first
+    corners = points[triangles]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum()
+    assert area == pytest.approx(1.0, rel=1e-12)
+    assert set(domains.tolist()) == {BODY}
+
+
+def test_a_bad_outline_fails_in_words_and_the_next_mesh_is_made() -> None:
+    with pytest.raises(MeshError, match="it failed: KeyError"):
+        run_netgen({"points": []}, 30.0)
+    assert len(run_netgen(square(0.5), 30.0)[1]) > 0
+
+
+def test_out_of_time_ends_the_process_and_the_next_mesh_is_made() -> None:
+    old = start_mesher()
+    with pytest.raises(MeshError, match=r"did not finish in 0\.2 s"):
+        run_netgen(square(0.001), 0.2)
+    assert not old.alive
+    assert len(run_netgen(square(0.5), 30.0)[1]) > 0
+
+
+def test_a_process_that_was_ended_is_replaced() -> None:
+    old = start_mesher()
+    old._process.kill()
+    old._process.wait()
+    assert len(run_netgen(square(0.5), 30.0)[1]) > 0
+    assert start_mesher() is not old
+
+
+def test_a_crash_while_meshing_is_named() -> None:
+    worker = start_mesher()
+    run_netgen(square(0.5), 30.0)
+    timer = threading.Timer(0.3, os.kill, (worker._process.pid, signal.SIGSEGV))
+    timer.start()
+    with pytest.raises(MeshError, match="ended by SIGSEGV"):
+        run_netgen(square(0.001), 30.0)
+    timer.join()
+
+
+def test_a_worker_that_cannot_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(process, "WORKER", "fingerdesign.no_such_worker")
+    start_mesher().close()
+    with pytest.raises(MeshError, match=r"exit code 1: .*No module named"):
+        run_netgen(square(0.5), 30.0)
+
+
+def test_each_thread_has_its_own() -> None:
+    found: list[tuple[int, int]] = []
+
+    def work() -> None:
+        triangles = run_netgen(square(0.2), 30.0)[1]
+        found.append((start_mesher()._process.pid, len(triangles)))
+
+    threads = [threading.Thread(target=work) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found[0][0] != found[1][0]
+    assert found[0][1] == found[1][1]
+
+
+def test_it_ends_with_the_program() -> None:
+    code = (
+        "from fingerdesign.mesh.section_process import start_mesher\n"
+        "import os, signal\n"
+        "print(start_mesher()._process.pid, flush=True)\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, check=False
+    )
+    number = int(done.stdout)
+    for _ in range(200):
+        try:
+            os.kill(number, 0)
+        except ProcessLookupError:
+            return
+        with open(f"/proc/{number}/stat") as status:
+            if status.read().split()[2] == "Z":  # ended, and nobody has asked how
+                return
+        threading.Event().wait(0.05)
+    os.kill(number, signal.SIGKILL)
+    pytest.fail("the worker outlived the program that started it")
