@@ -59,7 +59,7 @@ def newton(
     motion = (compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
     best, best_residual = multiplier, np.inf
     for iteration in range(1, max_iterations + 1):
-        status, trial = _classify(multiplier, motion, rho, friction_coefficient)
+        status, trial = classify(multiplier, motion, rho, friction_coefficient)
         closed = np.flatnonzero(status != OPEN)
         try:
             if inverse is None or not len(inverse.nodes):
@@ -92,9 +92,10 @@ def relative_residual(
     return float(np.abs(residual).max()) / max(scale, 1e-300)
 
 
-def _classify(
+def classify(
     multiplier: Array, motion: Array, rho: Array, friction_coefficient: float
 ) -> tuple[IntArray, Array]:
+    """Status (m,) by the projections, and the trial forces lambda - rho v (m, dim)."""
     trial = multiplier - rho * motion
     status = np.full(len(multiplier), STICK, dtype=np.int64)
     bound = friction_coefficient * np.maximum(trial[:, 0], 0.0)
@@ -128,9 +129,57 @@ def _linear_step(
     sliding = np.flatnonzero(status[closed] == SLIP)
     if len(sliding):
         slip = _slips(friction_coefficient, trial, rho, multiplier, motion, active, sliding, forces)
-        forces = forces + active.inverse[:, _tangential(sliding, dim)] @ slip
+        forces = forces + active.inverse[:, tangential_dofs(sliding, dim)] @ slip
     result[closed] = forces.reshape(-1, dim)
     return result
+
+
+@dataclass(frozen=True)
+class SlipSystem:
+    """Linearised friction law of s sliding nodes, d their slips:
+
+    matrix d = right-hand side, from (I - Q) f_t - mu e f_n + rho Q d with f = forces + G_d d;
+    keep = I - Q (s, dim - 1, dim - 1), turn = Q, pull = mu e (s, dim - 1), bound (s,) N.
+    """
+
+    matrix: Array
+    keep: Array
+    turn: Array
+    pull: Array
+    bound: Array
+    direction: Array
+
+
+def slip_system(
+    friction_coefficient: float,
+    trial: Array,
+    rho: Array,
+    multiplier: Array,
+    active: ActiveInverse,
+    sliding: IntArray,
+) -> SlipSystem:
+    """The system of the nodes at positions ``sliding`` of ``active``.
+
+    With e a node's direction and q = bound / |trial|: Q = q (I - e e^T).
+    """
+    nodes = active.nodes[sliding]
+    count, dim = len(nodes), multiplier.shape[1]
+    size = np.linalg.norm(trial[nodes, 1:], axis=1)
+    direction = trial[nodes, 1:] / size[:, None]
+    bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
+    ratio = np.minimum(bound / size, 1.0)[:, None, None]
+    turn = ratio * (np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :])
+    keep = np.eye(dim - 1) - turn
+    pull = friction_coefficient * direction
+
+    columns = tangential_dofs(sliding, dim)
+    tangential = active.inverse[np.ix_(columns, columns)].reshape(count, dim - 1, -1)
+    normal = active.inverse[np.ix_(sliding * dim, columns)]
+    matrix = keep @ tangential - pull[:, :, None] * normal[:, None, :]
+    diagonal = matrix.reshape(count, dim - 1, count, dim - 1)
+    here = np.arange(count)
+    diagonal[here, :, here, :] += rho[nodes][:, :, None] * turn
+    return SlipSystem(matrix.reshape(count * (dim - 1), -1), keep, turn, pull, bound, direction)
 
 
 def _slips(
@@ -143,39 +192,19 @@ def _slips(
     sliding: IntArray,
     forces: Array,
 ) -> Array:
-    """Slips d (s (dim - 1),) of the sliding nodes.
-
-    Each obeys, with e its direction, Q = q (I - e e^T), q = bound / |trial|,
-        (I - Q) f_t - mu e f_n + rho Q d = the same of the current point - F_t,
-    where f = forces + G_d d.
-    """
+    """Slips d (s (dim - 1),): the linearised law equals that of the current point less F_t."""
+    system = slip_system(friction_coefficient, trial, rho, multiplier, active, sliding)
     nodes = active.nodes[sliding]
-    count, dim = len(nodes), multiplier.shape[1]
-    size = np.linalg.norm(trial[nodes, 1:], axis=1)
-    direction = trial[nodes, 1:] / size[:, None]
-    bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
-    ratio = np.minimum(bound / size, 1.0)[:, None, None]
-    turn = ratio * (np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :])
-    keep = np.eye(dim - 1) - turn
-    pull = friction_coefficient * direction
-
-    columns = _tangential(sliding, dim)
-    tangential = active.inverse[np.ix_(columns, columns)].reshape(count, dim - 1, -1)
-    normal = active.inverse[np.ix_(sliding * dim, columns)]
-    matrix = keep @ tangential - pull[:, :, None] * normal[:, None, :]
-    diagonal = matrix.reshape(count, dim - 1, count, dim - 1)
-    here = np.arange(count)
-    diagonal[here, :, here, :] += rho[nodes][:, :, None] * turn
-
+    dim = multiplier.shape[1]
     current = multiplier[nodes, 1:]
-    wanted = bound[:, None] * direction - current  # - F_t
-    wanted += np.einsum("sab,sb->sa", keep, current) - pull * multiplier[nodes, :1]
-    wanted += rho[nodes] * np.einsum("sab,sb->sa", turn, motion[nodes, 1:])
+    wanted = system.bound[:, None] * system.direction - current  # - F_t
+    wanted += np.einsum("sab,sb->sa", system.keep, current) - system.pull * multiplier[nodes, :1]
+    wanted += rho[nodes] * np.einsum("sab,sb->sa", system.turn, motion[nodes, 1:])
     shaped = forces.reshape(-1, dim)[sliding]
-    wanted -= np.einsum("sab,sb->sa", keep, shaped[:, 1:]) - pull * shaped[:, :1]
-    rows = matrix.reshape(count * (dim - 1), -1)
-    return np.asarray(np.linalg.solve(rows, wanted.reshape(-1)))
+    wanted -= np.einsum("sab,sb->sa", system.keep, shaped[:, 1:]) - system.pull * shaped[:, :1]
+    return np.asarray(np.linalg.solve(system.matrix, wanted.reshape(-1)))
 
 
-def _tangential(nodes: IntArray, dim: int) -> IntArray:
+def tangential_dofs(nodes: IntArray, dim: int) -> IntArray:
+    """Numbers (k (dim - 1),) of the tangential components of nodes (k,)."""
     return np.asarray((nodes[:, None] * dim + np.arange(1, dim)).reshape(-1))

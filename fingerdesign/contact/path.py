@@ -1,10 +1,11 @@
-"""A path of motions, increment by increment (numpy only)."""
+"""A path of motions or forces, increment by increment (numpy only)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
@@ -20,22 +21,35 @@ class Step:
 
 def follow(
     problem: ContactProblem,
-    motions: Iterable[Motion],
+    path: Iterable[Motion | Forces],
     state: ContactState | None = None,
     substeps: int = 1,
 ) -> Iterator[Step]:
-    """Yield one Step per motion, each from the last one's state.
+    """Yield one Step per row of ``path``, each from the last one's state.
 
-    ``substeps`` cuts each row into equal increments, friction history moving with each; the last of
-    them is yielded. Raises SolverError at the first motion without an accepted answer.
+    A row is the object's motion or the forces to reach (force_control). ``substeps`` cuts each row
+    into equal increments, friction history moving with each; the last of them is yielded. Raises
+    SolverError at the first row without an accepted answer.
     """
     state = ContactState.untouched(problem) if state is None else state
     workspace = Workspace()
-    for motion in motions:
-        before = state.motion
-        for part in range(1, substeps + 1):
-            # The last one to the last digit.
-            target = before.toward(motion, part / substeps) if part < substeps else motion
-            increment = solve_increment(problem, state, target, workspace)
+    for row in path:
+        for target in _pieces(problem, state, row, substeps):
+            if isinstance(target, Motion):
+                increment = solve_increment(problem, state, target, workspace)
+            else:
+                increment = solve_forces(problem, state, target, workspace)
             state = increment.state
         yield Step(increment, measure(problem, increment))
+
+
+def _pieces(
+    problem: ContactProblem, state: ContactState, row: Motion | Forces, substeps: int
+) -> list[Motion | Forces]:
+    """Targets of a row's increments; the last one is the row itself, to the last digit."""
+    shares = [part / substeps for part in range(1, substeps)]
+    if isinstance(row, Motion):
+        return [*(state.motion.toward(row, share) for share in shares), row]
+    force = problem.model.total_force(problem.to_global(state.multiplier))
+    now = Forces(-float(force[1]), float(force[0]), state.motion)
+    return [*(now.toward(row, share) for share in shares), row]

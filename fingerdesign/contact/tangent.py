@@ -1,0 +1,52 @@
+"""How the forces of an accepted increment answer to a change of the motion (numpy only).
+
+The laws linearised at the solution, as in newton.py: open nodes stay without force, sticking ones
+follow the object, sliding ones keep to their friction limit. One-sided where a node is just about
+to change its status.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.contact.active import ActiveInverse
+from fingerdesign.contact.increment import Increment, Workspace
+from fingerdesign.contact.laws import OPEN, SLIP
+from fingerdesign.contact.newton import classify, slip_system, tangential_dofs
+from fingerdesign.contact.problem import ContactProblem
+
+Array = NDArray[np.float64]
+
+
+def force_response(
+    problem: ContactProblem, increment: Increment, modes: Array, workspace: Workspace | None = None
+) -> Array:
+    """Change of the multipliers (k, m, dim) N per unit of each mode (k, m, dim) of gap and slip."""
+    m, dim = problem.shape
+    friction = problem.friction_coefficient
+    motion = np.column_stack([increment.gap, increment.slip_increment])
+    rho = (0.05 / problem.self_compliance)[:, None]
+    status, trial = classify(increment.multiplier, motion, rho, friction)
+    closed = np.flatnonzero(status != OPEN)
+    changes = np.zeros((len(modes), m, dim))
+    if not len(closed):
+        return changes
+    inverse = workspace.inverse if workspace is not None else None
+    if inverse is None or not len(inverse.nodes):
+        inverse = ActiveInverse.of(problem.compliance, closed, dim)
+    inverse = inverse.moved_to(problem.compliance, closed, dim)
+    nodes = inverse.nodes
+    forces = -inverse.inverse @ modes[:, nodes].reshape(len(modes), -1).T  # were nothing to slide
+    sliding = np.flatnonzero(status[nodes] == SLIP)
+    if len(sliding):
+        system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
+        shaped = forces.reshape(len(nodes), dim, -1)[sliding]
+        wanted = -(
+            np.einsum("sab,sbk->sak", system.keep, shaped[:, 1:])
+            - system.pull[:, :, None] * shaped[:, :1]
+        )
+        slips = np.linalg.solve(system.matrix, wanted.reshape(-1, len(modes)))
+        forces = forces + inverse.inverse[:, tangential_dofs(sliding, dim)] @ slips
+    changes[:, nodes] = forces.T.reshape(len(modes), len(nodes), dim)
+    return changes
