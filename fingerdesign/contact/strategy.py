@@ -32,8 +32,16 @@ class Task:
     inverse: ActiveInverse | None = None
 
     def newton(self, start: Array, factor: float = 0.05) -> NewtonResult:
+        # From the last answer, what touched goes on touching for a first step (newton.py).
+        before = self.before if start is self.start and start.any() else None
         return newton(
-            self.compliance, self.offset, self.friction_coefficient, start, factor, self.inverse
+            self.compliance,
+            self.offset,
+            self.friction_coefficient,
+            start,
+            factor,
+            self.inverse,
+            before,
         )
 
 
