@@ -37,9 +37,12 @@ class ActiveInverse:
 
     def moved_to(self, compliance: Array, nodes: IntArray, dim: int) -> ActiveInverse:
         """The inverse on other ``nodes``, by the cheaper of updating and making anew."""
-        stays = np.isin(self.nodes, nodes)
-        joins = nodes[~np.isin(nodes, self.nodes)]
-        changed = int((~stays).sum()) + len(joins)
+        wanted = np.zeros(len(compliance) // dim, dtype=bool)
+        wanted[nodes] = True
+        stays = wanted[self.nodes]
+        wanted[self.nodes] = False
+        joins = np.flatnonzero(wanted)
+        changed = len(self.nodes) - int(np.count_nonzero(stays)) + len(joins)
         if changed == 0:
             return self
         if changed > _RENEW * len(nodes):

@@ -176,6 +176,7 @@ def slip_system(
     direction = trial[nodes, 1:] / size[:, None]
     bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
     ratio = np.minimum(bound / size, 1.0)[:, None, None]
+    # In plane strain there is no direction to turn to: turn is zero.
     turn = ratio * (np.eye(dim - 1) - direction[:, :, None] * direction[:, None, :])
     keep = np.eye(dim - 1) - turn
     pull = friction_coefficient * direction

@@ -2,10 +2,13 @@
 
 Each node in turn takes the normal force that closes its gap, then the tangential force nearest to
 sticking within its friction disc, all others held (Jean, CMAME 177 (1999) 235; Siconos calls it
-NSGS). The production solver falls back on it for a starting point when Newton cycles.
+NSGS). A node's change moves all others by a column of the compliance, so a visit costs one product
+of a vector, and nothing where the node stays as it is.
 """
 
 from __future__ import annotations
+
+import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +16,8 @@ from numpy.typing import NDArray
 from fingerdesign.contact.newton import NewtonResult, relative_residual
 
 Array = NDArray[np.float64]
+
+_LOOK = 10  # sweeps between looks at the residual and the clock
 
 
 def gauss_seidel(
@@ -22,35 +27,72 @@ def gauss_seidel(
     start: Array,
     sweeps: int = 500,
     tolerance: float = 1e-8,
+    time_limit: float = np.inf,
 ) -> NewtonResult:
-    """Sweep until the natural residual is below ``tolerance`` or ``sweeps`` are used up."""
+    """Sweep until the natural residual is below ``tolerance``, or ``sweeps`` or seconds run out.
+
+    compliance (m dim, m dim) symmetric, offset and start (m, dim), as in newton.newton. The best
+    iterate looked at is returned, with converged = False where the tolerance was not met.
+    """
     m, dim = offset.shape
     diagonal = np.diag(compliance).reshape(m, dim)
-    tangential_diagonal = diagonal[:, 1:].max(axis=1)
-    multiplier = start.reshape(-1).copy()
-    blocks = [compliance[i * dim : (i + 1) * dim] for i in range(m)]
-    residual = np.inf
-    for sweep in range(1, sweeps + 1):
-        for i in range(m):
-            here = slice(i * dim, (i + 1) * dim)
-            old = multiplier[here]
-            motion = blocks[i] @ multiplier + offset[i]
-            normal = max(0.0, old[0] - motion[0] / diagonal[i, 0])
-            if normal == 0.0:
-                multiplier[here] = 0.0
-                continue
-            change = (normal - old[0]) * blocks[i][1:, i * dim]
-            trial = old[1:] - (motion[1:] + change) / tangential_diagonal[i]
-            size = float(np.sqrt(trial @ trial))
-            bound = friction_coefficient * normal
-            multiplier[i * dim] = normal
-            multiplier[i * dim + 1 : (i + 1) * dim] = (
-                trial if size <= bound else trial * (bound / size)
-            )
-        if sweep % 10 == 0 or sweep == sweeps:
-            shaped = multiplier.reshape(m, dim)
-            motion_all = (compliance @ multiplier).reshape(m, dim) + offset
-            residual = relative_residual(shaped, motion_all, diagonal[:, 0], friction_coefficient)
-            if residual <= tolerance:
-                return NewtonResult(shaped.copy(), residual, sweep, True)
-    return NewtonResult(multiplier.reshape(m, dim).copy(), residual, sweeps, False)
+    normal_diagonal = diagonal[:, 0].tolist()
+    # A step by the largest eigenvalue of the tangential block overshoots in no direction.
+    tangential = (diagonal[:, 1] if dim == 2 else _largest(compliance, m, dim)).tolist()
+    force = start.copy()
+    rows = compliance.reshape(m, dim, m * dim)
+    best, best_residual = force.copy(), np.inf
+    until = time.perf_counter() + time_limit
+    sweep = 0
+    while sweep < sweeps:
+        # Made anew at each look: rounding of the updates does not add up.
+        motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
+        for _ in range(min(_LOOK, sweeps - sweep)):
+            _sweep(force, motion, rows, normal_diagonal, tangential, friction_coefficient)
+            sweep += 1
+        motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
+        residual = relative_residual(force, motion, diagonal[:, 0], friction_coefficient)
+        if residual < best_residual:
+            best, best_residual = force.copy(), residual
+        if residual <= tolerance:
+            return NewtonResult(best, best_residual, sweep, True)
+        if time.perf_counter() > until:
+            break
+    return NewtonResult(best, best_residual, sweep, False)
+
+
+def _sweep(
+    force: Array,
+    motion: Array,
+    rows: Array,
+    normal_diagonal: list[float],
+    tangential: list[float],
+    friction_coefficient: float,
+) -> None:
+    """Visit each node once; ``force`` and ``motion`` (m, dim) are changed in place."""
+    flat = motion.reshape(-1)
+    for i, stiff in enumerate(normal_diagonal):
+        old, moved = force[i].tolist(), motion[i].tolist()
+        normal = old[0] - moved[0] / stiff
+        if normal <= 0.0:
+            if any(old):
+                flat -= force[i] @ rows[i]
+                force[i] = 0.0
+            continue
+        change, bound = normal - old[0], friction_coefficient * normal
+        dim = len(old)
+        own = rows[i, 1:, i * dim].tolist()
+        trial = [old[k] - (moved[k] + change * own[k - 1]) / tangential[i] for k in range(1, dim)]
+        size = abs(trial[0]) if dim == 2 else (trial[0] ** 2 + trial[1] ** 2) ** 0.5
+        if size > bound:
+            trial = [value * (bound / size) for value in trial]
+        new = np.array([normal, *trial])
+        flat += (new - force[i]) @ rows[i]
+        force[i] = new
+
+
+def _largest(compliance: Array, m: int, dim: int) -> Array:
+    """Largest eigenvalue (m,) of each node's own tangential block."""
+    here = np.arange(m)
+    blocks = compliance.reshape(m, dim, m, dim)[here, :, here, :][:, 1:, 1:]
+    return np.asarray(np.linalg.eigvalsh(blocks)[:, -1])
