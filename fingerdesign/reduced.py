@@ -62,11 +62,11 @@ class ReducedModel:
     compliance        (m dim, m dim) mm/N, symmetric positive definite
     gage_readout      (2 plates, m dim) 1/N: upper and lower face of plate 0, of plate 1, ...
     point_readout     (6 points, m dim) 1/N: xx, yy, zz, xy, xz, yz (engineering shear) per point
-    reaction_readout  (dim, m dim): force on the fixed base per contact force; equals minus the sum
+    reaction_readout  (dim, m dim): supports' force on the body per contact force: minus the sum
     rim               (m,) bool: nodes where the candidate zone ends although the surface goes on
     free_end          (m,) bool: nodes within 0.5 mm of a free end (corner singularity in 3-D)
     locked            (m, dim) bool: components without a motion (z on the mirror plane)
-    load_displacement (m, dim) mm under the body's own loads, None where it has none
+    load_displacement (m, dim) mm under the body's own loads at share 1; None where it has none
     """
 
     points: Array

@@ -1,0 +1,279 @@
+"""Any elastic body, condensed onto its contact facets: a finger, a block, a soft object.
+
+    K u = R^T f + s l        f contact forces (N), l the body's own loads at share s
+    R u = C f + s d          C = R K^-1 R^T compliance, d = R K^-1 l
+
+R holds the contact trace, the caller's readouts, the sums of the supports' forces and the loads
+themselves, so that one factorisation gives every answer.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fingerdesign.errors import SolverError
+from fingerdesign.fem.facing import facing_rows
+from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.system import System, assemble_system
+from fingerdesign.fem.trace import ContactTrace, contact_trace
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.reduced import ReducedModel
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+# Support against contact force: rounding leaves 1e-10 to 2e-8 (plates 27,000 times stiffer than the
+# body); a model that loses force is wrong in the first digits.
+_BALANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Body:
+    """A linear elastic body on a quadratic mesh, held somewhere, loaded through its contact facets.
+
+    youngs_modulus (c,) MPa and poissons_ratio (c,) per cell; fixed (n dim,) bool: dofs i dim + k
+    held at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
+    thickness mm of a plane-strain body (1 in 3-D); loads (n dim,) N: consistent nodal forces of
+    the body's own loads at share 1; project: points (q, dim) near the contact facets -> points on
+    the exact surface, from which gaps are measured.
+    """
+
+    mesh: Mesh
+    youngs_modulus: Array
+    poissons_ratio: Array
+    fixed: BoolArray
+    contact: IntArray
+    thickness: float = 1.0
+    element: str = "P2"
+    loads: Array | None = None
+    project: Callable[[Array], Array] | None = None
+
+
+@dataclass(frozen=True)
+class CondensedBody:
+    """What one factorisation tells of a body; forces f are those on its m contact nodes.
+
+    compliance         (m dim, m dim) mm/N; motions that are held answer nothing (zero rows)
+    readouts           one (r, m dim) per block of rows asked for: value per unit contact force
+    reaction           (dim, m dim): sum of the supports' forces on the body per contact force
+    load_displacement  (m dim,) mm, contact displacement under the loads; None without loads
+    load_reaction      (dim,) N, sum of the supports' forces under the loads (zero without)
+    """
+
+    body: Body
+    trace: ContactTrace
+    system: System
+    condensation: Condensation
+    compliance: Array
+    readouts: tuple[Array, ...]
+    reaction: Array
+    load_displacement: Array | None
+    load_reaction: Array
+    timings: dict[str, float]
+
+    def displacement_fields(self, forces: Array, load: float = 0.0) -> Array:
+        """Nodal displacements (k, n, dim) mm for contact forces (k, m, dim) N and a load share."""
+        loads = self.trace.operator.T @ forces.reshape(len(forces), -1).T
+        if self.body.loads is not None:
+            loads = loads + load * self.body.loads[:, None]
+        lift = self.system.lift
+        fields = lift @ self.condensation.solve(lift.T @ loads)
+        return np.asarray(fields.T).reshape(len(forces), *self.body.mesh.points.shape)
+
+
+def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> CondensedBody:
+    """Assemble, factor once, and read everything off.
+
+    readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements. Raises
+    SolverError where the body is not held or has no contact facet.
+    """
+    if len(body.contact) == 0:
+        raise SolverError("the body has no contact facet: widen the zone or name its facets")
+    trace = contact_trace(body.mesh.points, body.contact, body.thickness)
+    trace = _onto_exact_surface(trace, body.project)
+    size = trace.operator.shape[0]
+    loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
+    scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
+    own = sp.csr_matrix(loads / scale)
+    reduction = _reduce(body, [trace.operator, own, *readouts])
+    by_force = [block[:, :size].copy() for block in reduction.blocks]
+    moved = scale * by_force[1][0]
+    # What acts on held dofs goes into the supports at once.
+    reaction = by_force[-1] - (trace.operator @ _held(body)).T
+    load_reaction = scale * (reduction.blocks[-1][:, size] - (own @ _held(body))[0])
+    return CondensedBody(
+        body=body,
+        trace=trace,
+        system=reduction.system,
+        condensation=reduction.condensation,
+        compliance=by_force[0],
+        readouts=tuple(by_force[2:-1]),
+        reaction=reaction,
+        load_displacement=None if body.loads is None else moved,
+        load_reaction=load_reaction,
+        timings=reduction.timings,
+    )
+
+
+@dataclass(frozen=True)
+class _Reduction:
+    """blocks: rows of R K^-1 R^T, one array a block of R; the supports' rows come last."""
+
+    system: System
+    condensation: Condensation
+    blocks: list[Array]
+    timings: dict[str, float]
+
+
+def _reduce(body: Body, rows: Sequence[sp.csr_matrix]) -> _Reduction:
+    """Condense a body onto functionals (r, n dim) of its displacements and onto its supports."""
+    start = time.perf_counter()
+    system = assemble_system(
+        body.mesh, body.youngs_modulus, body.poissons_ratio, body.fixed, body.thickness
+    )
+    assembled = time.perf_counter()
+    parts = [*(part @ system.lift for part in rows), system.support]
+    bordering = sp.vstack(parts, format="csr")
+    bordering.sort_indices()
+    silent = np.diff(bordering.indptr) == 0  # motions that are held
+    condensation = Condensation(system.stiffness, bordering[~silent].tocsr())
+    matrix = np.zeros((len(silent), len(silent)))
+    matrix[np.ix_(~silent, ~silent)] = condensation.matrix
+    blocks = np.split(matrix, np.cumsum([part.shape[0] for part in parts])[:-1])
+    done = time.perf_counter()
+    timings = {"assemble": assembled - start, "condense": done - assembled}
+    return _Reduction(system, condensation, blocks, timings)
+
+
+def body_model(body: Body) -> ReducedModel:
+    """The reduced model of a body without plates or gages."""
+    return reduced_model(condense_body(body))
+
+
+def reduced_model(
+    condensed: CondensedBody,
+    gage_readout: Array | None = None,
+    point_readout: Array | None = None,
+    gage_x: Array | None = None,
+    free_end: float | None = None,
+    depth: float | None = None,
+) -> ReducedModel:
+    """The model that contact sees, of a condensed body and the readouts it was asked for.
+
+    free_end: |z| (mm) beyond which nodes count as at a free end (None: nowhere); depth: mm, for
+    plane strain the thickness by default, in 3-D the extent in z. Raises SolverError where the
+    supports do not carry every contact force.
+    """
+    body, trace = condensed.body, condensed.trace
+    mesh, nodes = body.mesh, len(trace.nodes)
+    where = mesh.points[trace.nodes]
+    locked = _locked(body, trace)
+    compliance = condensed.compliance.copy()
+    _decouple(compliance, locked.reshape(-1))
+    _check_balance(condensed.reaction, locked, nodes)
+    factor = 2 if mesh.symmetric else 1
+    if depth is None:
+        depth = body.thickness if mesh.dimension == 2 else factor * float(np.ptp(mesh.points[:, 2]))
+    ends = np.zeros(nodes, dtype=bool)
+    if free_end is not None and mesh.dimension == 3:
+        ends = np.abs(where[:, 2]) > free_end
+    none = np.empty((0, where.size))
+    moved = condensed.load_displacement
+    return ReducedModel(
+        points=where,
+        facets=trace.facets,
+        facet_areas=trace.facet_areas,
+        areas=trace.areas,
+        compliance=compliance,
+        gage_readout=none if gage_readout is None else gage_readout,
+        point_readout=none if point_readout is None else point_readout,
+        reaction_readout=condensed.reaction,
+        surface=trace.surface,
+        rim=_rim(body, trace),
+        free_end=ends,
+        locked=locked,
+        depth=depth,
+        symmetry_factor=factor,
+        gage_x=np.empty(0) if gage_x is None else gage_x,
+        load_displacement=None if moved is None else moved.reshape(where.shape),
+    )
+
+
+def facing_compliance(body: Body, finger: ReducedModel) -> Array:
+    """Compliance (m dim, m dim) mm/N of an elastic object, at the finger's contact nodes.
+
+    Minus the object's displacement there, a mean weighted with the finger's phi_i, per force on the
+    *finger* (the object bears its opposite): the compliances of both bodies add up. Points of the
+    finger meet those of the object's contact facets that have the same x (and z). Raises
+    SolverError where the finger's candidates reach beyond these facets.
+    """
+    rows = facing_rows(body.mesh.points, body.contact, finger)
+    reduction = _reduce(body, [rows])
+    size = rows.shape[0]
+    reaction = reduction.blocks[1][:, :size] - (rows @ _held(body)).T
+    _check_balance(reaction, finger.locked, finger.nodes)
+    compliance = reduction.blocks[0][:, :size].copy()
+    locked = finger.locked.reshape(-1)
+    compliance[locked] = 0.0
+    compliance[:, locked] = 0.0
+    return compliance
+
+
+def _onto_exact_surface(
+    trace: ContactTrace, project: Callable[[Array], Array] | None
+) -> ContactTrace:
+    """The trace with its quadrature points moved onto the exact surface."""
+    if project is None:
+        return trace
+    return replace(trace, surface=replace(trace.surface, points=project(trace.surface.points)))
+
+
+def _held(body: Body) -> Array:
+    """Ones (n dim, dim) at held dofs, in the column of their component."""
+    marks = np.zeros((len(body.fixed), body.mesh.dimension))
+    held = np.flatnonzero(body.fixed)
+    marks[held, held % body.mesh.dimension] = 1.0
+    return marks
+
+
+def _locked(body: Body, trace: ContactTrace) -> BoolArray:
+    """Components (m, dim) of contact nodes that have no motion of their own."""
+    held = body.fixed.reshape(body.mesh.points.shape)[trace.nodes]
+    return np.asarray(held)
+
+
+def _decouple(compliance: Array, locked: BoolArray) -> None:
+    """Give locked components a compliance of their own, so that their force comes out zero."""
+    compliance[locked] = 0.0
+    compliance[:, locked] = 0.0
+    index = np.flatnonzero(locked)
+    compliance[index, index] = np.diag(compliance)[~locked].mean()
+
+
+def _check_balance(reaction: Array, locked: BoolArray, nodes: int) -> None:
+    """Every unit contact force must come out at the supports (of free components)."""
+    expected = -np.tile(np.eye(reaction.shape[0]), nodes)
+    free = ~locked.reshape(-1)
+    error = float(np.abs(reaction - expected)[:, free].max())
+    if not error < _BALANCE:
+        raise SolverError(
+            f"the condensed model loses {error:.1e} of each contact force: stiffnesses or lengths "
+            "differ by more than double precision can carry; bring the moduli closer together or "
+            "the body's height closer to its width"
+        )
+
+
+def _rim(body: Body, trace: ContactTrace) -> BoolArray:
+    """Nodes that also belong to contact facets of the mesh outside the candidates."""
+    mesh = body.mesh
+    facets = mesh.facets.get("contact", body.contact)[:, : mesh.dimension]
+    count_all = np.bincount(facets.ravel(), minlength=len(mesh.points))
+    count_zone = np.bincount(trace.nodes[trace.facets].ravel(), minlength=len(mesh.points))
+    return np.asarray((count_all > count_zone)[trace.nodes])

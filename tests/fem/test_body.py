@@ -1,0 +1,165 @@
+"""Bodies of any origin: loads of their own, two bodies facing each other, zones in x and z."""
+
+import numpy as np
+import pytest
+import skfem
+
+from fingerdesign import parse_design
+from fingerdesign.errors import SolverError
+from fingerdesign.fem.body import Body, body_model, condense_body, facing_compliance
+from fingerdesign.fem.model import build_model
+from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
+
+EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}
+
+
+def block_mesh(counts, size, contact_y):
+    """A box |x| <= size_x / 2, 0 <= y <= size_y(, 0 <= z <= size_z); "contact" at y = contact_y."""
+    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, counts, strict=True)]
+    axes[0] = axes[0] - 0.5 * size[0]
+    kind = skfem.MeshTri if len(size) == 2 else skfem.MeshTet
+    made = kind.init_tensor(*axes)
+    points, cells = made.p.T.copy(), made.t.T.copy()
+    edges = points[cells[:, 1:]] - points[cells[:, :1]]
+    flipped = np.linalg.det(edges) < 0
+    cells[flipped] = cells[flipped][:, [1, 0, *range(2, len(size) + 1)]]
+    nodes, cells = quadratic(points, cells)
+    dim = len(size)
+    local = [(0, 1), (1, 2), (0, 2)] if dim == 2 else TETRA_FACETS
+    pairs = {tuple(sorted(p)): dim + 1 + k for k, p in enumerate(EDGES[dim])}
+    found = []
+    for corners in local:
+        middle = [pairs[tuple(sorted((corners[a], corners[b])))] for a, b in pair_order(dim)]
+        found.append(cells[:, [*corners, *middle]])
+    facets = np.concatenate(found)
+
+    def on(y):
+        return facets[(np.abs(nodes[facets[:, :dim], 1] - y) < 1e-9).all(axis=1)]
+
+    other = 0.0 if contact_y else size[1]
+    named = {"base": on(other), "contact": on(contact_y)}
+    return Mesh(nodes, cells, np.zeros(len(cells), dtype=int), named, "block")
+
+
+def pair_order(dim):
+    return ((0, 1),) if dim == 2 else TRIANGLE_EDGES
+
+
+def block(counts, size, contact_y, **more):
+    mesh = block_mesh(counts, size, contact_y)
+    fixed = np.zeros(mesh.points.shape, dtype=bool)
+    fixed[np.unique(mesh.facets["base"])] = True
+    count = len(mesh.cells)
+    return Body(
+        mesh=mesh,
+        youngs_modulus=np.full(count, 5.0),
+        poissons_ratio=np.full(count, 0.4),
+        fixed=fixed.ravel(),
+        contact=mesh.facets["contact"],
+        **more,
+    )
+
+
+SHAPES = {2: ((6, 4), (3.0, 2.0)), 3: ((4, 3, 2), (3.0, 2.0, 1.0))}
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_loads_are_those_of_a_full_solve(dim):
+    counts, size = SHAPES[dim]
+    plain = block(counts, size, size[1])
+    loads = np.random.default_rng(0).normal(size=plain.fixed.shape)
+    condensed = condense_body(block(counts, size, size[1], loads=loads))
+    none = np.zeros((1, len(condensed.trace.nodes), dim))
+    field = condensed.displacement_fields(none, load=1.0)[0]
+    wanted = condensed.trace.operator @ field.ravel()
+    assert np.abs(condensed.load_displacement - wanted).max() < 1e-11 * np.abs(wanted).max()
+    total = loads.reshape(-1, dim).sum(axis=0)
+    assert np.allclose(condensed.load_reaction, -total, rtol=0, atol=1e-9)
+    model = body_model(block(counts, size, size[1], loads=loads))
+    assert model.load_displacement.shape == model.points.shape
+    assert body_model(plain).load_displacement is None
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_body_facing_its_mirror_image(dim):
+    """On the same contact mesh the object's compliance is that of the body itself, mirrored."""
+    counts, size = SHAPES[dim]
+    lower, upper = block(counts, size, size[1]), block(counts, size, 0.0)
+    finger = body_model(lower)
+    moved = upper.mesh.points + np.eye(dim)[1] * (size[1] + 0.3)
+    object_mesh = Mesh(moved, upper.mesh.cells, upper.mesh.regions, upper.mesh.facets, "block")
+    got = facing_compliance(Body(**{**vars(upper), "mesh": object_mesh}), finger)
+    own = body_model(Body(**{**vars(upper), "mesh": object_mesh}))
+    order = [
+        int(np.flatnonzero(np.abs(own.points[:, ::2] - p[::2]).max(axis=1) < 1e-9)[0])
+        for p in finger.points
+    ]
+    pick = (np.array(order)[:, None] * dim + np.arange(dim)).ravel()
+    wanted = own.compliance[np.ix_(pick, pick)]
+    assert np.abs(got - wanted).max() < 1e-10 * np.abs(wanted).max()
+
+
+def test_uniform_pressure_between_meshes_that_do_not_match():
+    """At nu = 0 both shorten uniformly, but for quadrature over the other mesh's kinks."""
+    lower, upper = block((6, 4), (3.0, 2.0), 2.0), block((7, 3), (3.0, 2.0), 0.0)
+    finger = body_model(Body(**{**vars(lower), "poissons_ratio": 0.0 * lower.poissons_ratio}))
+    compliance = facing_compliance(
+        Body(**{**vars(upper), "poissons_ratio": 0.0 * upper.poissons_ratio}), finger
+    )
+    force = np.zeros(finger.points.shape)
+    force[:, 1] = -0.1 * finger.areas
+    moved = (compliance @ force.ravel()).reshape(force.shape)
+    assert np.allclose(moved[:, 1], -0.1 * 2.0 / 5.0, rtol=1e-3)
+
+
+def test_a_zone_wider_than_the_object_is_refused():
+    finger = body_model(block((6, 4), (3.0, 2.0), 2.0))
+    with pytest.raises(SolverError, match="face no contact facet"):
+        facing_compliance(block((4, 4), (2.0, 2.0), 0.0), finger)
+
+
+def test_a_body_without_contact_is_refused():
+    body = block((2, 2), (1.0, 1.0), 1.0)
+    with pytest.raises(SolverError, match="no contact facet"):
+        condense_body(Body(**{**vars(body), "contact": np.empty((0, 3), dtype=int)}))
+
+
+SMALL = """
+design.name = "small"
+body.width_mm = 8.0
+body.base_height_mm = 3.0
+body.arc_radius_mm = 8.0
+body.depth_mm = 6.0
+plates.count = 0
+[mesh]
+contact_size_mm = 0.4
+far_size_mm = 1.2
+layers = 5
+[mesh.section]
+contact_size_mm = 0.2
+far_size_mm = 0.8
+"""
+
+
+def test_a_zone_limited_in_z_ends_in_a_rim():
+    design = parse_design(SMALL)
+    mesh = extrude(design, 1.5)
+    whole = build_model(design, mesh, 1.5).reduced
+    short = build_model(design, mesh, 1.5, zone_half_depth=2.0).reduced
+    assert short.points[:, 2].max() <= 2.0 + 1e-9 < whole.points[:, 2].max()
+    far = short.points[:, 2] > short.points[:, 2].max() - 1e-9
+    assert short.rim[far].all()
+    inner = (np.abs(short.points[:, 0]) < 0.5) & ~far
+    assert inner.any()
+    assert not short.rim[inner].any()
+
+
+def test_gaps_are_measured_from_the_exact_surface():
+    design = parse_design(SMALL)
+    surface = ContactSurface.of(design.body)
+    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5)):
+        points = build_model(design, mesh, 1.5).reduced.surface.points
+        assert np.abs(surface.distance(points)).max() < 1e-12
