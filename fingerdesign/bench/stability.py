@@ -1,0 +1,155 @@
+"""The stability map: hundreds of hard contact cases through every method, judged and drawn.
+
+Every case has an answer: with the object's motion given and a positive definite compliance, the
+forces that solve Coulomb's problem for any given friction bound are bounded by the motion alone, so
+the bound's fixed point exists (Brouwer). Refusing is right only where the contact outgrows the
+candidate zone. For a large friction coefficient there may be several answers: each that obeys the
+laws is right, and is counted apart.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import platform
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, fields
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_limits
+
+from fingerdesign.bench.check import Check
+from fingerdesign.bench.stability_bodies import HardBody, hard_bodies
+from fingerdesign.bench.stability_cases import cases_of
+from fingerdesign.bench.stability_run import METHODS, PRODUCTION, Outcome, Verdict, run_case
+from fingerdesign.identity import versions
+
+Tell = Callable[[str], None]
+
+SOLVED_SHARE = 0.99  # of the cases that have a solution, asked of the production solver
+_QUICK = ("arc, nu 0.3", "flat, nu 0.0", "coarse, nu 0.4999", "3-D, nu 0.49")
+_EVERY = 6  # of the cases of the quick bodies
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """Outcomes of all cases, and what it took."""
+
+    outcomes: tuple[Outcome, ...]
+    seconds: float
+    workers: int
+    quick: bool
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Cases by method and verdict."""
+        found = {method: dict.fromkeys((v.value for v in Verdict), 0) for method in METHODS}
+        for (method, verdict), number in Counter(
+            (each.method, each.verdict.value) for each in self.outcomes
+        ).items():
+            found[method][verdict] = number
+        return found
+
+    def cases(self) -> int:
+        return sum(each.method == PRODUCTION for each in self.outcomes)
+
+    def checks(self) -> list[Check]:
+        """What is asked of the production solver."""
+        counts = self.counts()[PRODUCTION]
+        solvable = self.cases() - counts[Verdict.REFUSED.value]
+        unsolved = (counts["failed"] + counts["hang"] + counts["wrong"]) / max(solvable, 1)
+        return [
+            Check("stability: wrong answers", 0, counts[Verdict.WRONG.value]),
+            Check("stability: hangs", 0, counts[Verdict.HANG.value]),
+            Check("stability: unsolved share", 1.0 - SOLVED_SHARE, unsolved),
+        ]
+
+
+def measure_stability(
+    tell: Tell = lambda message: None, quick: bool = False, workers: int = 2
+) -> StabilityMap:
+    """Run all cases (minutes), or a sixth of those of four bodies (``quick``, seconds)."""
+    start = time.perf_counter()
+    bodies = [body for body in hard_bodies() if not quick or body.name in _QUICK]
+    outcomes: dict[str, list[Outcome]] = {}
+    if workers <= 1 or quick:
+        for body in bodies:
+            outcomes[body.name] = run_body(body, _EVERY if quick else 1)
+            tell(f"{body.name}: {len(outcomes[body.name]) // len(METHODS)} cases")
+        workers = 1
+    else:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            jobs = {pool.submit(run_body, body): body for body in bodies}
+            for job in as_completed(jobs):
+                name = jobs[job].name
+                outcomes[name] = job.result()
+                tell(
+                    f"{name}: {len(outcomes[name]) // len(METHODS)} cases "
+                    f"({len(outcomes)} of {len(bodies)} bodies)"
+                )
+    ordered = tuple(each for body in bodies for each in outcomes[body.name])
+    return StabilityMap(ordered, time.perf_counter() - start, workers, quick)
+
+
+def run_body(body: HardBody, every: int = 1) -> list[Outcome]:
+    """Outcomes of one body's cases (each ``every``-th of them), on one BLAS thread."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        model, crest = body.build()
+        cases = list(cases_of(body, model, crest))[::every]
+        return [outcome for case in cases for outcome in run_case(case, model)]
+
+
+def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
+    """stability.csv (an outcome a row), stability.json (counts, versions), stability.png."""
+    from fingerdesign.bench.stability_map import draw_stability
+
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"stability.{ending}" for ending in ("csv", "json", "png")]
+    with paths[0].open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow([field.name for field in fields(Outcome)])
+        writer.writerows(asdict(each).values() for each in found.outcomes)
+    paths[1].write_text(json.dumps(summary(found), indent=1) + "\n", encoding="utf-8")
+    draw_stability(found.outcomes, paths[2])
+    return paths
+
+
+def summary(found: StabilityMap) -> dict[str, Any]:
+    """Counts by method and verdict, what was asked, every case not plainly right, versions."""
+    return {
+        "cases": found.cases(),
+        "increments": sum(e.increments for e in found.outcomes if e.method == PRODUCTION),
+        "confirmed_by_a_second_method": sum(
+            each.confirmed for each in found.outcomes if each.method == PRODUCTION
+        ),
+        "quick": found.quick,
+        "counts": found.counts(),
+        "seconds_by_method": {
+            method: round(_total(e.seconds for e in found.outcomes if e.method == method), 2)
+            for method in METHODS
+        },
+        "seconds": round(found.seconds, 1),
+        "workers": found.workers,
+        "checks": [check.as_dict() for check in found.checks()],
+        "production_not_plainly_right": [
+            {
+                "case": f"{each.body}; {each.family}; mu {each.friction:g}",
+                "verdict": each.verdict.value,
+                "reason": each.reason,
+            }
+            for each in found.outcomes
+            if each.method == PRODUCTION and each.verdict not in (Verdict.RIGHT, Verdict.REFUSED)
+        ],
+        "seeds": {body.name: body.seed for body in hard_bodies() if body.distortion},
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "versions": versions(),
+    }
+
+
+def _total(values: Iterable[float]) -> float:
+    return float(sum(values))

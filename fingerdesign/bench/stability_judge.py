@@ -1,0 +1,176 @@
+"""The stability map's judge: the laws of contact in global axes, and a second answer.
+
+Nothing here uses the production solver or its certificate. Frames, gaps and slips are made from the
+reduced model and the object alone; a node is right when it is open, sticks or slides as defined:
+
+    open   f = 0,  gap >= 0
+    stick  gap = 0,  no slip,  f_n >= 0,  |f_t| <= mu f_n
+    slip   gap = 0,  f_n >= 0,  f_t = -mu f_n (slip / |slip|)
+
+Its violation is the least, over the three, of the worst term, with forces relative to the largest
+nodal force and lengths to what that force moves its own node by.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.bench.stability_second import fixed_bound, lemke
+from fingerdesign.contact.problem import Indenter, Motion
+from fingerdesign.contact.sweeps import gauss_seidel
+from fingerdesign.reduced import ReducedModel
+
+Array = NDArray[np.float64]
+
+SHARP = 1e-8  # violation of an answer that is exact but for rounding
+LOOSE = 1e-3  # methods that claim no more are judged by total forces
+_SAME = 1e-4  # nodal forces, relative to the largest: one answer, not two
+_NOTHING = 1e-10  # of the force that would press the body flat: no force at all
+
+
+@dataclass(frozen=True)
+class Past:
+    """What an increment starts from: global forces (m, dim) N, and the motion they belong to."""
+
+    force: Array
+    motion: Motion
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A body, an object and a friction coefficient, read anew from the model."""
+
+    model: ReducedModel
+    indenter: Indenter
+    friction: float
+
+    @cached_property
+    def normals(self) -> Array:
+        return self.indenter.normal(self.model.points)
+
+    @cached_property
+    def first_gap(self) -> Array:
+        surface = self.model.surface
+        distance = self.indenter.distance(surface.points)
+        gap = np.zeros(self.model.nodes)
+        np.add.at(gap, surface.node, surface.weight * distance[surface.point])
+        return gap
+
+    @cached_property
+    def _unit(self) -> float:
+        """A typical displacement of a node per own force, mm/N."""
+        return float(np.median(np.diag(self.model.compliance)))
+
+    def untouched(self) -> Past:
+        return Past(np.zeros(self.model.points.shape), Motion(0.0, 0.0))
+
+    def relative(self, force: Array, motion: Motion) -> Array:
+        """Displacement (m, dim) mm of the finger's nodes seen from the object."""
+        points = self.model.points
+        moved = np.zeros(points.shape)
+        moved[:, 0], moved[:, 1] = motion.shear, -motion.approach
+        if points.shape[1] == 3:
+            turn = motion.twist_deg * np.pi / 180.0
+            moved[:, 0] += turn * points[:, 2]
+            moved[:, 2] = motion.shear_z - turn * points[:, 0]
+        moved[self.model.locked] = 0.0
+        own = self.model.compliance @ force.ravel()
+        return np.asarray(own.reshape(points.shape) - moved)
+
+    def violation(self, force: Array, past: Past, motion: Motion) -> float:
+        """Worst violation of the laws over the nodes; infinite where a force is not finite."""
+        if not np.isfinite(force).all():
+            return float("inf")
+        now = self.relative(force, motion)
+        gap = self.first_gap + np.sum(self.normals * now, axis=1)
+        change = now - self.relative(past.force, past.motion)
+        slip = change - np.sum(change * self.normals, axis=1)[:, None] * self.normals
+        press = np.sum(force * self.normals, axis=1)
+        drag = force - press[:, None] * self.normals
+        stretch = max(float(np.abs(gap).max()), float(np.abs(slip).max()))
+        newton = max(float(np.abs(force).max()), _NOTHING * stretch / self._unit, 1e-300)
+        length = newton * self._unit
+        moved = np.sqrt(np.sum(slip**2, axis=1))
+        direction = slip / np.maximum(moved, 1e-300)[:, None]
+        sizes = np.sqrt(np.sum(drag**2, axis=1))
+        held = self.friction * press
+        touching = np.maximum(-press / newton, np.abs(gap) / length)
+        opens = np.max([np.abs(press) / newton, sizes / newton, -gap / length], axis=0)
+        sticks = np.max([touching, moved / length, (sizes - held) / newton], axis=0)
+        opposed = np.sqrt(np.sum((drag + held[:, None] * direction) ** 2, axis=1))
+        slides = np.maximum(touching, opposed / newton)
+        each = np.min([opens, sticks, slides], axis=0)
+        support = self.model.reaction_readout @ force.ravel() + force.sum(axis=0)
+        free = ~self.model.locked.any(axis=0)
+        balance = float(np.abs(support[free]).max()) / max(float(np.abs(press).sum()), newton)
+        return max(float(each.max()), balance if balance > 1e-6 else 0.0, 0.0)
+
+    def same(self, one: Array, other: Array, motion: Motion) -> bool:
+        """Do the nodal forces agree to 1e-4 of the largest, or are both nothing?"""
+        scale = max(float(np.abs(one).max()), float(np.abs(other).max()))
+        stretch = max(float(np.abs(self.first_gap).max()), abs(motion.approach))
+        if scale <= _NOTHING * stretch / self._unit:
+            return True
+        return bool(np.abs(one - other).max() <= _SAME * scale)
+
+    def at_rim(self, force: Array) -> bool:
+        """Does the contact reach a node where the candidates end although the surface goes on?"""
+        press = np.sum(force * self.normals, axis=1)
+        return bool((press[self.model.rim] > 1e-9 * np.abs(force).max()).any())
+
+    def second_answer(self, past: Past, motion: Motion) -> Array | None:
+        """Global forces (m, dim) of another method that obey the laws sharply; None: none found."""
+        compliance, offset, frames = self._local(past, motion)
+        methods = (lemke, fixed_bound) if self.model.dimension == 2 else (fixed_bound,)
+        for method in methods:
+            local = method(compliance, offset, self.friction)
+            if local is not None:
+                force = np.asarray(np.einsum("mab,ma->mb", frames, local))
+                if self.violation(force, past, motion) <= SHARP:
+                    return force
+        return None
+
+    def nearest_answer(self, force: Array, past: Past, motion: Motion) -> Array | None:
+        """Where Gauss-Seidel sweeps from ``force`` end, if that obeys the laws sharply."""
+        compliance, offset, frames = self._local(past, motion)
+        start = np.einsum("mab,mb->ma", frames, force)
+        found = gauss_seidel(compliance, offset, self.friction, start, 20_000, 1e-11, 2.0)
+        near = np.asarray(np.einsum("mab,ma->mb", frames, found.multiplier))
+        return near if self.violation(near, past, motion) <= SHARP else None
+
+    def _local(self, past: Past, motion: Motion) -> tuple[Array, Array, Array]:
+        """Compliance, offset (m, dim) and frames (m, dim, dim) in the judge's own axes."""
+        frames = _frames(self.normals)
+        m, dim = self.model.points.shape
+        turn = np.zeros((m * dim, m * dim))
+        for i in range(m):
+            here = slice(i * dim, (i + 1) * dim)
+            turn[here, here] = frames[i]
+        now = self.relative(np.zeros((m, dim)), motion)
+        before = self.relative(past.force, past.motion)
+        offset = np.einsum("mab,mb->ma", frames, now - before)
+        offset[:, 0] = self.first_gap + np.sum(self.normals * now, axis=1)
+        return turn @ self.model.compliance @ turn.T, offset, frames
+
+
+def same_total(one: Array, other: Array, share: float) -> bool:
+    """Do the total forces (m, dim) agree to ``share`` of the greater one?"""
+    first, second = one.sum(axis=0), other.sum(axis=0)
+    scale = max(float(np.linalg.norm(first)), float(np.linalg.norm(second)))
+    return bool(np.linalg.norm(first - second) <= share * scale)
+
+
+def _frames(normals: Array) -> Array:
+    """Rows: the normal and its tangents, (m, dim, dim), by Householder's reflection of axis 0."""
+    dim = normals.shape[1]
+    axis = np.zeros(dim)
+    axis[0] = 1.0
+    mirror = normals - axis
+    size = np.sum(mirror**2, axis=1)
+    safe = np.where(size > 1e-24, size, 1.0)[:, None, None]
+    reflected = np.eye(dim) - 2.0 * mirror[:, :, None] * mirror[:, None, :] / safe
+    return np.where(size[:, None, None] > 1e-24, reflected, np.eye(dim))
