@@ -106,6 +106,7 @@ def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
                 "set mesh.mesher = 'tetwild'",
             )
         )
+    faults += _sheet_faults(design, doubtful)
     for prefix, sizes in (("mesh", mesh), ("mesh.section", mesh.section)):
         keys = (f"{prefix}.contact_size_mm", f"{prefix}.far_size_mm")
         if sizes.contact_size_mm > sizes.far_size_mm and not involves(doubtful, *keys):
@@ -117,6 +118,43 @@ def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
                     "lower it: far_size_mm is the largest size anywhere",
                 )
             )
+    return faults
+
+
+def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+    """Plates as sheets: where the section is the same all along, and stiffer than the rubber."""
+    plates = design.plates
+    if plates.model != "sheet" or not plates.number or involves(doubtful, "plates.model"):
+        return []
+    faults = []
+    shape = ("body.shape", "body.depth_mm", "plates.span_mm")
+    if not design.extruded and not involves(doubtful, *shape):
+        faults.append(
+            Fault(
+                "plates.model",
+                plates.model,
+                "solid or none where the section is not constant along z (body.shape = 'arc' and "
+                "plates.span_mm = body.depth_mm)",
+                "set plates.model = 'solid'",
+            )
+        )
+    metal, rubber = design.material_of("plates"), design.material_of("body")
+    names = (f"materials.{plates.material}", f"materials.{design.body.material}")
+    stiff = all(
+        metal.youngs_modulus_MPa / (1.0 + sign * metal.poissons_ratio)
+        >= rubber.youngs_modulus_MPa / (1.0 + sign * rubber.poissons_ratio)
+        for sign in (-1.0, 1.0)
+    )
+    if not stiff and not involves(doubtful, "plates.material", "body.material", *names):
+        faults.append(
+            Fault(
+                "plates.model",
+                plates.model,
+                f"solid where the plates ({metal.youngs_modulus_MPa:g} MPa) are not stiffer than "
+                f"the body ({rubber.youngs_modulus_MPa:g} MPa)",
+                "set plates.model = 'solid'",
+            )
+        )
     return faults
 
 

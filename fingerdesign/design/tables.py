@@ -94,7 +94,10 @@ class Body(Table):
 
 
 class Plates(Table):
-    """The plates that carry the gages: boxes in the section, ``span_mm`` long in z."""
+    """The plates that carry the gages: boxes in the section, ``span_mm`` long in z.
+
+    ``model`` says how the finite elements see them; what is built and cast stays the same.
+    """
 
     count: int = Field(default=15, ge=0, le=MAX_PLATES, description="0 allowed")
     thickness_mm: float = Field(default=0.1, ge=0.005, le=10, description="in the section")
@@ -120,8 +123,10 @@ class Plates(Table):
         examples=[[[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]],
         description="[[x, y, angle_deg], ...]: centres one by one instead of count, pitch, cover",
     )
-    model: Annotated[Literal["solid", "none"], _offered(sheet="one of solid, none")] = Field(
-        default="solid", description="solid | none (gages stay, plates are left out of the model)"
+    model: Literal["solid", "sheet", "none"] = Field(
+        default="solid",
+        description="solid | sheet (membrane and bending at the mid-surface; straight bodies and "
+        "full spans) | none (gages stay, plates are left out of the model)",
     )
 
     @property

@@ -42,7 +42,8 @@ class Body:
     held at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
     thickness mm of a plane-strain body (1 in 3-D); loads (n dim,) N: consistent nodal forces of
     the body's own loads at share 1; project: points (q, dim) near the contact facets -> points on
-    the exact surface, from which gaps are measured.
+    the exact surface, from which gaps are measured; attached (n dim, n dim): upper triangle of a
+    stiffness to add, N/mm (plates as sheets).
     """
 
     mesh: Mesh
@@ -54,6 +55,7 @@ class Body:
     element: str = "P2"
     loads: Array | None = None
     project: Callable[[Array], Array] | None = None
+    attached: sp.csr_matrix | None = None
 
 
 @dataclass(frozen=True)
@@ -136,7 +138,12 @@ def _reduce(body: Body, rows: Sequence[sp.csr_matrix]) -> _Reduction:
     """Condense a body onto functionals (r, n dim) of its displacements and onto its supports."""
     start = time.perf_counter()
     system = assemble_system(
-        body.mesh, body.youngs_modulus, body.poissons_ratio, body.fixed, body.thickness
+        body.mesh,
+        body.youngs_modulus,
+        body.poissons_ratio,
+        body.fixed,
+        body.thickness,
+        attached=body.attached,
     )
     assembled = time.perf_counter()
     parts = [*(part @ system.lift for part in rows), system.support]

@@ -14,6 +14,8 @@ from fingerdesign.design.layout import plate_frames
 from fingerdesign.fem.assembly import assemble_stiffness
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, strain_rows
+from fingerdesign.fem.sheet import design_sheets
+from fingerdesign.fem.sheet_gage import sheet_gage_rows
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.reduced import ReducedModel
 
@@ -81,9 +83,10 @@ def build_model(
     """
     start = time.perf_counter()
     frames = plate_frames(design)
+    read_gages = sheet_gage_rows if design.plates.model == "sheet" else gage_rows
     points, signs = _readout_points(mesh, readout_points)
     readouts = [
-        gage_rows(mesh, frames, design.gages),
+        read_gages(mesh, frames, design.gages),
         *[
             sp.csr_matrix(sp.diags_array(sign) @ strain_rows(mesh, point))
             for point, sign in zip(points, signs, strict=True)
@@ -119,6 +122,7 @@ def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
         contact=contact,
         thickness=design.body.depth_mm if mesh.dimension == 2 else 1.0,
         project=ContactSurface.of(design.body).project,
+        attached=design_sheets(design, mesh) if design.plates.model == "sheet" else None,
     )
 
 
@@ -136,7 +140,10 @@ def stiffness_of(design: Design, mesh: Mesh) -> sp.csr_matrix:
     """Upper triangle of the stiffness of all dofs (whole depth in plane strain)."""
     young, poisson = materials_of(design, mesh)
     thickness = design.body.depth_mm if mesh.dimension == 2 else 1.0
-    return assemble_stiffness(mesh.points, mesh.cells, young, poisson, thickness)
+    whole = assemble_stiffness(mesh.points, mesh.cells, young, poisson, thickness)
+    if design.plates.model == "sheet":
+        whole = sp.csr_matrix(whole + design_sheets(design, mesh))
+    return whole
 
 
 def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:

@@ -155,8 +155,7 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
     divided by the length. Across the width it is a Gauss rule in z (mid-plane mirrored).
     """
     rows = []
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    heights = gages.z_mm + 0.5 * gages.width_mm * nodes
+    heights, weights = gage_heights(gages)
     for frame in frames:
         for side in (0.5, -0.5):
             total = sp.csr_matrix((1, mesh.points.size))
@@ -171,7 +170,7 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
                     along = frame.axis
                 else:
                     mean = sum(
-                        0.5 * w * displacement_rows(mesh, _at(mesh, place, z), frame.index + 1)
+                        w * displacement_rows(mesh, _at(mesh, place, z), frame.index + 1)
                         for w, z in zip(weights, heights, strict=True)
                     )
                     along = np.append(frame.axis, 0.0)
@@ -180,6 +179,12 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
     if not rows:
         return sp.csr_matrix((0, mesh.points.size))
     return sp.vstack(rows, format="csr")
+
+
+def gage_heights(gages: Gages) -> tuple[Array, Array]:
+    """Gauss points in z (mm) across a gage's width, and their weights in its mean."""
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    return gages.z_mm + 0.5 * gages.width_mm * nodes, 0.5 * weights
 
 
 def _at(mesh: Mesh, place: Array, z: float) -> Array:

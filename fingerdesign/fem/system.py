@@ -41,9 +41,15 @@ def assemble_system(
     poissons_ratio: Array,
     fixed: BoolArray,
     thickness: float = 1.0,
+    attached: sp.csr_matrix | None = None,
 ) -> System:
-    """The system of quadratic displacement elements with ``fixed`` (n dim,) dofs held at zero."""
+    """The system of quadratic displacement elements with ``fixed`` (n dim,) dofs held at zero.
+
+    ``attached``: upper triangle of a stiffness of all dofs to be added, N/mm.
+    """
     whole = assemble_stiffness(mesh.points, mesh.cells, youngs_modulus, poissons_ratio, thickness)
+    if attached is not None:
+        whole = (whole + attached).tocsr()
     free = np.flatnonzero(~fixed)
     stiffness = whole[free][:, free].tocsr()
     stiffness.sort_indices()

@@ -66,7 +66,8 @@ def solid_plates(design: Design) -> tuple[PlateFrame, ...]:
         return ()
     if design.plates.model != "solid":
         raise GeometryError(
-            f"plates.model = {design.plates.model!r} has no solid plates; use 'solid' or 'none'"
+            f"plates.model = {design.plates.model!r}: tetwild meshes plates as solids only; set "
+            "mesh.mesher = 'extrude' or plates.model = 'solid'"
         )
     return plate_frames(design)
 
@@ -74,10 +75,11 @@ def solid_plates(design: Design) -> tuple[PlateFrame, ...]:
 def build_solid(design: Design, half: bool = False) -> Solid:
     """Build a finger's solid (or its half z >= 0) and hold it against closed forms.
 
-    Raises GeometryError where plates cross each other or leave the body, where the kernel fails,
-    or where a volume differs from its closed form by 1e-9 (arc, plates) or 1e-6 (dome).
+    Plates that the finite elements see as sheets are boxes here: that is how they are made. Raises
+    GeometryError where plates cross each other or leave the body, where the kernel fails, or where
+    a volume differs from its closed form by 1e-9 (arc, plates) or 1e-6 (dome).
     """
-    frames = solid_plates(design)
+    frames = plate_frames(design) if design.plates.model != "none" else ()
     check_clearances(design, frames)
     try:
         outline = _outline(design.body, half)

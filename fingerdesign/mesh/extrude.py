@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import crest_height
+from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.sheets import sheet_facets
 from fingerdesign.mesh.types import TETRA_FACETS, Mesh, quadratic
 
 if TYPE_CHECKING:
@@ -48,6 +49,8 @@ def extrude(
     tets = _oriented(points, tets)
     nodes, cells = quadratic(points, tets)
     facets = _classify(design, nodes, cells, symmetric)
+    if design.plates.model == "sheet":
+        facets |= sheet_facets(nodes, cells, plate_frames(design))
     nodes = _onto_cylinder(design, nodes, facets["contact"])
     return Mesh(nodes, cells, regions, facets, "extrude", symmetric, {"layers": layers - 1})
 

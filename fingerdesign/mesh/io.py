@@ -1,8 +1,8 @@
 """Meshes to and from files, through meshio: .vtu, .msh, .vtk, .xdmf and what else it knows.
 
 Cells carry "region" (0 elastomer, k + 1 plate k). Named facets are cells of one dimension less that
-carry their name's number in "facet" (FACET_NUMBERS; 0 for the cells inside). Gmsh files carry both
-as physical groups with names instead.
+carry their name's number in "facet" (FACET_NUMBERS, FIRST_SHEET + k for the sheet of plate k; 0 for
+the cells inside). Gmsh files carry both as physical groups with names instead.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from fingerdesign.mesh.types import Mesh
 IntArray = NDArray[np.int64]
 
 FACET_NUMBERS = {"base": 1, "contact": 2, "side": 3, "end": 4, "symmetry": 5}
+FIRST_SHEET, LAST_SHEET = 1000, 2000
 FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
 CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
 
@@ -32,12 +33,10 @@ def to_meshio(mesh: Mesh) -> Any:
     cell_type, facet_type = CELL_TYPES[mesh.dimension]
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.dimension] = mesh.points
-    unknown = set(mesh.facets) - set(FACET_NUMBERS)
-    if unknown:
-        raise MeshError(f"facet names {sorted(unknown)} have no number in FACET_NUMBERS")
-    names = [name for name in FACET_NUMBERS if name in mesh.facets]
+    number_of = {name: _facet_number(name) for name in mesh.facets}
+    names = sorted(number_of, key=lambda name: number_of[name])
     rows = [mesh.facets[name] for name in names]
-    numbers = [np.full(len(mesh.facets[name]), FACET_NUMBERS[name]) for name in names]
+    numbers = [np.full(len(mesh.facets[name]), number_of[name]) for name in names]
     facets = np.vstack(rows) if rows else np.zeros((0, 3 * (mesh.dimension - 1)), dtype=int)
     facet = np.concatenate([np.zeros(0, dtype=np.int64), *numbers]).astype(np.int64)
     cells = [(cell_type, mesh.cells)] + ([(facet_type, facets)] if len(facets) else [])
@@ -45,7 +44,7 @@ def to_meshio(mesh: Mesh) -> Any:
     marked = [np.zeros(len(mesh.cells), dtype=np.int64), facet]
     physical = [FIRST_REGION_GROUP + mesh.regions, facet]
     dimension = mesh.dimension
-    groups = {name: np.array([FACET_NUMBERS[name], dimension - 1]) for name in names}
+    groups = {name: np.array([number_of[name], dimension - 1]) for name in names}
     for number in np.unique(mesh.regions):
         name = "elastomer" if number == 0 else f"plate_{number - 1}"
         groups[name] = np.array([FIRST_REGION_GROUP + number, dimension])
@@ -63,6 +62,15 @@ def to_meshio(mesh: Mesh) -> Any:
         },
         field_data=groups,
     )
+
+
+def _facet_number(name: str) -> int:
+    if name in FACET_NUMBERS:
+        return FACET_NUMBERS[name]
+    index = name.removeprefix("plate_")
+    if index == name or not index.isdecimal() or int(index) >= LAST_SHEET - FIRST_SHEET:
+        raise MeshError(f"facet name '{name}' has no number: neither in FACET_NUMBERS nor a plate")
+    return FIRST_SHEET + int(index)
 
 
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:
@@ -118,9 +126,12 @@ def read_mesh(path: Path | str) -> Mesh:
     if regions.min() < 0:
         raise MeshError(f"{path} has cells in negative regions; 0 is the elastomer, k + 1 plate k")
     points = np.asarray(found.points, dtype=float)[:, :dimension]
+    name_of = {number: name for name, number in FACET_NUMBERS.items()}
+    sheets = np.unique(numbers[(numbers >= FIRST_SHEET) & (numbers < LAST_SHEET)])
+    name_of |= {int(number): f"plate_{number - FIRST_SHEET}" for number in sheets}
     named = {
         name: facets[numbers == number]
-        for name, number in FACET_NUMBERS.items()
+        for number, name in name_of.items()
         if np.any(numbers == number)
     }
     return Mesh(points, cells, regions, named, f"file {path.name}", "symmetry" in named)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,12 +48,17 @@ def section_outline(
     zone: float,
     gage_length: float,
     sizes: SectionMesh,
+    sheets: bool = False,
 ) -> Outline:
-    """Body and plates, fine over |x| <= ``zone`` on the arc and at the plates' square ends."""
+    """Body and plates, fine over |x| <= ``zone`` on the arc and at the plates' ends.
+
+    Plates are boxes, or with ``sheets`` their mid-lines inside the body.
+    """
     outline = Outline(sizes.far_size_mm, sizes.gradation)
     _add_body(outline, body, zone, sizes)
     for frame in frames:
-        _add_plate(outline, frame, gage_length, sizes)
+        add = _add_sheet if sheets else _add_plate
+        add(outline, frame, gage_length, sizes)
     return outline
 
 
@@ -82,10 +88,7 @@ def _add_body(outline: Outline, body: Body, zone: float, sizes: SectionMesh) -> 
 
 def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
     domain = BODY + 1 + frame.index
-    # Vertices at the gage's ends, so that its strain is a difference of nodal displacements.
-    along = [-0.5 * frame.length, 0.5 * frame.length]
-    if gage_length < 0.98 * frame.length:
-        along[1:1] = [-0.5 * gage_length, 0.5 * gage_length]
+    along = _stations(frame, gage_length)
     last = len(along) - 1
     rows = []
     for side in (-0.5, 0.5):
@@ -105,3 +108,23 @@ def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: S
     outline.curve([lower[-1], upper[-1]], domain, BODY, sizes.plate_end_size_mm)
     outline.curve([upper[0], lower[0]], domain, BODY, sizes.plate_end_size_mm)
     outline.domains.append((domain, sizes.plate_size_mm))
+
+
+def _add_sheet(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
+    along = _stations(frame, gage_length)
+    ends = (0, len(along) - 1)
+    line = []
+    for k, s in enumerate(along):
+        x, y = np.array([frame.x, frame.y]) + s * frame.axis
+        line.append(outline.point(x, y, sizes.plate_end_size_mm if k in ends else None))
+    for a, b in pairwise(line):
+        outline.curve([a, b], BODY, BODY, sizes.plate_size_mm)
+
+
+def _stations(frame: PlateFrame, gage_length: float) -> list[float]:
+    """Vertices along a plate: its ends, and the gage's, so that its strain is a difference of
+    nodal displacements."""
+    along = [-0.5 * frame.length, 0.5 * frame.length]
+    if gage_length < 0.98 * frame.length:
+        along[1:1] = [-0.5 * gage_length, 0.5 * gage_length]
+    return along

@@ -1,4 +1,4 @@
-"""Graded triangles of the finger's cross-section, plates resolved (netgen's 2-D mesher).
+"""Graded triangles of the finger's cross-section, plates resolved as boxes or as lines (netgen).
 
 Netgen makes the same mesh every time, at about 30 microseconds a triangle; its licence (LGPL) suits
 a library that is imported, unlike gmsh's (GPL) and Triangle's (no commercial use).
@@ -16,6 +16,7 @@ from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.outline import BODY, Outline, section_outline
 from fingerdesign.mesh.section_process import run_netgen
+from fingerdesign.mesh.sheets import sheet_facets
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, quadratic
 
 if TYPE_CHECKING:
@@ -32,14 +33,17 @@ def mesh_section(design: Design, zone_half_width: float, sizes: SectionMesh | No
     Raises MeshError where netgen returns a mesh that does not fill the section.
     """
     sizes = sizes if sizes is not None else design.mesh.section
-    frames = plate_frames(design) if design.plates.model == "solid" else ()
+    sheets = design.plates.model == "sheet"
+    frames = plate_frames(design) if design.plates.model != "none" else ()
     zone = min(zone_half_width, 0.5 * design.body.width_mm)
-    outline = section_outline(design.body, frames, zone, design.gages.length_mm, sizes)
+    outline = section_outline(design.body, frames, zone, design.gages.length_mm, sizes, sheets)
     points, triangles, regions = _netgen(outline, float(design.mesh.time_limit_s))
     points, triangles, regions = _drop_unused(points, triangles, regions)
-    _check_areas(design.body, frames, points, triangles, regions)
+    _check_areas(design.body, () if sheets else frames, points, triangles, regions)
     nodes, cells = quadratic(points, triangles)
     facets = _classify(design.body, nodes, cells)
+    if sheets:
+        facets |= sheet_facets(nodes, cells, frames)
     nodes = _onto_arc(design.body, nodes, facets["contact"])
     return Mesh(nodes, cells, regions, facets, "netgen")
 

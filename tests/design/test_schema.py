@@ -100,7 +100,6 @@ def test_name_is_required():
         ("body.edge_radius_mm = 1.0", "body.edge_radius_mm"),
         ("body.core = {}", "body.core"),
         ("body.block = true", "body.block"),
-        ('plates.model = "sheet"', "plates.model"),
         ("mold.wall_mm = 2", "mold"),
     ],
 )
