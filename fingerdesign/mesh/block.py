@@ -9,13 +9,13 @@ box). No CAD and no mesher: numpy only.
 
 from __future__ import annotations
 
-from itertools import permutations
+from itertools import pairwise, permutations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
+from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -29,7 +29,7 @@ def graded(size: float, fine: float, extent: float, growth: float = 1.3) -> Arra
            lengths are not 0 < size and 0 < fine <= extent, or growth <= 1.
 
     >>> graded(1.0, 2.0, 9.0, 2.0).tolist()
-    [0.0, 1.0, 2.0, 4.333333333333333, 9.0]
+    [0.0, 1.0, 2.0, 3.0, 5.0, 9.0]
     """
     if not (size > 0.0 and 0.0 < fine <= extent and growth > 1.0):
         raise MeshError(
@@ -41,7 +41,7 @@ def graded(size: float, fine: float, extent: float, growth: float = 1.3) -> Arra
     rest, step = extent - fine, fine / steps
     if rest <= 1e-12 * extent:
         return even
-    count = max(1, round(np.log1p(rest / step * (growth - 1.0) / growth) / np.log(growth)))
+    count = int(np.ceil(np.log1p(rest / step * (growth - 1.0) / growth) / np.log(growth) - 1e-9))
     lengths = growth ** np.arange(count)
     return np.concatenate([even, fine + rest * np.cumsum(lengths) / lengths.sum()])
 
@@ -70,14 +70,14 @@ def rectangle(x: Array, y: Array) -> Mesh:
         "left": nodes[:, 0] == x[0],
         "right": nodes[:, 0] == x[-1],
     }
-    facets = {name: _facets_on(cells, mask, 2) for name, mask in on.items()}
+    facets = {name: facets_on(cells, mask, 2) for name, mask in on.items()}
     return Mesh(nodes, cells, np.zeros(len(cells), dtype=np.int64), facets, "block")
 
 
 def block_section(
     half_width: float, depth: float, fine: float, size: float, growth: float = 1.3
 ) -> Mesh:
-    """Rectangle |x| <= half_width, -depth <= y <= 0 with facets of ``size`` in |x| <= ``fine`` (mm).
+    """Rectangle |x| <= half_width, -depth <= y <= 0: facets of ``size`` in |x| <= ``fine`` (mm).
 
     The mesh is as fine down to fine / 2.
     """
@@ -91,9 +91,9 @@ def block_half(
 ) -> Mesh:
     """Box |x| <= half_width, -depth <= y <= 0, 0 <= z <= half_width: the half of a mirrored block.
 
-    A core |x|, z <= ``fine`` with facets of ``size`` on top lies in nested shells, each a scaled
-    copy of the core's surface and at most ``growth`` times as large as the one inside it: nodes grow
-    with the logarithm of the block. Mirrored in x = 0 too.
+    A core |x|, z <= ``fine`` with facets of ``size`` on top lies in nested shells, each a larger
+    copy of the core's surface and ``growth`` times as thick as the one inside it: nodes grow with
+    the logarithm of the block. Mirrored in x = 0 too.
     """
     across = graded(size, fine, fine, growth)
     down = graded(size, 0.3 * fine, 0.9 * fine, 1.35)
@@ -112,11 +112,25 @@ def block_half(
         "symmetry": [np.abs(nodes[:, 2]) < 1e-12 * half_width],
     }
     facets = {
-        name: np.vstack([_facets_on(cells, mask, 3) for mask in masks])
-        for name, masks in on.items()
+        name: np.vstack([facets_on(cells, mask, 3) for mask in masks]) for name, masks in on.items()
     }
     regions = np.zeros(len(cells), dtype=np.int64)
     return Mesh(nodes, cells, regions, facets, "block", symmetric=True)
+
+
+def facets_on(cells: IntArray, mask: NDArray[np.bool_], dimension: int) -> IntArray:
+    """Facets (f, 3 or 6) of quadratic cells all of whose corners are in ``mask`` (n,).
+
+    For masks of one flat or smooth piece of the boundary: an inner facet would be found too.
+    """
+    local: list[tuple[int, ...]]
+    if dimension == 2:
+        local = [(*edge, 3 + k) for k, edge in enumerate(TRIANGLE_EDGES)]
+    else:
+        middle = {edge: 4 + k for k, edge in enumerate(TETRA_EDGES)}
+        local = [(a, b, c, middle[a, b], middle[b, c], middle[a, c]) for a, b, c in TETRA_FACETS]
+    found = [cells[mask[cells[:, each[:dimension]]].all(axis=1)][:, each] for each in local]
+    return np.vstack(found)
 
 
 def near(mesh: Mesh, facets: str, half_width: float) -> IntArray:
@@ -139,19 +153,6 @@ def upside_down(mesh: Mesh) -> Mesh:
         mesh.symmetric,
         mesh.notes,
     )
-
-
-def _facets_on(cells: IntArray, mask: NDArray[np.bool_], dimension: int) -> IntArray:
-    """Facets (f, 3 or 6) of quadratic cells all of whose corners are in ``mask`` (n,)."""
-    if dimension == 2:
-        local = [(*edge, 3 + k) for k, edge in enumerate(TRIANGLE_EDGES)]
-    else:
-        middles = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
-        local = [
-            (a, b, c, middles[a, b], middles[b, c], middles[a, c]) for a, b, c in TETRA_FACETS
-        ]
-    found = [cells[mask[cells[:, each[:dimension]]].all(axis=1)][:, each] for each in local]
-    return np.vstack(found)
 
 
 def _mirrored_core(across: Array, down: Array) -> tuple[Array, IntArray]:
@@ -180,13 +181,11 @@ def _mirrored_core(across: Array, down: Array) -> tuple[Array, IntArray]:
 
 
 def _scales(first: float, last: float, growth: float) -> Array:
-    """Scales of the nested shells from 1 to ``last``: steps start at ``first``, then growth."""
-    scales, step = [1.0], first
-    while scales[-1] < last * (1.0 - 1e-9):
-        step = min(1.4 * step, (growth - 1.0) * scales[-1])
-        scales.append(scales[-1] + step)
-    power = np.log(last) / np.log(scales[-1])
-    return np.asarray(np.array(scales) ** power)
+    """Scales of the nested shells from 1 to ``last``; the first is about ``first`` thick."""
+    count = max(1, round(np.log1p((last - 1.0) / first * (growth - 1.0)) / np.log(growth)))
+    thicknesses = growth ** np.arange(count)
+    share = np.cumsum(thicknesses) / thicknesses.sum()
+    return np.concatenate([[1.0], 1.0 + (last - 1.0) * share])
 
 
 def _outside(points: Array, fine: float, depth: float) -> NDArray[np.bool_]:
@@ -212,17 +211,15 @@ def _shells(
     surface = np.sort(np.vstack(triangles), axis=1)
     nodes, local = np.unique(surface, return_inverse=True)
     local = local.reshape(surface.shape)
-    inner, all_points, all_cells = nodes, [points], [cells]
-    count = len(points)
-    for scale in scales[1:]:
-        layer = count + np.arange(len(nodes))
-        all_points.append(points[nodes] * scale)
-        a, b = inner[local], layer[local]
-        for k in range(3):
-            all_cells.append(np.hstack([a[:, k:], b[:, : k + 1]]))
-        inner, count = layer, count + len(nodes)
-    everything = np.vstack(all_points)
-    return everything, _oriented(everything, np.vstack(all_cells))
+    layers = [nodes]
+    layers += [len(points) + k * len(nodes) + np.arange(len(nodes)) for k in range(len(scales) - 1)]
+    wedges = [
+        np.hstack([inner[local][:, k:], outside[local][:, : k + 1]])
+        for inner, outside in pairwise(layers)
+        for k in range(3)
+    ]
+    everything = np.vstack([points, *(points[nodes] * scale for scale in scales[1:])])
+    return everything, _oriented(everything, np.vstack([cells, *wedges]))
 
 
 def _oriented(points: Array, cells: IntArray) -> IntArray:
