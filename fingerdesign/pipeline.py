@@ -21,10 +21,9 @@ import numpy as np
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import completely_slips
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.design.forecast import contact_half_width
+from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.scene_checks import scene_faults
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
@@ -41,6 +40,7 @@ from fingerdesign.results import (
     Result,
     SlipStudy,
 )
+from fingerdesign.scene_contact import object_at_touch, steps_sideways, targets
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -55,9 +55,7 @@ _SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone
 _ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
 STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
-# The forecast of the contact's half-width is 8 to 26 % wide and knows nothing of shear, which drags
-# the contact along by a few tenths of a millimetre; a zone too narrow is refused and widened.
-_ZONE_FACTOR, _ZONE_MARGIN, _WIDEN = 1.1, 0.3, 1.4
+_WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
 
 @dataclass(frozen=True)
@@ -101,38 +99,36 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     scene = case.scene or fundamental_scene()
     refuse(case, scene)
     clock = Clock() if clock is None else clock
-    widest = 0.5 * case.design.body.width_mm
-    zone = candidate_zone(case.design, greatest_approach(case, scene))
+    zone = zone_of(case, scene)
     notes: list[str] = []
     while True:
         try:
             return _run_in_zone(case, scene, zone, clock, notes, tell)
         except ZoneExhausted as exhausted:
-            if zone >= widest:
+            if zone.fills(case.design):
                 raise
-            zone = min(_WIDEN * zone, widest)
-            notes.append(f"candidate zone widened to |x| <= {zone:.2f} mm: {exhausted}")
+            zone = zone.widened(_WIDEN, case.design)
+            notes.append(f"candidate zone widened to {zone}: {exhausted}")
             tell(notes[-1])
 
 
 def _run_in_zone(
-    case: Case, scene: Scene, zone: float, clock: Clock, notes: list[str], tell: Tell
+    case: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], tell: Tell
 ) -> Analysis:
     design = case.design
+    symmetric = design.mirrors_in_z and scene.mirrors_in_z
     tell("meshing")
     with clock.stage("mesh"):
-        mesh = make_mesh(design, case.fidelity, zone)
+        mesh = make_mesh(design, case.fidelity, zone, symmetric)
     tell(f"condensing {len(mesh.cells)} elements")
     model = condense(design, mesh, zone, scene)
     for stage, seconds in model.timings.items():
         clock.seconds[stage] = clock.seconds.get(stage, 0.0) + seconds
-    problem = contact_problem(
-        model.reduced, Plane(crest_height(design.body)), scene.object.friction_coefficient
-    )
+    rigid = object_at_touch(scene.object, design.body)
+    problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
     tell("loading")
     with clock.stage("increments"), one_thread():
-        motions = [Motion(approach, shear) for approach, shear in scene.path.increments_mm]
-        steps = list(follow(problem, motions, substeps=scene.path.substeps))
+        steps = list(follow(problem, targets(scene.path), substeps=scene.path.substeps))
         studies = slip_studies(case, scene, problem) if case.scene is None else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.grips and case.scene is None and design.plates.number:
@@ -198,40 +194,37 @@ def fundamental_scene() -> Scene:
     return parse_scene(shipped_scene_text("fundamental"), "fundamental")
 
 
-def candidate_zone(design: Design, approach: float) -> float:
-    """Half-width in x of the contact candidates for an approach, mm; at most the body's."""
-    forecast = _ZONE_FACTOR * contact_half_width(design, approach) + _ZONE_MARGIN
-    return min(forecast, 0.5 * design.body.width_mm)
-
-
-def greatest_approach(case: Case, scene: Scene) -> float:
-    """How far the object comes in this case, mm: the candidate zone must hold that contact."""
-    reach = max(approach for approach, _ in scene.path.increments_mm)
+def zone_of(case: Case, scene: Scene) -> Zone:
+    """Contact candidates for the scene and, where they are run, the grips (against a plane)."""
+    zone = candidate_zone(case.design, scene.object, greatest_approach(case.design, scene))
     if case.scene is None and case.grips and case.design.plates.number:
-        reach = max(reach, case.design.grip.max_approach_mm)
-    return reach
+        reach = case.design.grip.max_approach_mm
+        grips = candidate_zone(case.design, scene.object, reach)
+        zone = max(zone, grips, key=lambda each: each.half_width)
+    return zone
 
 
-def make_mesh(design: Design, fidelity: str, zone: float) -> Mesh:
-    """The section for plane strain; in 3-D the half finger z >= 0, by the design's mesher."""
+def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True) -> Mesh:
+    """The section for plane strain; else the finger or its half z >= 0, by the design's mesher."""
     if fidelity == "plane-strain":
         from fingerdesign.mesh.section import mesh_section
 
-        return mesh_section(design, zone)
+        return mesh_section(design, zone.half_width)
     if design.mesh.mesher == "extrude":
         from fingerdesign.mesh.extrude import extrude
 
-        return extrude(design, zone)
+        return extrude(design, zone.half_width, symmetric)
     from fingerdesign.mesh.tetwild import tetrahedralise
 
-    return tetrahedralise(design, zone, symmetric=design.mirrors_in_z)
+    return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=zone.half_depth)
 
 
-def condense(design: Design, mesh: Mesh, zone: float, scene: Scene) -> FiniteElementModel:
+def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
     """Assemble, and condense onto the contact candidates and readouts."""
     from fingerdesign.fem.model import build_model
 
-    return build_model(design, mesh, zone, np.array(scene.readout.points_mm).reshape(-1, 3))
+    points = np.array(scene.readout.points_mm).reshape(-1, 3)
+    return build_model(design, mesh, zone.half_width, points, zone.half_depth)
 
 
 def one_thread() -> AbstractContextManager[object]:
@@ -250,7 +243,8 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     from fingerdesign.control.slip_study import slip_studies as study
 
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
-    return tuple(study(problem, scene.path.increments_mm, case.design.gages.face, frictions))
+    rows = [(row[0], row[1]) for row in scene.path.rows]
+    return tuple(study(problem, rows, case.design.gages.face, frictions))
 
 
 def run_all_grips(design: Design, problem: ContactProblem) -> list[tuple[GripResult, GripTrace]]:
@@ -270,16 +264,18 @@ def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory
 
 
 def model_summary(
-    model: FiniteElementModel, case: Case, zone: float, notes: list[str]
+    model: FiniteElementModel, case: Case, zone: Zone, notes: list[str]
 ) -> ModelSummary:
     """What was modelled, and a sentence for each choice."""
     mesh = model.mesh
     kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
-    reasons = [f"contact candidates: |x| <= {zone:.2f} mm, from the scene's greatest approach"]
+    reasons = [f"contact candidates: {zone}, from the scene's greatest approach"]
     if mesh.dimension == 2:
         reasons.append("plane strain was asked for: one section, forces times the depth")
     elif mesh.symmetric:
-        reasons.append("half of the finger: body, plates and path mirror in z = 0")
+        reasons.append("half of the finger: body, plates, object and path mirror in z = 0")
+    else:
+        reasons.append("the whole finger: object or path does not mirror in z = 0")
     return ModelSummary(
         dimension=2 if mesh.dimension == 2 else 3,
         element=f"P2 {kind}, P1 contact tractions",
@@ -350,6 +346,15 @@ def refuse(case: Case, scene: Scene) -> None:
                 "extrude",
                 "'tetwild' for a finger whose section changes along z",
                 "set mesh.mesher = 'tetwild'",
+            )
+        )
+    if case.fidelity == "plane-strain" and steps_sideways(scene):
+        faults.append(
+            Fault(
+                "--fidelity",
+                case.fidelity,
+                "'3d' for a scene that is not the same in every section",
+                "take 3d: a sphere, a turned object or one along x, shear_z and twist need it",
             )
         )
     if faults:

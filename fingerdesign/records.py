@@ -52,6 +52,10 @@ def increment_result(step: Step, face: str) -> IncrementResult:
             )
         ),
         points=tuple(PointStrain(*map(float, strain)) for strain in measures.points * MICRO),
+        shear_z_mm=increment.motion.shear_z,
+        twist_deg=increment.motion.twist_deg,
+        force_z_N=measures.force_z,
+        twist_moment_Nmm=measures.twist_moment,
     )
 
 

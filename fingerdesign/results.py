@@ -136,7 +136,8 @@ class IncrementResult:
     """One row of the path, solved and checked.
 
     stick_ratio: stick area / contact area by quadrature, None without contact. In 3-D the contact
-    width is taken at z = 0. residual: the contact solver's own, as it defines it.
+    width is taken at z = 0. residual: the contact solver's own, as it defines it. force_z_N: on the
+    finger, > 0 toward +z; twist_moment_Nmm: on the finger about +y through x = z = 0.
     """
 
     __pydantic_config__ = _STRICT
@@ -155,6 +156,10 @@ class IncrementResult:
     residual: float
     gages: tuple[GageResult, ...] = ()
     points: tuple[PointStrain, ...] = ()
+    shear_z_mm: float = 0.0
+    twist_deg: float = 0.0
+    force_z_N: float = 0.0
+    twist_moment_Nmm: float = 0.0
 
 
 @dataclass(frozen=True)

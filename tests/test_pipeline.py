@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import analyse, load_design, parse_design, parse_scene, with_values
+from fingerdesign.design.contact_zone import Zone
 from fingerdesign.design.starter import shipped_designs, shipped_path
 from fingerdesign.errors import DesignError
 from fingerdesign.outputs import analyse_into
@@ -76,7 +77,7 @@ def test_a_zone_too_narrow_is_widened_and_said(monkeypatch):
 
     design = with_values(load_design(shipped_path("homogeneous")), COARSE)
     wide = analyse(design, SCENE, "plane-strain")
-    monkeypatch.setattr(pipeline, "candidate_zone", lambda design, approach: 0.8)
+    monkeypatch.setattr(pipeline, "candidate_zone", lambda *given: Zone(0.8))
     narrow = analyse(design, SCENE, "plane-strain")
     assert any("widened" in reason for reason in narrow.model.reasons)
     assert narrow.increments[-1].normal_force_N == pytest.approx(

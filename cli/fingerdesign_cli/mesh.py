@@ -10,6 +10,7 @@ import click
 from fingerdesign_cli.common import output_folder, output_options, print_json, progress, read_case
 
 if TYPE_CHECKING:
+    from fingerdesign.design.contact_zone import Zone
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.mesh.types import Mesh
@@ -86,7 +87,8 @@ def command(
     finger, scene = read_case(design, scene_file)
     with progress(finger.design.name, quiet) as tell:
         tell(f"meshing ({fidelity})")
-        mesh = make_mesh(finger, fidelity, _zone(finger, scene))
+        symmetric = finger.mirrors_in_z and (scene is None or scene.mirrors_in_z)
+        mesh = make_mesh(finger, fidelity, _zone(finger, scene), symmetric)
         report = assess(mesh, finger)
         tell("writing")
         files = _write(mesh, out, formats, report.text(), report.to_dict())
@@ -102,12 +104,11 @@ def command(
         click.echo("written: " + ", ".join(str(path) for path in files))
 
 
-def _zone(design: Design, scene: Scene | None) -> float:
-    """Half-width of the fine zone, mm: the analysis's first, so that both share a kept mesh."""
-    from fingerdesign.pipeline import Case, candidate_zone, fundamental_scene, greatest_approach
+def _zone(design: Design, scene: Scene | None) -> Zone:
+    """The fine zone: the analysis's first, so that both share a kept mesh."""
+    from fingerdesign.pipeline import Case, fundamental_scene, zone_of
 
-    reach = greatest_approach(Case(design, scene), scene or fundamental_scene())
-    return candidate_zone(design, reach)
+    return zone_of(Case(design, scene), scene or fundamental_scene())
 
 
 def _write(

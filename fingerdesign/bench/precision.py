@@ -90,14 +90,16 @@ def write_precision(points: list[Point], folder: Path) -> list[Path]:
 
 def _solve(method: str, size: float) -> tuple[Array, int, float]:
     """Rows (k, 3 + gages) of F_n, F_t, stick ratio and membrane readings; dofs; seconds."""
+    from fingerdesign.design.contact_zone import candidate_zone
+    from fingerdesign.design.scene import SceneObject
     from fingerdesign.fem.model import build_model
     from fingerdesign.mesh.extrude import extrude
     from fingerdesign.mesh.section import mesh_section
     from fingerdesign.mesh.tetwild import tetrahedralise
-    from fingerdesign.pipeline import candidate_zone, one_thread
+    from fingerdesign.pipeline import one_thread
 
     design = _sized(method, size)
-    zone = candidate_zone(design, ROWS[-1][0])
+    zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width
     start = time.perf_counter()
     if method == "plane strain":
         mesh = mesh_section(design, zone)

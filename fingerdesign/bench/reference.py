@@ -47,17 +47,17 @@ class Solved:
 
 def solve_reference(design: Design, fidelity: str, friction: float = 0.5) -> Solved:
     """Mesh, condense and load a design along the shipped sixteen increments."""
-    from fingerdesign.pipeline import candidate_zone, condense, make_mesh
+    from fingerdesign.design.contact_zone import candidate_zone, greatest_approach
+    from fingerdesign.pipeline import condense, make_mesh
 
     scene = parse_scene(shipped_scene_text("reference_plane_strain"))
     if fidelity != "plane-strain":
         scene = scene.model_copy(update={"readout": type(scene.readout)()})
-    rows = scene.path.increments_mm
-    zone = candidate_zone(design, max(approach for approach, _ in rows))
+    zone = candidate_zone(design, scene.object, greatest_approach(design, scene))
     mesh = make_mesh(design, fidelity, zone)
     model = condense(design, mesh, zone, scene).reduced
     problem = contact_problem(model, Plane(crest_height(design.body)), friction)
-    steps = list(follow(problem, [Motion(approach, shear) for approach, shear in rows]))
+    steps = list(follow(problem, [Motion(*row) for row in scene.path.rows]))
     return Solved(problem, steps, mesh.points.size)
 
 

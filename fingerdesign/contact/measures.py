@@ -41,6 +41,8 @@ class Measures:
     slip_distance: float
     gages: Array  # (plates, 2) upper, lower
     points: Array  # (points, 6)
+    force_z: float = 0.0  # on the finger, toward +z
+    twist_moment: float = 0.0  # N mm, on the finger about +y through x = z = 0
 
     @property
     def stick_ratio(self) -> float | None:
@@ -65,6 +67,7 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     touching = increment.multiplier[:, 0] > 0.0
     travelled = increment.state.travelled[touching]
     status = increment.status
+    force_z, twist_moment = _out_of_section(model, increment.force)
     return Measures(
         normal_force=float(-force[1]) + 0.0,  # no minus zero
         tangential_force=float(force[0]),
@@ -79,7 +82,17 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
         slip_distance=float(travelled.min()) if touching.any() else 0.0,
         gages=model.gage_strain(increment.force),
         points=model.point_strain(increment.force),
+        force_z=force_z,
+        twist_moment=twist_moment,
     )
+
+
+def _out_of_section(model: ReducedModel, force: Array) -> tuple[float, float]:
+    """Force along z, N, and moment about +y, N mm; zero where the finger mirrors in z = 0."""
+    if model.dimension == 2 or model.symmetry_factor == 2:
+        return 0.0, 0.0
+    moment = model.points[:, 2] @ force[:, 0] - model.points[:, 0] @ force[:, 2]
+    return float(force[:, 2].sum()) + 0.0, float(moment) + 0.0
 
 
 def completely_slips(measures: Measures, dimension: int) -> bool:

@@ -25,8 +25,6 @@ DOWN: Vector = (0.0, -1.0, 0.0)
 class RigidObject(Indenter, Protocol):
     """An indenter that can be placed: moved along y, and asked for its lower face."""
 
-    height: float
-
     def underside(self, x: Array, z: Array) -> Array:
         """Height y of the lower face over (x, z); infinite beside the object."""
         ...

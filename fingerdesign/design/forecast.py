@@ -21,11 +21,12 @@ def plates_volume(design: Design) -> float:
     return plates.number * plates.length_mm * plates.thickness_mm * span
 
 
-def contact_half_width(design: Design, approach_mm: float) -> float:
+def contact_half_width(design: Design, approach_mm: float, object_curvature: float = 0.0) -> float:
     """Forecast of the contact's half-width at z = 0 under a plane pressed ``approach_mm``, mm.
 
-    Straight body: Hertz's line contact on a layer of the crest's height d (Johnson, Contact
-    Mechanics, 1985, eq. 5.56): approach = a^2 / (4 R) (2 ln(2 d / a) - nu / (1 - nu)). Dome: point
+    ``object_curvature`` (1/mm): of a cylinder along z instead of the plane. Straight body: Hertz's
+    line contact on a layer of the crest's height d (Johnson, Contact Mechanics, 1985, eq. 5.56):
+    approach = a^2 / (4 R) (2 ln(2 d / a) - nu / (1 - nu)). Dome: point
     contact on a half-space of the mean curvature, approach = a^2 / R. Plates, free sides and
     friction are left out, so it errs to the wide side: against the plane-strain model at approaches
     of 0.15 to 0.4 mm, by 8 to 16 % without plates and by 13 to 26 % with the shipped fingers'. A
@@ -36,13 +37,14 @@ def contact_half_width(design: Design, approach_mm: float) -> float:
     if approach_mm <= 0:
         return 0.0
     if body.dome_radius_mm is not None:
-        radius = 2.0 / (1.0 / body.arc_radius_mm + 1.0 / body.dome_radius_mm)
+        radius = 2.0 / (1.0 / body.arc_radius_mm + 1.0 / body.dome_radius_mm + object_curvature)
         return min(math.sqrt(radius * approach_mm), most)
     height, nu = crest_height(body), design.material_of("body").poissons_ratio
+    radius = 1.0 / (1.0 / body.arc_radius_mm + object_curvature)
 
     def approach(a: float) -> float:
         layer = 2.0 * math.log(2.0 * height / a) - nu / (1.0 - nu)
-        return a * a / (4.0 * body.arc_radius_mm) * layer
+        return a * a / (4.0 * radius) * layer
 
     # The formula grows up to ln(2 d / a) = (1 + nu / (1 - nu)) / 2; it means nothing beyond.
     high = min(most, 2.0 * height * math.exp(-0.5 / (1.0 - nu)))
@@ -82,8 +84,13 @@ class Summary:
 
 def summarise(design: Design, scene: Scene | None = None) -> Summary:
     """Summarise a sound design, pressed as far as ``scene`` does (else the fundamental case)."""
-    rows = scene.path.increments_mm if scene is not None else ((DEFAULT_APPROACH_MM, 0.0),)
-    approach = max(row[0] for row in rows)
+    from fingerdesign.design.contact_zone import contact_reach, greatest_approach
+
+    approach = greatest_approach(design, scene) if scene is not None else DEFAULT_APPROACH_MM
+    if scene is not None:
+        half_width = contact_reach(design, scene.object, approach)[0]
+    else:
+        half_width = contact_half_width(design, approach)
     body, plates = design.body, design.plates
     cover = gap = side = base = None
     if plates.number:
@@ -103,7 +110,7 @@ def summarise(design: Design, scene: Scene | None = None) -> Summary:
         least_side_mm=side,
         least_base_mm=base,
         approach_mm=approach,
-        contact_half_width_mm=contact_half_width(design, approach),
+        contact_half_width_mm=min(half_width, 0.5 * body.width_mm),
         volume_mm3=outline_volume(body),
         plates_volume_mm3=plates_volume(design),
         extruded=design.extruded,

@@ -151,6 +151,9 @@ def _validated(
         return None, [e for e in error.errors(include_url=False) if not _counts_only_sound(e)]
 
 
+_ROWS = "increments_mm|increments_N"
+
+
 def _counts_only_sound(error: ErrorDetails) -> bool:
     """Whether an array is called too short only because its faulty entries were not counted."""
     entries = error["input"]
@@ -170,7 +173,7 @@ def judge_design(text: str, source: str = "") -> Judged[Design]:
 
 def judge_scene(text: str, source: str = "") -> Judged[Scene]:
     """Return what can be said of a scene's TOML ``text``, as :func:`judge_design` does."""
-    return _judged(Scene, _toml(text, source), {"path": {"increments_mm": [[0.0, 0.0]]}})
+    return _judged(Scene, _toml(text, source), {"path": {_ROWS: [[1.0, 0.0]]}})
 
 
 def read_text(path: str | Path) -> str:
@@ -198,7 +201,8 @@ def _design_of(data: dict[str, Any], source: str) -> Design:
 def _judged(
     model: type[_Model], data: dict[str, Any], required: Mapping[str, Mapping[str, Any]]
 ) -> Judged[_Model]:
-    """Take faulty keys out until the rest validates; ``required`` stands in for what must be.
+    """Take faulty keys out until the rest validates; ``required`` stands in for what must be, a
+    key or one of several ("a|b").
 
     Some rules are not asked while a key is faulty, so each round may find further faults; those
     that a key taken out has caused are left out.
@@ -220,9 +224,9 @@ def _judged(
             _take_out(pruned, error)
         for table, values in required.items():
             inner = pruned.setdefault(table, {})
-            for key, stand_in in values.items() if isinstance(inner, dict) else ():
-                if key not in inner:
-                    inner[key] = stand_in
+            for names, stand_in in values.items() if isinstance(inner, dict) else ():
+                if not any(name in inner for name in names.split("|")):
+                    inner[names.split("|")[0]] = stand_in
         if before == (pruned, doubtful):
             break
     return Judged(None, _distinct(faults), doubtful)

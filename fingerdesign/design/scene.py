@@ -2,81 +2,190 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import BeforeValidator, Field, model_validator
 
-from fingerdesign.design.base import Many, Row2, Row3, Table, not_offered, refuse
+from fingerdesign.design.base import Many, Row3, Table, refuse
 
-
-def _plane_only(value: Any) -> Any:
-    if value in ("cylinder", "sphere"):
-        raise not_offered(value, "plane")
-    return value
+_COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
 
 
-def _motion_only(value: Any) -> Any:
-    if value == "force":
-        raise not_offered(value, "motion")
-    return value
+def _as_row(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
-def _pairs_only(rows: Any) -> Any:
-    """Refuse the longer rows [approach, shear, shear_z, twist_deg] by name, once for all."""
-    if isinstance(rows, (list, tuple)):
-        for index, row in enumerate(rows):
-            if isinstance(row, (list, tuple)) and len(row) in (3, 4):
-                raise not_offered(
-                    list(row), "a row of [approach, shear]", f"path.increments_mm[{index}]"
-                )
-            if isinstance(row, (list, tuple)) and len(row) != 2:
-                raise refuse(
-                    list(row),
-                    "a row of two numbers [approach, shear]",
-                    "give both, cumulative, in mm",
-                    f"path.increments_mm[{index}]",
-                )
+Row = Annotated[tuple[float, ...], BeforeValidator(_as_row)]
+
+
+def _two_to_four(rows: Any) -> Any:
+    """Refuse rows of another length, each by its number."""
+    for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
+        if isinstance(row, (list, tuple)) and not 2 <= len(row) <= 4:
+            raise refuse(
+                list(row),
+                "a row of two to four numbers",
+                f"give {_COLUMNS}, cumulative",
+                f"path.increments_mm[{index}]",
+            )
     return rows
 
 
-def _begins_apart_or_touching(rows: tuple[Any, ...]) -> tuple[Any, ...]:
-    if rows and rows[0][0] < 0:
-        raise refuse(
-            rows[0][0],
-            "at least 0 in the first row",
-            "approach is counted from first touch, closing > 0",
-            "path.increments_mm[0][0]",
-        )
+def _two(rows: Any) -> Any:
+    for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
+        if isinstance(row, (list, tuple)) and len(row) != 2:
+            raise refuse(
+                list(row),
+                "a row of two numbers [normal, tangential]",
+                "give both forces in N; shear_z and twist are held at 0",
+                f"path.increments_N[{index}]",
+            )
     return rows
 
 
 class SceneObject(Table):
-    """The rigid object; a plane above the crest, facing -y."""
+    """The rigid object above the crest: let down along y it first touches at approach 0."""
 
-    shape: Annotated[Literal["plane"], BeforeValidator(_plane_only)] = Field(
-        default="plane", description="plane"
+    shape: Literal["plane", "cylinder", "sphere"] = Field(
+        default="plane", description="plane | cylinder | sphere"
+    )
+    radius_mm: float | None = Field(
+        default=None, ge=0.05, le=1e5, description="of a cylinder or sphere"
+    )
+    axis: Literal["x", "z"] = Field(
+        default="z", description="a cylinder's direction before tilt and turn"
+    )
+    tilt_deg: float = Field(
+        default=0.0, ge=-45, le=45, description="turned about z, anticlockwise seen from +z"
+    )
+    turn_deg: float = Field(
+        default=0.0,
+        ge=-180,
+        le=180,
+        description="turned about y after the tilt: an edge, or a slope, of any direction",
     )
     friction_coefficient: float = Field(
         default=0.5, ge=0, le=10, description="Coulomb: tangential <= mu x normal"
     )
 
+    @model_validator(mode="after")
+    def _radius_where_round(self) -> Self:
+        if self.shape == "plane" and self.radius_mm is not None:
+            raise refuse(
+                self.radius_mm,
+                "left out for a plane",
+                "remove it, or set object.shape",
+                "object.radius_mm",
+            )
+        if self.shape != "plane" and self.radius_mm is None:
+            raise refuse(
+                None, f"given for a {self.shape}", "add radius_mm to [object]", "object.radius_mm"
+            )
+        if self.shape == "sphere":
+            for name in ("tilt_deg", "turn_deg"):
+                if getattr(self, name):
+                    raise refuse(
+                        getattr(self, name), "0 for a sphere", "remove it", f"object.{name}"
+                    )
+        return self
+
+    @property
+    def plane_in_z(self) -> bool:
+        """Whether every section of constant z is the same (then plane strain can hold it)."""
+        turned = bool(self.turn_deg) and (bool(self.tilt_deg) or self.shape == "cylinder")
+        return self.shape != "sphere" and not turned and not self._along_x
+
+    @property
+    def mirrors_in_z(self) -> bool:
+        """Whether the object is its own mirror image in z = 0."""
+        turned = bool(self.turn_deg) and (bool(self.tilt_deg) or self.shape == "cylinder")
+        return not turned or self.turn_deg in (180.0, -180.0)
+
+    @property
+    def _along_x(self) -> bool:
+        return self.shape == "cylinder" and self.axis == "x"
+
 
 class ScenePath(Table):
-    """The object's motion, one increment a row."""
+    """The object's motion, or the forces it presses and pulls with, one increment a row."""
 
-    increments_mm: Annotated[
-        Many[Row2], AfterValidator(_begins_apart_or_touching), BeforeValidator(_pairs_only)
-    ] = Field(
-        min_length=1,
+    increments_mm: Annotated[Many[Row], BeforeValidator(_two_to_four)] = Field(
+        default=(),
         max_length=10_000,
-        description="rows of cumulative [approach, shear]; each is exactly one increment",
+        description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z, "
+        "twist_deg]; each is exactly one increment",
     )
-    control: Annotated[Literal["motion"], BeforeValidator(_motion_only)] = Field(
-        default="motion", description="motion: rows are displacements"
+    increments_N: Annotated[Many[Row], BeforeValidator(_two)] = Field(
+        default=(),
+        max_length=10_000,
+        description='with control = "force": rows of [normal, tangential] in N, whole finger',
+    )
+    control: Literal["motion", "force"] = Field(
+        default="motion",
+        description="motion: rows are displacements | force: rows are forces, the motion is found",
     )
     substeps: int = Field(
         default=1, ge=1, le=1000, description="cut each row in so many equal increments"
     )
+
+    @property
+    def rows(self) -> tuple[tuple[float, ...], ...]:
+        """The rows given, mm (and degrees) or N as ``control`` says."""
+        return self.increments_N or self.increments_mm
+
+    @property
+    def key(self) -> str:
+        """The key that holds the rows."""
+        return "path.increments_N" if self.increments_N else "path.increments_mm"
+
+    @property
+    def mirrors_in_z(self) -> bool:
+        """Whether the path moves nothing out of the mirror plane z = 0."""
+        return not any(value for row in self.rows for value in row[2:])
+
+    @model_validator(mode="after")
+    def _rows_fit_the_control(self) -> Self:
+        force = self.control == "force"
+        if self.increments_N and (self.increments_mm or not force):
+            raise refuse(
+                [list(row) for row in self.increments_N[:1]],
+                "left out" if self.increments_mm else 'given with control = "force" only',
+                "keep increments_mm or increments_N"
+                if self.increments_mm
+                else 'set path.control = "force", or give increments_mm',
+                "path.increments_N",
+            )
+        if not self.rows:
+            name = "increments_N" if force else "increments_mm"
+            raise refuse([], "at least one row", f"add rows to path.{name}", f"path.{name}")
+        if force:
+            return self._presses()
+        if self.rows[0][0] < 0:
+            raise refuse(
+                self.rows[0][0],
+                "at least 0 in the first row",
+                "approach is counted from first touch, closing > 0",
+                "path.increments_mm[0][0]",
+            )
+        return self
+
+    def _presses(self) -> Self:
+        for index, row in enumerate(self.rows):
+            if len(row) != 2:
+                raise refuse(
+                    list(row),
+                    "a row of two numbers [normal, tangential]",
+                    "give both forces in N; shear_z and twist are held at 0",
+                    f"{self.key}[{index}]",
+                )
+            if row[0] <= 0:
+                raise refuse(
+                    row[0],
+                    "a normal force above 0 N",
+                    "a contact can only press; for a release, prescribe the motion",
+                    f"{self.key}[{index}][0]",
+                )
+        return self
 
 
 class Readout(Table):
@@ -93,6 +202,17 @@ class Scene(Table):
     object: SceneObject = Field(default_factory=SceneObject)
     path: ScenePath
     readout: Readout = Field(default_factory=Readout)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _path_of_its_own(cls, data: Any) -> Any:
+        """Let an absent path be faulted for the rows that it lacks."""
+        return {"path": {}, **data} if isinstance(data, dict) else data
+
+    @property
+    def mirrors_in_z(self) -> bool:
+        """Whether object and path mirror in z = 0: half of a finger then tells all."""
+        return self.object.mirrors_in_z and self.path.mirrors_in_z
 
     def digest(self) -> str:
         """SHA-256 of the content, in hexadecimal; formatting and comments do not matter."""

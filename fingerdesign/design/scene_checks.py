@@ -14,6 +14,9 @@ from fingerdesign.errors import Fault
 
 # Small strain is long past where the object has moved by half of the finger's height.
 MOST_MOTION = 0.5
+MOST_TWIST_DEG = 10.0  # cos 10 degrees is 0.985: turns are taken as small
+_LESS = "move the object less: strains are taken as small"
+_TURN_LESS = "turn the object less: rotations are taken as small"
 
 
 def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset()) -> list[Fault]:
@@ -28,24 +31,28 @@ def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset())
     points = [] if involves(doubtful, *box) else _point_faults(scene, design)
     if involves(doubtful, "path.increments_mm"):
         return points
-    faults: list[Fault] = []
+    return _motion_faults(scene, design) + points
+
+
+def _motion_faults(scene: Scene, design: Design) -> list[Fault]:
+    if scene.path.control == "force":
+        return []
     limit = MOST_MOTION * crest_height(design.body)
-    rows = np.array(scene.path.increments_mm)
-    for column, name in enumerate(("approach", "shear")):
+    height = f"within {limit:.4g} mm, half of the finger's height"
+    bounds = (
+        (limit, f"an approach {height}", _LESS),
+        (limit, f"a shear {height}", _LESS),
+        (limit, f"a shear_z {height}", _LESS),
+        (MOST_TWIST_DEG, f"a twist within {MOST_TWIST_DEG:g} degrees", _TURN_LESS),
+    )
+    faults: list[Fault] = []
+    rows = np.array([[*row, 0.0, 0.0][:4] for row in scene.path.rows])
+    for column, (most, bound, remedy) in enumerate(bounds):
         worst = int(np.argmax(np.abs(rows[:, column])))
         value = float(rows[worst, column])
-        if abs(value) > limit:
-            faults.append(
-                Fault(
-                    f"path.increments_mm[{worst}][{column}]",
-                    value,
-                    f"an {name} within {limit:.4g} mm, half of the finger's height"
-                    if name == "approach"
-                    else f"a {name} within {limit:.4g} mm, half of the finger's height",
-                    "move the object less: strains are taken as small",
-                )
-            )
-    return faults + points
+        if abs(value) > most:
+            faults.append(Fault(f"path.increments_mm[{worst}][{column}]", value, bound, remedy))
+    return faults
 
 
 def _point_faults(scene: Scene, design: Design) -> list[Fault]:

@@ -47,10 +47,10 @@ def mesh_key(
     body: Body,
     frames: tuple[PlateFrame, ...],
     sizes: MeshSizes,
-    zone_half_width_mm: float,
+    zone_mm: tuple[float, float | None],
     symmetric: bool,
 ) -> str:
-    """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on."""
+    """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on; zone: half width, depth."""
     content = {
         "format": FORMAT,
         "versions": [__version__, version("pytetwild")],
@@ -64,7 +64,7 @@ def mesh_key(
         ],
         "plates": [asdict(frame) for frame in frames],
         "sizes": asdict(sizes),
-        "zone_half_width_mm": zone_half_width_mm,
+        "zone_mm": zone_mm,
         "symmetric": symmetric,
     }
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -56,10 +56,11 @@ class MeshSizes:
                 raise MeshError(f"mesh size {name} = {value} must be a finite number above 0")
 
     @classmethod
-    def of(cls, design: Design) -> MeshSizes:
-        """The sizes a design asks for in its ``[mesh]`` table."""
+    def of(cls, design: Design, round_contact: bool = False) -> MeshSizes:
+        """The sizes a design asks for in its ``[mesh]`` table; a dome's contact is round."""
         mesh = design.mesh
-        stretch = STRETCH_STRAIGHT if design.body.dome_radius_mm is None else STRETCH_DOME
+        long = design.body.dome_radius_mm is None and not round_contact
+        stretch = STRETCH_STRAIGHT if long else STRETCH_DOME
         return cls(
             mesh.contact_size_mm, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch
         )
@@ -78,7 +79,8 @@ class MeshSizes:
 class SizeField:
     """Wanted edge length in the section: fine at the contact zone, at plates and at their ends.
 
-    The contact zone is |x| <= ``zone_half_width`` over the whole depth. The square ends of the
+    The contact zone is |x| <= ``zone_half_width`` and, where given, |z| <= ``zone_half_depth``. The
+    square ends of the
     plates are stress singularities, and what strains a gage comes in through them: there the size
     is half the thickness (but no less than a tenth of ``sizes.plate``) and grows by END_GRADATION.
     """
@@ -87,6 +89,7 @@ class SizeField:
     frames: tuple[PlateFrame, ...]
     sizes: MeshSizes
     zone_half_width: float
+    zone_half_depth: float | None = None
 
     def __call__(self, points: Array) -> Array:
         """Wanted edge length (n,), mm, at points (n, 2) or (n, 3)."""
@@ -94,6 +97,9 @@ class SizeField:
         sideways = np.maximum(np.abs(points[:, 0]) - self.zone_half_width, 0.0)
         # The surface continued below its lowest point is no contact surface.
         below = self.surface.lowest - points[:, 1]
+        if self.zone_half_depth is not None and points.shape[1] == 3:
+            past = np.maximum(np.abs(points[:, 2]) - self.zone_half_depth, 0.0)
+            sideways = np.hypot(sideways, past / sizes.stretch)
         away = np.hypot(sideways, np.maximum(np.abs(self.surface.distance(points)), below))
         contact = sizes.contact / np.sqrt(sizes.stretch)  # across; along z longer, on the mean so
         wanted = np.minimum(sizes.far, contact + sizes.gradation * away)
@@ -184,8 +190,13 @@ def _grid_axes(field: SizeField, low: Array, high: Array) -> list[Array]:
         fine[:2] = np.minimum(fine[:2], [2.0 * end, end])
         first[:2] = np.minimum(first[:2], corners.min(axis=0)) - 2.0 * end
         first[0], last[0] = corners[:, 0].min() - 2.0 * end, corners[:, 0].max() + 2.0 * end
-    steep_in_z = field.surface.curvatures[1] > 0.0 or any(
-        frame.z_max < high[2] for frame in field.frames
+    if field.zone_half_depth is not None and not field.frames:
+        reach = 1.5 * field.zone_half_depth
+        first[2], last[2] = max(low[2], -reach), min(high[2], reach)
+    steep_in_z = (
+        field.surface.curvatures[1] > 0.0
+        or field.zone_half_depth is not None
+        or any(frame.z_max < high[2] for frame in field.frames)
     )
     if not steep_in_z:
         fine[2] = coarse[2] = 0.5 * extent[2]

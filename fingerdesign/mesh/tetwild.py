@@ -68,8 +68,10 @@ def tetrahedralise(
     symmetric: bool = True,
     sizes: MeshSizes | None = None,
     use_cache: bool = True,
+    zone_half_depth_mm: float | None = None,
 ) -> Mesh:
-    """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine at |x| <= zone half width.
+    """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine at |x| <= zone half width
+    and, where given, |z| <= zone half depth.
 
     sizes: by default the design's ``[mesh]`` table. Meshes that passed the gate are kept by content
     and returned again unless ``use_cache`` is False. MeshError when no attempt passes.
@@ -77,20 +79,21 @@ def tetrahedralise(
     from fingerdesign.geometry.solid import build_solid, solid_plates
     from fingerdesign.geometry.tessellation import triangulate
 
-    sizes = sizes or MeshSizes.of(design)
+    sizes = sizes or MeshSizes.of(design, zone_half_depth_mm is not None)
+    zone = (zone_half_width_mm, zone_half_depth_mm)
     frames = solid_plates(design)
-    key = mesh_key(design.body, frames, sizes, zone_half_width_mm, symmetric)
+    key = mesh_key(design.body, frames, sizes, zone, symmetric)
     kept = load_mesh(key) if use_cache else None
     if kept is not None and not Gate().faults(assess(kept, design)):
         return kept
     solid = build_solid(design, half=symmetric)
     epsilon = envelope_mm(design.body, frames)
     vertices, triangles = triangulate((solid.body, *solid.plates), chord_mm(design.body))
-    expected = _expected(design, size_field(design, frames, sizes, zone_half_width_mm), symmetric)
+    expected = _expected(design, size_field(design, frames, sizes, *zone), symmetric)
     attempts = _attempts(epsilon, int(design.mesh.attempts))
     complaints = []
     for number, attempt in enumerate(attempts, start=1):
-        field = size_field(design, frames, sizes.scaled(attempt.size_factor), zone_half_width_mm)
+        field = size_field(design, frames, sizes.scaled(attempt.size_factor), *zone)
         try:
             points, tets = run_tetwild(
                 vertices, triangles, field, attempt, float(design.mesh.time_limit_s)
@@ -133,11 +136,17 @@ def chord_mm(body: Body) -> float:
 
 
 def size_field(
-    design: Design, frames: tuple[PlateFrame, ...], sizes: MeshSizes, zone_half_width: float
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    sizes: MeshSizes,
+    zone_half_width: float,
+    zone_half_depth: float | None = None,
 ) -> SizeField:
     """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
     asked = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
-    return SizeField(ContactSurface.of(design.body), frames, asked, zone_half_width)
+    return SizeField(
+        ContactSurface.of(design.body), frames, asked, zone_half_width, zone_half_depth
+    )
 
 
 def _expected(design: Design, field: SizeField, symmetric: bool) -> float:

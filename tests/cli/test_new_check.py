@@ -120,7 +120,7 @@ def test_check_as_json(capsys):
 def test_check_a_scene_too(capsys):
     assert main(["new", "good.toml", "-q"]) == 0
     Path("deep.toml").write_text("path.increments_mm = [[9.0, 0.0]]")
-    Path("wrong.toml").write_text("path.increments_mm = [[0.1, 0.0, 0.0]]")
+    Path("wrong.toml").write_text("path.increments_mm = [[0.1, 0.0, 0.0, 0.0, 0.0]]")
     scene = ROOT / "designs/scenes/fundamental.toml"
     assert main(["check", "good.toml", "--scene", str(scene)]) == 0
     assert main(["check", "good.toml", "--scene", "deep.toml"]) == 2

@@ -46,20 +46,75 @@ def test_wrong_scenes_are_refused_by_key(text, key):
     assert key in faults(text)
 
 
+FORCE = 'path.control = "force"\n'
+
+
 @pytest.mark.parametrize(
     ("text", "key"),
     [
-        (PATH + 'object.shape = "cylinder"', "object.shape"),
-        (PATH + 'object.shape = "sphere"', "object.shape"),
-        (PATH + "object.tilt_deg = 3", "object.tilt_deg"),
+        (PATH + 'object.shape = "cylinder"', "object.radius_mm"),
+        (PATH + 'object.shape = "sphere"', "object.radius_mm"),
         (PATH + "object.radius_mm = 3", "object.radius_mm"),
-        (PATH + 'path.control = "force"', "path.control"),
-        ("path.increments_mm = [[0.1, 0, 0]]", "path.increments_mm[0]"),
-        ("path.increments_mm = [[0, 0], [0.1, 0, 0, 0]]", "path.increments_mm[1]"),
+        (PATH + "object.tilt_deg = 46", "object.tilt_deg"),
+        (PATH + 'object = {shape = "sphere", radius_mm = 3, tilt_deg = 1}', "object.tilt_deg"),
+        (PATH + 'object = {shape = "cylinder", radius_mm = 3, axis = "y"}', "object.axis"),
+        ("path.increments_mm = [[0.1, 0, 0, 0, 0]]", "path.increments_mm[0]"),
+        ("path.increments_N = [[1, 0]]", "path.increments_N"),
+        (FORCE, "path.increments_N"),
+        (FORCE + "path.increments_N = [[1, 0], [0, 0]]", "path.increments_N[1][0]"),
+        (FORCE + "path.increments_N = [[1, 0, 0]]", "path.increments_N[0]"),
+        (FORCE + "path.increments_mm = [[1, 0, 0]]", "path.increments_mm[0]"),
+        (
+            FORCE + "path.increments_mm = [[1, 0]]\npath.increments_N = [[1, 0]]",
+            "path.increments_N",
+        ),
     ],
 )
-def test_what_comes_later_is_named_as_such(text, key):
-    assert "not offered yet" in faults(text)[key].remedy
+def test_wrong_objects_and_rows_are_refused_by_key(text, key):
+    assert set(faults(text)) == {key}
+
+
+def test_rows_of_forces_under_either_key():
+    for key in ("increments_mm", "increments_N"):
+        path = parse_scene(FORCE + f"path.{key} = [[1, 0], [1, 0.4]]").path
+        assert path.rows == ((1.0, 0.0), (1.0, 0.4))
+        assert path.key == f"path.{key}"
+
+
+def test_a_fault_elsewhere_does_not_fault_sound_forces():
+    text = FORCE + "path.increments_N = [[1, 0]]\nobject.tilt_deg = 99"
+    assert set(faults(text)) == {"object.tilt_deg"}
+
+
+@pytest.mark.parametrize(
+    ("text", "mirrors", "plane"),
+    [
+        ("", True, True),
+        ("object.tilt_deg = 5", True, True),
+        ("object = {tilt_deg = 5, turn_deg = 90}", False, False),
+        ("object.turn_deg = 30", True, True),
+        ('object = {shape = "sphere", radius_mm = 3}', True, False),
+        ('object = {shape = "cylinder", radius_mm = 3}', True, True),
+        ('object = {shape = "cylinder", radius_mm = 3, axis = "x"}', True, False),
+        ('object = {shape = "cylinder", radius_mm = 3, turn_deg = 30}', False, False),
+    ],
+)
+def test_what_mirrors_and_what_plane_strain_can_hold(text, mirrors, plane):
+    scene = parse_scene(PATH + text)
+    assert scene.mirrors_in_z is mirrors
+    assert scene.object.plane_in_z is plane
+
+
+def test_motion_out_of_the_section_does_not_mirror():
+    assert not parse_scene("path.increments_mm = [[0.1, 0, 0.1]]").mirrors_in_z
+    assert not parse_scene("path.increments_mm = [[0.1, 0, 0, 1]]").mirrors_in_z
+    assert parse_scene("path.increments_mm = [[0.1, 0, 0, 0]]").mirrors_in_z
+
+
+def test_a_finger_is_twisted_by_small_angles_only():
+    turned = parse_scene("path.increments_mm = [[0.1, 0, 0, 1], [0.1, 0, 0, 11]]")
+    (fault,) = scene_faults(turned, DESIGN)
+    assert fault.key == "path.increments_mm[1][3]"
 
 
 def test_a_finger_takes_no_motion_of_half_its_height():

@@ -1,0 +1,61 @@
+"""From a scene's words to the contact layer's: the object at first touch, the path's targets."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.objects import Cylinder, Plane, RigidObject, Sphere, touching
+from fingerdesign.contact.problem import Motion
+from fingerdesign.geometry.surface import ContactSurface
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene, SceneObject, ScenePath
+    from fingerdesign.design.schema import Body
+
+
+def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
+    """The scene's object where it first touches the undeformed finger, let down along y."""
+    surface = ContactSurface.of(body)
+    made = _made(rigid)
+    if isinstance(made, Plane) and made.direction == (0.0, -1.0, 0.0):
+        return made.at_height(surface.crest)
+    placed, _ = touching(made, surface.height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
+    return placed
+
+
+def targets(path: ScenePath) -> list[Motion | Forces]:
+    """One target a row: motions in mm and degrees, or forces in N."""
+    if path.control == "force":
+        return [Forces(row[0], row[1]) for row in path.rows]
+    return [Motion(*row) for row in path.rows]
+
+
+def steps_sideways(scene: Scene) -> bool:
+    """Whether anything in the scene leaves the plane of the section z = 0."""
+    return not (scene.object.plane_in_z and scene.path.mirrors_in_z)
+
+
+def _made(rigid: SceneObject) -> RigidObject:
+    tilt, turn = math.radians(rigid.tilt_deg), math.radians(rigid.turn_deg)
+    if rigid.shape == "plane":
+        return Plane(0.0, _turned(np.array([math.sin(tilt), -math.cos(tilt), 0.0]), turn))
+    radius = float(rigid.radius_mm or 0.0)
+    if rigid.shape == "sphere":
+        return Sphere(0.0, radius)
+    along_x = np.array([math.cos(tilt), math.sin(tilt), 0.0])
+    axis = along_x if rigid.axis == "x" else np.array([0.0, 0.0, 1.0])
+    return Cylinder(0.0, radius, _turned(axis, turn))
+
+
+def _turned(
+    vector: np.ndarray[tuple[int], np.dtype[np.float64]], turn: float
+) -> tuple[float, float, float]:
+    """``vector`` turned about +y."""
+    x, y, z = (float(value) for value in vector)
+    if turn == 0.0:
+        return x, y, z
+    return x * math.cos(turn) + z * math.sin(turn), y, -x * math.sin(turn) + z * math.cos(turn)

@@ -1,0 +1,115 @@
+"""Force control: the motion that gives the forces, or the reason why none does."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
+from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion
+from fingerdesign.reference import cattaneo_mindlin_line
+
+
+def whole(problem, increment):
+    force = problem.model.total_force(increment.force)
+    return -force[1], force[0]
+
+
+@pytest.mark.parametrize("path", [[(1, 0), (1, 0.2), (1, 0.45)], [(0.2, 0.05), (1, -0.4)]])
+def test_the_forces_asked_for_come_out(strip, path):
+    state = ContactState.untouched(strip)
+    for normal, tangential in path:
+        increment = solve_forces(strip, state, Forces(normal, tangential))
+        assert whole(strip, increment) == pytest.approx((normal, tangential), abs=1e-8)
+        # The motion found is the answer: prescribed, it gives the same increment.
+        again = solve_increment(strip, state, increment.motion)
+        assert np.abs(again.multiplier - increment.multiplier).max() < 1e-9
+        state = increment.state
+
+
+def test_the_state_is_frozen(strip):
+    (step,) = follow(strip, [Forces(1.0, 0.2)])
+    first, second = (solve_forces(strip, step.increment.state, Forces(1.0, 0.4)) for _ in "ab")
+    assert first.motion == second.motion
+    assert np.array_equal(first.multiplier, second.multiplier)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_the_stick_zone_is_cattaneos(strip, share):
+    *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, share * 0.5)])
+    m = step.measures
+    exact = cattaneo_mindlin_line(share * 0.5, 1.0, 0.5)
+    assert m.stick_width / m.contact_width == pytest.approx(exact, abs=0.03)
+
+
+@pytest.mark.parametrize("share", [1.001, 3.0, -1.001])
+def test_complete_slip_has_no_answer_and_says_so(strip, share):
+    (step,) = follow(strip, [Forces(1.0, 0.0)])
+    with pytest.raises(NoEquilibrium, match="complete slip") as caught:
+        solve_forces(strip, step.increment.state, Forces(1.0, share * 0.5))
+    assert "carries" in str(caught.value)
+
+
+def test_just_below_complete_slip_there_is_one(strip):
+    *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, 0.4995)])
+    assert step.measures.tangential_force == pytest.approx(0.4995)
+    assert 0.0 < step.measures.stick_ratio < 0.1
+
+
+@pytest.mark.parametrize("normal", [0.0, -1.0, float("nan")])
+def test_a_contact_only_presses(strip, normal):
+    with pytest.raises(NoEquilibrium, match="only press"):
+        solve_forces(strip, ContactState.untouched(strip), Forces(normal, 0.0))
+
+
+def test_the_normal_force_alone_with_the_shear_held(strip):
+    *_, step = follow(strip, [Forces(1.0), Forces(1.0, held=Motion(0.0, 0.02))])
+    assert step.increment.motion.shear == 0.02
+    assert step.measures.normal_force == pytest.approx(1.0)
+    assert step.measures.tangential_force > 0.01
+
+
+def test_a_contact_that_outgrows_its_zone_is_said_to(strip):
+    with pytest.raises(ZoneExhausted):
+        solve_forces(strip, ContactState.untouched(strip), Forces(50.0, 0.0))
+
+
+def test_substeps_of_a_row_of_forces_end_at_the_row(strip):
+    rows = [Forces(1.0, 0.0), Forces(1.0, 0.4)]
+    one, cut = (list(follow(strip, rows, substeps=n))[-1].measures for n in (1, 4))
+    assert cut.tangential_force == pytest.approx(0.4)
+    assert cut.stick_ratio == pytest.approx(one.stick_ratio, abs=0.02)
+
+
+def test_in_three_dimensions(patch):
+    *_, step = follow(patch, [Forces(0.05, 0.0), Forces(0.05, 0.015)])
+    m = step.measures
+    assert (m.normal_force, m.tangential_force) == pytest.approx((0.05, 0.015))
+    assert m.force_z == pytest.approx(0.0, abs=1e-9)
+    assert m.twist_moment == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_twist_slips_from_the_rim_inward_to_its_limit(patch):
+    pressed = Motion(0.01, 0.0)
+    turns = [Motion(0.01, 0.0, 0.0, angle) for angle in (0.2, 0.5, 1.0, 2.0, 20.0)]
+    steps = list(follow(patch, [pressed, *turns]))
+    ratios = [step.measures.stick_ratio for step in steps[1:]]
+    assert all(later < sooner for sooner, later in pairwise(ratios))
+    last = steps[-1]
+    assert abs(last.measures.tangential_force) < 1e-9 * last.measures.normal_force
+    radius = np.hypot(patch.model.points[:, 0], patch.model.points[:, 2])
+    limit = 0.5 * float(radius @ last.increment.multiplier[:, 0])
+    # +y takes z to x: the object drags the finger's points at +z toward +x.
+    assert last.measures.twist_moment == pytest.approx(limit, rel=1e-3)
+
+
+def test_shear_along_z_is_shear_along_x_turned(patch):
+    along = [
+        list(follow(patch, [Motion(0.01, 0.0), row]))[-1]
+        for row in (Motion(0.01, 0.002), Motion(0.01, 0.0, 0.002))
+    ]
+    x, z = (step.measures for step in along)
+    assert z.force_z == pytest.approx(x.tangential_force, rel=1e-9)
+    assert z.stick_ratio == pytest.approx(x.stick_ratio, abs=5e-3)
