@@ -1,19 +1,33 @@
-"""What is tried, in which order, to solve one increment (numpy only)."""
+"""What is tried, in which order, to solve one increment (numpy only).
+
+Newton from the last forces solves all but a few increments in a thousand. What is left is mostly a
+large friction coefficient, where an answer always exists but need not be the only one: in the plane
+complementary pivots find one for certain; in 3-D it is approached along the motion, along the
+friction coefficient, and by Gauss-Seidel. Each way is limited in iterations: nothing can hang.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.newton import NewtonResult, newton
+from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.sweeps import gauss_seidel
 
 Array = NDArray[np.float64]
+Attempt = Callable[[Array], NewtonResult]
 
-_CUTS = (2, 8, 32)  # pieces that carry the iterate, not the friction history, to the motion
+_CUTS = (2, 8)  # pieces that carry the iterate, not the friction history, to the motion
+_SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)  # of the friction coefficient
+_FACTORS = (0.01, 0.5)  # of Newton's augmentation; 0.05 is the ordinary one
+_PATHS = 3  # of pivots: the first fails by rounding alone
+_SWEEPS = (100, 1000, 3000)
 
 
 @dataclass(frozen=True)
@@ -46,39 +60,42 @@ class Task:
 
 
 def solve_task(task: Task) -> tuple[NewtonResult, str]:
-    """Newton from the last forces; then by a walk of the motion; then from Gauss-Seidel.
+    """The first attempt that converges, and its name; iterations are those of all attempts.
 
-    Returns the best iterate and the method, "none" where nothing converged: the caller certifies.
+    Where none does, the iterate with the least residual and "none": the caller certifies.
     """
     if not len(task.offset):
         return NewtonResult(task.start, 0.0, 0, True), "no contact"
-    result = task.newton(task.start)
-    if result.converged:
-        return result, "newton"
-    spent, best = result.iterations, result
-    for pieces in _CUTS:
-        result = _walk(task, pieces)
+    best, spent = NewtonResult(task.start, np.inf, 0, False), 0
+    for name, attempt in _attempts(task):
+        result = attempt(best.multiplier)
         spent += result.iterations
         if result.converged:
-            return replace(result, iterations=spent), "newton, walked"
-    for factor in (0.01, 0.5):
-        result = task.newton(best.multiplier, factor)
-        spent += result.iterations
-        if result.converged:
-            return replace(result, iterations=spent), "newton, other augmentation"
-    for sweeps in (100, 1000):
-        swept = gauss_seidel(
-            task.compliance, task.offset, task.friction_coefficient, best.multiplier, sweeps
-        )
-        result = task.newton(swept.multiplier)
-        spent += swept.iterations + result.iterations
-        if result.converged:
-            return replace(result, iterations=spent), "gauss-seidel, newton"
-        best = min((swept, result, best), key=lambda each: each.residual)
+            return replace(result, iterations=spent), name
+        best = min((best, result), key=lambda each: each.residual)
     return replace(best, iterations=spent, converged=False), "none"
 
 
-def _walk(task: Task, pieces: int) -> NewtonResult:
+def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
+    """Names, and what to do with the best forces so far."""
+    yield "newton", lambda best: task.newton(task.start)
+    if task.offset.shape[1] == 2:
+        for path in range(_PATHS):
+            yield "pivots", partial(_pivots, task, path)
+    for pieces in _CUTS:
+        yield "newton, walked", partial(_walk, task, pieces)
+    for factor in _FACTORS:
+        yield "newton, other augmentation", partial(task.newton, factor=factor)
+    yield "newton, friction raised", partial(_raise_friction, task)
+    for sweeps in _SWEEPS:
+        yield "gauss-seidel, newton", partial(_sweep, task, sweeps)
+
+
+def _pivots(task: Task, path: int, best: Array) -> NewtonResult:
+    return friction_pivots(task.compliance, task.offset, task.friction_coefficient, path)
+
+
+def _walk(task: Task, pieces: int, best: Array) -> NewtonResult:
     """Newton along the way from the last motion; only the last piece has to converge."""
     guess, spent = task.start, 0
     for piece in range(1, pieces + 1):
@@ -86,4 +103,25 @@ def _walk(task: Task, pieces: int) -> NewtonResult:
         result = replace(task, offset=part).newton(guess)
         spent += result.iterations
         guess = result.multiplier
+    return replace(result, iterations=spent)
+
+
+def _raise_friction(task: Task, best: Array) -> NewtonResult:
+    """Newton from the frictionless answer, the friction coefficient growing to its own."""
+    guess, spent = np.zeros_like(task.start), 0
+    for share in _SHARES:
+        part = replace(task, friction_coefficient=share * task.friction_coefficient)
+        result = part.newton(guess)
+        spent += result.iterations
+        guess = result.multiplier
+    return replace(result, iterations=spent)
+
+
+def _sweep(task: Task, sweeps: int, best: Array) -> NewtonResult:
+    """Gauss-Seidel, then Newton from where it got; whichever came nearer."""
+    swept = gauss_seidel(task.compliance, task.offset, task.friction_coefficient, best, sweeps)
+    result = task.newton(swept.multiplier)
+    spent = swept.iterations + result.iterations
+    if not result.converged and swept.residual < result.residual:
+        result = replace(swept, converged=False)
     return replace(result, iterations=spent)

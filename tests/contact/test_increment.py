@@ -174,9 +174,9 @@ def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     from fingerdesign.contact import strategy as module
 
     problem = contact_problem(half_plane(), Plane(0.0), 0.3)
-    stalled = lambda c, offset, f, start, *rest, **named: NewtonResult(start, 1.0, 1, False)  # noqa: E731
-    monkeypatch.setattr(module, "newton", stalled)
-    monkeypatch.setattr(module, "gauss_seidel", stalled)
+    stalled = lambda c, offset, *rest, **named: NewtonResult(np.zeros_like(offset), 1.0, 1, False)  # noqa: E731
+    for method in ("newton", "friction_pivots", "gauss_seidel"):
+        monkeypatch.setattr(module, method, stalled)
     with pytest.raises(SolverError, match="no accepted answer at approach"):
         solve_increment(problem, ContactState.untouched(problem), Motion(0.05, 0.02))
 
