@@ -43,7 +43,9 @@ def graded(size: float, fine: float, extent: float, growth: float = 1.3) -> Arra
         return even
     count = int(np.ceil(np.log1p(rest / step * (growth - 1.0) / growth) / np.log(growth) - 1e-9))
     lengths = growth ** np.arange(count)
-    return np.concatenate([even, fine + rest * np.cumsum(lengths) / lengths.sum()])
+    beyond = fine + rest * np.cumsum(lengths) / lengths.sum()
+    beyond[-1] = extent  # to the last digit: borders are found by it
+    return np.concatenate([even, beyond])
 
 
 def both_sides(coordinates: Array) -> Array:

@@ -83,6 +83,14 @@ def test_a_block_ten_times_larger_costs_a_few_more_shells():
     assert large < 2.0 * small
 
 
+def test_a_grading_ends_on_the_last_digit():
+    for size in np.linspace(0.01, 0.5, 50):
+        assert graded(size / 8.0, 0.2, 0.5 * np.pi)[-1] == 0.5 * np.pi
+        mesh = half_disc(8.0, 1.5, size)
+        base = mesh.points[np.unique(mesh.facets["base"])]
+        assert np.ptp(base[:, 0]) == pytest.approx(16.0)
+
+
 def test_gradings_that_do_not_fit_are_refused():
     for arguments in ((0.0, 1.0, 2.0), (0.1, 3.0, 2.0), (0.1, 1.0, 2.0, 1.0)):
         with pytest.raises(MeshError, match="grading"):
