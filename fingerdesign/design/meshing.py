@@ -35,6 +35,10 @@ class MeshOptions(Table):
     gradation: float = Field(
         default=0.5, ge=0.02, le=2, description="growth of the size per distance"
     )
+    element: Literal["auto", "P1", "P2", "mixed"] = Field(
+        default="auto",
+        description="auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1",
+    )
     layers: int = Field(default=8, ge=1, le=200, description="extruded layers in half the depth")
     time_limit_s: float = Field(
         default=120.0, ge=1, le=36_000, description="for one attempt of the mesher"

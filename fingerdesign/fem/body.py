@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -40,10 +41,11 @@ class Body:
 
     youngs_modulus (c,) MPa and poissons_ratio (c,) per cell; fixed (n dim,) bool: dofs i dim + k
     held at zero; contact (f, 3 or 6): the candidate facets, corners then mid-edge nodes;
-    thickness mm of a plane-strain body (1 in 3-D); loads (n dim,) N: consistent nodal forces of
-    the body's own loads at share 1; project: points (q, dim) near the contact facets -> points on
-    the exact surface, from which gaps are measured; attached (n dim, n dim): upper triangle of a
-    stiffness to add, N/mm (plates as sheets).
+    thickness mm of a plane-strain body (1 in 3-D); element and pressure_cells (c,) bool, where a
+    mixed one has pressures (None: everywhere): see :mod:`fingerdesign.fem.system`; attached
+    (n dim, n dim): upper triangle of a stiffness (N/mm) to be added, of sheets say; loads (n dim,)
+    N: consistent nodal forces of the body's own loads at share 1; project: points (q, dim) near the
+    contact facets -> points on the exact surface, from which gaps are measured.
     """
 
     mesh: Mesh
@@ -52,7 +54,8 @@ class Body:
     fixed: BoolArray
     contact: IntArray
     thickness: float = 1.0
-    element: str = "P2"
+    element: Literal["P1", "P2", "mixed"] = "P2"
+    pressure_cells: BoolArray | None = None
     loads: Array | None = None
     project: Callable[[Array], Array] | None = None
     attached: sp.csr_matrix | None = None
@@ -108,8 +111,10 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     by_force = [block[:, :size].copy() for block in reduction.blocks]
     moved = scale * by_force[1][0]
     # What acts on held dofs goes into the supports at once.
-    reaction = by_force[-1] - (trace.operator @ _held(body)).T
-    load_reaction = scale * (reduction.blocks[-1][:, size] - (own @ _held(body))[0])
+    reaction = by_force[-1] - (trace.operator @ reduction.system.held).toarray().T
+    load_reaction = scale * (
+        reduction.blocks[-1][:, size] - (own @ reduction.system.held).toarray()[0]
+    )
     return CondensedBody(
         body=body,
         trace=trace,
@@ -143,14 +148,16 @@ def _reduce(body: Body, rows: Sequence[sp.csr_matrix]) -> _Reduction:
         body.poissons_ratio,
         body.fixed,
         body.thickness,
-        attached=body.attached,
+        body.element,
+        body.pressure_cells,
+        body.attached,
     )
     assembled = time.perf_counter()
     parts = [*(part @ system.lift for part in rows), system.support]
     bordering = sp.vstack(parts, format="csr")
     bordering.sort_indices()
     silent = np.diff(bordering.indptr) == 0  # motions that are held
-    condensation = Condensation(system.stiffness, bordering[~silent].tocsr())
+    condensation = Condensation(system.stiffness, bordering[~silent].tocsr(), system.pressures)
     matrix = np.zeros((len(silent), len(silent)))
     matrix[np.ix_(~silent, ~silent)] = condensation.matrix
     blocks = np.split(matrix, np.cumsum([part.shape[0] for part in parts])[:-1])
@@ -224,7 +231,7 @@ def facing_compliance(body: Body, finger: ReducedModel) -> Array:
     rows = facing_rows(body.mesh.points, body.contact, finger)
     reduction = _reduce(body, [rows])
     size = rows.shape[0]
-    reaction = reduction.blocks[1][:, :size] - (rows @ _held(body)).T
+    reaction = reduction.blocks[1][:, :size] - (rows @ reduction.system.held).toarray().T
     _check_balance(reaction, finger.locked, finger.nodes)
     compliance = reduction.blocks[0][:, :size].copy()
     locked = finger.locked.reshape(-1)
@@ -240,14 +247,6 @@ def _onto_exact_surface(
     if project is None:
         return trace
     return replace(trace, surface=replace(trace.surface, points=project(trace.surface.points)))
-
-
-def _held(body: Body) -> Array:
-    """Ones (n dim, dim) at held dofs, in the column of their component."""
-    marks = np.zeros((len(body.fixed), body.mesh.dimension))
-    held = np.flatnonzero(body.fixed)
-    marks[held, held % body.mesh.dimension] = 1.0
-    return marks
 
 
 def _locked(body: Body, trace: ContactTrace) -> BoolArray:

@@ -1,4 +1,4 @@
-"""Quadratic triangles and tetrahedra: scikit-fem's reference bases, mapped isoparametrically."""
+"""Triangles and tetrahedra: scikit-fem's reference bases, mapped isoparametrically."""
 
 from __future__ import annotations
 
@@ -9,13 +9,20 @@ import skfem
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
+EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}
 _ELEMENTS = {
-    1: skfem.ElementLineP2(),
-    2: skfem.ElementTriP2(),
-    3: skfem.ElementTetP2(),
+    (1, 1): skfem.ElementLineP1(),
+    (2, 1): skfem.ElementTriP1(),
+    (3, 1): skfem.ElementTetP1(),
+    (1, 2): skfem.ElementLineP2(),
+    (2, 2): skfem.ElementTriP2(),
+    (3, 2): skfem.ElementTetP2(),
 }
 
 
@@ -28,9 +35,11 @@ class Tabulation:
     weights: Array
 
 
-def tabulate(dimension: int, points: Array, weights: Array | None = None) -> Tabulation:
-    """Quadratic shape functions of the reference simplex at ``points`` (d, q)."""
-    element = _ELEMENTS[dimension]
+def tabulate(
+    dimension: int, points: Array, weights: Array | None = None, degree: int = 2
+) -> Tabulation:
+    """Shape functions (quadratic, or linear) of the reference simplex at ``points`` (d, q)."""
+    element = _ELEMENTS[dimension, degree]
     count = len(element.doflocs)
     values, gradients = [], []
     for i in range(count):
@@ -56,17 +65,40 @@ def jacobians(nodes: Array, gradient: Array) -> Array:
     return np.asarray(np.einsum("cna,nbq->cqab", nodes, gradient, optimize=True))
 
 
-def physical_gradients(points: Array, cells: IntArray, order: int) -> tuple[Array, Array]:
+def inverse_jacobians(points: Array, cells: IntArray, straight: BoolArray) -> tuple[Array, Array]:
+    """d X_a / d x_k (c, d, d) mm^-1 and det (c,) mm^d of cells, from their corners.
+
+    Raises ValueError where a ``straight`` cell is inverted; others need :func:`physical_gradients`.
+    """
+    corners = points[cells[:, : points.shape[1] + 1]]
+    jacobian = (corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+    determinant: Array = np.linalg.det(jacobian)
+    _refuse_inverted(determinant[straight])
+    jacobian[determinant == 0.0] = np.eye(points.shape[1])
+    return np.linalg.inv(jacobian).astype(float, copy=False), determinant
+
+
+def physical_gradients(
+    points: Array, cells: IntArray, order: int, degree: int = 2
+) -> tuple[Array, Array]:
     """Shape gradients (c, q, n, d) in mm^-1 and volume weights (c, q) in mm^d.
 
-    Raises ValueError where a Jacobian is not positive (an inverted cell).
+    degree: of the shape functions; the geometry is quadratic. Raises ValueError where a Jacobian is
+    not positive (an inverted cell).
     """
     dimension = points.shape[1]
-    table = tabulate(dimension, *quadrature(dimension, order))
-    jacobian = jacobians(points[cells], table.gradient)
+    rule = quadrature(dimension, order)
+    jacobian = jacobians(points[cells], tabulate(dimension, *rule).gradient)
+    table = tabulate(dimension, *rule, degree)
     determinant = np.linalg.det(jacobian)
-    if not (determinant > 0.0).all():
-        raise ValueError(f"{int((determinant <= 0).any(axis=1).sum())} inverted cells")
+    _refuse_inverted(determinant)
     inverse = np.linalg.inv(jacobian)
     gradients = np.einsum("nbq,cqba->cqna", table.gradient, inverse, optimize=True)
     return gradients, determinant * table.weights
+
+
+def _refuse_inverted(determinant: Array) -> None:
+    inverted = ~(determinant > 0.0)
+    if inverted.any():
+        count = int(inverted.reshape(len(inverted), -1).any(axis=1).sum())
+        raise ValueError(f"{count} inverted cells")

@@ -39,17 +39,18 @@ _NOT_DEFINITE = (
 class Condensation:
     """R K^-1 R^T for K by its upper triangle (n, n) and R (r, n), both CSR with sorted indices.
 
-    ``matrix`` (r, r) is symmetric. Raises SolverError where K is not positive definite (a body that
-    is not held, a negative modulus) or memory runs out.
+    ``matrix`` (r, r) is symmetric. ``negative``: how many eigenvalues of K are below zero, the
+    pressures of a mixed element. Raises SolverError where K has others (a body that is not held, a
+    negative modulus) or memory runs out.
     """
 
-    def __init__(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix) -> None:
+    def __init__(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix, negative: int = 0) -> None:
         self.matrix: Array
         self._size = stiffness.shape[0]
         self._pardiso: Any = None
         self._superlu: Any = None
         if has_pardiso():
-            self._condense(stiffness, rows)
+            self._condense(stiffness, rows, negative)
             return
         _warn_slow()
         self._superlu = _superlu(stiffness)
@@ -59,7 +60,7 @@ class Condensation:
             matrix[:, part] = rows @ self._superlu.solve(rows[part].T.toarray())
         self.matrix = 0.5 * (matrix + matrix.T)
 
-    def _condense(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix) -> None:
+    def _condense(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix, negative: int) -> None:
         kept = rows.shape[0]
         self._bordered = _border(stiffness, rows)
         self._pardiso = _solver()
@@ -69,7 +70,7 @@ class Condensation:
         schur = self._phase(12, np.zeros((kept, kept), order="F"))
         positive = int(self._pardiso.iparm[21])  # eigenvalues > 0 of the bordered matrix: K's own
         perturbed = int(self._pardiso.iparm[13])
-        if positive != self._size or perturbed:
+        if positive != self._size - negative or perturbed:
             raise SolverError(_NOT_DEFINITE)
         self.matrix = -0.5 * (schur + schur.T)
         self.matrix[np.diag_indices(kept)] -= _SHIFT

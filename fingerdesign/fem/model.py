@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
 Array = NDArray[np.float64]
+MIXED_FROM = 0.495
 _FREE_END = 0.5  # mm: reach of the corner singularity where pressures are not compared
 
 
@@ -122,8 +123,17 @@ def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
         contact=contact,
         thickness=design.body.depth_mm if mesh.dimension == 2 else 1.0,
         project=ContactSurface.of(design.body).project,
+        element=element_of(design),
+        pressure_cells=mesh.regions == 0,
         attached=design_sheets(design, mesh) if design.plates.model == "sheet" else None,
     )
+
+
+def element_of(design: Design) -> Literal["P1", "P2", "mixed"]:
+    """The element that ``mesh.element`` asks for; "auto" decides by the body's Poisson's ratio."""
+    if design.mesh.element != "auto":
+        return design.mesh.element
+    return "mixed" if design.material_of("body").poissons_ratio >= MIXED_FROM else "P2"
 
 
 def materials_of(design: Design, mesh: Mesh) -> tuple[Array, Array]:

@@ -1,17 +1,25 @@
-"""The equations of a body: stiffness on the free dofs, and how displacements follow from them."""
+"""The equations of a body: stiffness on the free dofs, and how displacements follow from them.
+
+Three elements on one quadratic mesh, geometry included: "P2", quadratic displacements; "P1",
+displacements linear between the corners; "mixed", quadratic with a pressure of its own where the
+material is nearly incompressible (see :mod:`fingerdesign.fem.mixed`), P2 elsewhere.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from fingerdesign.fem.assembly import assemble_stiffness
+from fingerdesign.fem.assembly import lame_parameters, stiffness_blocks, sum_blocks
+from fingerdesign.fem.elements import EDGES
+from fingerdesign.fem.mixed import Pressures, pressure_coupling
 from fingerdesign.mesh.types import Mesh
 
 Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 
@@ -20,14 +28,15 @@ class System:
     """K q = L^T load for the free dofs q, of which the nodal displacements are u = L q.
 
     stiffness (d, d): upper triangle in CSR, sorted; lift (n dim, d): L; support (dim, d): sum of
-    the supports' forces on the body per component; negative: how many eigenvalues of K are below
-    zero (the pressures of a mixed element).
+    K q over held dofs, component by component; held (n dim, dim): how much of each node's
+    load goes into the supports at once; pressures: how many eigenvalues of K are below zero.
     """
 
     stiffness: sp.csr_matrix
     lift: sp.csr_matrix
     support: sp.csr_matrix
-    negative: int = 0
+    held: sp.csr_matrix
+    pressures: int = 0
 
     @property
     def dofs(self) -> int:
@@ -41,29 +50,119 @@ def assemble_system(
     poissons_ratio: Array,
     fixed: BoolArray,
     thickness: float = 1.0,
+    element: str = "P2",
+    pressure_cells: BoolArray | None = None,
     attached: sp.csr_matrix | None = None,
 ) -> System:
-    """The system of quadratic displacement elements with ``fixed`` (n dim,) dofs held at zero.
+    """The system with ``fixed`` (n dim,) nodal displacements held at zero.
 
-    ``attached``: upper triangle of a stiffness of all dofs to be added, N/mm.
+    pressure_cells (c,): where a mixed element has pressures (None: wherever nu > 0). For P1 a
+    corner's own mark counts. attached: upper triangle (n dim, n dim) of a stiffness to be
+    added, N/mm. Raises ValueError for an element that is none of the three.
     """
-    whole = assemble_stiffness(mesh.points, mesh.cells, youngs_modulus, poissons_ratio, thickness)
+    if element not in ("P1", "P2", "mixed"):
+        raise ValueError(f"element {element!r} is none of P1, P2, mixed")
+    inside = np.zeros(len(mesh.cells), dtype=bool)
+    if element == "mixed":
+        inside = poissons_ratio > 0.0
+        if pressure_cells is not None:
+            inside = inside & pressure_cells
+    cells, spread = _element_nodes(mesh, element)
+    if spread is not None:
+        fixed = fixed.reshape(mesh.points.shape)[np.unique(mesh.corners)].reshape(-1)
+    first, shear = lame_parameters(youngs_modulus, poissons_ratio)
+    rows, columns, blocks = stiffness_blocks(
+        mesh.points,
+        mesh.cells,
+        np.where(inside, 0.0, first) * thickness,
+        shear * thickness,
+        degree=1 if element == "P1" else 2,
+    )
+    nodes = fixed.size // mesh.dimension
+    whole = sum_blocks(cells[:, rows].T, cells[:, columns].T, blocks, nodes)
+    every = None
+    if spread is not None:
+        every = sp.kron(spread, sp.identity(mesh.dimension), format="csr")
     if attached is not None:
-        whole = (whole + attached).tocsr()
+        whole = (whole + _attached(attached, every)).tocsr()
+    system = _hold(whole, fixed, mesh.dimension)
+    if every is not None:
+        system = replace(system, lift=every @ system.lift, held=every @ system.held)
+    if not inside.any():
+        return system
+    part = pressure_coupling(
+        mesh.points, cells[inside], youngs_modulus[inside], poissons_ratio[inside], thickness
+    )
+    return _with_pressures(system, part, float(np.median((shear / first)[inside])))
+
+
+def _element_nodes(mesh: Mesh, element: str) -> tuple[IntArray, sp.csr_matrix | None]:
+    """The element's nodes in each cell, and the values at the mesh's nodes (n, nodes) of its own.
+
+    None where both are the same.
+    """
+    if element != "P1":
+        return mesh.cells, None
+    corners, cells = np.unique(mesh.corners, return_inverse=True)
+    cells = cells.reshape(mesh.corners.shape)
+    count = len(corners)
+    row, column, value = [corners], [np.arange(count)], [np.ones(count)]
+    middles, first = np.unique(mesh.cells[:, mesh.dimension + 1 :], return_index=True)
+    ends = np.stack([cells[:, list(pair)] for pair in EDGES[mesh.dimension]], axis=1)
+    ends = ends.reshape(-1, 2)[first]
+    for end in ends.T:
+        row.append(middles)
+        column.append(end)
+        value.append(np.full(len(middles), 0.5))
+    entries = (np.concatenate(value), (np.concatenate(row), np.concatenate(column)))
+    return cells, sp.csr_matrix(entries, shape=(len(mesh.points), count))
+
+
+def _attached(upper: sp.csr_matrix, spread: sp.csr_matrix | None) -> sp.csr_matrix:
+    """An attached stiffness in the element's own dofs, upper triangle."""
+    if spread is None:
+        return upper
+    full = upper + sp.triu(upper, k=1).T
+    return sp.triu(spread.T @ full @ spread, format="csr")
+
+
+def _hold(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
+    """The system on the free dofs of an upper-triangular stiffness of all."""
     free = np.flatnonzero(~fixed)
-    stiffness = whole[free][:, free].tocsr()
-    stiffness.sort_indices()
+    marks = np.zeros((len(fixed), dimension))
+    index = np.flatnonzero(fixed)
+    marks[index, index % dimension] = 1.0
+    total = whole @ marks + whole.T @ marks - whole.diagonal()[:, None] * marks
     ones = np.ones(len(free))
     lift = sp.csr_matrix((ones, (free, np.arange(len(free)))), shape=(len(fixed), len(free)))
-    support = _support_rows(whole, fixed, mesh.dimension)[:, free]
-    return System(stiffness, lift, support)
+    stiffness = whole[free][:, free].tocsr()
+    stiffness.sort_indices()
+    return System(stiffness, lift, sp.csr_matrix(total[free].T), sp.csr_matrix(marks))
 
 
-def _support_rows(stiffness: sp.csr_matrix, fixed: BoolArray, dimension: int) -> sp.csr_matrix:
-    """Rows (dim, dofs): sum over held dofs of K u, component by component."""
-    indicator = np.zeros((stiffness.shape[0], dimension))
-    held = np.flatnonzero(fixed)
-    indicator[held, held % dimension] = 1.0
-    total = stiffness @ indicator + stiffness.T @ indicator
-    total -= stiffness.diagonal()[:, None] * indicator
-    return sp.csr_matrix(total.T)
+def _with_pressures(system: System, part: Pressures, ratio: float) -> System:
+    """The system bordered by pressures, scaled so that their pivots are of the stiffness's size.
+
+    ratio: mu / lame of the material.
+    """
+    count = part.compliance.shape[0]
+    stiff, soft = np.median(system.stiffness.diagonal()), np.median(part.compliance.diagonal())
+    scale = float(np.sqrt(ratio * stiff / soft))
+    coupling = scale * part.coupling
+    stiffness = sp.csr_matrix(
+        sp.bmat(
+            [
+                [system.stiffness, system.lift.T @ coupling],
+                [None, -(scale**2) * part.compliance],
+            ],
+            format="csr",
+        )
+    )
+    stiffness.sort_indices()
+    return System(
+        stiffness,
+        sp.hstack([system.lift, sp.csr_matrix((system.lift.shape[0], count))], format="csr"),
+        sp.hstack([system.support, system.held.T @ coupling], format="csr"),
+        system.held,
+        count,
+    )

@@ -5,6 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from fingerdesign import parse_design
+from fingerdesign.design.io import with_values
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import build_model, fixed_dofs, stiffness_of
@@ -45,6 +46,44 @@ def case(request):
     else:
         mesh = extrude(design, 1.5, symmetric=request.param == "half")
     return design, mesh, build_model(design, mesh, 1.5, POINT)
+
+
+@pytest.mark.parametrize("element", ["P1", "mixed"])
+@pytest.mark.parametrize("kind", ["section", "half"])
+def test_other_elements_condense_alike(element, kind):
+    """Condensed equals full, symmetric, in balance, fields recovered: for P1 and mixed too."""
+    design = with_values(
+        parse_design(COARSE),
+        {"mesh.element": element, "materials.silicone.poissons_ratio": 0.4999},
+    )
+    mesh = mesh_section(design, 1.5) if kind == "section" else extrude(design, 1.5)
+    built = build_model(design, mesh, 1.5, POINT)
+    assert built.element == element
+    model = built.reduced
+    force = random_force(model)
+    field = built.displacement_fields(force[None])[0]
+    u = (built.trace.operator @ field.ravel()).reshape(force.shape)
+    assert np.abs(model.displacement(force) - u)[~model.locked].max() < 1e-9 * np.abs(u).max()
+    gages = (gage_rows(mesh, plate_frames(design), design.gages) @ field.ravel()).reshape(-1, 2)
+    assert np.abs(model.gage_strain(force) - gages).max() < 1e-9 * np.abs(gages).max()
+    compliance = model.compliance
+    assert np.abs(compliance - compliance.T).max() <= 1e-10 * np.abs(compliance).max()
+    assert np.linalg.eigvalsh(compliance).min() > 0.0
+    reaction = model.reaction_readout @ force.ravel()
+    assert np.allclose(reaction, -force.sum(axis=0), rtol=0, atol=1e-7)
+
+
+def test_elements_agree_where_nothing_locks():
+    """At nu = 0.3 mixed and P2 give the same compliance and gages as the mesh gets fine."""
+    values = {"materials.silicone.poissons_ratio": 0.3}
+    found = {}
+    for element in ("P2", "mixed"):
+        design = with_values(parse_design(COARSE), values | {"mesh.element": element})
+        found[element] = build_model(design, mesh_section(design, 1.5), 1.5).reduced
+    load = found["P2"].areas[:, None] * np.array([0.3, -1.0])
+    for read in ("displacement", "gage_strain"):
+        a, b = (getattr(found[element], read)(load) for element in ("P2", "mixed"))
+        assert np.abs(a - b).max() < 2e-3 * np.abs(a).max()
 
 
 def random_force(model, seed=0):
