@@ -122,7 +122,7 @@ def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
 
 
 def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
-    """Plates as sheets: where the section is the same all along, and stiffer than the rubber."""
+    """Plates as sheets: only where the section is the same all along z."""
     plates = design.plates
     if plates.model != "sheet" or not plates.number or involves(doubtful, "plates.model"):
         return []
@@ -135,23 +135,6 @@ def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
                 plates.model,
                 "solid or none where the section is not constant along z (body.shape = 'arc' and "
                 "plates.span_mm = body.depth_mm)",
-                "set plates.model = 'solid'",
-            )
-        )
-    metal, rubber = design.material_of("plates"), design.material_of("body")
-    names = (f"materials.{plates.material}", f"materials.{design.body.material}")
-    stiff = all(
-        metal.youngs_modulus_MPa / (1.0 + sign * metal.poissons_ratio)
-        >= rubber.youngs_modulus_MPa / (1.0 + sign * rubber.poissons_ratio)
-        for sign in (-1.0, 1.0)
-    )
-    if not stiff and not involves(doubtful, "plates.material", "body.material", *names):
-        faults.append(
-            Fault(
-                "plates.model",
-                plates.model,
-                f"solid where the plates ({metal.youngs_modulus_MPa:g} MPa) are not stiffer than "
-                f"the body ({rubber.youngs_modulus_MPa:g} MPa)",
                 "set plates.model = 'solid'",
             )
         )

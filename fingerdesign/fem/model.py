@@ -15,7 +15,7 @@ from fingerdesign.fem.assembly import assemble_stiffness
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
-from fingerdesign.fem.sheet_gage import sheet_gage_rows
+from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_rows
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.reduced import ReducedModel
 
@@ -89,7 +89,7 @@ def build_model(
     readouts = [
         read_gages(mesh, frames, design.gages),
         *[
-            sp.csr_matrix(sp.diags_array(sign) @ strain_rows(mesh, point))
+            sp.csr_matrix(sp.diags_array(sign) @ _point_rows(design, mesh, point))
             for point, sign in zip(points, signs, strict=True)
         ],
     ]
@@ -175,6 +175,14 @@ def candidate_facets(
     if zone_half_depth is not None and mesh.dimension == 3:
         inside &= np.abs(corners[:, :, 2]) <= zone_half_depth + 1e-9
     return np.asarray(facets[inside.all(axis=1)])
+
+
+def _point_rows(design: Design, mesh: Mesh, point: Array) -> sp.csr_matrix:
+    """Strain rows (6, n dim) at a point of the elastomer or of a plate, solid or sheet."""
+    frame = plate_at(plate_frames(design), point) if design.plates.model == "sheet" else None
+    if frame is None:
+        return strain_rows(mesh, point)
+    return plate_strain_rows(mesh, frame, design.material_of("plates").poissons_ratio, point)
 
 
 def _readout_points(mesh: Mesh, points: Array | None) -> tuple[Array, Array]:

@@ -1,22 +1,26 @@
-"""Thin plates as sheets: membrane and bending stiffness added to the elastomer's.
+"""Thin plates as sheets: membrane and bending stiffness in slots of the rubber's mesh.
 
-A plate is its mid-surface, a set of facets inside the mesh; along the surface's unit tangents the
-displacement is u, along its normal w, both those of the quadratic elements:
+A slot has the plate's thickness t and two faces of paired nodes. The mean of a pair's displacements
+is that of the mid-surface, u along its unit tangents and w along its normal:
 
-    membrane  t C : eps(u) : eps(v)
-    bending   t^3/12 C : grad grad w : grad grad v      (Kirchhoff)
+    membrane  t C : eps(u) : eps(v)                     with the strain (w_upper - w_lower)/t across
+    bending   t^3/12 D : grad grad w : grad grad v      (Kirchhoff)
 
-C is the plane-stress tensor of the plate less that of the rubber, which fills the plate's volume in
-this model (in plane strain the number E / (1 - nu^2), plate less rubber). Across the facets' edges
-w' jumps; there bending is joined by an interior penalty
+with C the tensor in space and D that of plane stress (in plane strain the number E / (1 - nu^2)).
+The strain across matters: pressed by 0.3 MPa on both faces, phosphor bronze stretches by a
+microstrain, what a gage reads. Across the edges of the quadratic facets w' jumps; there bending is
+joined by an interior penalty
 
     - {M_nn(w)} [v_n] - {M_nn(v)} [w_n] + penalty [w_n] [v_n]
 
 (Engel et al., CMAME 191 (2002) 3669; Brenner and Sung, J. Sci. Comput. 22 (2005) 83). A plate's
-edges are free; on the mirror plane its normal turns by nothing.
+edges are free; on the mirror plane its normal turns by nothing. The faces follow the mid-surface:
+springs as stiff as the plate itself in shear hold
 
-What a sheet leaves out: the rubber displaced by the plate, and the arm t/2 at which shear tractions
-act on its faces. Both are of the order of thickness over length.
+    u_upper - u_lower = -t grad w        (the slope at a node: the mean of its facets')
+
+node by node, so that tractions on the faces act at their arm t/2. What is left out is the plate's
+own warping, and its square ends, which stay plane.
 """
 
 from __future__ import annotations
@@ -30,8 +34,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame, plate_frames
-from fingerdesign.errors import SolverError
+from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.elements import quadrature, tabulate
+from fingerdesign.fem.sheet_faces import SheetFacets, mean_of_faces, sheet_of, tie_faces
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -46,66 +51,14 @@ _EDGES = {1: ((0,), (1,)), 2: ((0, 1), (1, 2), (0, 2))}
 _AROUND = {1: (0, 1), 2: (3, 4, 5)}  # local node that names an edge: its end, its middle
 
 
-@dataclass(frozen=True)
-class SheetFacets:
-    """One plate's facets: nodes (f, n) in the mesh, tangents (s, dim), normal (dim,), s = dim - 1.
-
-    flat (f, s + 1, s): corners in coordinates along the tangents (x along the plate's axis, and z);
-    from the plate's centre.
-    """
-
-    nodes: IntArray
-    tangents: Array
-    normal: Array
-    flat: Array
-
-    @property
-    def dimension(self) -> int:
-        """Of the surface: 1 in plane strain, 2 in space."""
-        return int(self.tangents.shape[0])
-
-    @property
-    def inverse(self) -> Array:
-        """d reference_b / d coordinate_a, (f, b, a): facets are flat and straight."""
-        return np.asarray(np.linalg.inv(self._jacobian))
-
-    @property
-    def measure(self) -> Array:
-        """Length or area (f,)."""
-        factor = 1.0 if self.dimension == 1 else 0.5
-        return np.asarray(factor * np.abs(np.linalg.det(self._jacobian)))
-
-    @property
-    def _jacobian(self) -> Array:
-        return (self.flat[:, 1:] - self.flat[:, :1]).transpose(0, 2, 1)
-
-
-def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
-    """The facets of one plate. Raises SolverError where the mesh has none for it."""
-    name = f"plate_{frame.index}"
-    if name not in mesh.facets:
-        raise SolverError(
-            f"the mesh has no facets '{name}': mesh the design again with plates.model = 'sheet'"
-        )
-    nodes = mesh.facets[name]
-    corners = mesh.points[nodes[:, : mesh.dimension]]
-    offset = corners[..., :2] - np.array([frame.x, frame.y])
-    flat = (offset @ frame.axis)[..., None]
-    if mesh.dimension == 2:
-        return SheetFacets(nodes, frame.axis[None, :], frame.normal, flat)
-    tangents = np.array([[*frame.axis, 0.0], [0.0, 0.0, 1.0]])
-    flat = np.concatenate([flat, corners[..., 2:]], axis=2)
-    return SheetFacets(nodes, tangents, np.append(frame.normal, 0.0), flat)
-
-
 def design_sheets(design: Design, mesh: Mesh) -> sp.csr_matrix:
     """Upper triangle (n dim, n dim) of the stiffness of a design's plates as sheets, N/mm."""
-    plate, rubber = design.material_of("plates"), design.material_of("body")
+    plate = design.material_of("plates")
     return sheet_stiffness(
         mesh,
         plate_frames(design),
-        (plate.youngs_modulus_MPa, plate.poissons_ratio),
-        (rubber.youngs_modulus_MPa, rubber.poissons_ratio),
+        plate.youngs_modulus_MPa,
+        plate.poissons_ratio,
         thickness=design.body.depth_mm if mesh.dimension == 2 else 1.0,
     )
 
@@ -113,56 +66,67 @@ def design_sheets(design: Design, mesh: Mesh) -> sp.csr_matrix:
 def sheet_stiffness(
     mesh: Mesh,
     frames: Sequence[PlateFrame],
-    plate: tuple[float, float],
-    rubber: tuple[float, float],
+    youngs_modulus: float,
+    poissons_ratio: float,
     thickness: float = 1.0,
 ) -> sp.csr_matrix:
-    """Upper triangle (n dim, n dim) in CSR, N/mm, of all plates' membranes and bending.
+    """Upper triangle (n dim, n dim) in CSR, N/mm, of all plates.
 
-    plate, rubber: Young's modulus (MPa) and Poisson's ratio; ``thickness`` (mm): the depth of a
-    plane-strain body. Raises SolverError where the plate is softer than the rubber.
+    youngs_modulus MPa; ``thickness`` (mm): the depth of a plane-strain body. Raises SolverError
+    where the mesh has no slot for a plate.
     """
-    dimension = mesh.dimension
-    law = _plane_stress(*plate, dimension - 1) - _plane_stress(*rubber, dimension - 1)
-    if np.linalg.eigvalsh(law).min() < 0.0:
-        raise SolverError(
-            f"plates of {plate[0]:g} MPa in a body of {rubber[0]:g} MPa are no stiff sheets; use "
-            "plates.model = 'solid'"
-        )
     size = mesh.points.size
-    rows, columns, values = [], [], []
+    total = sp.csr_matrix((size, size))
+    law = _in_space(youngs_modulus, poissons_ratio, mesh.dimension - 1)
     for frame in frames:
         sheet = sheet_of(mesh, frame)
-        membrane = _membrane(sheet, law * frame.thickness * thickness)
-        bending = _bending(mesh, sheet, law * frame.thickness**3 / 12.0 * thickness)
-        for nodes, blocks in (membrane, *bending):
-            count = blocks.shape[1]
-            dofs = nodes[:, :, None] * dimension + np.arange(dimension)
-            dofs = dofs.reshape(len(nodes), count)
-            rows.append(np.repeat(dofs, count, axis=1).ravel())
-            columns.append(np.tile(dofs, (1, count)).ravel())
-            values.append(blocks.ravel())
-    if not rows:
-        return sp.csr_matrix((size, size))
-    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    upper = sp.csr_matrix(sp.triu(sp.coo_matrix(entries, shape=(size, size)), format="csr"))
-    upper.sum_duplicates()
+        rigidity = _plane_stress(law) * frame.thickness**3 / 12.0 * thickness
+        total = total + _assembled([_membrane(sheet, law * frame.thickness * thickness)], mesh)
+        mean = mean_of_faces(mesh, sheet)
+        total = total + mean.T @ _assembled(_bending(mesh, sheet, rigidity), mesh) @ mean
+        total = total + tie_faces(mesh, sheet, youngs_modulus, poissons_ratio, thickness)
+    upper = sp.csr_matrix(sp.triu(total, format="csr"))
+    upper.sort_indices()
     return upper
 
 
-def _plane_stress(youngs_modulus: float, poissons_ratio: float, dimension: int) -> Array:
-    """Stress of strain (xx; or xx, zz and engineering xz) at no stress across the sheet, MPa."""
-    nu = poissons_ratio
-    modulus = youngs_modulus / (1.0 - nu**2)
-    if dimension == 1:
-        return np.array([[modulus]])
-    return modulus * np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]])
+def _assembled(parts: list[tuple[IntArray, Array]], mesh: Mesh) -> sp.csr_matrix:
+    """Sum of blocks (e, k dim, k dim) at nodes (e, k), as a symmetric matrix (n dim, n dim)."""
+    dimension, size = mesh.dimension, mesh.points.size
+    rows, columns, values = [], [], []
+    for nodes, blocks in parts:
+        count = blocks.shape[1]
+        dofs = (nodes[:, :, None] * dimension + np.arange(dimension)).reshape(len(nodes), count)
+        rows.append(np.repeat(dofs, count, axis=1).ravel())
+        columns.append(np.tile(dofs, (1, count)).ravel())
+        values.append(blocks.ravel())
+    entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
+    return sp.csr_matrix(sp.coo_matrix(entries, shape=(size, size)))
+
+
+def _in_space(youngs_modulus: float, poissons_ratio: float, dimension: int) -> Array:
+    """Stress of strain (xx, across; or xx, zz, engineering xz, across), MPa."""
+    first, shear = lame_parameters(np.array(youngs_modulus), np.array(poissons_ratio))
+    axial = [0, 1] if dimension == 1 else [0, 1, 3]
+    law = np.zeros((axial[-1] + 1, axial[-1] + 1))
+    law[np.ix_(axial, axial)] = first + 2.0 * shear * np.eye(len(axial))
+    if dimension == 2:
+        law[2, 2] = shear
+    return law
+
+
+def _plane_stress(law: Array) -> Array:
+    """Stress of strain where there is none across the sheet, MPa."""
+    return np.asarray(law[:-1, :-1] - np.outer(law[:-1, -1], law[-1, :-1]) / law[-1, -1])
 
 
 def _membrane(sheet: SheetFacets, law: Array) -> tuple[IntArray, Array]:
-    """Nodes (f, n) and blocks (f, n dim, n dim)."""
-    where, weights = quadrature(sheet.dimension, 2)
-    slope = _slopes(sheet, where)  # (f, q, n, a)
+    """Nodes (f, 2 k) of upper and lower face, and blocks (f, 2 k dim, 2 k dim).
+
+    ``law`` (v, v): force per length of the sheet's own strains and of the strain across it.
+    """
+    where, weights = quadrature(sheet.dimension, 4)
+    slope = sheet.slopes(where)  # (f, q, k, a)
     count, points, nodes, _ = slope.shape
     strain = np.zeros((count, points, len(law), nodes, sheet.dimension))
     for a in range(sheet.dimension):
@@ -170,10 +134,15 @@ def _membrane(sheet: SheetFacets, law: Array) -> tuple[IntArray, Array]:
     if sheet.dimension == 2:
         strain[:, :, 2, :, 0] = slope[..., 1]
         strain[:, :, 2, :, 1] = slope[..., 0]
-    rows = (strain @ sheet.tangents).reshape(count, points, len(law), -1)
+    mean = 0.5 * (strain @ sheet.tangents)  # (f, q, v, k, dim)
+    value = tabulate(sheet.dimension, where).value.T / sheet.thickness
+    opening = np.zeros_like(mean)
+    opening[:, :, -1] = value[:, :, None] * sheet.normal
+    both = np.concatenate([mean + opening, mean - opening], axis=3)
+    rows = both.reshape(count, points, len(law), -1)
     measure = np.outer(sheet.measure, weights / weights.sum())
     blocks = np.einsum("fqvi,vw,fqwj,fq->fij", rows, law, rows, measure, optimize=True)
-    return sheet.nodes, np.asarray(blocks)
+    return np.hstack([sheet.nodes, sheet.nodes_below]), np.asarray(blocks)
 
 
 def _bending(mesh: Mesh, sheet: SheetFacets, law: Array) -> list[tuple[IntArray, Array]]:
@@ -214,7 +183,7 @@ def _sides(mesh: Mesh, sheet: SheetFacets, law: Array, curvature: Array) -> _Sid
         outward, length = _outward(sheet, edge)
         if sheet.dimension == 1:
             where, share = np.array([[float(edge[0])]]), np.ones(1)
-            turn = np.einsum("fqna,fa->fqn", _slopes(sheet, where), outward)
+            turn = np.einsum("fqna,fa->fqn", sheet.slopes(where), outward)
             voigt = np.ones((count, 1))
         else:
             turn, share = _turn_along(sheet, edge, outward)
@@ -250,7 +219,7 @@ def _turn_along(sheet: SheetFacets, edge: tuple[int, ...], outward: Array) -> tu
     both = []
     for a, b in (edge, edge[::-1]):
         where = corner[a][:, None] + (corner[b] - corner[a])[:, None] * t
-        both.append(np.einsum("fqna,fa->fqn", _slopes(sheet, where), outward))
+        both.append(np.einsum("fqna,fa->fqn", sheet.slopes(where), outward))
     forward = sheet.nodes[:, edge[0]] < sheet.nodes[:, edge[1]]
     return np.where(forward[:, None, None], both[0], both[1]), share
 
@@ -282,12 +251,6 @@ def _penalised(turn: Array, moment: Array, penalty: Array, measure: Array) -> Ar
     mixed = np.einsum("eqi,ej,eq->eij", turn, moment, measure, optimize=True)
     square = np.einsum("eqi,eqj,eq,e->eij", turn, turn, measure, penalty, optimize=True)
     return np.asarray(square - mixed - mixed.transpose(0, 2, 1))
-
-
-def _slopes(sheet: SheetFacets, where: Array) -> Array:
-    """Derivatives (f, q, n, a) of the shape functions along the tangents at reference points."""
-    gradient = tabulate(sheet.dimension, where).gradient
-    return np.asarray(np.einsum("nbq,fba->fqna", gradient, sheet.inverse, optimize=True))
 
 
 def _curvatures(sheet: SheetFacets) -> Array:

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.section import mesh_section
-from fingerdesign.mesh.sheets import sheet_facets
-from fingerdesign.mesh.types import TETRA_FACETS, Mesh, quadratic
+from fingerdesign.mesh.sheets import boundary_facets, sheet_facets
+from fingerdesign.mesh.types import Mesh, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
@@ -48,9 +48,9 @@ def extrude(
         points, tets, regions = _mirrored(points, tets, regions, len(flat))
     tets = _oriented(points, tets)
     nodes, cells = quadratic(points, tets)
-    facets = _classify(design, nodes, cells, symmetric)
-    if design.plates.model == "sheet":
-        facets |= sheet_facets(nodes, cells, plate_frames(design))
+    frames = plate_frames(design) if design.plates.model == "sheet" else ()
+    slots = sheet_facets(nodes, cells, frames)
+    facets = _classify(design, nodes, cells, symmetric, slots) | slots
     nodes = _onto_cylinder(design, nodes, facets["contact"])
     return Mesh(nodes, cells, regions, facets, "extrude", symmetric, {"layers": layers - 1})
 
@@ -105,15 +105,15 @@ def _oriented(points: Array, tets: IntArray) -> IntArray:
 
 
 def _classify(
-    design: Design, nodes: Array, cells: IntArray, symmetric: bool
+    design: Design, nodes: Array, cells: IntArray, symmetric: bool, slots: dict[str, IntArray]
 ) -> dict[str, IntArray]:
-    """Boundary facets by name, (f, 6)."""
-    mid = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
-    local = [[*f, mid[(f[0], f[1])], mid[(f[1], f[2])], mid[(f[0], f[2])]] for f in TETRA_FACETS]
-    facets = np.concatenate([cells[:, part] for part in local])
-    key = np.sort(facets[:, :3], axis=1)
-    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
-    boundary = facets[first[count == 1]]
+    """Boundary facets by name, (f, 6); without those of ``slots``."""
+    boundary = boundary_facets(cells, 3)
+    taken = [np.sort(rows[:, 3:], axis=1) for rows in slots.values()]
+    if taken:
+        key = np.vstack([*taken, np.sort(boundary[:, 3:], axis=1)])
+        _, first = np.unique(key, axis=0, return_index=True)
+        boundary = boundary[np.sort(first[first >= len(key) - len(boundary)]) - len(key)]
     corners = nodes[boundary[:, :3]]
     half, end = 0.5 * design.body.width_mm, 0.5 * design.body.depth_mm
 

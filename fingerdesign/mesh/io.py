@@ -1,13 +1,15 @@
 """Meshes to and from files, through meshio: .vtu, .msh, .vtk, .xdmf and what else it knows.
 
 Cells carry "region" (0 elastomer, k + 1 plate k). Named facets are cells of one dimension less that
-carry their name's number in "facet" (FACET_NUMBERS, FIRST_SHEET + k for the sheet of plate k; 0 for
-the cells inside). Gmsh files carry both as physical groups with names instead.
+carry their name's number in "facet" (FACET_NUMBERS; FIRST_SLOT + 3 k and the next two for the faces
+of plate k's slot; 0 for the cells inside). Gmsh files carry both as physical groups with names
+instead.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import secrets
 from pathlib import Path
 from typing import Any
@@ -16,12 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.sheets import FACES
 from fingerdesign.mesh.types import Mesh
 
 IntArray = NDArray[np.int64]
 
 FACET_NUMBERS = {"base": 1, "contact": 2, "side": 3, "end": 4, "symmetry": 5}
-FIRST_SHEET, LAST_SHEET = 1000, 2000
+FIRST_SLOT, LAST_SLOT = 1000, 4000
 FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
 CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
 
@@ -67,10 +70,11 @@ def to_meshio(mesh: Mesh) -> Any:
 def _facet_number(name: str) -> int:
     if name in FACET_NUMBERS:
         return FACET_NUMBERS[name]
-    index = name.removeprefix("plate_")
-    if index == name or not index.isdecimal() or int(index) >= LAST_SHEET - FIRST_SHEET:
-        raise MeshError(f"facet name '{name}' has no number: neither in FACET_NUMBERS nor a plate")
-    return FIRST_SHEET + int(index)
+    slot = re.fullmatch(rf"plate_([0-9]+)_({'|'.join(FACES)})", name)
+    number = FIRST_SLOT + 3 * int(slot[1]) + FACES.index(slot[2]) if slot else LAST_SLOT
+    if number >= LAST_SLOT:
+        raise MeshError(f"facet name '{name}' has no number: not in FACET_NUMBERS, no slot's face")
+    return number
 
 
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:
@@ -127,8 +131,8 @@ def read_mesh(path: Path | str) -> Mesh:
         raise MeshError(f"{path} has cells in negative regions; 0 is the elastomer, k + 1 plate k")
     points = np.asarray(found.points, dtype=float)[:, :dimension]
     name_of = {number: name for name, number in FACET_NUMBERS.items()}
-    sheets = np.unique(numbers[(numbers >= FIRST_SHEET) & (numbers < LAST_SHEET)])
-    name_of |= {int(number): f"plate_{number - FIRST_SHEET}" for number in sheets}
+    slots = np.unique(numbers[(numbers >= FIRST_SLOT) & (numbers < LAST_SLOT)]) - FIRST_SLOT
+    name_of |= {FIRST_SLOT + int(k): f"plate_{k // 3}_{FACES[k % 3]}" for k in slots}
     named = {
         name: facets[numbers == number]
         for number, name in name_of.items()

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerdesign.design.layout import PlateFrame, crest_height, surface_height
+from fingerdesign.mesh.sheets import room_around
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
@@ -57,8 +58,11 @@ def section_outline(
     outline = Outline(sizes.far_size_mm, sizes.gradation)
     _add_body(outline, body, zone, sizes)
     for frame in frames:
-        add = _add_sheet if sheets else _add_plate
-        add(outline, frame, gage_length, sizes)
+        if sheets:
+            room = room_around(frame, frames, body)
+            _add_sheet(outline, frame, gage_length, sizes, room)
+        else:
+            _add_plate(outline, frame, gage_length, sizes)
     return outline
 
 
@@ -110,15 +114,21 @@ def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: S
     outline.domains.append((domain, sizes.plate_size_mm))
 
 
-def _add_sheet(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
+def _add_sheet(
+    outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh, room: float
+) -> None:
+    """The mid-line, and beyond its ends a short line within which the square ends will open."""
+    beyond = min(max(sizes.plate_end_size_mm, 0.5 * frame.thickness), 0.8 * room)
     along = _stations(frame, gage_length)
-    ends = (0, len(along) - 1)
+    along = [along[0] - beyond, *along, along[-1] + beyond]
+    last = len(along) - 1
     line = []
     for k, s in enumerate(along):
         x, y = np.array([frame.x, frame.y]) + s * frame.axis
-        line.append(outline.point(x, y, sizes.plate_end_size_mm if k in ends else None))
-    for a, b in pairwise(line):
-        outline.curve([a, b], BODY, BODY, sizes.plate_size_mm)
+        line.append(outline.point(x, y, beyond if k in (1, last - 1) else None))
+    for k, (a, b) in enumerate(pairwise(line)):
+        size = beyond if k in (0, last - 1) else sizes.plate_size_mm
+        outline.curve([a, b], BODY, BODY, size)
 
 
 def _stations(frame: PlateFrame, gage_length: float) -> list[float]:

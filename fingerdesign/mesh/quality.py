@@ -193,6 +193,8 @@ def _volume_errors(mesh: Mesh, design: Design, volumes: Array) -> tuple[float, f
     else:
         whole = outline_volume(design.body, mesh.symmetric)
         plates = [plate_volume(frame, mesh.symmetric) for frame in plate_frames(design)]
+    if design.plates.model == "sheet":
+        whole -= sum(plates)  # slots, filled by structural elements
     body = abs(float(volumes.sum()) / whole - 1.0)
     if design.plates.model != "solid" or not plates:
         return body, 0.0

@@ -16,8 +16,8 @@ from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.outline import BODY, Outline, section_outline
 from fingerdesign.mesh.section_process import run_netgen
-from fingerdesign.mesh.sheets import sheet_facets
-from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, quadratic
+from fingerdesign.mesh.sheets import boundary_facets, open_sheets, sheet_facets
+from fingerdesign.mesh.types import Mesh, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
@@ -40,10 +40,15 @@ def mesh_section(design: Design, zone_half_width: float, sizes: SectionMesh | No
     points, triangles, regions = _netgen(outline, float(design.mesh.time_limit_s))
     points, triangles, regions = _drop_unused(points, triangles, regions)
     _check_areas(design.body, () if sheets else frames, points, triangles, regions)
-    nodes, cells = quadratic(points, triangles)
-    facets = _classify(design.body, nodes, cells)
     if sheets:
-        facets |= sheet_facets(nodes, cells, frames)
+        points, triangles = open_sheets(points, triangles, frames, design.body)
+        regions = np.zeros(len(triangles), dtype=np.int64)
+        flipped = _areas(points, triangles) <= 0.0
+        if flipped.any():
+            raise MeshError(f"{int(flipped.sum())} triangles inverted where plates were opened")
+    nodes, cells = quadratic(points, triangles)
+    slots = sheet_facets(nodes, cells, frames) if sheets else {}
+    facets = _classify(design.body, nodes, cells, slots) | slots
     nodes = _onto_arc(design.body, nodes, facets["contact"])
     return Mesh(nodes, cells, regions, facets, "netgen")
 
@@ -96,11 +101,14 @@ def _check_areas(
             raise MeshError(f"netgen lost part of plate {frame.index}: {filled:.6f} mm^2")
 
 
-def _classify(body: Body, nodes: Array, cells: IntArray) -> dict[str, IntArray]:
-    """Boundary edges by name, as (f, 3) corner, corner, middle."""
-    edges = np.concatenate([cells[:, [a, b, 3 + k]] for k, (a, b) in enumerate(TRIANGLE_EDGES)])
-    _, first, count = np.unique(edges[:, 2], return_index=True, return_counts=True)
-    boundary = edges[first[count == 1]]
+def _classify(
+    body: Body, nodes: Array, cells: IntArray, slots: dict[str, IntArray]
+) -> dict[str, IntArray]:
+    """Boundary edges by name, as (f, 3) corner, corner, middle; without those of ``slots``."""
+    boundary = boundary_facets(cells, 2)
+    taken = [rows[:, 2] for rows in slots.values()]
+    if taken:
+        boundary = boundary[~np.isin(boundary[:, 2], np.concatenate(taken))]
     ends = nodes[boundary[:, :2]]
     base = (np.abs(ends[:, :, 1]) < 1e-9).all(axis=1)
     side = (np.abs(np.abs(ends[:, :, 0]) - 0.5 * body.width_mm) < 1e-9).all(axis=1)

@@ -1,69 +1,187 @@
-"""Plates as sheets: the facets of a mesh that lie on the plates' mid-surfaces."""
+"""Plates as sheets: a section's mesh that follows the plates' mid-lines, opened to their thickness.
+
+The mesh is made with each plate as a line, which asks for no element of the plate's thickness. Then
+every line is cut into an upper and a lower face, the faces are moved t/2 apart, and the triangles
+around are squeezed to make room: beyond a reach R from the mid-line nothing moves. The plate's
+square ends open between the line's last vertex and the next one on a short line beyond it. So the
+rubber has its true shape, and the plate is the slot, which structural elements fill (fem/sheet.py).
+"""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import PlateFrame
+from fingerdesign.design.layout import PlateFrame, crest_height
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Body
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ON_SURFACE = 1e-9  # mm: the sections' vertices lie on the lines to rounding
+FACES = ("upper", "lower", "end")
+_ON = 1e-9  # mm: the mesher's vertices lie on their lines to rounding
 _FILLED = 1e-8  # relative: what is missing is a facet or nothing
+_SHARE = 0.98  # of the room around a mid-line
+_LEAST_REACH = 1.2  # times t/2: triangles next to the plate keep a sixth of their height
+_MOST_REACH = 8.0  # times t/2
+
+
+def open_sheets(
+    points: Array, triangles: IntArray, frames: tuple[PlateFrame, ...], body: Body
+) -> tuple[Array, IntArray]:
+    """Cut a linear mesh along the plates' mid-lines and open each slot to the plate's thickness.
+
+    The vertices of lower faces are added at the end, in the order of those above. Raises MeshError
+    where a line is missing from the mesh or has too little room.
+    """
+    moved, cells = points.copy(), triangles.copy()
+    extra: list[Array] = []
+    wedges: list[list[int]] = []
+    count = len(points)
+    for frame in frames:
+        along, off = frame.local(points).T
+        half, rise = 0.5 * frame.length, 0.5 * frame.thickness
+        axis = np.flatnonzero(np.abs(off) < _ON)
+        line = axis[np.abs(along[axis]) < half + _ON]
+        beyond = [_next_on(axis, sign * along, half, frame) for sign in (1.0, -1.0)]
+        tips = [line[np.argmax(sign * along[line])] for sign in (1.0, -1.0)]
+        reach = _SHARE * room_around(frame, frames, body)
+        reach = min(reach, _MOST_REACH * rise)
+        moved += _shift(frame, points, reach, [abs(along[node]) - half for node in beyond])
+        moved[line] = points[line] + rise * frame.normal
+        extra.append(points[line] - rise * frame.normal)
+        lower = np.arange(len(points))
+        lower[line] = count + np.arange(len(line))
+        below = off[triangles].sum(axis=1) < 0.0
+        below &= np.isin(triangles, line).any(axis=1)
+        near = np.abs(along[triangles]).min(axis=1) < half + _ON
+        cells[below & near] = np.where(
+            np.isin(triangles[below & near], line),
+            lower[triangles[below & near]],
+            cells[below & near],
+        )
+        # Anticlockwise in the frame's axes: up, down, outward at the near end; and mirrored.
+        wedges.append([int(lower[tips[0]]), int(beyond[0]), int(tips[0])])
+        wedges.append([int(tips[1]), int(beyond[1]), int(lower[tips[1]])])
+        count += len(line)
+    return np.vstack([moved, *extra]), np.vstack([cells, np.array(wedges, dtype=np.int64)])
+
+
+def _next_on(axis: IntArray, along: Array, half: float, frame: PlateFrame) -> int:
+    """The vertex next beyond a plate's end on its axis."""
+    outside = axis[along[axis] > half + _ON]
+    if len(outside) == 0 or not (np.abs(along[axis] - half) < _ON).any():
+        raise MeshError(f"the mesh does not follow plate {frame.index} to its ends")
+    return int(outside[np.argmin(along[outside])])
+
+
+def room_around(frame: PlateFrame, frames: tuple[PlateFrame, ...], body: Body) -> float:
+    """What is a plate's own around its mid-line, mm: to the body's faces, and half way to others.
+
+    Raises MeshError where that is too little for the faces to be moved apart.
+    """
+    centre = np.array([frame.x, frame.y])
+    ends = centre + np.outer([-0.5, 0.5], frame.length * frame.axis)
+    middle = crest_height(body) - body.arc_radius_mm
+    own = min(
+        float(ends[:, 1].min()),
+        0.5 * body.width_mm - float(np.abs(ends[:, 0]).max()),
+        body.arc_radius_mm - float(np.hypot(ends[:, 0], ends[:, 1] - middle).max()),
+    )  # a convex body: nearest at an end
+    steps = np.linspace(-0.5, 0.5, 65)[:, None]
+    for other in frames:
+        if other is not frame:
+            line = np.array([other.x, other.y]) + steps * other.length * other.axis
+            own = min(own, 0.5 * float(_distance(frame, line).min()))
+    least = _LEAST_REACH * 0.5 * frame.thickness
+    if own * _SHARE < least:
+        raise MeshError(
+            f"plate {frame.index} has {own:.3g} mm around its mid-line to itself: as a sheet of "
+            f"this thickness it needs {least / _SHARE:.3g} mm; set plates.model = 'solid'"
+        )
+    return own
+
+
+def _distance(frame: PlateFrame, points: Array) -> Array:
+    """Distance of points (n, 2) to a plate's mid-line."""
+    along, off = frame.local(points).T
+    past = np.maximum(np.abs(along) - 0.5 * frame.length, 0.0)
+    return np.asarray(np.hypot(past, off))
+
+
+def _shift(frame: PlateFrame, points: Array, reach: float, beyond: list[float]) -> Array:
+    """How points (n, 2) beside a plate make room; ``beyond``: length of the lines at its ends."""
+    along, off = frame.local(points).T
+    past = np.abs(along) - 0.5 * frame.length
+    line = np.where(along > 0.0, *beyond)
+    fading = np.clip(1.0 - np.maximum(past, 0.0) / line, 0.0, 1.0)
+    fading *= np.clip(1.0 - _distance(frame, points) / reach, 0.0, 1.0)
+    return np.outer(np.sign(off) * fading * 0.5 * frame.thickness, frame.normal)
 
 
 def sheet_facets(
     points: Array, cells: IntArray, frames: tuple[PlateFrame, ...]
 ) -> dict[str, IntArray]:
-    """Facets "plate_k" of each frame, (f, 3) edges or (f, 6) triangles: corners, mid-edge nodes.
+    """Boundary facets "plate_k_upper", "_lower" and "_end" of the slot of each plate.
 
-    points (n, dim) and quadratic cells of a mesh whose edges (facets) follow the plates' mid-lines
-    (mid-surfaces). Raises MeshError where they do not fill a plate's length (and span).
+    points (n, dim) and quadratic cells of an opened mesh -> (f, 3) edges or (f, 6) triangles:
+    corners, then mid-edge nodes. Raises MeshError where they do not fill the plate's faces.
     """
     dimension = points.shape[1]
-    facets = _unique_facets(cells, dimension)
+    facets = boundary_facets(cells, dimension)
     corners = points[facets[:, :dimension]]
     found = {}
     for frame in frames:
-        along, off = np.moveaxis(frame.local(corners.reshape(-1, dimension)), 1, 0)
-        on = (np.abs(off) < _ON_SURFACE) & (np.abs(along) < 0.5 * frame.length + _ON_SURFACE)
-        chosen = facets[on.reshape(-1, dimension).all(axis=1)]
-        _check_filled(points, chosen, frame)
-        found[f"plate_{frame.index}"] = chosen
+        half = 0.5 * np.array([frame.length, frame.thickness])
+        local = frame.local(corners.reshape(-1, dimension)).reshape(*corners.shape[:2], 2)
+        inside = (np.abs(local) < half + _ON).all(axis=(1, 2))
+        on = {
+            "upper": (np.abs(local[..., 1] - half[1]) < _ON).all(axis=1),
+            "lower": (np.abs(local[..., 1] + half[1]) < _ON).all(axis=1),
+            "end": (np.abs(np.abs(local[..., 0]) - half[0]) < _ON).all(axis=1),
+        }
+        for name in FACES:
+            chosen = facets[inside & on[name]]
+            length = 2.0 * frame.thickness if name == "end" else frame.length
+            _check_filled(points, chosen, frame, length)
+            found[f"plate_{frame.index}_{name}"] = chosen
     return found
 
 
-def _unique_facets(cells: IntArray, dimension: int) -> IntArray:
-    """Each edge (triangle) of the mesh once, corners then mid-edge nodes."""
+def boundary_facets(cells: IntArray, dimension: int) -> IntArray:
+    """Facets of one cell only, (f, 3) or (f, 6): corners, then mid-edge nodes."""
     if dimension == 2:
         parts = [[a, b, 3 + k] for k, (a, b) in enumerate(TRIANGLE_EDGES)]
         facets = np.concatenate([cells[:, part] for part in parts])
-        return np.asarray(facets[np.unique(facets[:, 2], return_index=True)[1]])
+        _, first, uses = np.unique(facets[:, 2], return_index=True, return_counts=True)
+        return np.asarray(facets[first[uses == 1]])
     middle = {pair: 4 + k for k, pair in enumerate(TETRA_EDGES)}
     parts = [[a, b, c, middle[(a, b)], middle[(b, c)], middle[(a, c)]] for a, b, c in TETRA_FACETS]
     facets = np.concatenate([cells[:, part] for part in parts])
-    key = np.sort(facets[:, 3:], axis=1)
-    return np.asarray(facets[np.unique(key, axis=0, return_index=True)[1]])
+    key = np.sort(facets[:, :3], axis=1)
+    _, first, uses = np.unique(key, axis=0, return_index=True, return_counts=True)
+    return np.asarray(facets[first[uses == 1]])
 
 
-def _check_filled(points: Array, facets: IntArray, frame: PlateFrame) -> None:
+def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, length: float) -> None:
     dimension = points.shape[1]
     corners = points[facets[:, :dimension]]
     if dimension == 2:
-        asked = frame.length
+        asked = length
         filled = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
     else:
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
-        asked = frame.length * (min(frame.z_max, high) - max(frame.z_min, low))
+        asked = length * (min(frame.z_max, high) - max(frame.z_min, low))
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         filled = float(0.5 * np.linalg.norm(normal, axis=1).sum())
     if not abs(filled / asked - 1.0) < _FILLED:
         unit = "mm" if dimension == 2 else "mm^2"
         raise MeshError(
-            f"the mesh follows {filled:.6g} of {asked:.6g} {unit} of plate {frame.index}'s "
-            "mid-surface"
+            f"the mesh follows {filled:.6g} of {asked:.6g} {unit} of a face of plate {frame.index}"
         )

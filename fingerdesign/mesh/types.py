@@ -25,7 +25,8 @@ class Mesh:
              positively oriented
     regions  (c,): 0 the elastomer, k + 1 plate k
     facets   name -> (f, 3) or (f, 6): boundary facets, corners then mid-edge nodes; names "base",
-             "contact" (the curved face), "side", "end" (z faces), "symmetry" (z = 0 of a half)
+             "contact" (the curved face), "side", "end" (z faces), "symmetry" (z = 0 of a half);
+             of plates as sheets "plate_k_upper", "_lower" and "_end": faces of plate k's slot
     symmetric  True when the mesh is the half z >= 0 of a finger that mirrors in z = 0
     """
 
