@@ -1,0 +1,158 @@
+"""Plates as sheets in the mesh: slots of the plate's shape, faces that mirror, rubber around."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fingerdesign import parse_design, with_values
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.volume import outline_volume, section_area
+from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.io import read_mesh, to_meshio, write_mesh
+from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.sheets import open_sheets, room_around
+from fingerdesign.mesh.types import Mesh
+
+TEXT = """
+    design.name = "sheets"
+    body.width_mm = 12.0
+    body.base_height_mm = 5.0
+    body.arc_radius_mm = 10.0
+    body.depth_mm = 6.0
+    plates.count = 3
+    plates.model = "sheet"
+    mesh.layers = 3
+    mesh.contact_size_mm = 0.6
+    mesh.section.contact_size_mm = 0.2
+    mesh.section.plate_size_mm = 0.2
+"""
+DESIGN = parse_design(TEXT)
+
+
+@pytest.fixture(scope="module", params=["section", "half", "whole"])
+def mesh(request: pytest.FixtureRequest) -> Mesh:
+    if request.param == "section":
+        return mesh_section(DESIGN, 2.0)
+    return extrude(DESIGN, 2.0, request.param == "half")
+
+
+def rubber(mesh: Mesh) -> float:
+    return float(physical_gradients(mesh.points, mesh.cells, 4)[1].sum())
+
+
+def shares(mesh: Mesh) -> float:
+    """Depth of the modelled part, mm (1 in the section)."""
+    return 1.0 if mesh.dimension == 2 else (3.0 if mesh.symmetric else 6.0)
+
+
+def boundary_area(mesh: Mesh, facets: NDArray[np.int64]) -> float:
+    corners = mesh.points[facets[:, : mesh.dimension]]
+    if mesh.dimension == 2:
+        return float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    return float(0.5 * np.linalg.norm(normal, axis=1).sum())
+
+
+def test_the_rubber_is_the_body_without_the_plates(mesh: Mesh) -> None:
+    wanted = (section_area(DESIGN.body) - 3 * 2.0 * 0.1) * shares(mesh)
+    assert rubber(mesh) == pytest.approx(wanted, rel=1e-5)
+    assert outline_volume(DESIGN.body) / 6.0 * shares(mesh) - rubber(mesh) > 0.5
+    assert set(mesh.regions.tolist()) == {0}
+    assert assess(mesh, DESIGN).body_volume_error < 1e-3  # of the straight cells: chords
+
+
+def test_the_slot_is_the_plates_box(mesh: Mesh) -> None:
+    for frame in plate_frames(DESIGN):
+        for face, length in (("upper", 2.0), ("lower", 2.0), ("end", 0.2)):
+            facets = mesh.facets[f"plate_{frame.index}_{face}"]
+            assert boundary_area(mesh, facets) == pytest.approx(length * shares(mesh), rel=1e-9)
+            local = np.abs(frame.local(mesh.points[facets].reshape(-1, mesh.dimension)))
+            assert np.abs(local[:, 0] / 1.0).max() == pytest.approx(1.0, abs=1e-9)
+            assert local[:, 1].max() == pytest.approx(0.05, abs=1e-9)
+
+
+def test_faces_mirror_node_by_node(mesh: Mesh) -> None:
+    for frame in plate_frames(DESIGN):
+        places = []
+        for face in ("upper", "lower"):
+            nodes = np.unique(mesh.facets[f"plate_{frame.index}_{face}"])
+            along = frame.local(mesh.points[nodes])[:, :1]
+            place = np.hstack([along, mesh.points[nodes, 2:]])
+            places.append(place[np.lexsort(np.round(place, 6).T)])
+        np.testing.assert_allclose(places[0], places[1], atol=1e-9)
+
+
+def test_slots_are_no_contact_surface(mesh: Mesh) -> None:
+    """The outside has the names and areas that it has without plates."""
+    bare = with_values(DESIGN, {"plates.model": "none"})
+    other = mesh_section(bare, 2.0) if mesh.dimension == 2 else extrude(bare, 2.0, mesh.symmetric)
+    outside = {name for name in mesh.facets if not name.startswith("plate_")}
+    assert outside == set(other.facets)
+    for name in outside - {"end", "symmetry"}:
+        area = boundary_area(other, other.facets[name])
+        assert boundary_area(mesh, mesh.facets[name]) == pytest.approx(area, rel=2e-3)
+
+
+def test_gage_ends_are_nodes_on_both_faces() -> None:
+    mesh = mesh_section(DESIGN, 2.0)
+    frame = plate_frames(DESIGN)[1]
+    for face, side in (("upper", 0.05), ("lower", -0.05)):
+        nodes = mesh.points[np.unique(mesh.facets[f"plate_1_{face}"])]
+        for end in (-0.5, 0.5):
+            place = np.array([frame.x, frame.y]) + end * frame.axis + side * frame.normal
+            assert np.linalg.norm(nodes - place, axis=1).min() < 1e-9
+
+
+def test_the_same_mesh_every_time() -> None:
+    one, two = mesh_section(DESIGN, 2.0), mesh_section(DESIGN, 2.0)
+    assert np.array_equal(one.points, two.points)
+    assert np.array_equal(one.cells, two.cells)
+
+
+def test_crossing_angles_and_thick_plates() -> None:
+    rows = [[-2.2, 5.2, 10.0], [0.5, 5.0, -60.0], [2.6, 4.5, 90.0]]
+    design = with_values(DESIGN, {"plates.placement": rows, "plates.thickness_mm": 0.3})
+    mesh = mesh_section(design, 2.0)
+    assert rubber(mesh) == pytest.approx(section_area(design.body) - 3 * 2.0 * 0.3, rel=1e-5)
+    assert assess(mesh, design).min_dihedral_deg > 10.0
+
+
+def test_too_little_room_is_refused_by_name() -> None:
+    frames = plate_frames(DESIGN)
+    near = replace(frames[1], x=frames[0].x + 0.16)
+    with pytest.raises(MeshError, match=r"plate 0 has 0\.0388 mm .* plates\.model = 'solid'"):
+        room_around(frames[0], (frames[0], near), DESIGN.body)
+    high = replace(frames[1], y=6.25)
+    with pytest.raises(MeshError, match=r"plate 1 has 0\.0\d+ mm around its mid-line"):
+        room_around(high, (high,), DESIGN.body)
+
+
+def test_a_mesh_that_misses_a_line_is_refused() -> None:
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    with pytest.raises(MeshError, match="does not follow plate 0"):
+        open_sheets(points, np.array([[0, 1, 2]]), plate_frames(DESIGN)[:1], DESIGN.body)
+
+
+def test_sheets_need_a_constant_section() -> None:
+    for line in ("plates.span_mm = 4.0", 'body.shape = "dome"\nbody.dome_radius_mm = 25.0'):
+        with pytest.raises(DesignError) as caught:
+            parse_design(TEXT + line)
+        fault = next(f for f in caught.value.faults if f.key == "plates.model")
+        assert fault.remedy == "set plates.model = 'solid'"
+
+
+def test_slots_go_through_files(mesh: Mesh, tmp_path: Path) -> None:
+    again = read_mesh(write_mesh(mesh, tmp_path / "sheets.msh"))
+    assert set(again.facets) == set(mesh.facets)
+    assert np.array_equal(again.facets["plate_2_end"], mesh.facets["plate_2_end"])
+    odd = Mesh(mesh.points, mesh.cells, mesh.regions, {"plate_1_inside": mesh.cells[:1]}, "t")
+    with pytest.raises(MeshError, match="plate_1_inside"):
+        to_meshio(odd)
