@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.active import ActiveInverse, dofs_of
-from fingerdesign.contact.laws import OPEN, SLIP, STICK, Certificate, certify, status_of
+from fingerdesign.contact.laws import (
+    OPEN,
+    SLIP,
+    STICK,
+    Certificate,
+    certify,
+    project,
+    status_of,
+)
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.contact.strategy import Task, solve_task
@@ -26,6 +34,7 @@ ACCEPT = 1e-8  # the laws; Newton ends near 1e-13, so a pass is never a close ca
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
 _ON_LIMIT = 1e-9  # relative: rounding of forces and slips
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for
+_LONGEST = 1.5  # times the last increment: as far as its change is taken on
 _MARGIN = 0.1  # of the deepest overlap: nodes this near join the first solve
 
 
@@ -65,14 +74,37 @@ class Increment:
 
 
 class Workspace:
-    """The inverse left by the last increment of a path.
+    """What the last increment of a path leaves to speed up the next: its inverse, its change.
 
-    It saves time and changes no answer by more than rounding. One per path; friction, state and
-    motion are not in it.
+    It saves time and changes no answer by more than rounding. One per path; friction and state are
+    not in it.
     """
 
     def __init__(self) -> None:
         self.inverse: ActiveInverse | None = None
+        self._last: tuple[ContactState, ContactState] | None = None
+
+    def passed(self, before: ContactState, after: ContactState) -> None:
+        """Note an accepted increment."""
+        self._last = before, after
+
+    def predicted(self, state: ContactState, motion: Motion, friction_coefficient: float) -> Array:
+        """Forces to start from: going on as in the last increment, as far as the motion does.
+
+        Nodes that touch nothing yet are left so, and the forces are admissible.
+        """
+        if self._last is None or self._last[1] is not state:
+            return state.multiplier
+        before = self._last[0]
+        last = state.motion.amplitudes - before.motion.amplitudes
+        now = motion.amplitudes - state.motion.amplitudes
+        length = float(last @ last)
+        share = min(float(last @ now) / length, _LONGEST) if length > 0.0 else 0.0
+        if share <= 0.0:
+            return state.multiplier
+        guess = state.multiplier + share * (state.multiplier - before.multiplier)
+        guess[state.multiplier[:, 0] <= 0.0] = 0.0
+        return project(guess, friction_coefficient)
 
     def on(self, index: IntArray, nodes: int, dim: int) -> ActiveInverse | None:
         """The inverse with its nodes numbered by their place in ``index``."""
@@ -99,7 +131,8 @@ def solve_increment(
     offset = problem.offset(motion, state.slip)
     if not np.isfinite(offset).all():
         raise SolverError(f"the motion {motion} is not finite")
-    result, method = _solve(problem, state, offset, workspace)
+    guess = workspace.predicted(state, motion, problem.friction_coefficient)
+    result, method = _solve(problem, state, guess, offset, workspace)
     m, dim = problem.shape
     multiplier = result.multiplier
     local = (problem.compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
@@ -127,6 +160,8 @@ def solve_increment(
     # A sticking node has not moved, whatever the rounding; an open one starts anew.
     moved = np.where(status == SLIP, np.linalg.norm(local[:, 1:], axis=1), 0.0)
     travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
+    after = ContactState(slip, multiplier, motion, travelled, sliding)
+    workspace.passed(state, after)
     return Increment(
         motion=motion,
         multiplier=multiplier,
@@ -134,7 +169,7 @@ def solve_increment(
         slip_increment=local[:, 1:],
         status=status,
         force=force,
-        state=ContactState(slip, multiplier, motion, travelled, sliding),
+        state=after,
         iterations=result.iterations,
         residual=result.residual,
         certificate=certificate,
@@ -158,7 +193,11 @@ def _sliding(problem: ContactProblem, state: ContactState, multiplier: Array, sl
 
 
 def _solve(
-    problem: ContactProblem, state: ContactState, offset: Array, workspace: Workspace
+    problem: ContactProblem,
+    state: ContactState,
+    guess: Array,
+    offset: Array,
+    workspace: Workspace,
 ) -> tuple[NewtonResult, str]:
     """Solve on the nodes that the object could reach; any other that it does reach is added."""
     m, dim = problem.shape
@@ -180,6 +219,7 @@ def _solve(
             before[index],
             problem.friction_coefficient,
             state.multiplier[index],
+            guess[index],
             workspace.on(index, m, dim),
         )
         result, method = solve_task(task)

@@ -26,6 +26,9 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+_DRIFT = 1e-3  # of what a step should undo: more left shows a spoilt inverse
+
+
 @dataclass(frozen=True)
 class NewtonResult:
     """Forces, residual relative to the force scale, iterations, and whether it converged."""
@@ -78,7 +81,7 @@ def newton(
             )
         except np.linalg.LinAlgError:
             return NewtonResult(best, best_residual, iteration, False)
-        motion = (compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
+        was, motion = motion, (compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
         residual = relative_residual(multiplier, motion, self_compliance, friction_coefficient)
         if not np.isfinite(residual):
             return NewtonResult(best, best_residual, iteration, False)
@@ -86,7 +89,15 @@ def newton(
             best, best_residual = multiplier, residual
         if residual <= tolerance:
             return NewtonResult(multiplier, residual, iteration, True, inverse)
+        if _left(motion, status) > _DRIFT * _left(was, status):
+            inverse = None  # carried too far: rounding has eaten it up
     return NewtonResult(best, best_residual, max_iterations, False)
+
+
+def _left(motion: Array, status: IntArray) -> float:
+    """Largest gap of closed nodes and slip of sticking ones: zero after an exact step."""
+    gap = np.abs(motion[status != OPEN, 0]).max(initial=0.0)
+    return float(max(gap, np.abs(motion[status == STICK, 1:]).max(initial=0.0)))
 
 
 def relative_residual(

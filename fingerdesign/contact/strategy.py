@@ -23,6 +23,7 @@ from fingerdesign.contact.sweeps import gauss_seidel
 Array = NDArray[np.float64]
 Attempt = Callable[[Array], NewtonResult]
 
+_WARM = 16  # iterations: what takes longer from the guess is better begun anew
 _CUTS = (2, 8)  # pieces that carry the iterate, not the friction history, to the motion
 _SHARES = (0.0, 0.25, 0.5, 0.7, 0.85, 1.0)  # of the friction coefficient
 _FACTORS = (0.01, 0.5)  # of Newton's augmentation; 0.05 is the ordinary one
@@ -35,7 +36,8 @@ class Task:
     """One increment on some nodes: find forces with gap and slip v = compliance f + offset.
 
     compliance (k dim, k dim); offset (k, dim) at the motion asked, before (k, dim) at the last one;
-    start (k, dim) the last forces; inverse from an earlier solve on these nodes, if there is one.
+    start (k, dim) the last forces, guess (k, dim) those that the path leads to expect; inverse from
+    an earlier solve on these nodes, if there is one.
     """
 
     compliance: Array
@@ -43,19 +45,25 @@ class Task:
     before: Array
     friction_coefficient: float
     start: Array
+    guess: Array
     inverse: ActiveInverse | None = None
 
     def newton(self, start: Array, factor: float = 0.05) -> NewtonResult:
-        # From the last answer, what touched goes on touching for a first step (newton.py).
-        before = self.before if start is self.start and start.any() else None
+        return newton(
+            self.compliance, self.offset, self.friction_coefficient, start, factor, self.inverse
+        )
+
+    def warm(self) -> NewtonResult:
+        """From the guess, what touched going on to touch for a first step: mostly 3 to 6 steps,
+        where newton from the last forces takes 6 to 8 but hardly ever cycles."""
         return newton(
             self.compliance,
             self.offset,
             self.friction_coefficient,
-            start,
-            factor,
-            self.inverse,
-            before,
+            self.guess,
+            inverse=self.inverse,
+            before=self.before,
+            max_iterations=_WARM,
         )
 
 
@@ -78,13 +86,16 @@ def solve_task(task: Task) -> tuple[NewtonResult, str]:
 
 def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
     """Names, and what to do with the best forces so far."""
+    if task.start.any():
+        yield "newton, warm", lambda best: task.warm()
     yield "newton", lambda best: task.newton(task.start)
+    yield "newton, other augmentation", lambda best: task.newton(task.start, _FACTORS[0])
     if task.offset.shape[1] == 2:
         for path in range(_PATHS):
             yield "pivots", partial(_pivots, task, path)
     for pieces in _CUTS:
         yield "newton, walked", partial(_walk, task, pieces)
-    for factor in _FACTORS:
+    for factor in _FACTORS[1:]:
         yield "newton, other augmentation", partial(task.newton, factor=factor)
     yield "newton, friction raised", partial(_raise_friction, task)
     for sweeps in _SWEEPS:
