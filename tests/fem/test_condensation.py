@@ -8,7 +8,13 @@ from fingerdesign import parse_design
 from fingerdesign.design.io import with_values
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.model import build_model, fixed_dofs, stiffness_of
+from fingerdesign.fem.model import (
+    MIXED_FROM,
+    build_model,
+    element_of,
+    fixed_dofs,
+    stiffness_of,
+)
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.mesh.extrude import extrude
@@ -26,6 +32,7 @@ plates.length_mm = 1.2
 plates.cover_mm = 1.0
 gages.length_mm = 0.6
 [mesh]
+element = "P2"
 contact_size_mm = 0.5
 plate_size_mm = 0.5
 far_size_mm = 1.5
@@ -71,6 +78,18 @@ def test_other_elements_condense_alike(element, kind):
     assert np.linalg.eigvalsh(compliance).min() > 0.0
     reaction = model.reaction_readout @ force.ravel()
     assert np.allclose(reaction, -force.sum(axis=0), rtol=0, atol=1e-7)
+
+
+def test_auto_goes_by_the_poisson_ratio():
+    """The shipped silicone (0.49) is mixed; below the threshold, and when asked, P2."""
+    for poisson, asked, used in (
+        (0.49, "auto", "mixed"),
+        (MIXED_FROM - 0.01, "auto", "P2"),
+        (0.49, "P2", "P2"),
+        (0.3, "mixed", "mixed"),
+    ):
+        values = {"materials.silicone.poissons_ratio": poisson, "mesh.element": asked}
+        assert element_of(with_values(parse_design(COARSE), values)) == used
 
 
 def test_elements_agree_where_nothing_locks():
