@@ -23,6 +23,7 @@ from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.design.checks import tetwild_faults
 from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.scene_checks import scene_faults
@@ -98,6 +99,10 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     """
     scene = case.scene or fundamental_scene()
     refuse(case, scene)
+    if case.fidelity == "plane-strain" or case.design.mesh.mesher == "extrude":
+        from fingerdesign.mesh.section_process import start_mesher
+
+        start_mesher()  # loads netgen while this process loads the rest
     clock = Clock() if clock is None else clock
     zone = zone_of(case, scene)
     notes: list[str] = []
@@ -348,6 +353,8 @@ def refuse(case: Case, scene: Scene) -> None:
                 "set mesh.mesher = 'tetwild'",
             )
         )
+    if case.fidelity == "3d" and case.design.mesh.mesher == "tetwild":
+        faults += tetwild_faults(case.design)
     if case.fidelity == "plane-strain" and steps_sideways(scene):
         faults.append(
             Fault(

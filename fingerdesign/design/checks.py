@@ -121,6 +121,20 @@ def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     return faults
 
 
+def tetwild_faults(design: Design) -> list[Fault]:
+    """What tetwild cannot mesh of a sound design: plates as sheets."""
+    if design.plates.model != "sheet" or not design.plates.number:
+        return []
+    return [
+        Fault(
+            "plates.model",
+            "sheet",
+            "'solid' or 'none' where mesh.mesher = 'tetwild'",
+            "set mesh.mesher = 'extrude' or plates.model = 'solid'",
+        )
+    ]
+
+
 def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     """Plates as sheets: only where the section is the same all along z."""
     plates = design.plates

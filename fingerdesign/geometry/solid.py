@@ -14,9 +14,10 @@ import cadquery as cq
 import numpy as np
 from OCP.BOPAlgo import BOPAlgo_Builder
 
+from fingerdesign.design.checks import tetwild_faults
 from fingerdesign.design.layout import PlateFrame, crest_height, plate_frames
 from fingerdesign.design.volume import outline_volume
-from fingerdesign.errors import GeometryError
+from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.geometry.checks import (
     check_clearances,
     check_volume,
@@ -61,15 +62,14 @@ class Solid:
 
 
 def solid_plates(design: Design) -> tuple[PlateFrame, ...]:
-    """Frames of the plates that are solids: all, or none where ``plates.model`` is "none"."""
-    if design.plates.model == "none":
-        return ()
-    if design.plates.model != "solid":
-        raise GeometryError(
-            f"plates.model = {design.plates.model!r}: tetwild meshes plates as solids only; set "
-            "mesh.mesher = 'extrude' or plates.model = 'solid'"
-        )
-    return plate_frames(design)
+    """Frames of the plates that tetwild meshes as solids; none where ``plates.model`` is "none".
+
+    Raises DesignError for plates as sheets.
+    """
+    faults = tetwild_faults(design)
+    if faults:
+        raise DesignError(faults, design.design.name)
+    return plate_frames(design) if design.plates.model != "none" else ()
 
 
 def build_solid(design: Design, half: bool = False) -> Solid:

@@ -19,7 +19,9 @@ from fingerdesign.mesh.io import read_mesh, to_meshio, write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
+from fingerdesign.mesh.tetwild import tetrahedralise
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.pipeline import Case, run
 
 TEXT = """
     design.name = "sheets"
@@ -147,6 +149,15 @@ def test_sheets_need_a_constant_section() -> None:
             parse_design(TEXT + line)
         fault = next(f for f in caught.value.faults if f.key == "plates.model")
         assert fault.remedy == "set plates.model = 'solid'"
+
+
+def test_tetwild_refuses_sheets_by_name() -> None:
+    for work in (lambda: tetrahedralise(DESIGN, 2.0), lambda: run(Case(DESIGN, fidelity="3d"))):
+        with pytest.raises(DesignError) as caught:
+            work()
+        (fault,) = caught.value.faults
+        assert fault.key == "plates.model"
+        assert "mesh.mesher = 'extrude'" in fault.remedy
 
 
 def test_slots_go_through_files(mesh: Mesh, tmp_path: Path) -> None:
