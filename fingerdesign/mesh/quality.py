@@ -208,6 +208,10 @@ def _worst_area_error(mesh: Mesh, design: Design) -> float:
     if mesh.dimension == 2:
         return 0.0
     wanted = face_areas(design.body, mesh.symmetric)
+    if design.plates.model == "sheet":  # their slots run through both z faces
+        slots = sum(frame.length * frame.thickness for frame in plate_frames(design))
+        for name in {"end", "symmetry"} & set(wanted):
+            wanted[name] -= slots if mesh.symmetric else 2.0 * slots
     found = {
         name: float(curved_areas(mesh.points, mesh.facets[name]).sum())
         if name in mesh.facets
