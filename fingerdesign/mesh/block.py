@@ -100,7 +100,7 @@ def block_half(
     across = graded(size, fine, fine, growth)
     down = graded(size, 0.3 * fine, 0.9 * fine, 1.35)
     points, cells = _mirrored_core(across, down)
-    scales = _scales(size / fine, half_width / fine, growth)
+    scales = shell_scales(size / fine, half_width / fine, growth)
     core_depth = float(down[-1])
     vertical = 1.0 + (scales - 1.0) * (depth / core_depth - 1.0) / (half_width / fine - 1.0)
     outer = _outside(points, fine, core_depth)
@@ -135,11 +135,19 @@ def facets_on(cells: IntArray, mask: NDArray[np.bool_], dimension: int) -> IntAr
     return np.vstack(found)
 
 
-def near(mesh: Mesh, facets: str, half_width: float) -> IntArray:
-    """The named facets all of whose corners lie in |x| (and |z|) <= half_width (mm)."""
+def shell_scales(first: float, last: float, growth: float) -> Array:
+    """Scales of the nested shells from 1 to ``last``; the first is about ``first`` thick."""
+    count = max(1, round(np.log1p((last - 1.0) / first * (growth - 1.0)) / np.log(growth)))
+    thicknesses = growth ** np.arange(count)
+    share = np.cumsum(thicknesses) / thicknesses.sum()
+    return np.concatenate([[1.0], 1.0 + (last - 1.0) * share])
+
+
+def near(mesh: Mesh, facets: str, reach: float) -> IntArray:
+    """The named facets all of whose corners are within ``reach`` (mm) of the y axis."""
     chosen = mesh.facets[facets]
-    corners = np.abs(mesh.points[chosen[:, : mesh.dimension]][:, :, ::2])
-    return np.asarray(chosen[(corners <= half_width * (1.0 + 1e-9)).all(axis=(1, 2))])
+    across = mesh.points[chosen[:, : mesh.dimension]][:, :, ::2]
+    return np.asarray(chosen[(np.linalg.norm(across, axis=2) <= reach * (1.0 + 1e-9)).all(axis=1)])
 
 
 def upside_down(mesh: Mesh) -> Mesh:
@@ -180,14 +188,6 @@ def _mirrored_core(across: Array, down: Array) -> tuple[Array, IntArray]:
     other[1:] = n * m * n + np.arange((n - 1) * m * n).reshape(n - 1, m, n)
     mirrored = points[number[1:].ravel()] * [-1.0, 1.0, 1.0]
     return np.vstack([points, mirrored]), np.vstack([cells, other.ravel()[cells]])
-
-
-def _scales(first: float, last: float, growth: float) -> Array:
-    """Scales of the nested shells from 1 to ``last``; the first is about ``first`` thick."""
-    count = max(1, round(np.log1p((last - 1.0) / first * (growth - 1.0)) / np.log(growth)))
-    thicknesses = growth ** np.arange(count)
-    share = np.cumsum(thicknesses) / thicknesses.sum()
-    return np.concatenate([[1.0], 1.0 + (last - 1.0) * share])
 
 
 def _outside(points: Array, fine: float, depth: float) -> NDArray[np.bool_]:

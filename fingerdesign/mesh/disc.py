@@ -34,6 +34,22 @@ def disc(radius: float, fine: float, size: float, growth: float = 1.3) -> Mesh:
     return _wheel(radius, np.pi, fine, size, growth)
 
 
+def right_half(mesh: Mesh) -> Mesh:
+    """The cells of a section that lie in x >= 0, to be revolved; facets that are left keep names."""
+    keep = (mesh.points[mesh.corners, 0] >= 0.0).all(axis=1)
+    used, cells = np.unique(mesh.cells[keep], return_inverse=True)
+    number = np.full(len(mesh.points), -1)
+    number[used] = np.arange(len(used))
+    facets = {name: number[each] for name, each in mesh.facets.items()}
+    return Mesh(
+        mesh.points[used],
+        cells.reshape(-1, mesh.cells.shape[1]).astype(np.int64),
+        mesh.regions[keep],
+        {name: each[(each >= 0).all(axis=1)] for name, each in facets.items()},
+        mesh.mesher,
+    )
+
+
 def _wheel(radius: float, half_angle: float, fine: float, size: float, growth: float) -> Mesh:
     whole = half_angle == np.pi
     angles = both_sides(graded(size / radius, fine / radius, half_angle, growth))

@@ -1,0 +1,98 @@
+"""Two elastic bodies, and bodies that contact alone holds, against theory and published results."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import reference
+from fingerdesign.bench import verification_bodies as bodies
+from fingerdesign.contact.force_control import Forces, NoEquilibrium
+from fingerdesign.contact.path import follow
+
+
+def test_equal_cylinders():
+    """Half-plane theory for bodies with a / R = 0.085: within 0.5 %."""
+    solved = bodies.equal_cylinders(0.01)
+    pressed, sheared = solved.steps[0].measures, solved.steps[-1].measures
+    assert 0.5 * pressed.contact_width == pytest.approx(0.6808, rel=1e-2)
+    assert pressed.peak_pressure == pytest.approx(9.351, rel=5e-3)
+    assert sheared.stick_width / sheared.contact_width == pytest.approx(0.7293, rel=1e-2)
+
+
+def test_either_body_may_be_the_finger():
+    """A soft and a stiff cylinder exchanged: the same contact, on two different meshes."""
+    one, other = (
+        bodies.equal_cylinders(0.02, 200.0, 50.0),
+        bodies.equal_cylinders(0.02, 50.0, 200.0),
+    )
+    for a, b in zip(one.steps, other.steps, strict=True):
+        assert a.measures.peak_pressure == pytest.approx(b.measures.peak_pressure, rel=2e-3)
+        assert a.measures.stick_area == pytest.approx(b.measures.stick_area, rel=2e-2)
+
+
+def test_nafems_roller():
+    solved = bodies.nafems_roller(0.1)
+    measures = solved.steps[-1].measures
+    assert 0.5 * measures.contact_width == pytest.approx(6.215, rel=1e-2)
+    assert measures.peak_pressure == pytest.approx(3585.0, rel=5e-3)
+
+
+def test_nafems_roller_with_friction():
+    """Large-deformation results of another code, read off the volume: 3 and 4 % apart from ours."""
+    solved = bodies.nafems_roller(0.15, 0.1)
+    assert solved.displacement([0.0, 0.0])[1] == pytest.approx(-1.30264, rel=3e-2)
+    assert solved.steps[-1].measures.peak_pressure == pytest.approx(3542.7, rel=4e-2)
+
+
+def test_pressed_plate():
+    """SSNV128: the sliding foot of a plate; 5 % is what its own validation accepts."""
+    solved = bodies.pressed_plate()
+    wanted = {0.0: 2.86e-2, 1.25: 2.72e-2, 5.0: 2.28e-2, 7.5: 1.98e-2, 11.25: 1.50e-2}
+    for x, moved in wanted.items():
+        assert solved.displacement([x, 0.0])[0] == pytest.approx(moved, rel=3e-2)
+
+
+def test_the_support_of_a_body_held_by_contact_carries_nothing():
+    solved = bodies.pressed_plate()
+    force = solved.steps[-1].increment.force
+    reaction = solved.body.reaction @ force.reshape(-1) + solved.body.load_reaction
+    assert abs(reaction[1]) < 1e-6 * 2000.0
+
+
+def test_flat_punch():
+    solved = bodies.flat_punch()
+    x = solved.problem.model.points[:, 0]
+    inner = np.abs(x) < 0.9
+    exact = reference.flat_punch_pressure(x[inner], 1.0, 1.0)
+    assert solved.pressure[inner] == pytest.approx(exact, rel=1.5e-2)
+    middle = np.argmin(np.abs(x))
+    assert solved.pressure[middle] == pytest.approx(1.0 / np.pi, rel=2e-3)
+
+
+def test_bonded_layer_nears_the_thin_limit():
+    errors = []
+    for half_width in (10.0, 20.0, 40.0):
+        solved = bodies.bonded_layer(half_width)
+        force, peak, _ = reference.bonded_incompressible_layer(half_width, 1e6, 1.0, 1.0)
+        measures = solved.steps[-1].measures
+        errors.append([measures.normal_force / force - 1.0, measures.peak_pressure / peak - 1.0])
+    assert np.abs(errors[-1]).max() < 1e-2
+    assert np.polyfit(np.log([10, 20, 40]), np.log(np.max(np.abs(errors), axis=1)), 1)[0] < -1.0
+
+
+def test_sliding_wedge():
+    solved = bodies.wedge()
+    measures = solved.steps[-1].measures
+    ratio = measures.tangential_force / measures.normal_force
+    assert measures.stick_area == 0.0
+    assert ratio == pytest.approx(reference.sliding_wedge(0.1, 0.3), rel=1e-9)
+
+
+def test_no_force_holds_the_wedge_beyond_its_limit():
+    problem = bodies.wedge().problem
+    limit = reference.sliding_wedge(0.1, 0.3)
+    normal = 0.05
+    start = [Forces(normal), Forces(normal, 0.9 * limit * normal)]
+    *_, held = follow(problem, [*start, Forces(normal, 0.999 * limit * normal)])
+    assert held.measures.tangential_force == pytest.approx(0.999 * limit * normal)
+    with pytest.raises(NoEquilibrium):
+        list(follow(problem, [*start, Forces(normal, 1.001 * limit * normal)]))
