@@ -191,10 +191,11 @@ class _Search:
             sliding = trial.multiplier[:, 0] > 0.0
             slips = trial.state.sliding[sliding] > 0.0
             if slips.mean() > 0.95:
+                normal = self.forces.normal
                 return NoEquilibrium(
                     f"no motion gives {self.forces}: complete slip. At friction {friction:g} the "
-                    f"contact carries {force[0]:.4g} N tangential with {-force[1]:.4g} N normal; "
-                    "ask for less, press harder, or prescribe the motion"
+                    f"contact carries {-force[0] / force[1] * normal:.4g} N tangential with "
+                    f"{normal:g} N normal; ask for less, press harder, or prescribe the motion"
                 )
         if self.exhausted is not None:
             return self.exhausted

@@ -92,14 +92,18 @@ class SceneObject(Table):
     @property
     def plane_in_z(self) -> bool:
         """Whether every section of constant z is the same (then plane strain can hold it)."""
-        turned = bool(self.turn_deg) and (bool(self.tilt_deg) or self.shape == "cylinder")
-        return self.shape != "sphere" and not turned and not self._along_x
+        return self.shape != "sphere" and not self._out_of_line and not self._along_x
 
     @property
     def mirrors_in_z(self) -> bool:
         """Whether the object is its own mirror image in z = 0."""
-        turned = bool(self.turn_deg) and (bool(self.tilt_deg) or self.shape == "cylinder")
-        return not turned or self.turn_deg in (180.0, -180.0)
+        return not self._out_of_line
+
+    @property
+    def _out_of_line(self) -> bool:
+        """Whether a turn matters, and is not half a turn or none."""
+        half_turns = self.turn_deg / 180.0
+        return half_turns != round(half_turns) and (bool(self.tilt_deg) or self.shape == "cylinder")
 
     @property
     def _along_x(self) -> bool:

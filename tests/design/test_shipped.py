@@ -53,14 +53,13 @@ def test_designs_are_sound_and_say_why_they_exist(path):
     assert len(reason) > 40
     jsonschema.validate(toml(path), json_schema.design_json_schema())
     for scene in shipped("scenes"):
-        if scene.stem == "fundamental":
+        if scene.stem != "reference_plane_strain":
             assert scene_faults(load_scene(scene), design) == []
 
 
 @pytest.mark.parametrize("path", shipped("scenes"), ids=lambda path: path.stem)
 def test_scenes_are_sound_and_say_why_they_exist(path):
-    scene = load_scene(path)
-    assert scene.object.shape == "plane"
+    load_scene(path)
     assert re.match(r"# \w", path.read_text("utf-8"))
     jsonschema.validate(toml(path), json_schema.scene_json_schema())
 
@@ -144,7 +143,7 @@ def test_unknown_shipped_design_names_the_nearest():
 def test_scenes_are_found_by_file_or_by_name():
     path = "designs/scenes/fundamental.toml"
     assert find_scene(path) == find_scene("fundamental") == load_scene(path)
-    assert set(shipped_scenes()) == {"fundamental", "reference_plane_strain"}
+    assert {"fundamental", "reference_plane_strain", "ball", "pull"} < set(shipped_scenes())
     with pytest.raises(DesignError, match="readable TOML file"):
         find_scene("fundamentel")
     with pytest.raises(DesignError, match="did you mean fundamental"):

@@ -1,0 +1,137 @@
+"""Objects, directions and force control through the whole road, on coarse meshes."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import analyse, load_design, parse_scene, with_values
+from fingerdesign.design.contact_zone import approach_for, candidate_zone
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.starter import shipped_path
+from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.scene_contact import object_at_touch
+
+COARSE = {
+    "mesh.section.contact_size_mm": 0.1,
+    "mesh.section.far_size_mm": 1.5,
+    "mesh.mesher": "extrude",
+    "mesh.contact_size_mm": 0.5,
+    "mesh.far_size_mm": 2.5,
+    "mesh.layers": 4,
+    "body.depth_mm": 6.0,
+}
+PATH = "path.increments_mm = [[0.15, 0.0], [0.15, 0.04]]\n"
+
+
+@pytest.fixture(scope="module")
+def design():
+    return with_values(load_design(shipped_path("homogeneous")), COARSE)
+
+
+def forces(design, text, fidelity="plane-strain"):
+    result = analyse(design, parse_scene(text), fidelity)
+    return np.array([[i.normal_force_N, i.tangential_force_N] for i in result.increments])
+
+
+def test_a_slope_the_other_way_mirrors(design):
+    left = forces(design, "path.increments_mm = [[0.15, 0.0], [0.15, 0.04]]\nobject.tilt_deg = 3")
+    right = forces(
+        design, "path.increments_mm = [[0.15, 0.0], [0.15, -0.04]]\nobject.tilt_deg = -3"
+    )
+    # The section's mesh is not its own mirror image.
+    assert right * [1, -1] == pytest.approx(left, abs=3e-3 * left[0, 0])
+    assert left[0, 1] > 0.01 * left[0, 0]  # a slope pulls sideways where it is pressed
+
+
+def test_a_tilt_turned_half_round_is_the_opposite_tilt(design):
+    turned = forces(design, PATH + "object = {tilt_deg = 3, turn_deg = 180}")
+    assert turned == pytest.approx(forces(design, PATH + "object.tilt_deg = -3"), rel=1e-9)
+
+
+def test_a_large_cylinder_is_nearly_a_plane(design):
+    text = 'object = {shape = "cylinder", radius_mm = 50000}'
+    assert forces(design, PATH + text) == pytest.approx(forces(design, PATH), rel=1e-3)
+
+
+def test_a_smaller_cylinder_presses_less(design):
+    normal = [
+        forces(design, PATH + f'object = {{shape = "cylinder", radius_mm = {radius}}}')[0, 0]
+        for radius in (5, 20, 100)
+    ]
+    assert normal == sorted(normal)
+
+
+def test_forces_asked_for_come_out(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 0.7], [3, -0.5]]'
+    assert forces(design, text) == pytest.approx(np.array([[3, 0], [3, 0.7], [3, -0.5]]), abs=1e-7)
+
+
+def test_a_pull_beyond_friction_is_refused_with_what_friction_carries(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 1.6]]'
+    with pytest.raises(SolverError, match=r"complete slip.*carries 1\.5 N"):
+        analyse(design, parse_scene(text), "plane-strain")
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        PATH + 'object = {shape = "sphere", radius_mm = 5}',
+        PATH + 'object = {shape = "cylinder", radius_mm = 5, axis = "x"}',
+        PATH + "object = {tilt_deg = 3, turn_deg = 40}",
+        "path.increments_mm = [[0.1, 0, 0, 1]]",
+    ],
+)
+def test_plane_strain_refuses_what_it_cannot_hold(design, scene):
+    with pytest.raises(DesignError, match="3d"):
+        analyse(design, parse_scene(scene), "plane-strain")
+
+
+def test_the_whole_finger_does_as_its_half(design):
+    half = forces(design, PATH, "3d")
+    tiny = "path.increments_mm = [[0.15, 0.0, 1e-9], [0.15, 0.04, 1e-9]]"
+    whole = analyse(design, parse_scene(tiny), "3d")
+    assert not whole.model.symmetry
+    last = whole.increments[-1]
+    assert [last.normal_force_N, last.tangential_force_N] == pytest.approx(half[-1], rel=1e-6)
+    assert abs(last.twist_moment_Nmm) < 1e-3 * last.normal_force_N
+
+
+def test_a_cylinder_along_x_turned_to_z_is_one_along_z(design):
+    plain = 'object = {shape = "cylinder", radius_mm = 30}'
+    turned = 'object = {shape = "cylinder", radius_mm = 30, axis = "x", turn_deg = 90}'
+    expected = forces(design, PATH + plain, "3d")
+    assert forces(design, PATH + turned, "3d") == pytest.approx(expected, rel=1e-5)
+
+
+def test_objects_touch_the_crest_and_no_more(design):
+    surface = ContactSurface.of(design.body)
+    x, z = (grid.ravel() for grid in np.meshgrid(np.linspace(-5, 5, 101), np.linspace(-3, 3, 61)))
+    points = np.column_stack([x, surface.height(x, z), z])
+    for given in (
+        {"shape": "sphere", "radius_mm": 4.0},
+        {"shape": "cylinder", "radius_mm": 2.0, "axis": "x", "turn_deg": 30.0},
+        {"tilt_deg": 2.0, "turn_deg": 90.0},
+    ):
+        rigid = object_at_touch(SceneObject(**given), design.body)
+        assert -1e-9 < rigid.distance(points).min() < 1e-3
+
+
+def test_zones_follow_the_object(design):
+    def zone(approach=0.1, **given):
+        return candidate_zone(design, SceneObject(**given), approach)
+
+    assert zone().half_depth is None
+    ball = zone(shape="sphere", radius_mm=3.0)
+    assert ball.half_depth < 2.0
+    assert ball.half_width < zone().half_width
+    assert zone(shape="cylinder", radius_mm=3.0).half_depth is None
+    assert zone(shape="cylinder", radius_mm=3.0, axis="x").half_depth < 2.0
+    assert zone(tilt_deg=5.0).half_width > zone().half_width + 0.5
+    grown = ball.widened(100.0, design)
+    assert grown.fills(design)
+
+
+def test_the_approach_for_a_force_is_about_right(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0]]'
+    found = analyse(design, parse_scene(text), "plane-strain").increments[0].approach_mm
+    assert approach_for(design, SceneObject(), 3.0) == pytest.approx(found, rel=0.3)
