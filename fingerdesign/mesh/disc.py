@@ -35,7 +35,7 @@ def disc(radius: float, fine: float, size: float, growth: float = 1.3) -> Mesh:
 
 
 def right_half(mesh: Mesh) -> Mesh:
-    """The cells of a section that lie in x >= 0, to be revolved; facets that are left keep names."""
+    """The cells of a section that lie in x >= 0, to be revolved; their facets keep their names."""
     keep = (mesh.points[mesh.corners, 0] >= 0.0).all(axis=1)
     used, cells = np.unique(mesh.cells[keep], return_inverse=True)
     number = np.full(len(mesh.points), -1)
