@@ -75,24 +75,31 @@ def sheet_stiffness(
     youngs_modulus MPa; ``thickness`` (mm): the depth of a plane-strain body. Raises SolverError
     where the mesh has no slot for a plate.
     """
-    size = mesh.points.size
-    total = sp.csr_matrix((size, size))
     law = _in_space(youngs_modulus, poissons_ratio, mesh.dimension - 1)
+    rows, columns, values = [np.empty(0, int)], [np.empty(0, int)], [np.empty(0)]
     for frame in frames:
         sheet = sheet_of(mesh, frame)
         rigidity = _plane_stress(law) * frame.thickness**3 / 12.0 * thickness
-        total = total + _assembled([_membrane(sheet, law * frame.thickness * thickness)], mesh)
-        mean = mean_of_faces(mesh, sheet)
-        total = total + mean.T @ _assembled(_bending(mesh, sheet, rigidity), mesh) @ mean
-        total = total + tie_faces(mesh, sheet, youngs_modulus, poissons_ratio, thickness)
-    upper = sp.csr_matrix(sp.triu(total, format="csr"))
-    upper.sort_indices()
-    return upper
+        mean = mean_of_faces(sheet)
+        one = (
+            _assembled([_membrane(sheet, law * frame.thickness * thickness)], sheet)
+            + mean.T @ _assembled(_bending(sheet, rigidity), sheet) @ mean
+            + tie_faces(sheet, youngs_modulus, poissons_ratio, thickness)
+        ).tocoo()
+        rows.append(sheet.dofs[one.row])
+        columns.append(sheet.dofs[one.col])
+        values.append(one.data)
+    row, column, value = np.concatenate(rows), np.concatenate(columns), np.concatenate(values)
+    upper = row <= column
+    size = mesh.points.size
+    total = sp.csr_matrix((value[upper], (row[upper], column[upper])), shape=(size, size))
+    total.sort_indices()
+    return total
 
 
-def _assembled(parts: list[tuple[IntArray, Array]], mesh: Mesh) -> sp.csr_matrix:
-    """Sum of blocks (e, k dim, k dim) at nodes (e, k), as a symmetric matrix (n dim, n dim)."""
-    dimension, size = mesh.dimension, mesh.points.size
+def _assembled(parts: list[tuple[IntArray, Array]], sheet: SheetFacets) -> sp.csr_matrix:
+    """Sum of blocks (e, k dim, k dim) at nodes (e, k), as a symmetric matrix (o dim, o dim)."""
+    dimension, size = len(sheet.normal), len(sheet.dofs)
     rows, columns, values = [], [], []
     for nodes, blocks in parts:
         count = blocks.shape[1]
@@ -101,7 +108,7 @@ def _assembled(parts: list[tuple[IntArray, Array]], mesh: Mesh) -> sp.csr_matrix
         columns.append(np.tile(dofs, (1, count)).ravel())
         values.append(blocks.ravel())
     entries = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sp.csr_matrix(sp.coo_matrix(entries, shape=(size, size)))
+    return sp.csr_matrix(entries, shape=(size, size))
 
 
 def _in_space(youngs_modulus: float, poissons_ratio: float, dimension: int) -> Array:
@@ -145,11 +152,11 @@ def _membrane(sheet: SheetFacets, law: Array) -> tuple[IntArray, Array]:
     return np.hstack([sheet.nodes, sheet.nodes_below]), np.asarray(blocks)
 
 
-def _bending(mesh: Mesh, sheet: SheetFacets, law: Array) -> list[tuple[IntArray, Array]]:
+def _bending(sheet: SheetFacets, law: Array) -> list[tuple[IntArray, Array]]:
     """Nodes and blocks of the facets, and of the edges that join them."""
     curvature = _curvatures(sheet)  # (f, v, n)
     inside = np.einsum("fvi,vw,fwj,f->fij", curvature, law, curvature, sheet.measure, optimize=True)
-    sides = _sides(mesh, sheet, law, curvature)
+    sides = _sides(sheet, law, curvature)
     parts = [(sheet.nodes, inside), *_joined(sheet, sides, law[0, 0])]
     across = np.outer(sheet.normal, sheet.normal)
     found = []
@@ -175,7 +182,7 @@ class _Sides:
     measure: Array
 
 
-def _sides(mesh: Mesh, sheet: SheetFacets, law: Array, curvature: Array) -> _Sides:
+def _sides(sheet: SheetFacets, law: Array, curvature: Array) -> _Sides:
     count = len(sheet.nodes)
     parts = []
     for edge, middle in zip(_EDGES[sheet.dimension], _AROUND[sheet.dimension], strict=True):
@@ -191,7 +198,7 @@ def _sides(mesh: Mesh, sheet: SheetFacets, law: Array, curvature: Array) -> _Sid
             voigt = np.stack([nx**2, nz**2, nx * nz], axis=1)
         moment = np.einsum("fv,vw,fwn->fn", voigt, law, curvature, optimize=True)
         mirror = np.zeros(count, dtype=bool)
-        if mesh.symmetric:
+        if sheet.mirrored:
             mirror = np.abs(ends[:, :, -1]).max(axis=1) < 1e-9
         parts.append((sheet.nodes[:, middle], mirror, turn, moment, length[:, None] * share))
     name, mirror, turn, moment, measure = (np.concatenate(p) for p in zip(*parts, strict=True))

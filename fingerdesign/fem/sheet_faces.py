@@ -28,13 +28,15 @@ _SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
 class SheetFacets:
     """One plate: the facets of its upper face stand for its mid-surface.
 
-    nodes, nodes_below (f, k) of the mesh: of the upper face, and those that they face; tangents
-    (s, dim), normal (dim,), s = dim - 1; flat (f, s + 1, s): corners in coordinates along the
-    tangents (the plate's axis from its centre, and z); upper, lower (p,): nodes that face each
-    other; between (b,), pair (b,): nodes on the end faces midway between those of a pair;
-    thickness mm.
+    own (o,): numbers in the mesh of the plate's nodes; all other numbers are places in ``own``.
+    nodes, nodes_below (f, k): of the upper face, and those that they face; tangents (s, dim),
+    normal (dim,), s = dim - 1; flat (f, s + 1, s): corners in coordinates along the tangents (the
+    plate's axis from its centre, and z); upper, lower (p,): nodes that face each other; between
+    (b,), pair (b,): nodes on the end faces midway between those of a pair; thickness mm; mirrored:
+    whether the facets end on a mirror plane at z = 0.
     """
 
+    own: IntArray
     nodes: IntArray
     nodes_below: IntArray
     tangents: Array
@@ -45,6 +47,12 @@ class SheetFacets:
     between: IntArray
     pair: IntArray
     thickness: float
+    mirrored: bool
+
+    @property
+    def dofs(self) -> IntArray:
+        """Dofs (o dim,) of the mesh that are the plate's, node by node."""
+        return _dofs(self.own, len(self.normal))
 
     @property
     def dimension(self) -> int:
@@ -80,20 +88,31 @@ def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
         raise SolverError(
             f"the mesh has no slot for plate {frame.index}: mesh it with plates.model = 'sheet'"
         )
-    nodes = mesh.facets[names[0]]
+    facets = mesh.facets[names[0]]
     upper, lower, end = (np.unique(mesh.facets[name]) for name in names)
-    partner = _facing(mesh, frame, upper, lower)
+    partner = lower[_facing(mesh, frame, upper, lower)]
     between = np.setdiff1d(end, np.concatenate([upper, lower]))
-    pair = _facing(mesh, frame, between, upper, number=True)
-    flat = _flat(mesh, frame, nodes[:, : mesh.dimension])
+    own = np.concatenate([upper, partner, between])
+    place = np.empty(len(mesh.points), dtype=np.int64)
+    place[own] = np.arange(len(own))
     normal, tangents = frame.normal, frame.axis[None, :]
     if mesh.dimension == 3:
         normal = np.append(normal, 0.0)
         tangents = np.array([[*frame.axis, 0.0], [0.0, 0.0, 1.0]])
-    below = np.arange(len(mesh.points))
-    below[upper] = partner
+    nodes = place[facets]
     return SheetFacets(
-        nodes, below[nodes], tangents, normal, flat, upper, partner, between, pair, frame.thickness
+        own=own,
+        nodes=nodes,
+        nodes_below=nodes + len(upper),
+        tangents=tangents,
+        normal=normal,
+        flat=_flat(mesh, frame, facets[:, : mesh.dimension]),
+        upper=place[upper],
+        lower=place[partner],
+        between=place[between],
+        pair=_facing(mesh, frame, between, upper),
+        thickness=frame.thickness,
+        mirrored=mesh.symmetric,
     )
 
 
@@ -104,81 +123,65 @@ def _flat(mesh: Mesh, frame: PlateFrame, nodes: IntArray) -> Array:
     return np.concatenate([along[..., None], where[..., 2:]], axis=-1)
 
 
-def _facing(
-    mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray, number: bool = False
-) -> IntArray:
-    """For each node the one of ``others`` at the same place along the plate (or its number)."""
+def _facing(mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray) -> IntArray:
+    """For each node the place in ``others`` of the one at the same place along the plate."""
     here, there = _flat(mesh, frame, nodes), _flat(mesh, frame, others)
     distance, found = cKDTree(there).query(here, distance_upper_bound=_SAME_PLACE)
     if not np.isfinite(distance).all():
         raise SolverError(f"the faces of plate {frame.index}'s slot do not mirror each other")
-    return np.asarray(found if number else others[found], dtype=np.int64)
+    return np.asarray(found, dtype=np.int64)
 
 
-def mean_of_faces(mesh: Mesh, sheet: SheetFacets) -> sp.csr_matrix:
-    """(n dim, n dim): displacements of the mid-surface, in the rows of the upper face's dofs."""
-    dimension, size = mesh.dimension, mesh.points.size
-    upper = _dofs(sheet.upper, dimension)
-    lower = _dofs(sheet.lower, dimension)
+def mean_of_faces(sheet: SheetFacets) -> sp.csr_matrix:
+    """(o dim, o dim): displacements of the mid-surface, in the rows of the upper face's dofs."""
+    dimension, size = len(sheet.normal), len(sheet.dofs)
+    upper, lower = _dofs(sheet.upper, dimension), _dofs(sheet.lower, dimension)
     rows, columns = np.concatenate([upper, upper]), np.concatenate([upper, lower])
     return sp.csr_matrix((np.full(len(rows), 0.5), (rows, columns)), shape=(size, size))
 
 
 def tie_faces(
-    mesh: Mesh,
-    sheet: SheetFacets,
-    youngs_modulus: float,
-    poissons_ratio: float,
-    depth: float,
+    sheet: SheetFacets, youngs_modulus: float, poissons_ratio: float, depth: float
 ) -> sp.csr_matrix:
-    """Symmetric stiffness (n dim, n dim), N/mm, that makes the faces turn with the mid-surface.
+    """Symmetric stiffness (o dim, o dim), N/mm, that makes the faces turn with the mid-surface.
 
     Each pair has its share of the area; sheared by grad w + (u_upper - u_lower)/t it answers with
-    the plate's transverse shear modulus.
+    the plate's transverse shear modulus. ``depth``: mm, of a plane-strain body.
     """
-    dimension, size, count = mesh.dimension, mesh.points.size, len(sheet.upper)
-    area = float(sheet.measure.sum()) * depth / count
+    size, thickness = len(sheet.dofs), sheet.thickness
+    area = float(sheet.measure.sum()) * depth / len(sheet.upper)
     shear = youngs_modulus / (2.0 * (1.0 + poissons_ratio))
-    turned = _nodal_slopes(mesh, sheet)  # s matrices (p, n dim)
     total = sp.csr_matrix((size, size))
-    for tangent, slope in zip(sheet.tangents, turned, strict=True):
+    for tangent, slope in zip(sheet.tangents, _nodal_slopes(sheet), strict=True):
         gap = _along(sheet.upper, tangent, size) - _along(sheet.lower, tangent, size)
-        strain = gap / sheet.thickness + slope
-        total = total + _SHEAR_FACTOR * shear * sheet.thickness * area * (strain.T @ strain)
+        strain = gap / thickness + slope
+        total = total + _SHEAR_FACTOR * shear * thickness * area * (strain.T @ strain)
     # The square ends stay plane: their middle nodes keep between those of their pair.
-    for component in np.eye(dimension):
+    for component in np.eye(len(sheet.normal)):
         ends = 0.5 * (
             _along(sheet.upper[sheet.pair], component, size)
             + _along(sheet.lower[sheet.pair], component, size)
         )
         off = _along(sheet.between, component, size) - ends
-        total = total + youngs_modulus / sheet.thickness * area * (off.T @ off)
+        total = total + youngs_modulus / thickness * area * (off.T @ off)
     return sp.csr_matrix(total)
 
 
-def _nodal_slopes(mesh: Mesh, sheet: SheetFacets) -> list[sp.csr_matrix]:
-    """Rows (p, n dim) per tangent: slope of the mean w at each pair, the mean of its facets'."""
-    nodes, size = sheet.nodes, mesh.points.size
-    number = np.full(len(mesh.points), -1)
-    number[sheet.upper] = np.arange(len(sheet.upper))
+def _nodal_slopes(sheet: SheetFacets) -> list[sp.csr_matrix]:
+    """Rows (p, o dim) per tangent: slope of the mean w at each pair, the mean of its facets'."""
+    nodes, count = sheet.nodes, len(sheet.upper)  # the upper face's nodes come first in ``own``
     slope = sheet.slopes(_reference_nodes(sheet.dimension))  # (f, node, shape, a)
     weight = np.broadcast_to(sheet.measure[:, None], nodes.shape)
-    total = np.bincount(number[nodes].ravel(), weight.ravel(), minlength=len(sheet.upper))
-    share = weight / total[number[nodes]]
-    rows = np.broadcast_to(number[nodes][:, :, None], slope.shape[:3]).ravel()
+    share = weight / np.bincount(nodes.ravel(), weight.ravel(), minlength=count)[nodes]
+    rows = np.broadcast_to(nodes[:, :, None], slope.shape[:3]).ravel()
     columns = np.broadcast_to(nodes[:, None, :], slope.shape[:3]).ravel()
-    to_nodes = (
-        sp.csr_matrix(
-            ((share[:, :, None] * slope[..., a]).ravel(), (rows, columns)),
-            shape=(len(sheet.upper), len(mesh.points)),
-        )
-        for a in range(sheet.dimension)
-    )
-    normal = sp.kron(sp.identity(len(mesh.points)), sheet.normal[None, :], format="csr")
-    mean = mean_of_faces(mesh, sheet)
-    return [
-        sp.csr_matrix((part @ normal) @ mean, shape=(len(sheet.upper), size)) for part in to_nodes
-    ]
+    size = len(sheet.dofs)
+    mean = 0.5 * (_along(sheet.upper, sheet.normal, size) + _along(sheet.lower, sheet.normal, size))
+    found = []
+    for a in range(sheet.dimension):
+        entries = ((share[:, :, None] * slope[..., a]).ravel(), (rows, columns))
+        found.append(sp.csr_matrix(sp.csr_matrix(entries, shape=(count, count)) @ mean))
+    return found
 
 
 def _reference_nodes(dimension: int) -> Array:

@@ -40,9 +40,7 @@ def sheet_gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> s
     rows = []
     for frame in frames:
         sheet = sheet_of(mesh, frame)
-        partner = np.arange(len(mesh.points))
-        partner[sheet.upper] = sheet.lower
-        for face in (np.arange(len(mesh.points)), partner):
+        for face in (sheet.nodes, sheet.nodes_below):
             total = sp.csr_matrix((1, mesh.points.size))
             for end in (0.5, -0.5):
                 share = np.sign(end) / gages.length_mm
@@ -97,19 +95,19 @@ def plate_strain_rows(
     strain = np.einsum("ai,bj,ab...->ij...", turn, turn, local)
     pairs = ((0, 0, 1.0), (1, 1, 1.0), (2, 2, 1.0), (0, 1, 2.0), (0, 2, 2.0), (1, 2, 2.0))
     rows = np.array([factor * strain[i, j].ravel() for i, j, factor in pairs])
-    nodes = np.concatenate([sheet.nodes[facet], sheet.nodes_below[facet]])
+    nodes = sheet.own[np.concatenate([sheet.nodes[facet], sheet.nodes_below[facet]])]
     dofs = (nodes[:, None] * dimension + np.arange(dimension)).ravel()
     where = (np.repeat(np.arange(6), len(dofs)), np.tile(dofs, 6))
     return sp.csr_matrix((rows.ravel(), where), shape=(6, mesh.points.size))
 
 
 def _along(mesh: Mesh, sheet: SheetFacets, face: IntArray, place: Array) -> sp.csr_matrix:
-    """Row (1, n dim): displacement along the plate at a place (s,) in the surface's coordinates;
-    ``face`` (n,) takes the upper face's nodes to those of the face that is read."""
+    """Row (1, n dim): displacement along the plate at a place (s,) in the surface's coordinates,
+    of the face with the facets ``face`` (f, k)."""
     facet, reference = _holding(sheet, place)
     value = tabulate(sheet.dimension, reference[:, None]).value[:, 0]
     dimension = mesh.dimension
-    dofs = face[sheet.nodes[facet]][:, None] * dimension + np.arange(dimension)
+    dofs = sheet.own[face[facet]][:, None] * dimension + np.arange(dimension)
     entries = np.outer(value, sheet.tangents[0])
     where = (np.zeros(dofs.size, dtype=int), dofs.ravel())
     return sp.csr_matrix((entries.ravel(), where), shape=(1, mesh.points.size))

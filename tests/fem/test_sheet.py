@@ -94,9 +94,7 @@ def test_rigid_motions_cost_nothing(mesh: Mesh) -> None:
 def test_never_negative_and_no_more_free_motions() -> None:
     mesh = mesh_section(DESIGN, 1.0)
     sheet = sheet_of(mesh, FRAME)
-    nodes = np.concatenate([sheet.upper, sheet.lower, sheet.between])
-    dofs = (nodes[:, None] * 2 + np.arange(2)).ravel()
-    values = np.linalg.eigvalsh(stiffness(mesh)[dofs][:, dofs].toarray())
+    values = np.linalg.eigvalsh(stiffness(mesh)[sheet.dofs][:, sheet.dofs].toarray())
     assert values[0] > -1e-12 * values[-1]
     assert (values < 1e-10 * values[-1]).sum() == 3
 
@@ -140,28 +138,28 @@ def beam(mesh: Mesh) -> float:
     load = np.zeros(mesh.points.shape)
     for nodes in (sheet.nodes, sheet.nodes_below):
         part = 0.5 * sheet.measure[:, None, None] * shape[None, :, None] * sheet.normal
-        np.add.at(load, nodes, part)
-    nodes = np.concatenate([sheet.upper, sheet.lower, sheet.between])
-    ends = nodes[(np.abs(np.abs(s[nodes]) - 0.5 * LENGTH) < 1e-9)]
-    ends = np.setdiff1d(ends, sheet.between)
+        np.add.at(load, sheet.own[nodes], part)
+    upper, lower = sheet.own[sheet.upper], sheet.own[sheet.lower]
+    ends = np.concatenate([upper, lower])
+    ends = ends[np.abs(np.abs(s[ends]) - 0.5 * LENGTH) < 1e-9]
     # Held in the plate's axes: turn each node's components into them.
     local = np.eye(dimension)
     local[:2, :2] = [FRAME.axis, FRAME.normal]
     turn = sp.kron(sp.identity(len(mesh.points)), local, format="csr")
     held = np.zeros(mesh.points.shape, dtype=bool)
     held[ends, 1] = True
-    held[sheet.upper[0], 0] = True
+    held[upper[0], 0] = True
     if dimension == 3:
         held[:, 2] = True  # cylindrical bending
     chosen = np.zeros(mesh.points.shape, dtype=bool)
-    chosen[nodes] = True
+    chosen[sheet.own] = True
     free = np.flatnonzero((chosen & ~held).reshape(-1))
     turned = (turn @ matrix @ turn.T).tocsr()
     solution = np.zeros(mesh.points.size)
     solution[free] = spsolve(turned[free][:, free].tocsc(), (turn @ load.reshape(-1))[free])
     w = solution.reshape(mesh.points.shape)[:, 1]
-    mean = 0.5 * (w[sheet.upper] + w[sheet.lower])
-    x = s[sheet.upper] + 0.5 * LENGTH
+    mean = 0.5 * (w[upper] + w[lower])
+    x = s[upper] + 0.5 * LENGTH
     rigidity = E * T**3 / 12.0
     exact = x * (LENGTH**3 - 2 * LENGTH * x**2 + x**3) / (24 * rigidity)
     return float(np.abs(mean - exact).max() / exact.max())
