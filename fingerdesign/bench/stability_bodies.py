@@ -55,9 +55,10 @@ class HardBody:
     """A finger to be condensed: ``design`` text without the silicone's Poisson's ratio.
 
     group: the row of the map that it belongs to; zone: half-width of the candidates, mm;
-    press: approach, mm, of an ordinary grip; solid: 3-D, ``symmetric`` its half z >= 0; objects:
-    also under a tilted plane, a cylinder, a sphere; radius of its arc, mm; distortion: largest
-    random displacement of interior corners as a part of their shortest edge, drawn from ``seed``.
+    press: approach, mm, of an ordinary grip; load: normal force, N, of another; solid: 3-D,
+    ``symmetric`` its half z >= 0; objects: also under a tilted plane, a cylinder, a sphere; radius
+    of its arc, mm; distortion: largest random displacement of interior corners as a part of their
+    shortest edge, drawn from ``seed``.
     """
 
     name: str
@@ -66,6 +67,7 @@ class HardBody:
     design: str
     zone: float
     press: float
+    load: float = 5.0
     solid: bool = False
     symmetric: bool = True
     objects: bool = False
@@ -95,17 +97,17 @@ def hard_bodies() -> tuple[HardBody, ...]:
     """All bodies, the plain ones first."""
     ratios = (0.0, 0.3, 0.49, 0.4999)
     bodies = [
-        HardBody(f"arc, nu {nu}", "arc finger", nu, _BARE + _SIZES, 4.0, 0.3, objects=nu != 0.49)
+        HardBody(f"arc, nu {nu}", "arc finger", nu, _BARE + _SIZES, 5.0, 0.3, objects=nu != 0.49)
         for nu in ratios
     ]
     bodies += [
-        HardBody(f"15 plates, nu {nu}", "15 plates", nu, _SIZES, 4.0, 0.3) for nu in (0.3, 0.4999)
+        HardBody(f"15 plates, nu {nu}", "15 plates", nu, _SIZES, 5.0, 0.3) for nu in (0.3, 0.4999)
     ]
     bodies += [
-        HardBody("shallow plates", "plates at the surface", 0.49, _SHALLOW + _SIZES, 4.0, 0.3),
-        HardBody("lying plates", "plates at the surface", 0.3, _LYING + _SIZES, 4.0, 0.3),
+        HardBody("shallow plates", "plates at the surface", 0.49, _SHALLOW + _SIZES, 5.0, 0.3),
+        HardBody("lying plates", "plates at the surface", 0.3, _LYING + _SIZES, 5.0, 0.3),
         HardBody(
-            "contrast 1e6", "stiffness contrast 1e6", 0.49, _SHALLOW + _STIFF + _SIZES, 4.0, 0.3
+            "contrast 1e6", "stiffness contrast 1e6", 0.49, _SHALLOW + _STIFF + _SIZES, 5.0, 0.3
         ),
     ]
     bodies += [
@@ -122,7 +124,7 @@ def hard_bodies() -> tuple[HardBody, ...]:
             "distorted mesh",
             (0.3, 0.49, 0.4999)[seed],
             _BARE + _SIZES,
-            4.0,
+            5.0,
             0.3,
             distortion=0.35,
             seed=seed,
@@ -137,6 +139,7 @@ def hard_bodies() -> tuple[HardBody, ...]:
             _BARE + _SOLID,
             2.4,
             0.1,
+            load=1.0,
             solid=True,
             symmetric=nu != 0.3,
             objects=nu != 0.0,

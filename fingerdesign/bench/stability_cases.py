@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.bench.stability_bodies import HardBody
+from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.objects import Cylinder, Plane, RigidObject, Sphere, touching
 from fingerdesign.contact.problem import Motion
 from fingerdesign.reduced import ReducedModel
 
 Array = NDArray[np.float64]
 
+BEYOND = "forces beyond friction"  # its last row has no answer: |F_t| > mu F_n on a plane
 FRICTIONS = (0.0, 0.1, 0.3, 0.5, 1.0, 2.0, 5.0)
 
 
@@ -27,7 +29,13 @@ class Case:
     family: str
     friction: float
     indenter: RigidObject
-    motions: tuple[Motion, ...]
+    rows: tuple[Motion | Forces, ...]
+    solvable: int  # rows from the first on that have an answer, by the laws alone
+
+    @property
+    def under_force(self) -> bool:
+        """Forces are prescribed: for the production solver alone, no other method offers it."""
+        return any(isinstance(row, Forces) for row in self.rows)
 
     @property
     def name(self) -> str:
@@ -38,10 +46,12 @@ def cases_of(body: HardBody, model: ReducedModel, crest: float) -> Iterator[Case
     """All cases of a body, by family and friction coefficient."""
     for family, indenter, paths in _families(body, model, crest):
         for friction in FRICTIONS:
-            yield Case(body.name, body.group, family, friction, indenter, paths(friction))
+            rows = paths(friction)
+            solvable = len(rows) - (family == BEYOND)
+            yield Case(body.name, body.group, family, friction, indenter, rows, solvable)
 
 
-Path = Callable[[float], tuple[Motion, ...]]
+Path = Callable[[float], tuple[Motion | Forces, ...]]
 Family = tuple[str, RigidObject, Path]
 
 
@@ -88,8 +98,8 @@ def _families(body: HardBody, model: ReducedModel, crest: float) -> list[Family]
 
     def huge(friction: float) -> tuple[Motion, ...]:
         """Whole motions at once: ordinary increments are a hundredth of these."""
-        end = full(friction)
-        return path((press, 2.0 * end), (0.5 * press, -2.0 * end), (press, 0.3 * end))
+        end = min(2.0 * full(friction), 8.0 * press)
+        return path((press, end), (0.5 * press, -end), (press, 0.15 * end))
 
     def jamming(friction: float) -> tuple[Motion, ...]:
         """Dragged in while it comes down, back while it lifts: friction holds against the lift."""
@@ -112,11 +122,27 @@ def _families(body: HardBody, model: ReducedModel, crest: float) -> list[Family]
         ("increments 100 times too large", plane, huge),
         ("jamming", plane, jamming),
     ]
+    families += _under_force(body, plane)
     if model.rim.any():
         families.append(("zone exhausted", plane, beyond))
     if body.objects:
         families += _objects(body, crest)
     return families
+
+
+def _under_force(body: HardBody, plane: Plane) -> list[Family]:
+    """Forces prescribed: what friction carries, and a tenth more than it can."""
+    load = body.load
+
+    def within(friction: float) -> tuple[Forces, ...]:
+        pull = 0.9 * load * min(friction, 0.5)
+        rows = [Forces(load, 0.0), Forces(load, 0.5 * pull), Forces(load, pull)]
+        return (*rows, Forces(load, -0.5 * pull), Forces(0.5 * load, 0.0))
+
+    def beyond(friction: float) -> tuple[Forces, ...]:
+        return (Forces(load, 0.0), Forces(load, 1.1 * friction * load + 0.01 * load))
+
+    return [("forces prescribed", plane, within), (BEYOND, plane, beyond)]
 
 
 def _objects(body: HardBody, crest: float) -> list[Family]:
@@ -131,7 +157,7 @@ def _objects(body: HardBody, crest: float) -> list[Family]:
 
         return touching(rigid, surface, half, 0.0 if not body.solid else half)[0]
 
-    angle = np.deg2rad(5.0)
+    angle = np.deg2rad(2.0 if body.solid else 5.0)
     tilted = Plane(crest, (float(np.sin(angle)), -float(np.cos(angle)), 0.0))
 
     def into(friction: float) -> tuple[Motion, ...]:

@@ -13,6 +13,7 @@ nodal force and lengths to what that force moves its own node by.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,10 +26,12 @@ from fingerdesign.contact.sweeps import gauss_seidel
 from fingerdesign.reduced import ReducedModel
 
 Array = NDArray[np.float64]
+Second = Callable[[Array, Array, float], Array | None]
 
 SHARP = 1e-8  # violation of an answer that is exact but for rounding
 LOOSE = 1e-3  # methods that claim no more are judged by total forces
 _SAME = 1e-4  # nodal forces, relative to the largest: one answer, not two
+_SECONDS = 2.0  # for one search
 _NOTHING = 1e-10  # of the force that would press the body flat: no force at all
 
 
@@ -117,6 +120,12 @@ class Judge:
             return True
         return bool(np.abs(one - other).max() <= _SAME * scale)
 
+    def carries(self, force: Array, normal: float, tangential: float | None) -> bool:
+        """Are the whole finger's forces those prescribed (N), to 1e-6 of the normal one?"""
+        total = self.model.symmetry_factor * force.sum(axis=0)
+        missing = [total[1] + normal, 0.0 if tangential is None else total[0] - tangential]
+        return bool(np.abs(missing).max() <= 1e-6 * normal)
+
     def at_rim(self, force: Array) -> bool:
         """Does the contact reach a node where the candidates end although the surface goes on?"""
         press = np.sum(force * self.normals, axis=1)
@@ -125,7 +134,9 @@ class Judge:
     def second_answer(self, past: Past, motion: Motion) -> Array | None:
         """Global forces (m, dim) of another method that obey the laws sharply; None: none found."""
         compliance, offset, frames = self._local(past, motion)
-        methods = (lemke, fixed_bound) if self.model.dimension == 2 else (fixed_bound,)
+        methods: tuple[Second, ...] = (_swept, fixed_bound)
+        if self.model.dimension == 2:
+            methods = (lemke, *methods)
         for method in methods:
             local = method(compliance, offset, self.friction)
             if local is not None:
@@ -138,7 +149,7 @@ class Judge:
         """Where Gauss-Seidel sweeps from ``force`` end, if that obeys the laws sharply."""
         compliance, offset, frames = self._local(past, motion)
         start = np.einsum("mab,mb->ma", frames, force)
-        found = gauss_seidel(compliance, offset, self.friction, start, 20_000, 1e-11, 2.0)
+        found = gauss_seidel(compliance, offset, self.friction, start, 20_000, 1e-11, _SECONDS)
         near = np.asarray(np.einsum("mab,ma->mb", frames, found.multiplier))
         return near if self.violation(near, past, motion) <= SHARP else None
 
@@ -155,6 +166,13 @@ class Judge:
         offset = np.einsum("mab,mb->ma", frames, now - before)
         offset[:, 0] = self.first_gap + np.sum(self.normals * now, axis=1)
         return turn @ self.model.compliance @ turn.T, offset, frames
+
+
+def _swept(compliance: Array, offset: Array, friction: float) -> Array | None:
+    """Gauss-Seidel from nothing to 1e-11; the production solver's last resort starts elsewhere."""
+    start = np.zeros_like(offset)
+    found = gauss_seidel(compliance, offset, friction, start, 4000, 1e-11, _SECONDS)
+    return found.multiplier if found.converged else None
 
 
 def same_total(one: Array, other: Array, share: float) -> bool:

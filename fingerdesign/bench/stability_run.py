@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fingerdesign.bench.rivals import RIVALS, Rival
 from fingerdesign.bench.stability_cases import Case
 from fingerdesign.bench.stability_judge import LOOSE, SHARP, Judge, Past, same_total
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import ContactState, Workspace, ZoneExhausted, solve_increment
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.errors import SolverError
@@ -27,7 +28,7 @@ Array = NDArray[np.float64]
 PRODUCTION = "production"
 METHODS = (PRODUCTION, *(rival.name for rival in RIVALS))
 _PRODUCTION_CLAIM = 1e-7
-_SECONDS = 5.0  # for one increment; then the method counts as hanging
+_SECONDS = 5.0  # of processor time for one increment; then the method counts as hanging
 _GRACE = 2.0  # a rival ends itself before it is ended
 
 
@@ -60,15 +61,16 @@ class Outcome:
     asked: int
     violation: float  # the worst of its accepted answers
     confirmed: int  # increments at which a second method gave the same answer
-    seconds: float
+    seconds: float  # of processor time
 
 
 class TimeIsUp(Exception):
     """An increment took longer than its limit."""
 
 
-# A step of a path: forces (m, dim) N in global axes after a motion. Raises SolverError.
-Stepper = Callable[[Motion], Array]
+Row = Motion | Forces
+# A step of a path: forces (m, dim) N in global axes, and the motion. Raises SolverError.
+Stepper = Callable[[Row], tuple[Array, Motion]]
 
 
 def run_case(case: Case, model: ReducedModel) -> list[Outcome]:
@@ -77,18 +79,20 @@ def run_case(case: Case, model: ReducedModel) -> list[Outcome]:
     judge = Judge(model, case.indenter, case.friction)
     second = _SecondAnswers(judge)
     steppers = [(PRODUCTION, _production(problem), _PRODUCTION_CLAIM)]
-    steppers += [(rival.name, _rival(problem, rival), rival.claim) for rival in RIVALS]
+    if not case.under_force:
+        steppers += [(rival.name, _rival(problem, rival), rival.claim) for rival in RIVALS]
     return [_follow(case, *each, judge, second) for each in steppers]
 
 
 def _production(problem: ContactProblem) -> Stepper:
     state, workspace = ContactState.untouched(problem), Workspace()
 
-    def step(motion: Motion) -> Array:
+    def step(row: Row) -> tuple[Array, Motion]:
         nonlocal state
-        increment = solve_increment(problem, state, motion, workspace)
+        solve = solve_forces if isinstance(row, Forces) else solve_increment
+        increment = solve(problem, state, row, workspace)  # type: ignore[arg-type]
         state = increment.state
-        return increment.force
+        return increment.force, increment.motion
 
     return step
 
@@ -98,9 +102,11 @@ def _rival(problem: ContactProblem, rival: Rival) -> Stepper:
     m, dim = problem.shape
     slip, force = np.zeros((m, dim - 1)), np.zeros((m, dim))
 
-    def step(motion: Motion) -> Array:
+    def step(row: Row) -> tuple[Array, Motion]:
         nonlocal slip, force
-        offset = problem.offset(motion, slip)
+        if isinstance(row, Forces):
+            raise SolverError("forces cannot be prescribed to this method")
+        offset = problem.offset(row, slip)
         force = rival.solve(
             problem.compliance, offset, problem.friction_coefficient, force, _SECONDS - _GRACE
         )
@@ -108,7 +114,7 @@ def _rival(problem: ContactProblem, rival: Rival) -> Stepper:
             raise ZoneExhausted("the contact reaches the end of the candidate zone")
         moved = (problem.compliance @ force.ravel()).reshape(m, dim) + offset
         slip = slip + moved[:, 1:]
-        return problem.to_global(force)
+        return problem.to_global(force), row
 
     return step
 
@@ -136,36 +142,26 @@ def _follow(
 ) -> Outcome:
     past, worst, reason = judge.untouched(), Verdict.RIGHT, ""
     violation, confirmed, judged, spent = 0.0, 0, 0, 0.0
-    for motion in case.motions:
+    for number, row in enumerate(case.rows):
         judged += 1
-        start = time.perf_counter()
-        try:
-            with time_limit(_SECONDS):
-                force = step(motion)
-        except TimeIsUp:
-            verdict, why = Verdict.HANG, f"no answer in {_SECONDS:g} s"
-            force = None
-        except ZoneExhausted as error:
-            answer = second.to(past, motion)
-            rightly = answer is not None and judge.at_rim(answer)
-            verdict = Verdict.REFUSED if rightly else Verdict.FAILED
-            why, force = f"zone exhausted: {error}", None
-        except SolverError as error:
-            verdict, why, force = Verdict.FAILED, str(error), None
-        except Exception as error:  # a crash is a failure of the method, not of the map
-            verdict, why, force = Verdict.FAILED, f"{type(error).__name__}: {error}", None
-        spent += time.perf_counter() - start
-        if force is not None:
-            answer = second.to(past, motion)
+        start = time.process_time()
+        found = _attempt(step, row)
+        spent += time.process_time() - start
+        if isinstance(found, Refusal):
+            verdict, why = _of_refusal(found, judge, second, past, row, number < case.solvable)
+        else:
+            force, motion = found
             size = judge.violation(force, past, motion)
             violation = max(violation, size)
-            verdict, why = _of_answer(judge, force, answer, size, claim, past, motion)
-            confirmed += verdict == Verdict.RIGHT and answer is not None
+            verdict, why = _of_answer(judge, found, second, size, claim, past)
+            if isinstance(row, Forces) and not judge.carries(force, row.normal, row.tangential):
+                verdict, why = Verdict.WRONG, "the forces are not those prescribed"
+            confirmed += verdict == Verdict.RIGHT and second.to(past, motion) is not None
         if _ORDER.index(verdict) > _ORDER.index(worst):
-            worst, reason = verdict, f"{motion}: {why}" if why else ""
-        if force is None or verdict == Verdict.WRONG:
+            worst, reason = verdict, f"{row}: {why}" if why else ""
+        if isinstance(found, Refusal) or verdict == Verdict.WRONG:
             break
-        past = Past(force, motion)
+        past = Past(*found)
     return Outcome(
         case.body,
         case.group,
@@ -175,23 +171,59 @@ def _follow(
         worst,
         reason,
         judged,
-        len(case.motions),
+        len(case.rows),
         violation,
         confirmed,
         spent,
     )
 
 
+@dataclass(frozen=True)
+class Refusal:
+    """No answer: the error, or None where the time ran out."""
+
+    error: Exception | None
+
+
+def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Refusal:
+    try:
+        with time_limit(_SECONDS):
+            return step(row)
+    except TimeIsUp:
+        return Refusal(None)
+    except Exception as error:  # a crash is a failure of the method, not of the map
+        return Refusal(error)
+
+
+def _of_refusal(
+    refusal: Refusal, judge: Judge, second: _SecondAnswers, past: Past, row: Row, solvable: bool
+) -> tuple[Verdict, str]:
+    """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
+    error = refusal.error
+    if error is None:
+        return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
+    if isinstance(error, SolverError):
+        if not solvable and isinstance(error, NoEquilibrium):
+            return Verdict.REFUSED, str(error)
+        if isinstance(error, ZoneExhausted) and isinstance(row, Motion):
+            answer = second.to(past, row)
+            if answer is not None and judge.at_rim(answer):
+                return Verdict.REFUSED, str(error)
+        return Verdict.FAILED, str(error)
+    return Verdict.FAILED, f"{type(error).__name__}: {error}"
+
+
 def _of_answer(
     judge: Judge,
-    force: Array,
-    answer: Array | None,
+    found: tuple[Array, Motion],
+    second: _SecondAnswers,
     size: float,
     claim: float,
     past: Past,
-    motion: Motion,
 ) -> tuple[Verdict, str]:
     """Right, right but not unique, or wrong, with the reason."""
+    force, motion = found
+    answer = second.to(past, motion)
     if judge.at_rim(force):
         return Verdict.WRONG, "answered although the candidate zone is exhausted"
     if claim >= LOOSE:
@@ -232,7 +264,7 @@ def _of_loose_answer(
 
 @contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
-    """Raise TimeIsUp in what takes longer; without POSIX signals nothing is interrupted."""
+    """Raise TimeIsUp in what takes more processor time; nothing is interrupted without POSIX."""
     if not hasattr(signal, "setitimer") or threading.current_thread() is not (
         threading.main_thread()
     ):
@@ -242,10 +274,10 @@ def time_limit(seconds: float) -> Iterator[None]:
     def ring(number: int, frame: FrameType | None) -> None:
         raise TimeIsUp
 
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    before = signal.signal(signal.SIGPROF, ring)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)

@@ -1,9 +1,10 @@
-"""Second methods for the stability map's judge: none shares a line with the production solver.
+"""Second methods for the stability map's judge.
 
 Both solve one increment in local components (normal first), v = C f + w, with Signorini's law and
 Coulomb's on the slip increments. ``lemke`` follows complementary pivots (2-D: there Coulomb's law
 is linear); ``fixed_bound`` iterates on the friction bound, a convex problem each time (any
-dimension). Both say None where they find nothing: neither proves that there is nothing.
+dimension). Both say None where they find nothing: neither proves that there is nothing. They share
+no line with the production solver.
 """
 
 from __future__ import annotations
@@ -13,12 +14,13 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_TIE = 1e-12  # ratios nearer than this (relative) are one ratio
+_TIE = 1e-12  # ratios nearer than this are one ratio
+_PIVOTS = 4000
 
 
-def lemke(compliance: Array, offset: Array, friction: float, pivots: int = 4000) -> Array | None:
+def lemke(compliance: Array, offset: Array, friction: float, starts: int = 4) -> Array | None:
     """Forces (m, 2) by complementary pivoting (Cottle, Pang, Stone, The Linear Complementarity
-    Problem, 4.4), or None on a ray or after ``pivots``.
+    Problem, 4.4), or None where each of ``starts`` covering vectors ends on a ray.
 
     With r = t + mu p, s = mu p - t >= 0 and the slip d = a - b:  p with gap, r with a, b with s are
     complementary pairs, and gap, a, s are linear in p, r, b.
@@ -38,24 +40,27 @@ def lemke(compliance: Array, offset: Array, friction: float, pivots: int = 4000)
         ]
     )
     load = np.concatenate([offset[:, 0], offset[:, 1], np.zeros(m)]) / length
-    found = _pivots(matrix, load, pivots)
-    if found is None:
-        return None
-    normal, pushed = found[:m], found[m : 2 * m]
-    force = np.column_stack([normal, pushed - friction * normal])
-    return np.asarray(force * (length / unit))
+    rng = np.random.default_rng(3)
+    for start in range(starts):
+        cover = np.ones(3 * m) if start == 0 else rng.uniform(0.1, 1.0, 3 * m)
+        found = _pivots(matrix, load, cover)
+        if found is not None:
+            normal, pushed = found[:m], found[m : 2 * m]
+            force = np.column_stack([normal, pushed - friction * normal])
+            return np.asarray(force * (length / unit))
+    return None
 
 
-def _pivots(matrix: Array, load: Array, pivots: int) -> Array | None:
+def _pivots(matrix: Array, load: Array, cover: Array) -> Array | None:
     """z >= 0 with M z + q >= 0 and z . (M z + q) = 0; columns: w (n), z (n), the artificial one."""
     n = len(load)
     if (load >= 0.0).all():
         return np.zeros(n)
-    columns = np.hstack([np.eye(n), -matrix, -np.ones((n, 1))])
+    columns = np.hstack([np.eye(n), -matrix, -cover[:, None]])
     table = np.hstack([columns, load[:, None]])
     basis = np.arange(n)
-    row, entering = int(np.argmin(load)), 2 * n
-    for _ in range(pivots):
+    row, entering = int(np.argmin(load / cover)), 2 * n
+    for _ in range(_PIVOTS):
         _eliminate(table, row, entering)
         leaving, basis[row] = int(basis[row]), entering
         if leaving == 2 * n:

@@ -1,0 +1,87 @@
+"""Is the answer of an increment the only one? A search for others (numpy only).
+
+With the motion given there always is an answer (pivots.py says why). For a small friction
+coefficient it is the only one; for a large one there may be several, jammed and free ones among
+them, and nothing in the laws prefers one. Each that is found here passed the certificate; that none
+was found proves nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.contact.increment import ContactState, Increment, solve_increment
+from fingerdesign.contact.newton import newton
+from fingerdesign.contact.pivots import friction_pivots
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.errors import SolverError
+
+Array = NDArray[np.float64]
+
+_DISTINCT = 1e-5  # of the largest force: two answers, not one and its rounding
+
+
+def other_solutions(
+    problem: ContactProblem,
+    state: ContactState,
+    motion: Motion,
+    known: Increment | None = None,
+    starts: int = 8,
+    seed: int = 0,
+) -> list[Increment]:
+    """Certified increments from ``state`` to ``motion`` that differ from ``known`` and each other.
+
+    known: the answer in hand, that of solve_increment where None (whose SolverError is passed on).
+    Searched from nothing, from all-sticking and frictionless answers, from complete slip in
+    ``starts`` directions or random mixtures, and in the plane along as many paths of pivots; about
+    ``starts`` times the cost of an increment, or more. An empty list does not prove uniqueness.
+    """
+    known = solve_increment(problem, state, motion) if known is None else known
+    found = [known]
+    for guess in _guesses(problem, state, motion, starts, seed):
+        # Standing at the goal with the guess in hand, Newton stays if the guess is an answer.
+        there = replace(state, multiplier=guess, motion=motion)
+        try:
+            increment = solve_increment(problem, there, motion)
+        except SolverError:
+            continue
+        if all(_differ(increment, other) for other in found):
+            found.append(increment)
+    return found[1:]
+
+
+def _differ(one: Increment, other: Increment) -> bool:
+    scale = max(float(np.abs(one.multiplier).max()), float(np.abs(other.multiplier).max()))
+    return bool(np.abs(one.multiplier - other.multiplier).max() > _DISTINCT * max(scale, 1e-300))
+
+
+def _guesses(
+    problem: ContactProblem, state: ContactState, motion: Motion, starts: int, seed: int
+) -> Iterator[Array]:
+    m, dim = problem.shape
+    offset = problem.offset(motion, state.slip)
+    compliance, friction = problem.compliance, problem.friction_coefficient
+    rng = np.random.default_rng(seed)
+    if dim == 2:
+        for path in range(starts):
+            result = friction_pivots(compliance, offset, friction, path)
+            if result.converged:
+                yield result.multiplier
+    yield np.zeros((m, dim))
+    # A bound that is never reached: everything sticks.
+    stuck = newton(compliance, offset, 1e6, np.zeros((m, dim))).multiplier
+    yield stuck
+    free = newton(compliance, offset, 0.0, np.zeros((m, dim))).multiplier
+    yield free
+    press = np.maximum(free[:, :1], 0.0)
+    for start in range(starts):
+        angle = 2.0 * np.pi * start / starts
+        direction = np.array([np.cos(angle), np.sin(angle)])[: dim - 1]
+        yield np.hstack([press, friction * press * direction])
+        share = rng.uniform(0.0, 1.0, (m, 1))
+        mixed = share * stuck + (1.0 - share) * free
+        yield np.where(mixed[:, :1] > 0.0, mixed, 0.0)

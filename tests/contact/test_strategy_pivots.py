@@ -1,0 +1,113 @@
+"""What is tried when Newton stalls: pivots in the plane, Gauss-Seidel, friction raised."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact import strategy
+from fingerdesign.contact.laws import natural_residual
+from fingerdesign.contact.newton import NewtonResult
+from fingerdesign.contact.pivots import friction_pivots
+from fingerdesign.contact.strategy import Task, solve_task
+from fingerdesign.contact.sweeps import gauss_seidel
+
+
+def problem(m, dim, seed):
+    """A random positive definite compliance and offset; some nodes pressed, some free."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(m * dim, m * dim))
+    compliance = root @ root.T / m + 0.2 * np.eye(m * dim)
+    offset = rng.normal(size=(m, dim))
+    offset[0, 0] = -1.0
+    return compliance, offset
+
+
+def worst(compliance, offset, friction, force):
+    motion = (compliance @ force.ravel()).reshape(force.shape) + offset
+    residual = natural_residual(force, motion, np.diag(compliance)[:: force.shape[1]], friction)
+    return np.abs(residual).max() / np.abs(force).max()
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.1, 0.5, 1.0, 2.0, 5.0, 50.0])
+def test_pivots_always_find_an_answer(friction):
+    """An answer exists for every friction coefficient, and the path leads to one."""
+    for seed in range(40):
+        compliance, offset = problem(10, 2, seed)
+        found = friction_pivots(compliance, offset, friction)
+        assert found.converged
+        assert worst(compliance, offset, friction, found.multiplier) < 1e-9
+
+
+def test_pivots_on_ties():
+    """A mirrored problem, at whose start several nodes are in the same place at once."""
+    m = 9
+    x = np.linspace(-1.0, 1.0, m)
+    kernel = np.exp(-np.abs(x[:, None] - x[None, :]))
+    compliance = np.zeros((m, 2, m, 2))
+    compliance[:, 0, :, 0] = compliance[:, 1, :, 1] = kernel
+    compliance = compliance.reshape(2 * m, 2 * m)
+    for offset in (np.full((m, 2), -1.0), np.column_stack([x**2 - 0.5, np.zeros(m)])):
+        found = friction_pivots(compliance, offset, 1.0)
+        assert found.converged
+        assert worst(compliance, offset, 1.0, found.multiplier) < 1e-9
+
+
+def test_pivots_that_run_out_say_so():
+    compliance, offset = problem(10, 2, 1)
+    found = friction_pivots(compliance, offset, 0.5, limit=3)
+    assert not found.converged
+    assert not found.multiplier.any()
+
+
+def test_nothing_touched_needs_no_force():
+    compliance, offset = problem(6, 2, 2)
+    offset[:, 0] = np.abs(offset[:, 0]) + 0.1
+    assert not friction_pivots(compliance, offset, 1.0).multiplier.any()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_every_way_leads_to_an_answer(monkeypatch, dim):
+    """With Newton from the last forces taken away, what comes after it still solves."""
+    first = Task.newton
+    calls = []
+
+    def stalls_at_first(task, start, factor=0.05):
+        calls.append(factor)
+        if len(calls) <= 2:
+            return NewtonResult(start, 1.0, 1, False)
+        return first(task, start, factor)
+
+    monkeypatch.setattr(Task, "newton", stalls_at_first)
+    for seed in range(10):
+        calls.clear()
+        compliance, offset = problem(8, dim, seed)
+        task = Task(compliance, offset, np.ones((8, dim)), 0.6, *2 * [np.zeros((8, dim))])
+        result, name = solve_task(task)
+        assert result.converged
+        assert name == ("pivots" if dim == 2 else "newton, walked")
+        assert worst(compliance, offset, 0.6, result.multiplier) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["_raise_friction", "_sweep"])
+def test_last_ways_alone(name):
+    way = getattr(strategy, name)
+    for seed in range(10):
+        compliance, offset = problem(8, 3, seed)
+        start = np.zeros((8, 3))
+        task = Task(compliance, offset, np.ones((8, 3)), 0.5, start, start)
+        result = way(task, start) if name == "_raise_friction" else way(task, 300, start)
+        assert result.converged
+        assert worst(compliance, offset, 0.5, result.multiplier) < 1e-9
+
+
+def test_gauss_seidel_stops_at_its_limits():
+    """Neither sweeps nor seconds are exceeded, and an unfinished answer is not called one."""
+    compliance, offset = problem(10, 3, 4)
+    start = np.zeros((10, 3))
+    few = gauss_seidel(compliance, offset, 0.5, start, sweeps=3, tolerance=1e-14)
+    assert (few.iterations, few.converged) == (3, False)
+    short = gauss_seidel(compliance, offset, 0.5, start, 10**6, tolerance=0.0, time_limit=0.05)
+    assert not short.converged
+    assert short.iterations < 10**6
+    full = gauss_seidel(compliance, offset, 0.5, start, 5000, tolerance=1e-11)
+    assert full.converged
+    assert worst(compliance, offset, 0.5, full.multiplier) < 1e-10

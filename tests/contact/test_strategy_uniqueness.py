@@ -1,0 +1,56 @@
+"""Several answers where friction is large, one where it is small."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.objects import Plane
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+COUPLING = 0.9  # tangential motion per normal force over the normal motion: friction can wedge
+
+
+def one_node(friction):
+    """A node that drags sideways as it is pressed: Klarbring's example of several answers.
+
+    C = [[1, k], [k, 1]], global axes; with mu k > 1 a jammed state and an open one are both lawful.
+    """
+    points = np.zeros((2, 2))
+    points[1] = 10.0, -50.0  # out of reach
+    compliance = np.eye(4)
+    compliance[0, 1] = compliance[1, 0] = COUPLING
+    model = ReducedModel(
+        points=points,
+        facets=np.array([[0, 1]]),
+        facet_areas=np.ones(1),
+        areas=np.ones(2),
+        compliance=compliance,
+        gage_readout=np.zeros((0, 4)),
+        point_readout=np.zeros((0, 4)),
+        reaction_readout=-np.tile(np.eye(2), 2),
+        surface=SurfaceQuadrature(points, np.arange(2), np.arange(2), np.ones(2)),
+        rim=np.zeros(2, dtype=bool),
+        free_end=np.zeros(2, dtype=bool),
+        locked=np.zeros((2, 2), dtype=bool),
+        depth=1.0,
+    )
+    return contact_problem(model, Plane(0.0), friction)
+
+
+@pytest.mark.parametrize(("friction", "several"), [(0.3, False), (1.0, False), (2.0, True)])
+def test_a_wedged_node_has_another_answer(friction, several):
+    """Drawn off by a little and sheared: open is lawful; wedged too where mu k > 1."""
+    problem = one_node(friction)
+    state = ContactState.untouched(problem)
+    counts = []
+    for sign in (1.0, -1.0):
+        motion = Motion(-0.1, sign * 0.2)
+        known = solve_increment(problem, state, motion)
+        others = other_solutions(problem, state, motion, known)
+        counts.append(len(others))
+        for other in others:
+            assert other.certificate.laws < 1e-8
+            assert np.abs(other.multiplier - known.multiplier).max() > 1e-3
+    assert (max(counts) > 0) == several
