@@ -1,0 +1,166 @@
+"""The judge on answers known in closed form, and on each law broken in turn."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.bench.stability_judge import SHARP, Judge, Past, same_total
+from fingerdesign.bench.stability_second import fixed_bound, lemke
+from fingerdesign.contact.objects import Plane
+from fingerdesign.contact.pivots import friction_pivots
+from fingerdesign.contact.problem import Motion
+from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+
+
+def springs(heights, stiffness=2.0, dim=2):
+    """Uncoupled nodes on springs of ``stiffness`` N/mm in each direction, at given heights."""
+    m = len(heights)
+    points = np.zeros((m, dim))
+    points[:, 0], points[:, 1] = np.arange(m), heights
+    facets = np.column_stack([np.arange(m - dim + 1) + k for k in range(dim)])
+    return ReducedModel(
+        points=points,
+        facets=facets,
+        facet_areas=np.ones(len(facets)),
+        areas=np.ones(m),
+        compliance=np.eye(m * dim) / stiffness,
+        gage_readout=np.zeros((0, m * dim)),
+        point_readout=np.zeros((0, m * dim)),
+        reaction_readout=-np.tile(np.eye(dim), m),
+        surface=SurfaceQuadrature(points, np.arange(m), np.arange(m), np.ones(m)),
+        rim=np.arange(m) == 0,
+        free_end=np.zeros(m, dtype=bool),
+        locked=np.zeros((m, dim), dtype=bool),
+        depth=1.0,
+    )
+
+
+# Nodes 1 to 3 are pressed by 0.5, 0.2 and 0.05 mm, node 0 not at all; sheared by 0.1 mm with
+# mu = 0.4 the first needs 0.2 N of its 0.4 N and sticks, the others slide at 0.16 and 0.04 N.
+HEIGHTS = [-1.0, 0.0, -0.3, -0.45]
+MOTION = Motion(0.5, 0.1)
+RIGHT = np.array([[0.0, 0.0], [0.2, -1.0], [0.16, -0.4], [0.04, -0.1]])
+
+
+@pytest.fixture
+def judge():
+    return Judge(springs(HEIGHTS), Plane(0.0), 0.4)
+
+
+def broken(node, force):
+    wrong = RIGHT.copy()
+    wrong[node] = force
+    return wrong
+
+
+def test_the_right_answer_is_right(judge):
+    assert judge.violation(RIGHT, judge.untouched(), MOTION) < 1e-12
+    assert not judge.at_rim(RIGHT)
+
+
+@pytest.mark.parametrize(
+    ("law", "node", "force"),
+    [
+        ("tension", 0, [0.0, 0.1]),
+        ("force across a gap", 0, [0.0, -0.1]),
+        ("drag without pressure", 0, [0.1, 0.0]),
+        ("penetration", 1, [0.2, -0.9]),
+        ("lifted by its own force", 1, [0.2, -1.1]),
+        ("sticks outside the disc", 2, [0.2, -0.4]),
+        ("slides below the bound", 2, [0.1, -0.4]),
+        ("creeps while it sticks", 1, [0.15, -1.0]),
+        ("slides against its force", 3, [-0.04, -0.1]),
+        ("not a number", 2, [np.nan, -0.4]),
+    ],
+)
+def test_each_law_broken_is_found(judge, law, node, force):
+    assert judge.violation(broken(node, force), judge.untouched(), MOTION) > 1e-2
+
+
+def test_small_errors_are_told_from_rounding(judge):
+    for size in (1e-3, 1e-5, 1e-7):
+        found = judge.violation(RIGHT + size, judge.untouched(), MOTION)
+        assert 0.1 * size < found < 10 * size
+
+
+def test_slip_is_counted_from_the_past(judge):
+    """Sheared back by 0.05 mm, what slid before now sticks: the history decides."""
+    back = Motion(0.5, 0.05)
+    past = Past(RIGHT, MOTION)
+    answer = RIGHT.copy()
+    answer[1:, 0] += 2.0 * (0.05 - 0.1)
+    answer[3, 0] = -0.04  # -0.06 were needed to stick
+    assert judge.violation(answer, past, back) < 1e-12
+    assert judge.violation(answer, judge.untouched(), back) > 1e-2
+
+
+def test_direction_of_slip_in_space():
+    """In 3-D the force must oppose the slip: turned by a degree it is wrong."""
+    judge = Judge(springs([0.0, 0.0, 0.0], dim=3), Plane(0.0), 0.1)
+    motion = Motion(0.5, 0.3, 0.4)
+    force = np.tile([0.06, -1.0, 0.08], (3, 1))
+    assert judge.violation(force, judge.untouched(), motion) < 1e-12
+    turned = np.tile([0.08, -1.0, 0.06], (3, 1))
+    assert judge.violation(turned, judge.untouched(), motion) > 1e-2
+
+
+def test_no_contact(judge):
+    nothing = np.zeros((4, 2))
+    assert judge.violation(nothing, judge.untouched(), Motion(-0.1, 0.3)) == 0.0
+    assert judge.violation(nothing, judge.untouched(), Motion(0.1, 0.0)) > 1e-2
+
+
+def test_lost_force_is_found(judge):
+    """A model whose base does not carry what the contact gives."""
+    leaky = replace(judge.model, reaction_readout=0.9 * judge.model.reaction_readout)
+    assert Judge(leaky, judge.indenter, 0.4).violation(RIGHT, judge.untouched(), MOTION) > 1e-2
+
+
+def test_the_rim_and_the_forces_asked(judge):
+    assert judge.at_rim(broken(0, [0.0, -0.1]))
+    assert judge.carries(RIGHT, 1.5, 0.4)
+    assert judge.carries(RIGHT, 1.5, None)
+    assert not judge.carries(RIGHT, 1.5, 0.41)
+    assert not judge.carries(RIGHT, 1.6, None)
+
+
+def test_same_answers(judge):
+    assert judge.same(RIGHT, RIGHT * (1 + 1e-6), MOTION)
+    assert not judge.same(RIGHT, RIGHT * 1.01, MOTION)
+    assert judge.same(np.zeros((4, 2)), np.full((4, 2), 1e-16), MOTION)
+    assert same_total(RIGHT, RIGHT * 1.005, 0.01)
+    assert not same_total(RIGHT, RIGHT * 1.02, 0.01)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_second_answer_is_found_and_right(dim):
+    judge = Judge(springs(HEIGHTS, dim=dim), Plane(0.0), 0.4)
+    answer = judge.second_answer(judge.untouched(), MOTION)
+    assert answer is not None
+    assert np.allclose(answer[:, :2], RIGHT, atol=1e-9)
+    assert judge.violation(answer, judge.untouched(), MOTION) < SHARP
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_second_methods_agree(seed):
+    """Pivots and the fixed point on a random coupled problem with little friction."""
+    rng = np.random.default_rng(seed)
+    root = rng.normal(size=(16, 16))
+    compliance = root @ root.T / 8 + 0.2 * np.eye(16)
+    offset = rng.normal(size=(8, 2))
+    one, other = lemke(compliance, offset, 0.2), fixed_bound(compliance, offset, 0.2)
+    assert one is not None
+    assert other is not None
+    assert np.allclose(one, other, atol=1e-8 * np.abs(one).max())
+
+
+def test_lemke_on_a_ray_says_none():
+    """A seeded problem with much friction whose answer no covering vector leads to."""
+    rng = np.random.default_rng(96)
+    root = rng.normal(size=(6, 6))
+    compliance = root @ root.T / 3 + 0.2 * np.eye(6)
+    offset = rng.normal(size=(3, 2))
+    offset[0, 0] = -1.0
+    assert lemke(compliance, offset, 8.0) is None
+    assert friction_pivots(compliance, offset, 8.0).converged

@@ -1,0 +1,100 @@
+"""The map itself on a quick subset: no wrong answer, everything solved; verdicts; files."""
+
+import csv
+import json
+import time
+
+import numpy as np
+import pytest
+
+from fingerdesign.bench import stability
+from fingerdesign.bench.stability import measure_stability, summary, write_stability
+from fingerdesign.bench.stability_bodies import distorted, hard_bodies
+from fingerdesign.bench.stability_cases import FRICTIONS, cases_of
+from fingerdesign.bench.stability_run import METHODS, PRODUCTION, TimeIsUp, Verdict, time_limit
+from fingerdesign.mesh.section import mesh_section
+
+GOOD = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED)
+
+
+@pytest.fixture(scope="module")
+def quick():
+    return measure_stability(quick=True)
+
+
+def test_production_is_never_wrong_and_solves_all(quick):
+    mine = [each for each in quick.outcomes if each.method == PRODUCTION]
+    assert len(mine) == quick.cases() >= 50
+    bad = [each for each in mine if each.verdict not in GOOD]
+    assert not bad
+    assert all(check.holds for check in quick.checks())
+    assert sum(each.verdict == Verdict.REFUSED for each in mine) < 0.3 * len(mine)
+
+
+def test_most_answers_are_confirmed_by_a_second_method(quick):
+    mine = [e for e in quick.outcomes if e.method == PRODUCTION and e.verdict == Verdict.RIGHT]
+    assert sum(each.confirmed for each in mine) > 0.95 * sum(each.increments for each in mine)
+
+
+def test_zone_exhausted_is_refused_never_clipped(quick):
+    mine = [e for e in quick.outcomes if e.family == "zone exhausted" and e.method == PRODUCTION]
+    assert mine
+    assert {each.verdict for each in mine} == {Verdict.REFUSED}
+    assert all("zone" in each.reason for each in mine)
+
+
+def test_plain_methods_fail_where_the_map_says_so(quick):
+    counts = quick.counts()
+    assert counts["plain semi-smooth Newton"]["failed"] > 0
+    assert counts["penalty"]["failed"] + counts["penalty"]["wrong"] > 0
+
+
+def test_files(quick, tmp_path):
+    paths = write_stability(quick, tmp_path / "new")
+    assert [path.name for path in paths] == ["stability.csv", "stability.json", "stability.png"]
+    with paths[0].open(newline="", encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == len(quick.outcomes)
+    assert rows[0]["method"] == PRODUCTION
+    assert json.loads(paths[1].read_text("utf-8")) == summary(quick)
+    assert paths[2].read_bytes().startswith(b"\x89PNG")
+
+
+def test_there_are_enough_cases_of_all_kinds():
+    """Every body has every friction coefficient; a cheap count, as bodies differ in rims only."""
+    bodies = hard_bodies()
+    assert len({body.name for body in bodies}) == len(bodies) >= 15
+    assert {0.0, 0.3, 0.49, 0.4999} <= {body.poissons_ratio for body in bodies}
+    body = next(each for each in bodies if each.name == "coarse, nu 0.3")
+    cases = list(cases_of(body, *body.build()))
+    assert {case.friction for case in cases} == set(FRICTIONS)
+    assert len(cases) >= 63
+    assert len(bodies) * len(cases) >= 500
+
+
+def test_distortion_keeps_outline_and_area():
+    body = next(each for each in hard_bodies() if each.distortion)
+    design = body.parsed()
+    mesh = mesh_section(design, body.zone)
+    moved = distorted(mesh, body.distortion, body.seed)
+    outline = np.unique(np.concatenate(list(mesh.facets.values())))
+    assert np.array_equal(moved.points[outline], mesh.points[outline])
+    shift = np.linalg.norm(moved.points - mesh.points, axis=1)
+    assert 0.02 < shift.max()
+    corners = moved.points[moved.corners]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    assert (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).min() > 0.0
+    assert np.array_equal(distorted(mesh, body.distortion, body.seed).points, moved.points)
+
+
+def test_what_hangs_is_ended():
+    with pytest.raises(TimeIsUp), time_limit(0.05):
+        until = time.process_time() + 10.0
+        while time.process_time() < until:
+            pass
+
+
+def test_methods_are_told_apart_in_the_counts():
+    assert METHODS[0] == PRODUCTION
+    assert len(set(METHODS)) == 4
+    assert stability.SOLVED_SHARE == 0.99
