@@ -1,188 +1,262 @@
-"""Speed against accuracy: error of forces and gage strains against wall time, mesh by mesh."""
+"""Work-precision diagrams: errors of forces, stick ratio and gage strains against wall time."""
 
 from __future__ import annotations
 
 import csv
+import json
 import os
-import platform
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
+from fingerdesign.bench.machine import machine
+from fingerdesign.bench.precision_plan import (
+    CHARTS,
+    REFERENCES,
+    Chart,
+    Group,
+    Line,
+    Reference,
+)
+from fingerdesign.bench.precision_run import STAGES, Method, Run, errors, measured
+from fingerdesign.errors import SolverError
 
-from fingerdesign.contact.objects import Plane
-from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.design.io import load_design, with_values
-from fingerdesign.design.layout import crest_height
-from fingerdesign.design.schema import Design
-from fingerdesign.design.starter import shipped_path
-
-Array = NDArray[np.float64]
 Tell = Callable[[str], None]
+Errors = tuple[float, float, float, float]
 
-# A finger with three of the reference finger's plates, so that a much finer mesh can be afforded.
-VALUES = {
-    "body.depth_mm": 6.0,
-    "plates.placement": [[-1.5, 7.0, 45.0], [0.0, 7.0, 45.0], [1.5, 7.0, 45.0]],
-    "plates.span_mm": 6.0,
+QUANTITIES = {
+    "normal_force_error": "normal force, relative",
+    "tangential_force_error": "tangential force, relative",
+    "stick_ratio_error": "stick ratio, absolute",
+    "gage_error": "gage strain, of the largest",
 }
-ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
-SECTIONS = (0.4, 0.2, 0.1, 0.05, 0.025)  # mm, contact facets; plates and the rest in proportion
-EXTRUDED = (0.8, 0.6, 0.45, 0.35, 0.25)
-TETRAHEDRA = (0.8, 0.6, 0.45, 0.35)
-FINEST = {"plane strain": 0.0125, "3-D": 0.17}
+NORM = (
+    "Error: the worst of five increments; gages: membrane strain of three plates, relative to the "
+    "largest reading of the increment"
+)
+TIMED = (
+    "Time: design to last increment in a process that has made one run before (imports and the "
+    "mesher's own start are left out), no cache; the least of 2 to 3 runs where they are short"
+)
+OFF_THE_CHART = 3.0  # an error as large tells that there is no answer, and needs no place
+_LARGE = 0.02  # of F_n: what is still this far off on its finest mesh does not converge
 
 
 @dataclass(frozen=True)
 class Point:
-    """One mesh: seconds from mesh to last increment, and errors against the finest mesh."""
+    """One run in one line of a chart. Errors are None where it failed; ``failure`` says why."""
 
-    method: str
+    chart: str
+    group: str
+    line: str
+    reference: str
     size_mm: float
+    element: str
     dofs: int
+    contact_nodes: int
     seconds: float
-    normal_force_error: float
-    tangential_force_error: float
-    stick_ratio_error: float
-    gage_error: float
+    geometry_s: float
+    mesh_s: float
+    assemble_s: float
+    condense_s: float
+    increments_s: float
+    runs: int
+    normal_force_error: float | None
+    tangential_force_error: float | None
+    stick_ratio_error: float | None
+    gage_error: float | None
+    failure: str = ""
+
+    def error(self, key: str) -> float | None:
+        """The error of one of QUANTITIES."""
+        value: float | None = getattr(self, key)
+        return value
 
 
-def measure_precision(tell: Tell = lambda message: None) -> list[Point]:
-    """All points; the reference of plane strain is a finer section, that of 3-D a finer extrusion.
+@dataclass(frozen=True)
+class Precision:
+    """Everything that the diagrams show.
 
-    Force errors are relative, stick ratios absolute, gage strains relative to the largest reading
-    of the increment; each is the worst over the increments.
+    doubts: how far the two references of each (chart, group) differ, in the order of QUANTITIES.
+    remarks: what failed or does not converge, by chart.
     """
-    points = []
-    families = (
-        ("plane strain", "plane strain", SECTIONS),
-        ("3-D", "3-D extruded", EXTRUDED),
-        ("3-D", "3-D pytetwild", TETRAHEDRA),
+
+    points: tuple[Point, ...]
+    doubts: dict[tuple[str, str], Errors]
+    remarks: dict[str, tuple[str, ...]]
+    references: dict[str, Run]
+    machine: dict[str, Any]
+    charts: tuple[Chart, ...]
+    seconds: float
+    cpu_seconds: float
+    quick: bool
+
+
+def measure_precision(
+    tell: Tell = lambda message: None,
+    quick: bool = False,
+    charts: Sequence[Chart] = CHARTS,
+    references: Sequence[Reference] = REFERENCES,
+) -> Precision:
+    """All points of ``charts``: about ten minutes of processor time; ``quick``: about one.
+
+    A run that fails is a point with its reason. Raises SolverError where a reference fails.
+    """
+    began, used = time.perf_counter(), _processor_seconds()
+    found_machine = machine()
+    wanted = {name for chart in charts for group in chart.groups for name in _names(group)}
+    kept: dict[tuple[Method, float], Run] = {}
+
+    def run(method: Method, size: float, repeat: bool) -> Run:
+        key = (method, size)
+        if key not in kept:
+            tell(f"{describe(method)}, {size:g} mm")
+            kept[key] = measured(method, size, repeat)
+        return kept[key]
+
+    measured(Method("plane strain"), 0.4, repeat=False)  # warms imports and the mesher's process
+    solved: dict[str, Run] = {}
+    for each in references:
+        if each.name in wanted:
+            result = run(each.method, each.quick_size_mm if quick else each.size_mm, False)
+            if result.answers is None:
+                raise SolverError(f"the reference {each.name} failed: {result.failure}")
+            solved[each.name] = result
+    points: list[Point] = []
+    doubts: dict[tuple[str, str], Errors] = {}
+    remarks: dict[str, tuple[str, ...]] = {}
+    for chart in charts:
+        said: list[str] = []
+        for group in chart.groups:
+            first, second = (solved[name].answers for name in group.doubt)
+            assert first is not None
+            assert second is not None
+            doubts[chart.key, group.heading] = errors(first, second)
+            for line in group.lines:
+                sizes = line.sizes[: line.quick] if quick else line.sizes
+                new = [
+                    _point(chart, group, line, run(line.method, size, not quick), solved)
+                    for size in sizes
+                ]
+                points += new
+                said += _remarks(group, line, new)
+        remarks[chart.key] = tuple(said)
+    return Precision(
+        tuple(points),
+        doubts,
+        remarks,
+        solved,
+        found_machine,
+        tuple(charts),
+        time.perf_counter() - began,
+        _processor_seconds() - used,
+        quick,
     )
-    finest: dict[str, Array] = {}
-    for kind, method, sizes in families:
-        if kind not in finest:
-            tell(f"{kind}: the finest mesh")
-            finest[kind] = _solve("3-D extruded" if kind == "3-D" else kind, FINEST[kind])[0]
-        for size in sizes:
-            tell(f"{method}, {size:g} mm")
-            found, dofs, seconds = _solve(method, size)
-            points.append(Point(method, size, dofs, seconds, *_errors(found, finest[kind])))
-    return points
 
 
-def write_precision(points: list[Point], folder: Path) -> list[Path]:
-    """precision.csv and precision.png."""
+def write_precision(found: Precision, folder: Path) -> list[Path]:
+    """precision.csv, precision.json and a picture a chart, and one of the stages."""
+    from fingerdesign.bench.precision_chart import draw_chart, draw_stages
+
     folder.mkdir(parents=True, exist_ok=True)
-    table = folder / "precision.csv"
+    table, record = folder / "precision.csv", folder / "precision.json"
     with table.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(asdict(points[0])), lineterminator="\n")
+        writer = csv.DictWriter(stream, list(asdict(found.points[0])), lineterminator="\n")
         writer.writeheader()
-        writer.writerows(asdict(point) for point in points)
-    chart = folder / "precision.png"
-    _draw(points, chart)
-    return [table, chart]
+        writer.writerows(asdict(point) for point in found.points)
+    record.write_text(json.dumps(_record(found), indent=1, allow_nan=False) + "\n", "utf-8")
+    pictures = []
+    for chart in found.charts:
+        pictures.append(folder / f"precision-{chart.key}.png")
+        draw_chart(found, chart, pictures[-1])
+    pictures.append(folder / "precision-stages.png")
+    draw_stages(found, pictures[-1])
+    return [table, record, *pictures]
 
 
-def _solve(method: str, size: float) -> tuple[Array, int, float]:
-    """Rows (k, 3 + gages) of F_n, F_t, stick ratio and membrane readings; dofs; seconds."""
-    from fingerdesign.design.contact_zone import candidate_zone
-    from fingerdesign.design.scene import SceneObject
-    from fingerdesign.fem.model import build_model
-    from fingerdesign.mesh.extrude import extrude
-    from fingerdesign.mesh.section import mesh_section
-    from fingerdesign.mesh.tetwild import tetrahedralise
-    from fingerdesign.pipeline import one_thread
-
-    design = _sized(method, size)
-    zone = candidate_zone(design, SceneObject(), ROWS[-1][0]).half_width
-    start = time.perf_counter()
-    if method == "plane strain":
-        mesh = mesh_section(design, zone)
-    elif method == "3-D extruded":
-        mesh = extrude(design, zone)
-    else:
-        mesh = tetrahedralise(design, zone, use_cache=False)
-    model = build_model(design, mesh, zone).reduced
-    problem = contact_problem(model, Plane(crest_height(design.body)), 0.5)
-    with one_thread():
-        steps = list(follow(problem, [Motion(*row) for row in ROWS]))
-    seconds = time.perf_counter() - start
-    rows = [
-        [
-            s.measures.normal_force,
-            s.measures.tangential_force,
-            s.measures.stick_ratio or 0.0,
-            *s.measures.gages.mean(axis=1),
-        ]
-        for s in steps
-    ]
-    return np.array(rows), mesh.points.size, seconds
+def describe(method: Method) -> str:
+    """A method in words."""
+    plates = "" if method.plates == "solid" else f", plates: {method.plates}"
+    element = "" if method.element == "auto" else f", {method.element}"
+    full = ", full at each iteration" if method.solve == "full" else ""
+    return f"{method.kind}{element}, nu = {method.poissons_ratio:g}{plates}{full}"
 
 
-def _sized(method: str, size: float) -> Design:
-    design = with_values(load_design(shipped_path("maeno2000")), VALUES)
-    if method == "plane strain":
-        values = {
-            "mesh.section.contact_size_mm": size,
-            "mesh.section.plate_size_mm": size,
-            "mesh.section.plate_end_size_mm": 0.4 * size,
-            "mesh.section.far_size_mm": 10 * size,
-        }
-    else:
-        values = {
-            "mesh.contact_size_mm": size,
-            "mesh.plate_size_mm": size,
-            "mesh.far_size_mm": 3.5 * size,
-            "mesh.layers": max(2, round(2.2 / size)),
-        }
-    return with_values(design, values)
+def _names(group: Group) -> set[str]:
+    return {*group.doubt, *(line.reference for line in group.lines)}
 
 
-def _errors(found: Array, finest: Array) -> tuple[float, float, float, float]:
-    sheared = np.array([row[1] > 0 for row in ROWS])
-    normal = np.abs(found[:, 0] / finest[:, 0] - 1.0).max()
-    tangential = np.abs(found[sheared, 1] / finest[sheared, 1] - 1.0).max()
-    stick = np.abs(found[:, 2] - finest[:, 2]).max()
-    largest = np.abs(finest[:, 3:]).max(axis=1, keepdims=True)
-    gage = (np.abs(found[:, 3:] - finest[:, 3:]) / largest).max()
-    return float(normal), float(tangential), float(stick), float(gage)
-
-
-def _draw(points: list[Point], path: Path) -> None:
-    from matplotlib.figure import Figure
-
-    names = {
-        "normal_force_error": "normal force, relative",
-        "tangential_force_error": "tangential force, relative",
-        "stick_ratio_error": "stick ratio, absolute",
-        "gage_error": "gage strain, of the largest",
-    }
-    marks = {"plane strain": "o-", "3-D extruded": "s--", "3-D pytetwild": "^:"}
-    figure = Figure(figsize=(8, 6), layout="constrained")
-    axes = figure.subplots(2, 2, sharex=True)
-    for ax, (key, title) in zip(axes.flat, names.items(), strict=True):
-        for method, mark in marks.items():
-            line = [point for point in points if point.method == method]
-            ax.loglog(
-                [p.seconds for p in line], [getattr(p, key) for p in line], mark, label=method
-            )
-        ax.set_title(title, fontsize=9)
-        ax.grid(True, which="both", alpha=0.25)
-        ax.tick_params(labelsize=8)
-        ax.set_ylim(1e-4, 1e-1)
-    for ax in axes[1]:
-        ax.set_xlabel("seconds, mesh to last increment", fontsize=8)
-    for ax in axes[:, 0]:
-        ax.set_ylabel("worst error over 5 increments", fontsize=8)
-    axes[0, 0].legend(fontsize=8)
-    figure.suptitle(
-        f"reference: the finest mesh of the kind; {os.cpu_count()} cores, {platform.machine()}, "
-        "imports warm, caches cold",
-        fontsize=8,
+def _point(chart: Chart, group: Group, line: Line, run: Run, solved: dict[str, Run]) -> Point:
+    reference = solved[line.reference].answers
+    assert reference is not None
+    normal, tangential, stick, gage = (
+        (None,) * 4 if run.answers is None else errors(run.answers, reference)
     )
-    figure.savefig(path, dpi=130)
+    stages = {f"{name}_s": run.seconds.get(name, 0.0) for name in STAGES}
+    return Point(
+        chart=chart.key,
+        group=group.heading,
+        line=line.label,
+        reference=line.reference,
+        size_mm=run.size_mm,
+        element=run.element,
+        dofs=run.dofs,
+        contact_nodes=run.contact_nodes,
+        seconds=run.total,
+        runs=run.runs,
+        normal_force_error=normal,
+        tangential_force_error=tangential,
+        stick_ratio_error=stick,
+        gage_error=gage,
+        failure=run.failure,
+        **stages,
+    )
+
+
+def _remarks(group: Group, line: Line, points: Sequence[Point]) -> list[str]:
+    """What failed, and what its finest mesh leaves."""
+    name = f"{line.label} ({group.heading})"
+    said = [f"{name}, {p.size_mm:g} mm: failed: {p.failure}" for p in points if p.failure]
+    last = [point for point in points if not point.failure][-1:]
+    for point in last:
+        worst = point.normal_force_error
+        if worst is not None and worst > _LARGE:
+            left = f"F_n still {worst:.0%} off at {point.size_mm:g} mm ({point.dofs} dofs)"
+            said.append(f"{name}: {line.floor}: {left}" if line.floor else f"{name}: {left}")
+        if point.gage_error is not None and point.gage_error > OFF_THE_CHART:
+            said.append(f"{name}: gage strain {point.gage_error:.0f} times off, off the chart")
+    return said
+
+
+def _record(found: Precision) -> dict[str, Any]:
+    return {
+        "machine": found.machine,
+        "norm": NORM,
+        "timed": TIMED,
+        "quick": found.quick,
+        "seconds": round(found.seconds, 1),
+        "processor_seconds": round(found.cpu_seconds, 1),
+        "references": {
+            name: {
+                "method": describe(run.method),
+                "element": run.element,
+                "size_mm": run.size_mm,
+                "dofs": run.dofs,
+                "seconds": round(run.total, 2),
+            }
+            for name, run in found.references.items()
+        },
+        "references_differ": [
+            {"chart": chart, "group": group, **dict(zip(QUANTITIES, values, strict=True))}
+            for (chart, group), values in found.doubts.items()
+        ],
+        "remarks": found.remarks,
+    }
+
+
+def _processor_seconds() -> float:
+    """Of this process and of those that it started and that have ended."""
+    times = os.times()
+    return float(times.user + times.system + times.children_user + times.children_system)

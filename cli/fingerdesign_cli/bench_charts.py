@@ -1,0 +1,134 @@
+"""The parts of ``fingerdesign bench`` that draw: precision, speed, stability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import (
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.bench.check import Check
+
+out_option = click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    callback=output_folder,
+    required=True,
+    help="Written here.",
+)
+quick_option = click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute.")
+
+
+def show_checks(
+    title: str, checks: Sequence[Check], paths: Sequence[Path], quiet: bool, as_json: bool
+) -> int:
+    """Print what was asked against what was measured; 1 where something falls short."""
+    if as_json:
+        print_json([check.as_dict() for check in checks])
+    elif not quiet:
+        headings = ["number", "asked at most", "measured", ""]
+        print_table(title, headings, [check.row() for check in checks])
+        _name(paths)
+    return 0 if all(check.holds for check in checks) else 1
+
+
+@click.command(
+    "precision", short_help="Errors against seconds, a line a method (12 min; --quick 1)."
+)
+@out_option
+@quick_option
+@output_options
+def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
+    """Errors against seconds, a line a method.
+
+    Forces, stick ratio and gage strain of one finger: P1, P2 and mixed elements; plane strain and
+    3-D; extruded and by fTetWild; condensed and solved in full; solid plates, sheets and none.
+    """
+    from fingerdesign.bench.precision import measure_precision, write_precision
+
+    with progress("bench precision", quiet or as_json) as tell:
+        found = measure_precision(tell, quick)
+    paths = write_precision(found, folder)
+    if as_json:
+        print_json([asdict(point) for point in found.points])
+    elif not quiet:
+        headings = ["chart", "method", "facets mm", "dofs", "s", "F_n", "F_t", "stick", "gages"]
+        rows = [
+            [
+                point.chart,
+                f"{point.line} ({point.group})",
+                f"{point.size_mm:g}",
+                str(point.dofs),
+                f"{point.seconds:.2f}",
+                *(
+                    "failed" if error is None else f"{error:.1e}"
+                    for error in (
+                        point.normal_force_error,
+                        point.tangential_force_error,
+                        point.stick_ratio_error,
+                        point.gage_error,
+                    )
+                ),
+            ]
+            for point in found.points
+        ]
+        print_table("Errors against much finer references", headings, rows)
+        for said in found.remarks.values():
+            for remark in said:
+                click.echo(remark)
+        _name(paths)
+
+
+@click.command(
+    "speed", short_help="Seconds, memory, growth, against what was asked (8 min; --quick 1)."
+)
+@out_option
+@quick_option
+@output_options
+def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
+    """Seconds, memory and their growth, against what was asked."""
+    from fingerdesign.bench.speed import measure_speed, write_speed
+
+    with progress("bench speed", quiet or as_json) as tell:
+        found = measure_speed(tell, quick)
+    paths = write_speed(found, folder)
+    code = show_checks("Speed", found.checks, paths, quiet, as_json)
+    if not (quiet or as_json):
+        for law in found.laws:
+            click.echo(f"{law.kind}: {law.quantity} grows with {law.against}^{law.exponent:.2f}")
+    return code
+
+
+@click.command("stability", short_help="Hard cases through every method (4 min; --quick 1).")
+@out_option
+@quick_option
+@output_options
+def stability(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
+    """Hard cases through every method, judged and mapped."""
+    from fingerdesign.bench.stability import measure_stability, write_stability
+
+    with progress("bench stability", quiet or as_json) as tell:
+        found = measure_stability(tell, quick)
+    paths = write_stability(found, folder)
+    return show_checks("Stability", found.checks(), paths, quiet, as_json)
+
+
+def _name(paths: Sequence[Path]) -> None:
+    for path in paths:
+        click.echo(str(path))
+
+
+COMMANDS = (precision, speed, stability)

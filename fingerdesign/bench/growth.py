@@ -1,0 +1,110 @@
+"""How time and memory grow with the model: power laws fitted to a series of meshes, and drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.bench.machine import caption
+from fingerdesign.report.style import PAPER, SERIES, canvas, house_style
+
+
+@dataclass(frozen=True)
+class Size:
+    """One mesh of a series: its model's seconds and peak memory, and seconds an increment.
+
+    Times are the least of the runs; ``cold_s`` is the whole first run of a new process.
+    memory_MB: beyond the ``base_MB`` of the process before the case.
+    """
+
+    kind: str
+    dofs: int
+    contact_nodes: int
+    mesh_s: float
+    assemble_s: float
+    condense_s: float
+    model_s: float
+    increment_s: float
+    worst_increment_s: float
+    total_s: float
+    cold_s: float
+    memory_MB: float
+    base_MB: float
+
+
+@dataclass(frozen=True)
+class Growth:
+    """y = factor x^exponent, fitted in logarithms over the series of one kind."""
+
+    kind: str
+    quantity: str
+    against: str
+    exponent: float
+    factor: float
+
+
+# quantity of a Size -> what it grows with, and in words
+LAWS = (
+    ("model_s", "dofs", "model, s"),
+    ("memory_MB", "dofs", "peak memory of the model, MB"),
+    ("increment_s", "contact_nodes", "mean increment, s"),
+)
+
+
+def fit(kind: str, sizes: Sequence[Size]) -> list[Growth]:
+    """The power laws of one kind's series, where it has two different sizes or more."""
+    mine = [each for each in sizes if each.kind == kind]
+    laws = []
+    for quantity, against, _ in LAWS:
+        if len({getattr(each, against) for each in mine}) < 2:
+            continue
+        x = np.log([getattr(each, against) for each in mine])
+        y = np.log([max(getattr(each, quantity), 1e-9) for each in mine])
+        exponent, level = np.polyfit(x, y, 1)
+        laws.append(Growth(kind, quantity, against, float(exponent), float(np.exp(level))))
+    return laws
+
+
+def draw_growth(
+    sizes: Sequence[Size], laws: Sequence[Growth], machine: dict[str, Any], path: Path
+) -> None:
+    """Model time and memory against dofs, increment time against contact nodes, log-log."""
+    kinds = list(dict.fromkeys(each.kind for each in sizes))
+    with house_style():
+        figure = canvas(12.5, 4.3)
+        parts: Any = figure.subfigures(2, 1, height_ratios=[3.6, 0.7])
+        top, bottom = parts
+        row = top.subplots(1, len(LAWS))
+        for axes, (quantity, against, words) in zip(row, LAWS, strict=True):
+            for number, kind in enumerate(kinds):
+                colour, dashes, marker = SERIES[number % len(SERIES)]
+                mine = [each for each in sizes if each.kind == kind]
+                x = [getattr(each, against) for each in mine]
+                law = [e for e in laws if e.kind == kind and e.quantity == quantity]
+                label = f"{kind}: power {law[0].exponent:.2f}" if law else kind
+                axes.plot(
+                    x,
+                    [getattr(each, quantity) for each in mine],
+                    color=colour,
+                    linestyle="none",
+                    marker=marker,
+                    label=label,
+                )
+                if law:
+                    ends = np.array([min(x), max(x)], dtype=float)
+                    fitted = law[0].factor * ends ** law[0].exponent
+                    axes.plot(ends, fitted, color=colour, linestyle=dashes)
+            axes.set_xscale("log")
+            axes.set_yscale("log")
+            axes.set_title(words)
+            axes.set_xlabel(against.replace("_", " "))
+            axes.legend(loc="best", fontsize=8)
+        said = "One process a mesh; times: the least of its runs, imports left out, no cache."
+        bottom.text(
+            0.008, 0.95, f"{said}\n{caption(machine)}", va="top", fontsize=7.5, linespacing=1.3
+        )
+        figure.savefig(path, dpi=110, facecolor=PAPER)

@@ -1,0 +1,122 @@
+"""Work-precision diagrams: a short one of its own, what is written, and how failures are named."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from fingerdesign.bench import precision_run
+from fingerdesign.bench.precision import QUANTITIES, measure_precision, write_precision
+from fingerdesign.bench.precision_plan import CHARTS, REFERENCES, Chart, Group, Line, Reference
+from fingerdesign.bench.precision_run import STAGES, Method, errors, measured, sized
+from fingerdesign.errors import MeshError, SolverError
+
+REFERENCE = Method("plane strain", "mixed")
+LINES = (
+    Line("P2", Method("plane strain", "P2"), (0.8, 0.4), "fine"),
+    Line("P1", Method("plane strain", "P1", 0.4999), (0.8,), "fine", "locks"),
+    Line("broken", Method("extruded", "P2"), (0.8,), "fine"),
+)
+CHART = Chart("short", "A short chart", (Group("all", LINES, ("fine", "other")),))
+MADE = (
+    Reference("fine", REFERENCE, 0.2, 0.2),
+    Reference("other", Method("plane strain", "P2"), 0.2, 0.2),
+)
+
+
+@pytest.fixture(scope="module")
+def found():
+    whole = precision_run.run_once
+
+    def run_once(method, size):
+        if method.kind == "extruded":
+            raise MeshError("no mesh today")
+        return whole(method, size)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(precision_run, "run_once", run_once)
+        yield measure_precision(quick=True, charts=[CHART], references=MADE)
+
+
+def test_points_stages_and_errors(found):
+    assert [(p.line, p.size_mm) for p in found.points] == [
+        ("P2", 0.8),
+        ("P2", 0.4),
+        ("P1", 0.8),
+        ("broken", 0.8),
+    ]
+    good = found.points[0]
+    assert good.element == "P2"
+    assert good.dofs > 1000
+    parts = sum(getattr(good, f"{stage}_s") for stage in STAGES)
+    assert good.seconds == pytest.approx(parts)
+    assert good.geometry_s == 0.0
+    assert all(0.0 < good.error(key) < 0.2 for key in QUANTITIES)
+    assert found.doubts["short", "all"][0] > 0.0
+
+
+def test_failures_and_locking_are_named(found):
+    failed = found.points[-1]
+    assert failed.failure == "no mesh today"
+    assert failed.normal_force_error is None
+    said = found.remarks["short"]
+    assert any(each.startswith("P1 (all): locks: F_n still") for each in said)
+    assert "broken (all), 0.8 mm: failed: no mesh today" in said
+
+
+def test_what_is_written(found, tmp_path):
+    paths = write_precision(found, tmp_path)
+    names = ["precision.csv", "precision.json", "precision-short.png", "precision-stages.png"]
+    assert [path.name for path in paths] == names
+    assert all(path.stat().st_size > 0 for path in paths)
+    with paths[0].open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 4
+    assert {"chart", "line", "seconds", "mesh_s", "gage_error", "failure"} <= set(rows[0])
+    assert rows[-1]["failure"] == "no mesh today"
+    record = json.loads(paths[1].read_text("utf-8"))
+    assert record["references"]["fine"]["element"] == "mixed"
+    assert "processor" in record["machine"]
+    assert record["remarks"]["short"]
+
+
+def test_a_reference_that_fails_is_an_error(monkeypatch):
+    def run_once(method, size):
+        raise MeshError("no mesh today")
+
+    monkeypatch.setattr(precision_run, "run_once", run_once)
+    with pytest.raises(SolverError, match="the reference fine failed: no mesh today"):
+        measure_precision(quick=True, charts=[CHART], references=MADE)
+
+
+def test_errors_by_hand():
+    reference = np.column_stack(
+        [np.full(5, 2.0), np.full(5, 1.0), np.full(5, 0.5), np.full(5, 4.0)]
+    )
+    found = reference.copy()
+    found[1] = [2.2, 3.0, 0.4, 4.4]  # not sheared yet: its F_t does not count
+    found[3, 1] = 1.05
+    assert errors(found, reference) == pytest.approx((0.1, 0.05, 0.1, 0.1))
+
+
+def test_short_runs_are_repeated():
+    run = measured(Method("plane strain", "P2", plates="none"), 0.8)
+    assert run.runs == 3
+    assert measured(Method("plane strain", "P2", plates="none"), 0.8, repeat=False).runs == 1
+
+
+def test_the_plan_is_whole():
+    """Every line is judged by a finer reference that exists, of another method than its own."""
+    by_name = {each.name: each for each in REFERENCES}
+    for chart in CHARTS:
+        for group in chart.groups:
+            assert {*group.doubt} <= set(by_name)
+            for line in group.lines:
+                judge = by_name[line.reference]
+                assert judge.method != line.method
+                if judge.method.kind != "plane strain" and line.method.kind == "plane strain":
+                    assert line.floor  # the model's own error is what it shows
+                else:
+                    assert judge.size_mm <= min(line.sizes)
+                assert sized(line.method, line.sizes[0]).mesh.element == line.method.element

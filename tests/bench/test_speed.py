@@ -1,0 +1,85 @@
+"""Speeds: the worker's record, power laws, what is asked against what is measured."""
+
+import json
+
+import pytest
+
+from fingerdesign.bench.growth import Size, fit
+from fingerdesign.bench.machine import caption, machine
+from fingerdesign.bench.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
+from fingerdesign.errors import SolverError
+
+
+def size(kind=PLANE, dofs=1000, nodes=10, **given):
+    values = {
+        "mesh_s": 0.1,
+        "assemble_s": 0.1,
+        "condense_s": 0.1,
+        "model_s": 1e-5 * dofs**1.5,
+        "increment_s": 1e-6 * nodes**2,
+        "worst_increment_s": 1.0,
+        "total_s": 0.5,
+        "cold_s": 0.6,
+        "memory_MB": 0.01 * dofs,
+        "base_MB": 100.0,
+    }
+    return Size(kind=kind, dofs=dofs, contact_nodes=nodes, **(values | given))
+
+
+def test_a_case_in_a_process_of_its_own():
+    case = {"fidelity": "plane-strain", "contact": 0.4, "far": 2.0, "layers": 1, "runs": 2}
+    found = run_case(case)
+    assert found["memory_MB"] >= found["base_MB"] > 10
+    assert len(found["runs"]) == 2
+    run = found["runs"][0]
+    assert len(run["increments"]) == 16
+    assert run["total"] >= run["model"] >= run["mesh"] + run["assemble"] + run["condense"]
+
+
+def test_a_grip_has_200_moves_or_more():
+    values = {"mesh.section.contact_size_mm": 0.4, "mesh.section.plate_size_mm": 0.4}
+    found = run_case({"grip": True, "fidelity": "plane-strain", "runs": 1, "values": values})
+    run = found["runs"][0]
+    assert run["moves"] >= 200
+    assert run["per_200"] == pytest.approx(run["seconds"] * 200 / run["moves"])
+
+
+def test_a_case_that_fails_says_why():
+    with pytest.raises(SolverError, match="failed: KeyError: 'contact'"):
+        run_case({"fidelity": "plane-strain", "runs": 1})
+
+
+def test_power_laws():
+    laws = fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000, 9000)])
+    exponents = {law.quantity: law.exponent for law in laws}
+    assert exponents == pytest.approx({"model_s": 1.5, "memory_MB": 1.0, "increment_s": 2.0})
+    assert fit(SPACE, [size()]) == []
+
+
+def test_what_is_asked_and_written(tmp_path):
+    plane = [size(dofs=n) for n in (1000, 5000, 33000)]
+    space = [size(SPACE, n, 500, increment_s=0.05) for n in (1e3, 1e4, 5e4, 100_000, 200_000)]
+    grips = {PLANE: {"contact_nodes": 100, "runs": [{"per_200": 0.5}, {"per_200": 0.3}]}}
+    checks = _checks([*plane, *space], grips)
+    verdicts = {check.name: check.holds for check in checks}
+    assert verdicts["3-D, 100000 dofs, 500 contact nodes: mean increment, warm"] is False
+    assert verdicts["plane strain, 33000 dofs, nu = 0.49: mesh to last of 16 increments, warm"]
+    assert verdicts["3-D, 200000 dofs: peak memory of the process"]
+    grip = "plane strain, maeno2000, 100 contact nodes: 200 steps of a grip (model apart), warm"
+    assert verdicts[grip]
+    assert len(_checks(plane[:1], {})) == 0
+    laws = tuple(fit(PLANE, plane))
+    found = Speed((*plane, *space), laws, grips, tuple(checks), machine(), 1.0, True)
+    paths = write_speed(found, tmp_path)
+    assert [path.name for path in paths] == ["speed.csv", "speed.json", "speed.png"]
+    record = json.loads(paths[1].read_text("utf-8"))
+    assert len(record["checks"]) == len(checks)
+    assert record["growth"][0]["exponent"] == pytest.approx(1.5)
+    assert paths[2].stat().st_size > 10_000
+
+
+def test_the_machine_in_words():
+    said = caption(machine())
+    assert "cores" in said
+    assert "numpy" in said
+    assert "mkl" in said

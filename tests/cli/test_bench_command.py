@@ -1,0 +1,82 @@
+"""``fingerdesign bench``: exit codes, files and words; the measuring itself is tested elsewhere."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.bench.check import Check
+from fingerdesign.bench.suite import Suite
+
+
+def test_help_imports_nothing_heavy():
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "fingerdesign_cli.main", "bench", "--help"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={"PYTHONPATH": ":".join(sys.path)},
+    )
+    assert done.returncode == 0
+    for heavy in ("numpy", "matplotlib", "pydantic", "scipy"):
+        assert f" {heavy}\n" not in done.stderr
+    for name in ("precision", "speed", "stability", "reference", "condensation", "verification"):
+        assert f"\n  {name}" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["bench"],
+        ["bench", "--quick"],
+        ["bench", "--out", "there", "precision", "--out", "there"],
+        ["bench", "precision"],
+        ["bench", "speed", "--out"],
+        ["bench", "nonsense"],
+    ],
+)
+def test_wrong_use_is_exit_code_2(arguments, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(arguments) == 2
+    assert "Error" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["precision", "speed", "stability", "condensation"])
+def test_a_file_cannot_be_the_folder(name, tmp_path, capsys):
+    taken = tmp_path / "taken"
+    taken.write_text("", encoding="utf-8")
+    assert main(["bench", name, "--out", str(taken)]) == 2
+    assert str(taken) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("measured", "failures", "code"),
+    [(0.5, {}, 0), (2.0, {}, 1), (0.5, {"speed": "no answer"}, 1)],
+)
+def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys):
+    def run_suite(folder, tell, quick):
+        assert quick
+        tell("at work")
+        check = Check("a number", 1.0, measured, "s")
+        return Suite([folder / "bench.json"], [check], dict(failures))
+
+    monkeypatch.setattr("fingerdesign.bench.suite.run_suite", run_suite)
+    assert main(["bench", "--out", str(tmp_path), "--quick"]) == code
+    shown = capsys.readouterr()
+    assert "a number" in shown.out
+    assert "bench.json" in shown.out
+    assert ("speed failed: no answer" in shown.err) == bool(failures)
+
+
+def test_numbers_are_written_where_asked(tmp_path, monkeypatch, capsys):
+    checks = [Check("hertz", 1.0, 0.5)]
+    monkeypatch.setattr("fingerdesign.bench.verification.verification_checks", lambda: checks)
+    arguments = ["bench", "verification", "--json"]
+    assert main([*arguments, "--out", str(tmp_path)]) == 0
+    assert json.loads(capsys.readouterr().out)[0]["holds"] is True
+    record = json.loads((tmp_path / "verification.json").read_text("utf-8"))
+    assert record["checks"][0]["name"] == "hertz"
+    assert record["machine"]["cores"] >= 1
