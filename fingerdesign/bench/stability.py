@@ -84,7 +84,9 @@ def measure_stability(
         workers = 1
     else:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            jobs = {pool.submit(run_body, body): body for body in bodies}
+            # The longest first.
+            queue = sorted(bodies, key=lambda body: not body.solid)
+            jobs = {pool.submit(run_body, body): body for body in queue}
             for job in as_completed(jobs):
                 name = jobs[job].name
                 outcomes[name] = job.result()

@@ -137,7 +137,7 @@ def hard_bodies() -> tuple[HardBody, ...]:
             "3-D",
             nu,
             _BARE + _SOLID,
-            2.4,
+            3.2,
             0.1,
             load=1.0,
             solid=True,

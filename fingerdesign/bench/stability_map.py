@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 LOOKS: dict[Verdict, tuple[str, str]] = {
     Verdict.RIGHT: ("#cfe8f7", ""),
     Verdict.OTHER: ("#8cc4e8", "u"),
-    Verdict.REFUSED: ("#e6e8eb", "z"),
+    Verdict.REFUSED: ("#d5ecdf", "z"),
     Verdict.FAILED: ("#f3c14b", "F"),
     Verdict.HANG: ("#b0569a", "H"),
     Verdict.WRONG: ("#c8321e", "W"),
@@ -23,7 +23,7 @@ LOOKS: dict[Verdict, tuple[str, str]] = {
 WORDS: dict[Verdict, str] = {
     Verdict.RIGHT: "all right",
     Verdict.OTHER: "u  right, one of several answers",
-    Verdict.REFUSED: "z  refused rightly (zone exhausted)",
+    Verdict.REFUSED: "z  right or refused rightly (none, or beyond the zone)",
     Verdict.FAILED: "F  no answer",
     Verdict.HANG: "H  hang",
     Verdict.WRONG: "W  wrong answer",

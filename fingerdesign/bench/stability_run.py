@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from types import FrameType
 
@@ -64,6 +64,14 @@ class Outcome:
     seconds: float  # of processor time
 
 
+class Witnessed(ZoneExhausted):
+    """A refusal with the answer (m, dim) N that reaches the rim, for the judge to look at."""
+
+    def __init__(self, message: str, force: Array) -> None:
+        super().__init__(message)
+        self.force = force
+
+
 class TimeIsUp(Exception):
     """An increment took longer than its limit."""
 
@@ -87,10 +95,20 @@ def run_case(case: Case, model: ReducedModel) -> list[Outcome]:
 def _production(problem: ContactProblem) -> Stepper:
     state, workspace = ContactState.untouched(problem), Workspace()
 
+    endless = replace(problem, model=replace(problem.model, rim=np.zeros_like(problem.model.rim)))
+
     def step(row: Row) -> tuple[Array, Motion]:
         nonlocal state
-        solve = solve_forces if isinstance(row, Forces) else solve_increment
-        increment = solve(problem, state, row, workspace)  # type: ignore[arg-type]
+        try:
+            if isinstance(row, Forces):
+                increment = solve_forces(problem, state, row, workspace)
+            else:
+                increment = solve_increment(problem, state, row, workspace)
+        except ZoneExhausted as error:
+            if isinstance(row, Forces):
+                raise
+            witness = solve_increment(endless, state, row).force
+            raise Witnessed(str(error), witness) from error
         state = increment.state
         return increment.force, increment.motion
 
@@ -206,8 +224,10 @@ def _of_refusal(
         if not solvable and isinstance(error, NoEquilibrium):
             return Verdict.REFUSED, str(error)
         if isinstance(error, ZoneExhausted) and isinstance(row, Motion):
-            answer = second.to(past, row)
-            if answer is not None and judge.at_rim(answer):
+            answers = [second.to(past, row)]
+            if isinstance(error, Witnessed) and judge.violation(error.force, past, row) <= SHARP:
+                answers.append(error.force)
+            if any(answer is not None and judge.at_rim(answer) for answer in answers):
                 return Verdict.REFUSED, str(error)
         return Verdict.FAILED, str(error)
     return Verdict.FAILED, f"{type(error).__name__}: {error}"

@@ -112,13 +112,14 @@ def fixed_bound(
     compliance: Array,
     offset: Array,
     friction: float,
-    rounds: int = 60,
     tolerance: float = 1e-10,
+    budget: int = 8000,
 ) -> Array | None:
     """Forces (m, dim): p from a bound mu p of the round before until it no longer changes.
 
     Each round minimises 1/2 f C f + w f over p >= 0, |t| <= bound: Haslinger's fixed point. None
-    where the rounds do not settle (they need not for a large friction coefficient).
+    where the rounds do not settle (they need not for a large friction coefficient) within
+    ``budget`` gradient steps in all.
     """
     m, dim = offset.shape
     scale = np.sqrt(np.repeat(np.diag(compliance).reshape(m, dim).max(axis=1), dim))
@@ -128,37 +129,41 @@ def fixed_bound(
     weight = scale[::dim]  # one scale a node keeps its disc round
     force = np.zeros(m * dim)
     bound = np.zeros(m)
-    for _ in range(rounds):
-        force = _descend(matrix, load, step, bound, force, dim)
+    while budget > 0:
+        force, spent = _descend(matrix, load, step, bound, force, dim)
+        budget -= spent
         wanted = friction * force[::dim]
         change = float(np.abs(wanted - bound).max())
         bound = wanted
         if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
-            force = _descend(matrix, load, step, bound, force, dim)
+            force, _ = _descend(matrix, load, step, bound, force, dim)
             return np.asarray(force.reshape(m, dim) / weight[:, None])
     return None
 
 
 def _descend(
     matrix: Array, load: Array, step: float, bound: Array, start: Array, dim: int
-) -> Array:
-    """Projected gradient with momentum, restarted where it overshoots (O'Donoghue, Candes 2015)."""
+) -> tuple[Array, int]:
+    """Projected gradient with momentum, restarted where it overshoots (O'Donoghue, Candes 2015).
+
+    Returns the forces and the steps taken.
+    """
     force, ahead, momentum = start, start, 1.0
-    for _ in range(2000):
+    for count in range(1, 2001):
         new = _admissible(ahead - step * (matrix @ ahead + load), bound, dim)
         moved = new - force
         size = float(np.abs(new).max())
         if float(np.abs(moved).max()) <= 1e-12 * size and float(np.abs(new - ahead).max()) <= (
             1e-12 * size
         ):
-            return new
+            return new, count
         if (ahead - new) @ moved > 0.0:
             momentum, ahead, force = 1.0, new, new
             continue
         following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum**2))
         ahead = new + (momentum - 1.0) / following * moved
         force, momentum = new, following
-    return force
+    return force, count
 
 
 def _admissible(force: Array, bound: Array, dim: int) -> Array:
