@@ -20,7 +20,10 @@ springs as stiff as the plate itself in shear hold
     u_upper - u_lower = -t grad w        (the slope at a node: the mean of its facets')
 
 node by node, so that tractions on the faces act at their arm t/2. What is left out is the plate's
-own warping, and its square ends, which stay plane.
+own warping, and that of its square ends, which stay plane. On maeno2000 (plates nine times as long
+as thick), mixed elements, at complete slip, that makes of the largest reading: membrane 1.0 %, on
+one face 0.9 %; in forces 2e-5; against solid plates on four times the dofs. Linear elements know
+no curvature: with them the penalty alone bends, and a plate is 1.5 times too stiff.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerdesign.design.layout import PlateFrame, crest_height, surface_height
-from fingerdesign.mesh.sheets import room_around
+from fingerdesign.mesh.sheets import line_beyond, room_around
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
@@ -118,7 +118,7 @@ def _add_sheet(
     outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh, room: float
 ) -> None:
     """The mid-line, and beyond its ends a short line within which the square ends will open."""
-    beyond = min(max(sizes.plate_end_size_mm, 0.5 * frame.thickness), 0.8 * room)
+    beyond = line_beyond(frame, room, sizes.plate_end_size_mm)
     along = _stations(frame, gage_length)
     along = [along[0] - beyond, *along, along[-1] + beyond]
     last = len(along) - 1

@@ -41,11 +41,9 @@ def mesh_section(design: Design, zone_half_width: float, sizes: SectionMesh | No
     points, triangles, regions = _drop_unused(points, triangles, regions)
     _check_areas(design.body, () if sheets else frames, points, triangles, regions)
     if sheets:
-        points, triangles = open_sheets(points, triangles, frames, design.body)
+        end_size = sizes.plate_end_size_mm
+        points, triangles = open_sheets(points, triangles, frames, design.body, end_size)
         regions = np.zeros(len(triangles), dtype=np.int64)
-        flipped = _areas(points, triangles) <= 0.0
-        if flipped.any():
-            raise MeshError(f"{int(flipped.sum())} triangles inverted where plates were opened")
     nodes, cells = quadratic(points, triangles)
     slots = sheet_facets(nodes, cells, frames) if sheets else {}
     facets = _classify(design.body, nodes, cells, slots) | slots

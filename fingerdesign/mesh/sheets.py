@@ -3,12 +3,14 @@
 The mesh is made with each plate as a line, which asks for no element of the plate's thickness. Then
 every line is cut into an upper and a lower face, the faces are moved t/2 apart, and the triangles
 around are squeezed to make room: beyond a reach R from the mid-line nothing moves. The plate's
-square ends open between the line's last vertex and the next one on a short line beyond it. So the
-rubber has its true shape, and the plate is the slot, which structural elements fill (fem/sheet.py).
+square ends open along a short line beyond each end, which is cut too and filled with triangles. So
+the rubber has its true shape, and the plate is the slot, which structural elements fill
+(fem/sheet.py).
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,56 +31,92 @@ _ON = 1e-9  # mm: the mesher's vertices lie on their lines to rounding
 _FILLED = 1e-8  # relative: what is missing is a facet or nothing
 _SHARE = 0.98  # of the room around a mid-line
 _LEAST_REACH = 1.2  # times t/2: triangles next to the plate keep a sixth of their height
-_MOST_REACH = 8.0  # times t/2
+_MOST_REACH = 8.0  # times t/2; triangles there keep seven eighths
 
 
 def open_sheets(
-    points: Array, triangles: IntArray, frames: tuple[PlateFrame, ...], body: Body
+    points: Array,
+    triangles: IntArray,
+    frames: tuple[PlateFrame, ...],
+    body: Body,
+    end_size: float,
 ) -> tuple[Array, IntArray]:
     """Cut a linear mesh along the plates' mid-lines and open each slot to the plate's thickness.
 
-    The vertices of lower faces are added at the end, in the order of those above. Raises MeshError
-    where a line is missing from the mesh or has too little room.
+    ``end_size``: the triangles' at the plates' ends, mm. The vertices of lower faces are added at
+    the end, in the order of those above. Raises MeshError where a line is missing from the mesh or
+    has too little room, and where a triangle would be turned over.
     """
-    moved, cells = points.copy(), triangles.copy()
+    moved, cells = points.copy(), [triangles.copy()]
     extra: list[Array] = []
-    wedges: list[list[int]] = []
     count = len(points)
     for frame in frames:
-        along, off = frame.local(points).T
-        half, rise = 0.5 * frame.length, 0.5 * frame.thickness
-        axis = np.flatnonzero(np.abs(off) < _ON)
-        line = axis[np.abs(along[axis]) < half + _ON]
-        beyond = [_next_on(axis, sign * along, half, frame) for sign in (1.0, -1.0)]
-        tips = [line[np.argmax(sign * along[line])] for sign in (1.0, -1.0)]
-        reach = _SHARE * room_around(frame, frames, body)
-        reach = min(reach, _MOST_REACH * rise)
-        moved += _shift(frame, points, reach, [abs(along[node]) - half for node in beyond])
-        moved[line] = points[line] + rise * frame.normal
-        extra.append(points[line] - rise * frame.normal)
+        room = room_around(frame, frames, body)
+        beyond = line_beyond(frame, room, end_size)
+        reach = min(_SHARE * room, max(_MOST_REACH * 0.5 * frame.thickness, 1.2 * beyond))
+        shift = _opening(frame, points, reach, beyond)
+        chain = _on_axis(frame, points, beyond)
+        cut = chain[1:-1]
+        moved += shift * np.sign(frame.local(points)[:, 1:]) * frame.normal
+        moved[cut] = points[cut] + shift[cut] * frame.normal
+        extra.append(points[cut] - shift[cut] * frame.normal)
         lower = np.arange(len(points))
-        lower[line] = count + np.arange(len(line))
-        below = off[triangles].sum(axis=1) < 0.0
-        below &= np.isin(triangles, line).any(axis=1)
-        near = np.abs(along[triangles]).min(axis=1) < half + _ON
-        cells[below & near] = np.where(
-            np.isin(triangles[below & near], line),
-            lower[triangles[below & near]],
-            cells[below & near],
+        lower[cut] = count + np.arange(len(cut))
+        below = frame.local(points)[:, 1][triangles].sum(axis=1) < 0.0
+        below &= np.isin(triangles, cut).any(axis=1)
+        split = np.isin(triangles, cut) & below[:, None]
+        cells[0][split] = lower[triangles[split]]
+        cells.append(_ends_filled(frame, points, chain, lower))
+        count += len(cut)
+    opened, whole = np.vstack([moved, *extra]), np.vstack(cells)
+    a, b, c = (opened[whole[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    turned = int((u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] <= 0.0).sum())
+    if turned:
+        raise MeshError(
+            f"{turned} triangles were turned over where plates were opened to their thickness: "
+            "make the sizes in [mesh.section] (in 3-D [mesh]) smaller, or plates.model = 'solid'"
         )
-        # Anticlockwise in the frame's axes: up, down, outward at the near end; and mirrored.
-        wedges.append([int(lower[tips[0]]), int(beyond[0]), int(tips[0])])
-        wedges.append([int(tips[1]), int(beyond[1]), int(lower[tips[1]])])
-        count += len(line)
-    return np.vstack([moved, *extra]), np.vstack([cells, np.array(wedges, dtype=np.int64)])
+    return opened, whole
 
 
-def _next_on(axis: IntArray, along: Array, half: float, frame: PlateFrame) -> int:
-    """The vertex next beyond a plate's end on its axis."""
-    outside = axis[along[axis] > half + _ON]
-    if len(outside) == 0 or not (np.abs(along[axis] - half) < _ON).any():
-        raise MeshError(f"the mesh does not follow plate {frame.index} to its ends")
-    return int(outside[np.argmin(along[outside])])
+def line_beyond(frame: PlateFrame, room: float, end_size: float) -> float:
+    """Length (mm) of the line beyond each end of a plate's mid-line, on which the slot closes."""
+    return min(max(end_size, 0.5 * frame.thickness), 0.8 * room)
+
+
+def _on_axis(frame: PlateFrame, points: Array, beyond: float) -> IntArray:
+    """Vertices on a plate's mid-line and on the lines beyond its ends, from end to end."""
+    along, off = frame.local(points).T
+    half = 0.5 * frame.length
+    axis = np.flatnonzero((np.abs(off) < _ON) & (np.abs(along) < half + beyond + _ON))
+    axis = axis[np.argsort(along[axis])]
+    for place in (-half - beyond, -half, half, half + beyond):
+        if len(axis) == 0 or np.abs(along[axis] - place).min() > _ON:
+            raise MeshError(f"the mesh does not follow plate {frame.index} to its ends")
+    return axis
+
+
+def _ends_filled(frame: PlateFrame, points: Array, chain: IntArray, lower: IntArray) -> IntArray:
+    """Triangles of what opens beyond a plate's square ends, anticlockwise."""
+    along = frame.local(points)[:, 0]
+    made = []
+    for a, b in pairwise(chain):
+        if max(abs(along[a]), abs(along[b])) < 0.5 * frame.length + _ON:
+            continue  # the plate itself
+        if lower[a] != a:
+            made.append([lower[a], b, a])
+        if lower[b] != b:
+            made.append([lower[a], lower[b], b])
+    return np.array(made, dtype=np.int64)
+
+
+def _opening(frame: PlateFrame, points: Array, reach: float, beyond: float) -> Array:
+    """How far (n, 1) points beside a plate make room, mm."""
+    past = np.abs(frame.local(points)[:, 0]) - 0.5 * frame.length
+    fading = np.clip(1.0 - np.maximum(past, 0.0) / beyond, 0.0, 1.0)
+    fading *= np.clip(1.0 - _distance(frame, points) / reach, 0.0, 1.0)
+    return np.asarray(0.5 * frame.thickness * fading[:, None])
 
 
 def room_around(frame: PlateFrame, frames: tuple[PlateFrame, ...], body: Body) -> float:
@@ -113,16 +151,6 @@ def _distance(frame: PlateFrame, points: Array) -> Array:
     along, off = frame.local(points).T
     past = np.maximum(np.abs(along) - 0.5 * frame.length, 0.0)
     return np.asarray(np.hypot(past, off))
-
-
-def _shift(frame: PlateFrame, points: Array, reach: float, beyond: list[float]) -> Array:
-    """How points (n, 2) beside a plate make room; ``beyond``: length of the lines at its ends."""
-    along, off = frame.local(points).T
-    past = np.abs(along) - 0.5 * frame.length
-    line = np.where(along > 0.0, *beyond)
-    fading = np.clip(1.0 - np.maximum(past, 0.0) / line, 0.0, 1.0)
-    fading *= np.clip(1.0 - _distance(frame, points) / reach, 0.0, 1.0)
-    return np.outer(np.sign(off) * fading * 0.5 * frame.thickness, frame.normal)
 
 
 def sheet_facets(

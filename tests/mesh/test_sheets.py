@@ -129,6 +129,27 @@ def test_crossing_angles_and_thick_plates() -> None:
     assert assess(mesh, design).min_dihedral_deg > 10.0
 
 
+@pytest.mark.parametrize("thickness", [0.03, 0.4])
+def test_thin_and_thick_plates_open_without_turning_triangles_over(thickness: float) -> None:
+    """Thick ones once did: the mesher cuts the lines beyond their ends into several."""
+    design = parse_design(
+        f"""
+        design.name = "many"
+        plates.count = 8
+        plates.thickness_mm = {thickness}
+        plates.length_mm = 2.2
+        plates.angle_deg = 61.0
+        plates.pitch_mm = 1.53
+        plates.cover_mm = 1.9
+        plates.model = "sheet"
+        """
+    )
+    mesh = mesh_section(design, 2.0)
+    wanted = section_area(design.body) - 8 * 2.2 * thickness
+    assert rubber(mesh) == pytest.approx(wanted, rel=1e-6)
+    assert assess(mesh, design).min_dihedral_deg > 3.0
+
+
 def test_too_little_room_is_refused_by_name() -> None:
     frames = plate_frames(DESIGN)
     near = replace(frames[1], x=frames[0].x + 0.16)
@@ -142,7 +163,7 @@ def test_too_little_room_is_refused_by_name() -> None:
 def test_a_mesh_that_misses_a_line_is_refused() -> None:
     points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     with pytest.raises(MeshError, match="does not follow plate 0"):
-        open_sheets(points, np.array([[0, 1, 2]]), plate_frames(DESIGN)[:1], DESIGN.body)
+        open_sheets(points, np.array([[0, 1, 2]]), plate_frames(DESIGN)[:1], DESIGN.body, 0.1)
 
 
 def test_sheets_need_a_constant_section() -> None:
