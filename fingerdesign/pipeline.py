@@ -18,14 +18,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.caveats import caveats
 from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.contact.laws import OPEN
-from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.checks import tetwild_faults
 from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
-from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.scene_checks import scene_faults
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.identity import result_digest, versions
@@ -48,12 +47,9 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.fem.model import FiniteElementModel
     from fingerdesign.mesh.types import Mesh
-    from fingerdesign.reduced import ReducedModel
 
 Tell = Callable[[str], None]
 FIDELITIES = ("plane-strain", "3d")
-_SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
-_ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
 STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
@@ -148,7 +144,7 @@ def _run_in_zone(
         digest=result_digest(design, scene, case.fidelity),
         versions=versions(),
         fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        warnings=tuple(_warnings(case, model.reduced, steps)),
+        warnings=tuple(caveats(case, scene, problem, steps)),
         model=model_summary(model, case, zone, notes),
         mesh=mesh_summary(mesh, design),
         increments=tuple(increment_result(step, design.gages.face) for step in steps),
@@ -366,36 +362,3 @@ def refuse(case: Case, scene: Scene) -> None:
         )
     if faults:
         raise DesignError(faults)
-
-
-def _warnings(case: Case, model: ReducedModel, steps: list[Step]) -> list[str]:
-    """What a reader must know before believing the numbers."""
-    design, found = case.design, []
-    if not design.plates.number and case.scene is None:
-        found.append("no plates, hence no gages: the slip study and the grips are left out")
-    height = crest_height(design.body)
-    deepest = max(step.increment.motion.approach for step in steps)
-    if deepest > _SMALL_STRAIN * height:
-        found.append(
-            f"the approach of {deepest:g} mm is {deepest / height:.0%} of the body's height: "
-            "strains are not small, and the linear model is only a sketch there"
-        )
-    closed = np.array([step.increment.status != OPEN for step in steps])
-    edge = 0.5 * design.body.width_mm - 1e-6
-    if closed[:, np.abs(model.points[:, 0]) >= edge].any():
-        found.append("the contact reaches the body's edge, where the pressure is singular")
-    most = int(closed.sum(axis=1).max())
-    enough = _ENOUGH_NODES[model.dimension]
-    if 0 < most < enough:
-        table = "mesh.section" if model.dimension == 2 else "mesh"
-        found.append(
-            f"the contact holds {most} nodes at most: pressures and stick ratios are coarse; make "
-            f"{table}.contact_size_mm smaller"
-        )
-    if case.scene is None and not completely_slips(steps[-1].measures, model.dimension):
-        ratio = steps[-1].measures.stick_ratio
-        found.append(
-            f"the fundamental path, made for maeno2000, ends at a stick ratio of "
-            f"{ratio or 0.0:.2f} on this finger, not in complete slip; --scene takes your own"
-        )
-    return found

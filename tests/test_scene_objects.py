@@ -135,3 +135,21 @@ def test_the_approach_for_a_force_is_about_right(design):
     text = 'path.control = "force"\npath.increments_N = [[3, 0]]'
     found = analyse(design, parse_scene(text), "plane-strain").increments[0].approach_mm
     assert approach_for(design, SceneObject(), 3.0) == pytest.approx(found, rel=0.3)
+
+
+def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):
+    from fingerdesign.contact import uniqueness
+
+    searched = []
+
+    def found(problem, state, motion, known, starts):
+        searched.append(motion)
+        return [known]
+
+    monkeypatch.setattr(uniqueness, "other_solutions", found)
+    usual = analyse(design, parse_scene(PATH), "plane-strain")
+    assert not searched
+    assert not any("more than one answer" in each for each in usual.warnings)
+    unusual = analyse(design, parse_scene(PATH + "object.friction_coefficient = 3"), "plane-strain")
+    assert len(searched) == 1
+    assert any("more than one answer" in each for each in unusual.warnings)

@@ -1,0 +1,75 @@
+"""What a reader must know before believing the numbers of an analysis."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.contact.laws import OPEN
+from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.design.layout import crest_height
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.path import Step
+    from fingerdesign.contact.problem import ContactProblem
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.pipeline import Case
+
+_SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
+_ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
+# Searched for other answers above it: on the shipped finger none was found even at 5.
+_UNUSUAL_FRICTION = 1.0
+
+
+def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[str]:
+    """What a reader must know before believing the numbers, a sentence each."""
+    design, model, found = case.design, problem.model, list[str]()
+    if not design.plates.number and case.scene is None:
+        found.append("no plates, hence no gages: the slip study and the grips are left out")
+    height = crest_height(design.body)
+    deepest = max(step.increment.motion.approach for step in steps)
+    if deepest > _SMALL_STRAIN * height:
+        found.append(
+            f"the approach of {deepest:g} mm is {deepest / height:.0%} of the body's height: "
+            "strains are not small, and the linear model is only a sketch there"
+        )
+    closed = np.array([step.increment.status != OPEN for step in steps])
+    edge = 0.5 * design.body.width_mm - 1e-6
+    if closed[:, np.abs(model.points[:, 0]) >= edge].any():
+        found.append("the contact reaches the body's edge, where the pressure is singular")
+    most = int(closed.sum(axis=1).max())
+    enough = _ENOUGH_NODES[model.dimension]
+    if 0 < most < enough:
+        table = "mesh.section" if model.dimension == 2 else "mesh"
+        found.append(
+            f"the contact holds {most} nodes at most: pressures and stick ratios are coarse; make "
+            f"{table}.contact_size_mm smaller"
+        )
+    if case.scene is None and not completely_slips(steps[-1].measures, model.dimension):
+        ratio = steps[-1].measures.stick_ratio
+        found.append(
+            f"the fundamental path, made for maeno2000, ends at a stick ratio of "
+            f"{ratio or 0.0:.2f} on this finger, not in complete slip; --scene takes your own"
+        )
+    return [*found, *_other_answers(scene, problem, steps)]
+
+
+def _other_answers(scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[str]:
+    """Whether the last increment has answers besides its own, where friction is unusually high."""
+    if problem.friction_coefficient <= _UNUSUAL_FRICTION or scene.path.substeps > 1:
+        return []
+    from fingerdesign.contact.increment import ContactState
+    from fingerdesign.contact.uniqueness import other_solutions
+
+    last = steps[-1].increment
+    before = steps[-2].increment.state if len(steps) > 1 else ContactState.untouched(problem)
+    others = other_solutions(problem, before, last.motion, last, starts=2)
+    if not others:
+        return []
+    forces = [measure(problem, other) for other in others]
+    listed = "; ".join(f"F_n {m.normal_force:.3g}, F_t {m.tangential_force:.3g} N" for m in forces)
+    return [
+        f"at friction {problem.friction_coefficient:g} the laws have more than one answer for the "
+        f"last increment: besides the one given, {listed}. Nothing in them prefers one"
+    ]
