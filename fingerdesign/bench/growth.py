@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fingerdesign.bench.machine import caption
 from fingerdesign.report.style import PAPER, SERIES, canvas, house_style
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
 
 
 @dataclass(frozen=True)
@@ -69,14 +73,24 @@ def fit(kind: str, sizes: Sequence[Size]) -> list[Growth]:
     return laws
 
 
+_TIMED = (
+    "One process a mesh; times: the least of the runs after the first, imports left out, no cache. "
+    "Model: mesh, assembly and condensation; memory: beyond that of the process before."
+)
+
+
 def draw_growth(
-    sizes: Sequence[Size], laws: Sequence[Growth], machine: dict[str, Any], path: Path
+    sizes: Sequence[Size],
+    laws: Sequence[Growth],
+    machine: dict[str, Any],
+    path: Path,
+    notes: Sequence[str] = (),
 ) -> None:
     """Model time and memory against dofs, increment time against contact nodes, log-log."""
     kinds = list(dict.fromkeys(each.kind for each in sizes))
     with house_style():
-        figure = canvas(12.5, 4.3)
-        parts: Any = figure.subfigures(2, 1, height_ratios=[3.6, 0.7])
+        figure = canvas(12.5, 4.7)
+        parts: Any = figure.subfigures(2, 1, height_ratios=[3.6, 1.1])
         top, bottom = parts
         row = top.subplots(1, len(LAWS))
         for axes, (quantity, against, words) in zip(row, LAWS, strict=True):
@@ -103,8 +117,19 @@ def draw_growth(
             axes.set_title(words)
             axes.set_xlabel(against.replace("_", " "))
             axes.legend(loc="best", fontsize=8)
-        said = "One process a mesh; times: the least of its runs, imports left out, no cache."
-        bottom.text(
-            0.008, 0.95, f"{said}\n{caption(machine)}", va="top", fontsize=7.5, linespacing=1.3
-        )
+            _tick(axes.xaxis)
+            _tick(axes.yaxis)
+        foot = [part for line in (_TIMED, *notes) for part in textwrap.wrap(line, 215)]
+        text = "\n".join([*foot, caption(machine)])
+        bottom.text(0.008, 0.98, text, va="top", fontsize=7.5, linespacing=1.3)
         figure.savefig(path, dpi=110, facecolor=PAPER)
+
+
+def _tick(axis: Axis) -> None:
+    """Plain numbers at 1, 2 and 5 of each decade, or at 1 alone where there are many."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < 1000.0 else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -33,6 +33,13 @@ _PLANE_ASKED = 2  # of them: 33k dofs
 _SPACE_SIZES = ((0.48, 2.4, 5), (0.36, 1.8, 7), (0.27, 1.35, 9), (0.2, 1.8, 12), (0.17, 0.85, 14))
 _SPACE_ASKED, _SPACE_LARGE = 3, 4  # 100k dofs with about 500 contact nodes; 200k
 _GRIP_SPACE = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
+# On the same work, measured once on two quiet cores (not by this program).
+OTHER_CODES = (
+    "Other codes on such work, measured once on two quiet cores: plane strain, 33k dofs, "
+    "nu = 0.49, 16 increments: GetFEM 5.4 13.5 s; Siconos 3.0 s, 20 ms an increment; CalculiX "
+    "2.20 unfinished after 360 s at 25k dofs. 3-D: Siconos at 102k dofs 86 CPU s and 0.3 CPU s an "
+    "increment; GetFEM at 40k dofs 16 CPU s an increment."
+)
 _TIME_LIMIT_S = 1800.0  # for one case
 
 
@@ -115,9 +122,10 @@ def write_speed(found: Speed, folder: Path) -> list[Path]:
         "checks": [check.as_dict() for check in found.checks],
         "growth": [asdict(law) for law in found.laws],
         "grips": found.grips,
+        "other_codes": OTHER_CODES,
     }
     paths[1].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    draw_growth(found.sizes, found.laws, found.machine, paths[2])
+    draw_growth(found.sizes, found.laws, found.machine, paths[2], [OTHER_CODES])
     return paths
 
 
