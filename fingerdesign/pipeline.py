@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
 Tell = Callable[[str], None]
+ELEMENT_WORDS = {"P1": "P1", "P2": "P2", "mixed": "P2 displacement, P1 pressure"}
 FIDELITIES = ("plane-strain", "3d")
 STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
@@ -277,9 +278,12 @@ def model_summary(
         reasons.append("half of the finger: body, plates, object and path mirror in z = 0")
     else:
         reasons.append("the whole finger: object or path does not mirror in z = 0")
+    if model.element == "mixed" and case.design.mesh.element == "auto":
+        nu = case.design.material_of("body").poissons_ratio
+        reasons.append(f"mixed element: at a Poisson's ratio of {nu:g} it is the most accurate")
     return ModelSummary(
         dimension=2 if mesh.dimension == 2 else 3,
-        element=f"P2 {kind}, P1 contact tractions",
+        element=f"{ELEMENT_WORDS[model.element]} {kind}, P1 contact tractions",
         dofs=int(model.free.sum()),
         contact_nodes=model.reduced.nodes,
         symmetry=mesh.symmetric,
