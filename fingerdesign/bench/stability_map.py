@@ -70,7 +70,7 @@ def draw_stability(outcomes: Sequence[Outcome], path: Path) -> None:
     )
     figure.suptitle(
         "Where each method converges, fails and is wrong: a cell's colour is its worst case, "
-        "letter and number say how many cases have that verdict",
+        "letter and number say how many cases have that verdict; –: not offered",
         fontsize=11,
     )
     figure.savefig(path, dpi=130)
@@ -91,6 +91,8 @@ def _draw_panel(
         cells += [[]] + [[each for each in here if each.group == name] for name in groups]
         for row, cases in enumerate(cells):
             if not cases:
+                if row < len(families):
+                    panel.text(column, row, "–", ha="center", va="center", fontsize=8)
                 continue
             worst = max((each.verdict for each in cases), key=_ORDER.index)
             colour, letter = LOOKS[worst]

@@ -1,21 +1,29 @@
-"""Is the answer of an increment the only one? A search for others (numpy only).
+"""Is the answer of an increment the only one? A search for others, and a count (numpy only).
 
 With the motion given there always is an answer (pivots.py says why). For a small friction
 coefficient it is the only one; for a large one there may be several, jammed and free ones among
 them, and nothing in the laws prefers one. Each that is found here passed the certificate; that none
 was found proves nothing.
+
+The count: deforming friction into sticking keeps the answers bounded, so the signs of the
+linearised system's determinant at all answers add up to 1, as at the one answer that sticks
+(Brouwer's degree; Cottle, Pang, Stone, The Linear Complementarity Problem, 1992, ch. 6). Answers
+come in odd numbers, and one whose sign is -1 is not alone: it has at least two companions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import combinations, product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.increment import ContactState, Increment, solve_increment
-from fingerdesign.contact.newton import newton
+from fingerdesign.contact.laws import OPEN, SLIP
+from fingerdesign.contact.newton import classify, newton, slip_system
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.errors import SolverError
@@ -23,6 +31,8 @@ from fingerdesign.errors import SolverError
 Array = NDArray[np.float64]
 
 _DISTINCT = 1e-5  # of the largest force: two answers, not one and its rounding
+_SHARES = (0.25, 0.5, 0.75)  # of the way between two answers, where a third lies mostly
+_FACTORS = (0.5, 2.0, 10.0)  # large augmentations hold at answers that the ordinary one leaves
 
 
 def other_solutions(
@@ -37,21 +47,58 @@ def other_solutions(
 
     known: the answer in hand, that of solve_increment where None (whose SolverError is passed on).
     Searched from nothing, from all-sticking and frictionless answers, from complete slip in
-    ``starts`` directions or random mixtures, and in the plane along as many paths of pivots; about
-    ``starts`` times the cost of an increment, or more. An empty list does not prove uniqueness.
+    ``starts`` directions or random mixtures, in the plane along as many paths of pivots, and
+    between the answers found; several times ``starts`` times the cost of an increment. An empty
+    list does not prove uniqueness; solution_index may prove the contrary.
     """
     known = solve_increment(problem, state, motion) if known is None else known
     found = [known]
-    for guess in _guesses(problem, state, motion, starts, seed):
+
+    def look(guess: Array) -> None:
         # Standing at the goal with the guess in hand, Newton stays if the guess is an answer.
         there = replace(state, multiplier=guess, motion=motion)
         try:
             increment = solve_increment(problem, there, motion)
         except SolverError:
-            continue
+            return
         if all(_differ(increment, other) for other in found):
             found.append(increment)
+
+    for guess in _guesses(problem, state, motion, starts, seed):
+        look(guess)
+    if len(found) > 1:
+        offset = problem.offset(motion, state.slip)
+        for one, other in list(combinations(found, 2))[:starts]:
+            for share, factor in product(_SHARES, _FACTORS):
+                between = share * one.multiplier + (1.0 - share) * other.multiplier
+                friction = problem.friction_coefficient
+                result = newton(problem.compliance, offset, friction, between, factor)
+                if result.converged:
+                    look(result.multiplier)
     return found[1:]
+
+
+def solution_index(problem: ContactProblem, increment: Increment) -> int:
+    """Sign (1, -1) of the determinant of the laws linearised at an answer; 0 where singular.
+
+    -1 proves that there are at least two more answers; 1 proves nothing. Signs at an answer where
+    a node is just about to change its status are one-sided and may mislead.
+    """
+    dim = problem.shape[1]
+    motion = np.column_stack([increment.gap, increment.slip_increment])
+    rho = (0.05 / problem.self_compliance)[:, None]
+    friction = problem.friction_coefficient
+    status, trial = classify(increment.multiplier, motion, rho, friction)
+    closed = np.flatnonzero(status != OPEN)
+    if not len(closed):
+        return 1
+    inverse = ActiveInverse.of(problem.compliance, closed, dim)
+    sliding = np.flatnonzero(status[inverse.nodes] == SLIP)
+    if not len(sliding):
+        return 1
+    # The closed nodes' compliance is positive definite: the sign is that of the slips' system.
+    system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
+    return int(np.linalg.slogdet(system.matrix)[0])
 
 
 def _differ(one: Increment, other: Increment) -> bool:
