@@ -284,7 +284,7 @@ def model_summary(
     return ModelSummary(
         dimension=2 if mesh.dimension == 2 else 3,
         element=f"{ELEMENT_WORDS[model.element]} {kind}, P1 contact tractions",
-        dofs=int(model.free.sum()),
+        dofs=model.dofs,
         contact_nodes=model.reduced.nodes,
         symmetry=mesh.symmetric,
         reasons=(*reasons, *notes),
