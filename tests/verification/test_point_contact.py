@@ -5,6 +5,7 @@ import pytest
 
 from fingerdesign.bench.verification_contact import (
     approach_errors,
+    ball_on_plane,
     peak_errors,
     point_contact,
     pressure_error,
@@ -60,3 +61,11 @@ def test_stick_radius_loading_and_reversed():
     fine = point_contact(0.07)
     assert np.abs(stick_errors(fine, fine.sheared)).max() < 1e-2
     assert np.abs(stick_errors(fine, fine.returned)).max() < 1e-2
+
+
+def test_an_elastic_ball_under_a_plane():
+    """The curved body is the elastic one: gaps from the exact ball, facets that are curved."""
+    case = ball_on_plane(0.14, steps=6)
+    assert np.abs(peak_errors(case)).max() < 1.5e-2
+    assert np.abs(width_errors(case)).max() < 2e-2
+    assert np.abs(stick_errors(case, case.sheared)).max() < 3e-2
