@@ -23,6 +23,7 @@ from fingerdesign.bench.verification_contact import (
     traction_error,
     width_errors,
 )
+from fingerdesign.bench.verification_product import dome_errors
 
 LINE_SIZES = (0.1, 0.07, 0.05, 0.035, 0.025, 0.0125)
 POINT_SIZES = (0.2, 0.14, 0.1, 0.07)
@@ -30,7 +31,7 @@ POINT_SIZES = (0.2, 0.14, 0.1, 0.07)
 
 def verification_checks() -> list[Check]:
     """All of them: about two minutes on two cores."""
-    return [*line_checks(), *point_checks(), *two_body_checks(), *flat_checks()]
+    return [*line_checks(), *point_checks(), *dome_checks(), *two_body_checks(), *flat_checks()]
 
 
 def line_checks() -> list[Check]:
@@ -52,6 +53,21 @@ def point_checks() -> list[Check]:
         *_hertz_checks(name, cases[-1]),
         *_order_checks("sphere", POINT_SIZES, cases),
         *_hertz_checks("elastic half ball under a plane", ball_on_plane(POINT_SIZES[-1])),
+    ]
+
+
+def dome_checks() -> list[Check]:
+    """A dome under a plane as ``fingerdesign analyse`` solves it, nine contact radii high."""
+    errors = dome_errors()
+    return [
+        Check("dome by fTetWild: peak pressure", 1e-2, _worst(np.array(errors.peak))),
+        Check("dome by fTetWild: contact width", 2e-2, _worst(np.array(errors.width))),
+        Check(
+            "dome by fTetWild: stick radius",
+            4e-2,
+            _worst(np.array(errors.stick)),
+            "of the contact's",
+        ),
     ]
 
 
