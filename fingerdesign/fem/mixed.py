@@ -34,8 +34,10 @@ _ORDER = 2  # pressure (1) times divergence (1)
 
 @dataclass(frozen=True)
 class Pressures:
-    """coupling (n dim, pressures): B; compliance (pressures, pressures): upper triangle of M."""
+    """nodes (pressures,): the corner of each; coupling (n dim, pressures): B; compliance
+    (pressures, pressures): upper triangle of M."""
 
+    nodes: IntArray
     coupling: sp.csr_matrix
     compliance: sp.csr_matrix
 
@@ -51,7 +53,8 @@ def pressure_coupling(
     dimension = points.shape[1]
     corners = dimension + 1
     first, _ = lame_parameters(youngs_modulus, poissons_ratio)
-    numbers, count = _pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
+    numbers, nodes = _pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
+    count = len(nodes)
     coupling, mass = _blocks(points, cells)
     row = (cells[:, :, None, None] * dimension + np.arange(dimension)[:, None]).repeat(corners, 3)
     column = np.broadcast_to(numbers[:, None, None, :], row.shape)
@@ -62,18 +65,19 @@ def pressure_coupling(
     high = np.broadcast_to(numbers[:, None, :], mass.shape).ravel()
     upper = low <= high
     m = sp.coo_matrix((mass.ravel()[upper], (low[upper], high[upper])), shape=(count, count))
-    return Pressures(b, m.tocsr())
+    return Pressures(nodes, b, m.tocsr())
 
 
 def _pressure_nodes(
     corners: IntArray, youngs_modulus: Array, poissons_ratio: Array
-) -> tuple[IntArray, int]:
-    """Pressure numbers (c, corners), one a material and corner node, and how many there are."""
+) -> tuple[IntArray, IntArray]:
+    """Pressure numbers (c, corners), one a material and corner node, and the node of each."""
     pairs = np.column_stack([youngs_modulus, poissons_ratio])
     materials = np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1, 1)
-    keys = materials * (corners.max() + 1) + corners
+    size = int(corners.max()) + 1
+    keys = materials * size + corners
     used, numbers = np.unique(keys, return_inverse=True)
-    return numbers.reshape(corners.shape).astype(np.int64), len(used)
+    return numbers.reshape(corners.shape).astype(np.int64), used % size
 
 
 def _blocks(points: Array, cells: IntArray) -> tuple[Array, Array]:

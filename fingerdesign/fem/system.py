@@ -141,28 +141,37 @@ def _hold(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
 
 
 def _with_pressures(system: System, part: Pressures, ratio: float) -> System:
-    """The system bordered by pressures, scaled so that their pivots are of the stiffness's size.
+    """The system with pressures among its dofs, each behind the displacements of its node.
 
-    ratio: mu / lame of the material.
+    ratio: mu / lame of the material; the pressures are scaled so that their pivots are of the
+    stiffness's size. Behind their nodes, not at the end, they let the ordering find factors that
+    need less work (measured: 86 for 100 GFLOP at 72k dofs, 664 for 784 at 194k).
     """
-    count = part.compliance.shape[0]
+    count, before = part.compliance.shape[0], system.dofs
     stiff, soft = np.median(system.stiffness.diagonal()), np.median(part.compliance.diagonal())
     scale = float(np.sqrt(ratio * stiff / soft))
     coupling = scale * part.coupling
-    stiffness = sp.csr_matrix(
-        sp.bmat(
-            [
-                [system.stiffness, system.lift.T @ coupling],
-                [None, -(scale**2) * part.compliance],
-            ],
-            format="csr",
-        )
-    )
-    stiffness.sort_indices()
-    return System(
-        stiffness,
-        sp.hstack([system.lift, sp.csr_matrix((system.lift.shape[0], count))], format="csr"),
-        sp.hstack([system.support, system.held.T @ coupling], format="csr"),
-        system.held,
-        count,
-    )
+    node = np.append(system.lift.nonzero()[0] // system.held.shape[1], part.nodes)
+    place = np.empty(len(node), dtype=np.int64)
+    place[np.argsort(node, kind="stable")] = np.arange(len(node))
+    blocks = [
+        (system.stiffness, 0, 0),
+        (system.lift.T @ coupling, 0, before),
+        (-(scale**2) * part.compliance, before, before),
+    ]
+    stiffness = _upper([(block.tocoo(), i, j) for block, i, j in blocks], place)
+    back = np.argsort(place)
+    lift = sp.hstack([system.lift, sp.csr_matrix((system.lift.shape[0], count))], format="csc")
+    support = sp.hstack([system.support, system.held.T @ coupling], format="csc")
+    return System(stiffness, lift[:, back].tocsr(), support[:, back].tocsr(), system.held, count)
+
+
+def _upper(blocks: list[tuple[sp.coo_matrix, int, int]], place: IntArray) -> sp.csr_matrix:
+    """Upper triangle of blocks (at row, column) of a symmetric matrix, its dofs moved to place."""
+    row = np.concatenate([place[block.row + i] for block, i, _ in blocks])
+    column = np.concatenate([place[block.col + j] for block, _, j in blocks])
+    value = np.concatenate([block.data for block, _, _ in blocks])
+    entries = (value, (np.minimum(row, column), np.maximum(row, column)))
+    matrix = sp.coo_matrix(entries, shape=(len(place), len(place))).tocsr()
+    matrix.sort_indices()
+    return matrix

@@ -62,14 +62,17 @@ def solve(points, cells, system, places, values, load):
     """Nodal displacements with ``values`` prescribed at the element's boundary nodes."""
     dim = points.shape[1]
     boundary = ((places < 1e-9) | (places > 1 - 1e-9)).any(axis=1)
-    pressures = np.zeros(system.pressures, dtype=bool)
-    fixed = np.append(np.repeat(boundary, dim), pressures)
-    found = np.where(fixed, np.append(values.ravel(), pressures), 0.0)
+    moves = np.diff(system.lift.tocsc().indptr) > 0  # the others are pressures
+    fixed, found = np.zeros(system.dofs, dtype=bool), np.zeros(system.dofs)
+    fixed[moves] = np.repeat(boundary, dim)
+    found[moves] = values.ravel()
+    found[~fixed] = 0.0
     whole = boxes.full(system.stiffness)
     right = system.lift.T @ load.ravel() - whole @ found
     inner = sp.triu(whole[~fixed][:, ~fixed], format="csr")
     inner.sort_indices()
-    one = sp.csr_matrix(([1.0], ([0], [0])), shape=(1, inner.shape[0]))
+    first = int(np.argmax(moves[~fixed]))
+    one = sp.csr_matrix(([1.0], ([0], [first])), shape=(1, inner.shape[0]))
     condensation = Condensation(inner, one, system.pressures)
     found[~fixed] = condensation.solve(right[~fixed][:, None])[:, 0]
     return (system.lift @ found).reshape(points.shape)
