@@ -171,7 +171,7 @@ class Judge:
 def _swept(compliance: Array, offset: Array, friction: float) -> Array | None:
     """Gauss-Seidel from nothing to 1e-11; the production solver's last resort starts elsewhere."""
     start = np.zeros_like(offset)
-    found = gauss_seidel(compliance, offset, friction, start, 3000, 1e-11, _SECONDS)
+    found = gauss_seidel(compliance, offset, friction, start, 2000, 1e-11, _SECONDS)
     return found.multiplier if found.converged else None
 
 
