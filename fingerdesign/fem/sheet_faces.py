@@ -1,4 +1,4 @@
-"""The two faces of a plate's slot: their facets, which node faces which, and what holds them."""
+"""The two faces of a plate's slot: their facets, and which node faces which."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
@@ -21,7 +20,6 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
-_SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
 
 
 @dataclass(frozen=True)
@@ -32,8 +30,7 @@ class SheetFacets:
     nodes, nodes_below (f, k): of the upper face, and those that they face; tangents (s, dim),
     normal (dim,), s = dim - 1; flat (f, s + 1, s): corners in coordinates along the tangents (the
     plate's axis from its centre, and z); upper, lower (p,): nodes that face each other; between
-    (b,), pair (b,): nodes on the end faces midway between those of a pair; thickness mm; mirrored:
-    whether the facets end on a mirror plane at z = 0.
+    (b,), pair (b,): nodes on the end faces midway between those of a pair; thickness mm.
     """
 
     own: IntArray
@@ -47,12 +44,12 @@ class SheetFacets:
     between: IntArray
     pair: IntArray
     thickness: float
-    mirrored: bool
 
     @property
     def dofs(self) -> IntArray:
         """Dofs (o dim,) of the mesh that are the plate's, node by node."""
-        return _dofs(self.own, len(self.normal))
+        dimension = len(self.normal)
+        return np.asarray((self.own[:, None] * dimension + np.arange(dimension)).ravel())
 
     @property
     def dimension(self) -> int:
@@ -112,7 +109,6 @@ def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
         between=place[between],
         pair=_facing(mesh, frame, between, upper),
         thickness=frame.thickness,
-        mirrored=mesh.symmetric,
     )
 
 
@@ -130,75 +126,3 @@ def _facing(mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray) ->
     if not np.isfinite(distance).all():
         raise SolverError(f"the faces of plate {frame.index}'s slot do not mirror each other")
     return np.asarray(found, dtype=np.int64)
-
-
-def mean_of_faces(sheet: SheetFacets) -> sp.csr_matrix:
-    """(o dim, o dim): displacements of the mid-surface, in the rows of the upper face's dofs."""
-    dimension, size = len(sheet.normal), len(sheet.dofs)
-    upper, lower = _dofs(sheet.upper, dimension), _dofs(sheet.lower, dimension)
-    rows, columns = np.concatenate([upper, upper]), np.concatenate([upper, lower])
-    return sp.csr_matrix((np.full(len(rows), 0.5), (rows, columns)), shape=(size, size))
-
-
-def tie_faces(
-    sheet: SheetFacets, youngs_modulus: float, poissons_ratio: float, depth: float
-) -> sp.csr_matrix:
-    """Symmetric stiffness (o dim, o dim), N/mm, that makes the faces turn with the mid-surface.
-
-    Each pair has its share of the area; sheared by grad w + (u_upper - u_lower)/t it answers with
-    the plate's transverse shear modulus. ``depth``: mm, of a plane-strain body.
-    """
-    size, thickness = len(sheet.dofs), sheet.thickness
-    area = float(sheet.measure.sum()) * depth / len(sheet.upper)
-    shear = youngs_modulus / (2.0 * (1.0 + poissons_ratio))
-    total = sp.csr_matrix((size, size))
-    for tangent, slope in zip(sheet.tangents, _nodal_slopes(sheet), strict=True):
-        gap = _along(sheet.upper, tangent, size) - _along(sheet.lower, tangent, size)
-        strain = gap / thickness + slope
-        total = total + _SHEAR_FACTOR * shear * thickness * area * (strain.T @ strain)
-    # The square ends stay plane: their middle nodes keep between those of their pair.
-    for component in np.eye(len(sheet.normal)):
-        ends = 0.5 * (
-            _along(sheet.upper[sheet.pair], component, size)
-            + _along(sheet.lower[sheet.pair], component, size)
-        )
-        off = _along(sheet.between, component, size) - ends
-        total = total + youngs_modulus / thickness * area * (off.T @ off)
-    return sp.csr_matrix(total)
-
-
-def _nodal_slopes(sheet: SheetFacets) -> list[sp.csr_matrix]:
-    """Rows (p, o dim) per tangent: slope of the mean w at each pair, the mean of its facets'."""
-    nodes, count = sheet.nodes, len(sheet.upper)  # the upper face's nodes come first in ``own``
-    slope = sheet.slopes(_reference_nodes(sheet.dimension))  # (f, node, shape, a)
-    weight = np.broadcast_to(sheet.measure[:, None], nodes.shape)
-    share = weight / np.bincount(nodes.ravel(), weight.ravel(), minlength=count)[nodes]
-    rows = np.broadcast_to(nodes[:, :, None], slope.shape[:3]).ravel()
-    columns = np.broadcast_to(nodes[:, None, :], slope.shape[:3]).ravel()
-    size = len(sheet.dofs)
-    mean = 0.5 * (_along(sheet.upper, sheet.normal, size) + _along(sheet.lower, sheet.normal, size))
-    found = []
-    for a in range(sheet.dimension):
-        entries = ((share[:, :, None] * slope[..., a]).ravel(), (rows, columns))
-        found.append(sp.csr_matrix(sp.csr_matrix(entries, shape=(count, count)) @ mean))
-    return found
-
-
-def _reference_nodes(dimension: int) -> Array:
-    """Reference coordinates (s, k) of a facet's nodes: corners, then mid-edge nodes."""
-    if dimension == 1:
-        return np.array([[0.0, 1.0, 0.5]])
-    return np.array([[0.0, 1.0, 0.0, 0.5, 0.5, 0.0], [0.0, 0.0, 1.0, 0.0, 0.5, 0.5]])
-
-
-def _along(nodes: IntArray, direction: Array, size: int) -> sp.csr_matrix:
-    """Rows (p, size): displacement of each node along a direction."""
-    dimension = len(direction)
-    rows = np.repeat(np.arange(len(nodes)), dimension)
-    return sp.csr_matrix(
-        (np.tile(direction, len(nodes)), (rows, _dofs(nodes, dimension))), shape=(len(nodes), size)
-    )
-
-
-def _dofs(nodes: IntArray, dimension: int) -> IntArray:
-    return np.asarray((nodes[:, None] * dimension + np.arange(dimension)).ravel())
