@@ -13,6 +13,8 @@ from pathlib import Path
 
 from fingerdesign.errors import MeshError
 
+_PARENT = "FINGERDESIGN_PARENT"  # process number
+
 
 def die_with_parent() -> None:
     """End this process when the one that started it ends, however that ends (Linux)."""
@@ -21,15 +23,15 @@ def die_with_parent() -> None:
 
         pr_set_pdeathsig = 1
         ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
-        if os.getppid() == 1:  # it had ended already
-            os._exit(1)
+        if os.environ.get(_PARENT, str(os.getppid())) != str(os.getppid()):
+            os._exit(1)  # it had ended already (in a container the parent itself may be process 1)
 
 
 def environment() -> dict[str, str]:
-    """The environment in which a Python process finds this package."""
+    """The environment in which a Python process finds this package and knows who started it."""
     root = str(Path(__file__).resolve().parents[2])
     path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
-    return os.environ | {"PYTHONPATH": path}
+    return os.environ | {"PYTHONPATH": path, _PARENT: str(os.getpid())}
 
 
 def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: float) -> None:

@@ -96,6 +96,17 @@ def test_each_thread_has_its_own() -> None:
     assert found[0][1] == found[1][1]
 
 
+def test_a_worker_whose_parent_has_gone_ends_at_once() -> None:
+    code = "from fingerdesign.mesh.worker import die_with_parent; die_with_parent()"
+    for parent, expected in ((str(os.getpid()), 0), ("1", 1)):
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            env=environment() | {"FINGERDESIGN_PARENT": parent},
+            check=False,
+        )
+        assert done.returncode == expected
+
+
 def test_it_ends_with_the_program() -> None:
     code = (
         "from fingerdesign.mesh.section_process import start_mesher\n"
