@@ -31,15 +31,14 @@ def locate(mesh: Mesh, point: Array, prefer: int | None = None) -> tuple[IntArra
     On the border of several cells all of one region are returned: the region ``prefer``, else the
     highest (a plate before the elastomer). Raises DesignError for a point outside the mesh.
     """
-    corners = mesh.points[mesh.corners]
-    margin = 0.05 * (corners.max(axis=1) - corners.min(axis=1)).max(axis=1, keepdims=True) + 1e-9
-    near = np.flatnonzero(
-        ((point >= corners.min(axis=1) - margin) & (point <= corners.max(axis=1) + margin)).all(
-            axis=1
-        )
-    )
-    reference = _inverse_map(mesh.points[mesh.cells[near]], point)
-    least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    if prefer is not None:
+        # A plate's own cells are few: asking them first is a hundred times faster.
+        own = np.flatnonzero(mesh.regions == prefer)
+        cells, reference, least = _near(mesh, point, own)
+        inside = least >= -_INSIDE
+        if inside.any():
+            return cells[inside], reference[:, inside]
+    near, reference, least = _near(mesh, point, np.arange(len(mesh.cells)))
     inside = least >= -_INSIDE
     if not inside.any():
         if len(near) == 0 or least.max() < -_NEAR:
@@ -49,9 +48,18 @@ def locate(mesh: Mesh, point: Array, prefer: int | None = None) -> tuple[IntArra
             )
         inside = least == least.max()
     regions = mesh.regions[near]
-    chosen = prefer if prefer is not None and prefer in regions[inside] else regions[inside].max()
-    inside &= regions == chosen
+    inside &= regions == regions[inside].max()
     return near[inside], reference[:, inside]
+
+
+def _near(mesh: Mesh, point: Array, cells: IntArray) -> tuple[IntArray, Array, Array]:
+    """Cells whose boxes hold the point, its reference coordinates there, the least barycentric."""
+    corners = mesh.points[mesh.corners[cells]]
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    margin = 0.05 * (high - low).max(axis=1, keepdims=True) + 1e-9
+    near = cells[((point >= low - margin) & (point <= high + margin)).all(axis=1)]
+    reference = _inverse_map(mesh.points[mesh.cells[near]], point)
+    return near, reference, np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
 
 
 def _inverse_map(nodes: Array, point: Array) -> Array:
@@ -62,8 +70,10 @@ def _inverse_map(nodes: Array, point: Array) -> Array:
         table = tabulate(dimension, reference)
         position = np.einsum("cna,nc->ca", nodes, table.value)
         jacobian = np.einsum("cna,nbc->cab", nodes, table.gradient)
-        reference = reference + np.linalg.solve(jacobian, (point - position)[:, :, None])[:, :, 0].T
-        np.clip(reference, -2.0, 3.0, out=reference)
+        step = np.linalg.solve(jacobian, (point - position)[:, :, None])[:, :, 0].T
+        reference = np.clip(reference + step, -2.0, 3.0)
+        if np.abs(step).max(initial=0.0) < 1e-14:
+            break
     return reference
 
 
