@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
@@ -76,7 +77,7 @@ def _draw_group(row: list[Axes], found: Precision, chart: Chart, group: Group) -
         away = [
             line.label
             for line in group.lines
-            if any((p.error(key) or 0.0) > OFF_THE_CHART for p in mine if p.line == line.label)
+            if all((p.error(key) or 0.0) > OFF_THE_CHART for p in mine if p.line == line.label)
         ]
         if away:
             said = f"{', '.join(away)}: off the chart"
@@ -92,7 +93,7 @@ def _span_errors(axes: Axes, least: float, most: float, doubt: float) -> None:
     """From the least error, or well into the doubt, to the largest; a decade at least."""
     from matplotlib.ticker import NullFormatter
 
-    low, high = max(0.5 * least, 0.2 * doubt, 1e-8), 2.0 * most
+    low, high = max(0.5 * least, 0.03 * doubt, 1e-8), 2.0 * most
     low = min(low, 0.1 * high)
     axes.set_ylim(low, high)
     axes.yaxis.set_minor_formatter(NullFormatter())
@@ -104,10 +105,11 @@ def _tick_seconds(row: list[Axes]) -> None:
 
     low, high = row[0].get_xlim()
     spare = max(1.0, (10.0 / (high / low)) ** 0.5)
-    narrow = high / low * spare * spare < 30.0
+    decades = math.log10(high / low * spare * spare)
+    marked = (1.0, 2.0, 5.0) if decades < 1.7 else (1.0, 3.0) if decades < 2.7 else (1.0,)
     for axes in row:
         axes.set_xlim(low / spare, high * spare)
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if narrow else (1.0,)))
+        axes.xaxis.set_major_locator(LogLocator(subs=marked))
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
 

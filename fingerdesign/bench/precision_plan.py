@@ -70,8 +70,7 @@ _EXTRUDED, _TETWILD = Method("extruded", "mixed"), Method("tetwild", "mixed")
 
 def _elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Group]:
     mixed, quadratic, linear = (
-        replace(_PLANE, element=element, poissons_ratio=poissons_ratio)
-        for element in ("mixed", "P2", "P1")
+        Method("plane strain", element, poissons_ratio) for element in ("mixed", "P2", "P1")
     )
     names = tuple(f"{element}, nu = {poissons_ratio:g}" for element in ("mixed", "P2"))
     references = (
@@ -83,26 +82,51 @@ def _elements_at(poissons_ratio: float) -> tuple[tuple[Reference, Reference], Gr
         Line("P2", quadratic, PLANE, names[0]),
         Line("mixed", mixed, PLANE, names[1]),
     )
-    return references, Group(f"nu = {poissons_ratio:g}", lines, (names[0], names[1]))
+    return references, Group(f"plane strain, nu = {poissons_ratio:g}", lines, (names[0], names[1]))
 
 
 _SOFT, _SOFT_GROUP = _elements_at(0.49)
 _HARD, _HARD_GROUP = _elements_at(0.4999)
+_STIFF = {
+    kind: Method(kind, "mixed", 0.4999, "none") for kind in ("extruded", "tetwild")
+}  # in 3-D at nu = 0.4999
 _BARE = tuple(replace(each, plates="none") for each in (_PLANE, _EXTRUDED, _TETWILD))
 
 REFERENCES: tuple[Reference, ...] = (
     *_SOFT,
     *_HARD,
     Reference("3-D, extruded", _EXTRUDED, 0.2, 0.45),
-    Reference("3-D, tetwild", _TETWILD, 0.28, 0.6),
+    Reference("3-D, tetwild", _TETWILD, 0.22, 0.6),
     Reference("no plates, mixed", _BARE[0], 0.0125, 0.05),
     Reference("no plates, P2", replace(_BARE[0], element="P2"), 0.0125, 0.05),
+    Reference("3-D, nu = 0.4999, extruded", _STIFF["extruded"], 0.22, 0.45),
+    Reference("3-D, nu = 0.4999, tetwild", _STIFF["tetwild"], 0.28, 0.6),
     Reference("3-D, no plates, extruded", _BARE[1], 0.17, 0.45),
     Reference("3-D, no plates, tetwild", _BARE[2], 0.2, 0.6),
 )
 
+_SPACE_GROUP = Group(
+    "3-D, nu = 0.4999, no plates",
+    tuple(
+        Line(
+            element,
+            replace(_STIFF["extruded"], element=element),
+            SPACE,
+            "3-D, nu = 0.4999, tetwild",
+            LOCKS if element == "P1" else "",
+            quick=1,
+        )
+        for element in ("P1", "P2", "mixed")
+    ),
+    ("3-D, nu = 0.4999, tetwild", "3-D, nu = 0.4999, extruded"),
+)
+
 CHARTS: tuple[Chart, ...] = (
-    Chart("elements", "Elements in plane strain", (_SOFT_GROUP, _HARD_GROUP)),
+    Chart(
+        "elements",
+        "Elements: linear, quadratic, and quadratic with a pressure of their own",
+        (_SOFT_GROUP, _HARD_GROUP, _SPACE_GROUP),
+    ),
     Chart(
         "models",
         "Plane strain and 3-D, extruded and by fTetWild",
