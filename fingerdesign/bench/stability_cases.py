@@ -16,6 +16,7 @@ from fingerdesign.reduced import ReducedModel
 
 Array = NDArray[np.float64]
 
+WITHIN = "forces prescribed"
 BEYOND = "forces beyond friction"  # its last row has no answer: |F_t| > mu F_n on a plane
 FRICTIONS = (0.0, 0.1, 0.3, 0.5, 1.0, 2.0, 5.0)
 
@@ -142,7 +143,7 @@ def _under_force(body: HardBody, plane: Plane) -> list[Family]:
     def beyond(friction: float) -> tuple[Forces, ...]:
         return (Forces(load, 0.0), Forces(load, 1.1 * friction * load + 0.01 * load))
 
-    return [("forces prescribed", plane, within), (BEYOND, plane, beyond)]
+    return [(WITHIN, plane, within), (BEYOND, plane, beyond)]
 
 
 def _objects(body: HardBody, crest: float) -> list[Family]:
