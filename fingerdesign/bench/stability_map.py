@@ -70,7 +70,7 @@ def draw_stability(outcomes: Sequence[Outcome], path: Path) -> None:
     )
     figure.suptitle(
         "Where each method converges, fails and is wrong: a cell's colour is its worst case, "
-        "letter and number say how many cases have that verdict; –: not offered",
+        "letter and number say how many cases have that verdict; –: no such case",
         fontsize=11,
     )
     figure.savefig(path, dpi=130)
