@@ -56,7 +56,7 @@ class StabilityMap:
         return found
 
     def cases(self) -> int:
-        return sum(each.method == PRODUCTION for each in self.outcomes)
+        return _cases(self.outcomes)
 
     def checks(self) -> list[Check]:
         """What is asked of the production solver."""
@@ -80,7 +80,7 @@ def measure_stability(
     if workers <= 1 or quick:
         for body in bodies:
             outcomes[body.name] = run_body(body, _QUICK[body.name] if quick else 1)
-            tell(f"{body.name}: {len(outcomes[body.name]) // len(METHODS)} cases")
+            tell(f"{body.name}: {_cases(outcomes[body.name])} cases")
         workers = 1
     else:
         with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
@@ -91,7 +91,7 @@ def measure_stability(
                 name = jobs[job].name
                 outcomes[name] = job.result()
                 tell(
-                    f"{name}: {len(outcomes[name]) // len(METHODS)} cases "
+                    f"{name}: {_cases(outcomes[name])} cases "
                     f"({len(outcomes)} of {len(bodies)} bodies)"
                 )
     ordered = tuple(each for body in bodies for each in outcomes[body.name])
@@ -151,6 +151,11 @@ def summary(found: StabilityMap) -> dict[str, Any]:
         "machine": f"{platform.machine()}, {os.cpu_count()} cores",
         "versions": versions(),
     }
+
+
+def _cases(outcomes: Iterable[Outcome]) -> int:
+    """Every case is one of the production solver's; not every rival takes every case."""
+    return sum(each.method == PRODUCTION for each in outcomes)
 
 
 def _total(values: Iterable[float]) -> float:
