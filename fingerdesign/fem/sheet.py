@@ -12,9 +12,9 @@ mid-surface and w across it the energy is half the integral over the mid-surface
 quadratic facets; the shear by two points along an edge, three in a triangle, which keeps thin
 plates from locking (Zienkiewicz, Taylor and Too, IJNME 3 (1971) 275). A plate's edges are free.
 
-Tractions on the faces thus act at their arm t/2, and the rubber has its true shape. Left out are the
-warping of cross-sections and of the square ends. The strain across matters: pressed by 0.3 MPa on
-both faces phosphor bronze stretches by a microstrain, what a gage reads.
+Tractions on the faces thus act at their arm t/2, and the rubber has its true shape. Left out are
+the warping of cross-sections and of the square ends. The strain across matters: pressed by 0.3 MPa
+on both faces phosphor bronze stretches by a microstrain, what a gage reads.
 
 Measured on maeno2000, whose plates are nine times as long as thick, at complete slip, mixed
 elements. Plane strain, 33k dofs against solid plates on 126k, of the largest reading: membrane
