@@ -265,6 +265,12 @@ def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory
     return FieldHistory(chosen, model.displacement_fields(forces))
 
 
+PLATE_WORDS = {
+    "sheet": "plates are sheets: structural elements in slots of the rubber's mesh",
+    "none": "plates are left out: gages read the rubber's strain where the plates would be",
+}
+
+
 def model_summary(
     model: FiniteElementModel, case: Case, zone: Zone, notes: list[str]
 ) -> ModelSummary:
@@ -281,6 +287,8 @@ def model_summary(
     if model.element == "mixed" and case.design.mesh.element == "auto":
         nu = case.design.material_of("body").poissons_ratio
         reasons.append(f"mixed element: at a Poisson's ratio of {nu:g} it is the most accurate")
+    if case.design.plates.number and case.design.plates.model != "solid":
+        reasons.append(PLATE_WORDS[case.design.plates.model])
     return ModelSummary(
         dimension=2 if mesh.dimension == 2 else 3,
         element=f"{ELEMENT_WORDS[model.element]} {kind}, P1 contact tractions",

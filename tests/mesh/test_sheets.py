@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fingerdesign import parse_design, with_values
+from fingerdesign import parse_design, parse_scene, with_values
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.volume import outline_volume, section_area
 from fingerdesign.errors import DesignError, MeshError
@@ -181,6 +181,18 @@ def test_tetwild_refuses_sheets_by_name() -> None:
         (fault,) = caught.value.faults
         assert fault.key == "plates.model"
         assert "mesh.mesher = 'extrude'" in fault.remedy
+
+
+@pytest.mark.parametrize(("model", "words"), [("sheet", "are sheets"), ("none", "are left out")])
+def test_a_result_says_what_plates_were(model: str, words: str) -> None:
+    scene = parse_scene(
+        "object.friction_coefficient = 0.5\npath.increments_mm = [[0.05, 0.0], [0.05, 0.02]]"
+    )
+    keys = {"plates.model": model, "mesh.section.far_size_mm": 1.0}
+    case = Case(with_values(DESIGN, keys), scene, "plane-strain", fields=False)
+    result = run(case).result
+    assert any(words in reason for reason in result.model.reasons)
+    assert len(result.increments[-1].gages) == 3
 
 
 def test_slots_go_through_files(mesh: Mesh, tmp_path: Path) -> None:
