@@ -30,8 +30,9 @@ Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-9  # of the normal force asked for
 _ITERATIONS = 60
-_SHORTEST = 1e-6  # of a Newton step
-# Stiffness against shear over that of the first trial: below it friction carries no more.
+_SHORTEST = 1e-3  # of a Newton step
+_DOUBLINGS, _BISECTIONS = 12, 60
+# Stiffness against shear over that of the stiffest trial: below it friction carries no more.
 _SLACK = 1e-7
 
 
@@ -96,43 +97,120 @@ class _Search:
         wanted = [forces.normal, forces.tangential or 0.0]
         self.wanted = np.array(wanted)[self.free]
         self.exhausted: ZoneExhausted | None = None
+        self._last: Increment
 
     def run(self) -> Increment:
+        if len(self.free) == 1:
+            return self._by_approach()
+        found = self._newton()
+        return self._by_shear() if found is None else found
+
+    def _by_approach(self) -> Increment:
+        """Newton between an approach that presses too little and one that presses too much."""
+        low = self._touch(self.forces.held.shear)
+        near, high = low + self._overlap(), np.inf
+        approach = max(near, self.state.motion.approach)
+        for _ in range(_ITERATIONS):
+            trial = self._solve(np.array([approach]))
+            pressed = np.inf if trial is None else float(self._resultant(trial)[0])
+            if trial is not None and self._reached(pressed, 0):
+                return trial
+            low, high = (approach, high) if pressed < self.wanted[0] else (low, approach)
+            slope = 0.0 if trial is None else float(self._tangent(trial)[0, 0])
+            step = (self.wanted[0] - pressed) / slope if slope > 0.0 else np.inf
+            approach += step
+            if not low < approach < high:
+                approach = 0.5 * (low + high) if np.isfinite(high) else low + 2.0 * (near - low)
+                near = approach
+        raise self._failure()
+
+    def _touch(self, shear: float) -> float:
+        """Approach at which the first node would touch, the finger being undeformed."""
+        held = replace(self.forces.held, approach=0.0, shear=shear)
+        gap = self.problem.offset(held, self.state.slip)[:, 0]
+        closing = -self.problem.modes[0, :, 0]
+        return float((gap[closing > 0.0] / closing[closing > 0.0]).min())
+
+    def _overlap(self) -> float:
+        """A little of the approach that the normal force will take, mm."""
+        share = self.forces.normal / self.problem.model.symmetry_factor
+        return 0.1 * share * float(self.problem.self_compliance.min())
+
+    def _newton(self) -> Increment | None:
         unknown = self._start()
         trial = self._solve(unknown)
-        if trial is None:
-            raise self._failure(None)
         stiffest = 0.0
         for _ in range(_ITERATIONS):
+            if trial is None:
+                return None
             missing = self.wanted - self._resultant(trial)
             if np.abs(missing).max() <= _TOLERANCE * self.forces.normal:
                 return trial
             tangent = self._tangent(trial)
-            if len(self.free) == 2:
-                slack = self._shear_stiffness(tangent)
-                stiffest = max(stiffest, slack)
-                if slack <= _SLACK * stiffest or not np.isfinite(slack):
-                    raise self._failure(trial)
+            stiffness = self._shear_stiffness(tangent)
+            stiffest = max(stiffest, stiffness)
+            if not stiffness > _SLACK * stiffest:
+                # All slides: more shear changes nothing, but less of it makes nodes stick.
+                tangent = self._tangent(trial, held=True)
             try:
                 step: Array = np.linalg.solve(tangent, missing).astype(float)
             except np.linalg.LinAlgError:
-                raise self._failure(trial) from None
-            better = self._line_search(unknown, step, float(np.abs(missing).max()))
-            if better is None:
-                raise self._failure(trial)
-            unknown, trial = better
-        raise self._failure(trial)
+                return None
+            unknown, trial = self._line_search(unknown, step, float(np.abs(missing).max()))
+        return None
+
+    def _by_shear(self) -> Increment:
+        """The shear by bisection, at each the approach that gives the normal force: slow, and safe.
+
+        At a constant normal force the tangential one grows with the shear until all slides.
+        """
+        reach = self.forces.normal / self.problem.model.symmetry_factor
+        reach *= float(self.problem.self_compliance.max())
+        start = self.state.motion.shear
+        here, carried = start, self._pulled(start)
+        if self._reached(carried, 1):
+            return self._last
+        onward = 1.0 if self.wanted[1] > carried else -1.0
+        for doubling in range(_DOUBLINGS):
+            there = start + onward * reach * 2.0 ** (doubling - 2)
+            pulled = self._pulled(there)
+            if self._reached(pulled, 1):
+                return self._last
+            if onward * (pulled - self.wanted[1]) > 0.0:
+                return self._bisect(here, there)
+            here = there
+        raise self._beyond_friction(pulled)
+
+    def _bisect(self, low: float, high: float) -> Increment:
+        onward = 1.0 if high > low else -1.0
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            pulled = self._pulled(middle)
+            if self._reached(pulled, 1):
+                return self._last
+            if onward * (pulled - self.wanted[1]) > 0.0:
+                high = middle
+            else:
+                low = middle
+        raise self._failure()
+
+    def _pulled(self, shear: float) -> float:
+        """Tangential force at ``shear`` under the normal force asked for; the increment is kept."""
+        held = replace(self.forces.held, shear=shear)
+        pressed = Forces(self.forces.normal, None, held)
+        self._last = solve_forces(self.problem, self.state, pressed, self.workspace)
+        return float(self.problem.model.total_force(self._last.force)[0])
+
+    def _reached(self, force: float, which: int) -> bool:
+        return abs(force - float(self.wanted[which])) <= _TOLERANCE * self.forces.normal
 
     def _start(self) -> Array:
         """The last motion, brought just into contact where it is not."""
         last = self.state.motion
-        unknown = np.array([last.approach, last.shear])[self.free]
-        gap = self.problem.offset(self._motion(unknown), self.state.slip)[:, 0].min()
+        approach = last.approach
         if not (self.state.multiplier[:, 0] > 0.0).any():
-            share = self.forces.normal / self.problem.model.symmetry_factor
-            overlap = 0.1 * share * float(self.problem.self_compliance.min())
-            unknown[0] += gap + overlap
-        return unknown
+            approach = self._touch(last.shear) + self._overlap()
+        return np.array([approach, last.shear])[self.free]
 
     def _motion(self, unknown: Array) -> Motion:
         held = self.forces.held
@@ -153,10 +231,10 @@ class _Search:
         force = self.problem.model.total_force(increment.force)
         return np.array([-force[1], force[0]])[self.free]
 
-    def _tangent(self, increment: Increment) -> Array:
+    def _tangent(self, increment: Increment, held: bool = False) -> Array:
         """d(F_n, F_t) / d(approach, shear) of the free ones, N/mm."""
         changes = force_response(
-            self.problem, increment, self.problem.modes[self.free], self.workspace
+            self.problem, increment, self.problem.modes[self.free], self.workspace, held
         )
         columns = [
             self.problem.model.total_force(self.problem.to_global(change)) for change in changes
@@ -173,7 +251,8 @@ class _Search:
 
     def _line_search(
         self, unknown: Array, step: Array, missing: float
-    ) -> tuple[Array, Increment] | None:
+    ) -> tuple[Array, Increment | None]:
+        """The longest of the step's halves that brings the forces nearer, and its increment."""
         length = 1.0
         while length >= _SHORTEST:
             trial = self._solve(unknown + length * step)
@@ -182,21 +261,17 @@ class _Search:
                 if left <= (1.0 - 1e-3 * length) * missing:
                     return unknown + length * step, trial
             length *= 0.5
-        return None
+        return unknown, None
 
-    def _failure(self, trial: Increment | None) -> SolverError:
-        friction = self.problem.friction_coefficient
-        if trial is not None and len(self.free) == 2:
-            force = self.problem.model.total_force(trial.force)
-            sliding = trial.multiplier[:, 0] > 0.0
-            slips = trial.state.sliding[sliding] > 0.0
-            if slips.mean() > 0.95:
-                normal = self.forces.normal
-                return NoEquilibrium(
-                    f"no motion gives {self.forces}: complete slip. At friction {friction:g} the "
-                    f"contact carries {-force[0] / force[1] * normal:.4g} N tangential with "
-                    f"{normal:g} N normal; ask for less, press harder, or prescribe the motion"
-                )
+    def _beyond_friction(self, carried: float) -> NoEquilibrium:
+        return NoEquilibrium(
+            f"no motion gives {self.forces}: complete slip. At friction "
+            f"{self.problem.friction_coefficient:g} the contact carries {carried:.4g} N tangential "
+            f"with {self.forces.normal:g} N normal; ask for less, press harder, or prescribe the "
+            "motion"
+        )
+
+    def _failure(self) -> SolverError:
         if self.exhausted is not None:
             return self.exhausted
         return SolverError(f"no motion was found that gives {self.forces}: use smaller increments")

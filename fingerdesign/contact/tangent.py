@@ -20,9 +20,16 @@ Array = NDArray[np.float64]
 
 
 def force_response(
-    problem: ContactProblem, increment: Increment, modes: Array, workspace: Workspace | None = None
+    problem: ContactProblem,
+    increment: Increment,
+    modes: Array,
+    workspace: Workspace | None = None,
+    held: bool = False,
 ) -> Array:
-    """Change of the multipliers (k, m, dim) N per unit of each mode (k, m, dim) of gap and slip."""
+    """Change of the multipliers (k, m, dim) N per unit of each mode (k, m, dim) of gap and slip.
+
+    ``held``: sliding nodes are taken to stick, as they do when the motion turns back.
+    """
     m, dim = problem.shape
     friction = problem.friction_coefficient
     motion = np.column_stack([increment.gap, increment.slip_increment])
@@ -39,7 +46,7 @@ def force_response(
     nodes = inverse.nodes
     forces = -inverse.inverse @ modes[:, nodes].reshape(len(modes), -1).T  # were nothing to slide
     sliding = np.flatnonzero(status[nodes] == SLIP)
-    if len(sliding):
+    if len(sliding) and not held:
         system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
         shaped = forces.reshape(len(nodes), dim, -1)[sliding]
         wanted = -(

@@ -7,8 +7,9 @@ import pytest
 
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.objects import Plane, touching
 from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.reference import cattaneo_mindlin_line
 
 
@@ -56,6 +57,26 @@ def test_just_below_complete_slip_there_is_one(strip):
     *_, step = follow(strip, [Forces(1.0, 0.0), Forces(1.0, 0.4995)])
     assert step.measures.tangential_force == pytest.approx(0.4995)
     assert 0.0 < step.measures.stick_ratio < 0.1
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("friction", [0.15, 0.3, 1.0])
+def test_a_slope_holds_what_a_wedge_can(strip, friction, side):
+    """From nothing in one increment: up to tan(atan(mu) + slope), and down to the reverse."""
+    slope = np.arctan(0.1)
+    plane = Plane(0.0, (side * np.sin(slope), -np.cos(slope), 0.0))
+    crest = touching(plane, lambda x, z: -(x**2) / 40.0, 3.0, 1.0)[0]
+    problem = contact_problem(strip.model, crest, friction)
+    state = ContactState.untouched(problem)
+    up, down = (np.tan(slope + sign * np.arctan(friction)) for sign in (1.0, -1.0))
+    for limit in (up, down):
+        for share in (0.5, 0.99, 0.999):
+            ratio = side * (0.5 * (up + down) + share * (limit - 0.5 * (up + down)))
+            found = solve_forces(problem, state, Forces(0.05, 0.05 * ratio))
+            assert whole(problem, found) == pytest.approx((0.05, 0.05 * ratio), abs=1e-9)
+        beyond = limit + 1e-3 * (limit - 0.5 * (up + down))
+        with pytest.raises(NoEquilibrium, match="complete slip"):
+            solve_forces(problem, state, Forces(0.05, 0.05 * side * beyond))
 
 
 @pytest.mark.parametrize("normal", [0.0, -1.0, float("nan")])
