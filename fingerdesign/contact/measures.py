@@ -105,16 +105,34 @@ def completely_slips(measures: Measures, dimension: int) -> bool:
 def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]:
     """Nodal fields (m,), MPa: > 0 in contact, > 0 sticking (where in contact)."""
     model = problem.model
-    per_force = 1.0 / problem.self_compliance
-    contact = (increment.multiplier[:, 0] - increment.gap * per_force) / model.areas
+    opened, slipped = _border_compliances(problem)
+    contact = (increment.multiplier[:, 0] - increment.gap / opened) / model.areas
     # In pressure too, so that where nothing pulls sideways both borders are the same.
     size = np.linalg.norm(increment.multiplier[:, 1:], axis=1)
-    slipped = increment.state.sliding * per_force
     friction = max(problem.friction_coefficient, 1e-12)
-    stick = contact - (size + slipped) / (friction * model.areas)
+    stick = contact - (size + increment.state.sliding / slipped) / (friction * model.areas)
     sliding = increment.status == SLIP
     stick[sliding] = np.minimum(stick[sliding], 0.0)  # exactly on the cone, whatever the rounding
     return contact, stick
+
+
+def _border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
+    """Compliances (m,) mm/N that make forces of gaps, and of slips, next to a border.
+
+    In plane strain a node's own compliance grows with the body's depth and puts the border too far
+    out; what it yields beyond its neighbours does not. With 4 and 5 times that, half-widths and
+    stick widths of Hertz and Cattaneo-Mindlin came out two to three times as accurate (0.4 % with
+    40 facets on a half-width); in 3-D no factor served both.
+    """
+    own = problem.self_compliance
+    if problem.model.dimension == 3:
+        return own, own
+    normal, pairs = problem.compliance[::2, ::2], problem.model.facets
+    nearest = np.full(len(own), -np.inf)
+    for here, there in (pairs.T, pairs.T[::-1]):
+        np.maximum.at(nearest, here, normal[here, there])
+    local = np.maximum(own - np.maximum(nearest, 0.0), 0.05 * own)
+    return 4.0 * local, 5.0 * local
 
 
 def _positive_area(facets: IntArray, areas: Array, field: Array) -> float:
