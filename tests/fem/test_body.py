@@ -127,6 +127,17 @@ def test_a_body_without_contact_is_refused():
         condense_body(Body(**{**vars(body), "contact": np.empty((0, 3), dtype=int)}))
 
 
+def test_nodes_of_no_cell_are_refused():
+    body = block((2, 2), (1.0, 1.0), 1.0)
+    mesh = body.mesh
+    points = np.vstack([mesh.points, [[9.0, 9.0]]])
+    loose = Mesh(points, mesh.cells, mesh.regions, mesh.facets, "block")
+    with pytest.raises(SolverError, match="belong to no cell"):
+        condense_body(
+            Body(**{**vars(body), "mesh": loose, "fixed": np.append(body.fixed, [False, False])})
+        )
+
+
 def test_linear_elements_lock():
     """A bonded layer pressed flat: P1 gives way at nu = 0.3 but not at 0.4999; mixed does both."""
 
