@@ -76,11 +76,17 @@ def measure_speed(tell: Tell = lambda message: None, quick: bool = False) -> Spe
     if not quick:
         tell(f"a grip, {SPACE}")
         grips[SPACE] = run_case({"grip": True, "fidelity": "3d", "runs": 2, "values": _GRIP_SPACE})
+    checks = _checks(sizes, grips)
+    if not quick:
+        from fingerdesign.bench.condensation import condensation_checks
+
+        tell("condensing against its limits")
+        checks += condensation_checks()
     return Speed(
         tuple(sizes),
         tuple(law for kind in (PLANE, SPACE) for law in fit(kind, sizes)),
         grips,
-        tuple(_checks(sizes, grips)),
+        tuple(checks),
         found_machine,
         time.perf_counter() - began,
         quick,
