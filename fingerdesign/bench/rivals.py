@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Solve = Callable[[Array, Array, float, Array, float], Array]
 
 _TOLERANCE = 1e-9  # of the largest force, in each method's own residual
-_NEWTON_ITERATIONS = 60
+_NEWTON_ITERATIONS = 40
 _SWEEPS = 1000
 _PENALTIES = (1.0, 10.0, 100.0)  # over 1 / C_ii, each from the last one's answer
 

@@ -41,9 +41,9 @@ materials.stiff.poissons_ratio = 0.3
 _FLAT = "body.width_mm = 6.0\nbody.base_height_mm = 4.0\nbody.arc_radius_mm = 1e4\n"
 _SOLID = """
 mesh.mesher = "extrude"
-mesh.contact_size_mm = 0.4
+mesh.contact_size_mm = 0.5
 mesh.far_size_mm = 3.0
-mesh.layers = 5
+mesh.layers = 4
 body.width_mm = 10.0
 body.base_height_mm = 5.0
 body.depth_mm = 5.0

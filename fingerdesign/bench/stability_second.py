@@ -113,7 +113,7 @@ def fixed_bound(
     offset: Array,
     friction: float,
     tolerance: float = 1e-10,
-    budget: int = 8000,
+    budget: int = 4000,
 ) -> Array | None:
     """Forces (m, dim): p from a bound mu p of the round before until it no longer changes.
 
