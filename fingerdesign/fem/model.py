@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 # From this Poisson's ratio "auto" takes the mixed element. Measured on a finger with three plates
-# (bench.precision.VALUES), five increments, errors of F_n and of the largest gage reading against a
-# mesh of 60k (196k) dofs; mixed costs 1.2 to 1.3 times the time of P2 on the same mesh:
+# (bench.precision_run.VALUES), five increments, errors of F_n and of the largest gage reading
+# against a mesh of 60k (196k) dofs; mixed takes 1.2 to 1.3 times as long as P2 on the same mesh:
 #                    nu =   0.3           0.4           0.45          0.49          0.499
 #   2-D, 9k dofs   P2   2e-4, 0.4 %   7e-4, 0.7 %   6e-4, 1.1 %   2e-3, 2.2 %   3e-3, 4.1 %
 #                mixed  1e-4, 0.3 %   4e-4, 0.3 %   3e-4, 0.3 %   8e-4, 0.4 %   8e-4, 0.4 %
