@@ -30,7 +30,6 @@ def test_production_is_never_wrong_and_solves_all(quick):
     assert sum(each.verdict == Verdict.REFUSED for each in mine) < 0.3 * len(mine)
 
 
-@pytest.mark.xfail(reason="force control: no answer at friction 0, seconds to refuse in 3-D")
 def test_forces_prescribed(quick):
     mine = [e for e in quick.outcomes if e.family in (WITHIN, BEYOND) and e.method == PRODUCTION]
     assert mine
