@@ -83,8 +83,32 @@ def solve_forces(
     """
     if not (np.isfinite(forces.normal) and forces.normal > 0.0):
         raise NoEquilibrium(f"{forces}: a contact can only press; the normal force must be over 0")
+    _refuse_beyond_friction(problem, forces)
     search = _Search(problem, state, forces, workspace or Workspace())
     return search.run()
+
+
+def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:
+    """A flat object turns every node's force limit into one for the sum: no search is needed."""
+    normals = problem.frames[:, 0]
+    across, down = float(normals[0, 0]), float(normals[0, 1])
+    flat = np.abs(normals - normals[0]).max() < 1e-12 and abs(np.hypot(across, down) - 1.0) < 1e-12
+    if forces.tangential is None or not flat:
+        return  # sloping along z, its force may have a part there that is not prescribed
+    pressed = across * forces.tangential - down * forces.normal
+    pulled = -down * forces.tangential - across * forces.normal
+    if abs(pulled) > problem.friction_coefficient * pressed * (1.0 + _TOLERANCE):
+        slope = np.arctan2(across, -down)
+        angle = slope + np.sign(pulled) * np.arctan(problem.friction_coefficient)
+        raise _beyond_friction(problem, forces, forces.normal * float(np.tan(angle)))
+
+
+def _beyond_friction(problem: ContactProblem, forces: Forces, carried: float) -> NoEquilibrium:
+    return NoEquilibrium(
+        f"no motion gives {forces}: complete slip. At friction "
+        f"{problem.friction_coefficient:g} the contact carries {carried:.4g} N tangential "
+        f"with {forces.normal:g} N normal; ask for less, press harder, or prescribe the motion"
+    )
 
 
 class _Search:
@@ -179,7 +203,7 @@ class _Search:
             if onward * (pulled - self.wanted[1]) > 0.0:
                 return self._bisect(here, there)
             here = there
-        raise self._beyond_friction(pulled)
+        raise _beyond_friction(self.problem, self.forces, pulled)
 
     def _bisect(self, low: float, high: float) -> Increment:
         onward = 1.0 if high > low else -1.0
@@ -262,14 +286,6 @@ class _Search:
                     return unknown + length * step, trial
             length *= 0.5
         return unknown, None
-
-    def _beyond_friction(self, carried: float) -> NoEquilibrium:
-        return NoEquilibrium(
-            f"no motion gives {self.forces}: complete slip. At friction "
-            f"{self.problem.friction_coefficient:g} the contact carries {carried:.4g} N tangential "
-            f"with {self.forces.normal:g} N normal; ask for less, press harder, or prescribe the "
-            "motion"
-        )
 
     def _failure(self) -> SolverError:
         if self.exhausted is not None:

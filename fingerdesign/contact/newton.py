@@ -65,6 +65,7 @@ def newton(
     multiplier = start.copy()
     motion = (compliance @ multiplier.reshape(-1)).reshape(m, dim) + offset
     best, best_residual = multiplier, np.inf
+    rounding = 1e-12 * float(np.abs(offset).max())
     for iteration in range(1, max_iterations + 1):
         seen = motion
         if iteration == 1 and before is not None:
@@ -89,7 +90,7 @@ def newton(
             best, best_residual = multiplier, residual
         if residual <= tolerance:
             return NewtonResult(multiplier, residual, iteration, True, inverse)
-        if _left(motion, status) > _DRIFT * _left(was, status):
+        if _left(motion, status) > max(_DRIFT * _left(was, status), rounding):
             inverse = None  # carried too far: rounding has eaten it up
     return NewtonResult(best, best_residual, max_iterations, False)
 
