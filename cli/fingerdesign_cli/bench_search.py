@@ -23,8 +23,9 @@ def paper_finger(
     """Search the dimensions that the paper does not give (minutes).
 
     On the finger that is kept, the gage area follows the stick area best, whatever the friction.
-    Writes every candidate (CSV), a chart, and the winner with its scene (TOML): with the default
-    --count and --seed the shipped designs/maeno2000.toml and designs/scenes/fundamental.toml.
+    Writes every candidate (CSV), a chart, and the winner with its scene (TOML). The shipped
+    designs/maeno2000.toml won this search with quadratic elements; with the mixed ones of today
+    its score on the fine mesh (0.946) is next to the winner's (0.948).
     """
     from fingerdesign.bench.paper_finger import search, write
     from fingerdesign.study.paper_finger import FRICTIONS, Finding

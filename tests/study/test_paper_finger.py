@@ -17,7 +17,7 @@ from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.study import paper_finger as study
 from fingerdesign.study import paper_space as space
 
-WINNER = 326  # of the search's 384
+WINNER = 326  # of 384, with quadratic elements; with mixed ones a tie with number 73
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +64,7 @@ def test_the_shipped_finger_and_scene_are_the_searchs_winner(shipped):
 
 
 def test_on_the_shipped_finger_the_gage_area_follows_the_stick_area(shipped):
-    """Found: 0.947, 0.988, 0.952, 0.967; on the coarse mesh 0.890, 0.952, 0.952, 0.903."""
+    """Found: 0.946, 0.988, 0.952, 0.978; on the coarse mesh 0.824, 0.943, 0.952, 0.888."""
     assert shipped.score > 0.88
     assert min(shipped.fine) > 0.94
     assert min(shipped.steps) > 0.92
