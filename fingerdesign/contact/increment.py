@@ -30,7 +30,7 @@ class ZoneExhausted(SolverError):
     """The contact reaches the rim of the candidate zone: a wider zone is needed."""
 
 
-ACCEPT = 1e-8  # the laws; Newton ends near 1e-13, so a pass is never a close call
+ACCEPT = 1e-8  # the laws; Newton ends below 1e-10, so a pass is never a close call
 ACCEPT_BALANCE = 1e-6  # the model's own rounding, not the solver's (fem.model)
 _ON_LIMIT = 1e-9  # relative: rounding of forces and slips
 _MOST = 0.5  # of the nodes: with more than these near, all are solved for

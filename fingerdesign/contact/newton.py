@@ -47,17 +47,13 @@ def newton(
     start: Array,
     factor: float = 0.05,
     inverse: ActiveInverse | None = None,
-    before: Array | None = None,
-    tolerance: float = 1e-11,
+    tolerance: float = 1e-10,
     max_iterations: int = 40,
 ) -> NewtonResult:
     """Solve the increment from ``start`` (m, dim); ``offset`` (m, dim) is v at lambda = 0.
 
-    ``before`` (m, dim): the offset that ``start`` was the answer to. The first step then keeps open
-    and closed nodes as they were: those in contact take up the motion, and show which others they
-    can't keep away, where a rigid overlap would close far too many. ``inverse`` of an earlier solve
-    on the same compliance saves work; the answer is the same to rounding. Never raises on failure
-    to converge: the caller decides. A singular system ends it.
+    ``inverse`` of an earlier solve on the same compliance saves work; the answer is the same to
+    rounding. Never raises on failure to converge: the caller decides. A singular system ends it.
     """
     m, dim = offset.shape
     self_compliance = np.diag(compliance).reshape(m, dim)[:, 0]
@@ -67,11 +63,7 @@ def newton(
     best, best_residual = multiplier, np.inf
     rounding = 1e-12 * float(np.abs(offset).max())
     for iteration in range(1, max_iterations + 1):
-        seen = motion
-        if iteration == 1 and before is not None:
-            seen = motion.copy()
-            seen[:, 0] += before[:, 0] - offset[:, 0]
-        status, trial = classify(multiplier, seen, rho, friction_coefficient)
+        status, trial = classify(multiplier, motion, rho, friction_coefficient)
         closed = np.flatnonzero(status != OPEN)
         try:
             if inverse is None or not len(inverse.nodes):

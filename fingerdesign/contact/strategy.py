@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.newton import NewtonResult, newton
 from fingerdesign.contact.pivots import friction_pivots
+from fingerdesign.contact.pressing import pressed
 from fingerdesign.contact.sweeps import gauss_seidel
 
 Array = NDArray[np.float64]
@@ -54,15 +55,15 @@ class Task:
         )
 
     def warm(self) -> NewtonResult:
-        """From the guess, what touched going on to touch for a first step: mostly 3 to 6 steps,
-        where newton from the last forces takes 6 to 8 but hardly ever cycles."""
+        """From the guess, its contact brought up to date: mostly 3 to 6 steps, where newton from
+        the last forces takes 6 to 8 but hardly ever cycles."""
+        guess = pressed(self.compliance, self.offset, self.guess, self.friction_coefficient)
         return newton(
             self.compliance,
             self.offset,
             self.friction_coefficient,
-            self.guess,
+            guess,
             inverse=self.inverse,
-            before=self.before,
             max_iterations=_WARM,
         )
 
@@ -86,8 +87,7 @@ def solve_task(task: Task) -> tuple[NewtonResult, str]:
 
 def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
     """Names, and what to do with the best forces so far."""
-    if task.start.any():
-        yield "newton, warm", lambda best: task.warm()
+    yield "newton, warm", lambda best: task.warm()
     yield "newton", lambda best: task.newton(task.start)
     yield "newton, other augmentation", lambda best: task.newton(task.start, _FACTORS[0])
     if task.offset.shape[1] == 2:
