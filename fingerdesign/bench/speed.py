@@ -30,7 +30,7 @@ Tell = Callable[[str], None]
 PLANE, SPACE = "plane strain", "3-D"
 _PLANE_SIZES = ((0.2, 1.1), (0.1, 0.56), (0.05, 0.30), (0.025, 0.14))  # contact, far: mm
 _PLANE_ASKED = 2  # of them: 33k dofs
-_SPACE_SIZES = ((0.48, 2.4, 5), (0.36, 1.8, 7), (0.27, 1.35, 9), (0.2, 1.8, 12), (0.17, 0.85, 14))
+_SPACE_SIZES = ((0.48, 2.4, 5), (0.36, 1.8, 7), (0.27, 1.35, 9), (0.2, 1.8, 12), (0.174, 0.87, 14))
 _SPACE_ASKED, _SPACE_LARGE = 3, 4  # 100k dofs with about 500 contact nodes; 200k
 _GRIP_SPACE = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
 # On the same work, measured once on two quiet cores (not by this program).

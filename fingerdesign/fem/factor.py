@@ -41,13 +41,15 @@ _NOT_DEFINITE = (
 class Condensation:
     """R K^-1 R^T for K by its upper triangle (n, n) and R (r, n), both CSR with sorted indices.
 
-    ``matrix`` (r, r) is symmetric. ``negative``: how many eigenvalues of K are below zero, the
-    pressures of a mixed element. Raises SolverError where K has others (a body that is not held, a
-    negative modulus) or memory runs out.
+    ``matrix`` (r, r) is symmetric; ``operations``: floating-point ones of the factorisation with
+    its border, NaN where PARDISO is not there to count them. ``negative``: how many eigenvalues of
+    K are below zero, the pressures of a mixed element. Raises SolverError where K has others (a
+    body that is not held, a negative modulus) or memory runs out.
     """
 
     def __init__(self, stiffness: sp.csr_matrix, rows: sp.csr_matrix, negative: int = 0) -> None:
         self.matrix: Array
+        self.operations = float("nan")
         self._size = stiffness.shape[0]
         self._pardiso: Any = None
         self._superlu: Any = None
@@ -67,9 +69,11 @@ class Condensation:
         self._bordered = _border(stiffness, rows)
         self._pardiso = _solver()
         self._pardiso.set_iparm(36, 2)  # the Schur complement, and factors that solve afterwards
+        self._pardiso.iparm[18] = -1  # asks for the count of operations, which comes in millions
         self._pardiso.perm = np.zeros(self._size + kept, dtype=np.int32)
         self._pardiso.perm[self._size :] = 1
         schur = self._phase(12, np.zeros((kept, kept), order="F"))
+        self.operations = 1e6 * float(self._pardiso.iparm[18])
         positive = int(self._pardiso.iparm[21])  # eigenvalues > 0 of the bordered matrix: K's own
         perturbed = int(self._pardiso.iparm[13])
         if positive != self._size - negative or perturbed:

@@ -66,7 +66,7 @@ def test_nothing_touched_needs_no_force():
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_every_way_leads_to_an_answer(monkeypatch, dim):
-    """With Newton from the guess and from the last forces taken away, what comes after it still solves."""
+    """With Newton from the guess and the last forces taken away, what comes next still solves."""
     first = Task.newton
     calls = []
 
