@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_SMALL = 100  # dofs: smaller blocks are inverted at once
 _RENEW = 0.3  # part of the nodes changing from which a new inverse is cheaper
 
 
@@ -32,8 +33,7 @@ class ActiveInverse:
     def of(compliance: Array, nodes: IntArray, dim: int) -> ActiveInverse:
         """Made anew. Raises numpy.linalg.LinAlgError where the block is singular."""
         dofs = dofs_of(nodes, dim)
-        inverse = np.linalg.inv(compliance[np.ix_(dofs, dofs)])
-        return ActiveInverse(nodes, 0.5 * (inverse + inverse.T))
+        return ActiveInverse(nodes, inverse_of(block(compliance, dofs, dofs)))
 
     def moved_to(self, compliance: Array, nodes: IntArray, dim: int) -> ActiveInverse:
         """The inverse on other ``nodes``, by the cheaper of updating and making anew."""
@@ -54,17 +54,17 @@ class ActiveInverse:
             return self
         keep = dofs_of(np.flatnonzero(~leaves), dim)
         drop = dofs_of(np.flatnonzero(leaves), dim)
-        cross = self.inverse[np.ix_(keep, drop)]
-        corner = self.inverse[np.ix_(drop, drop)]
-        inverse = self.inverse[np.ix_(keep, keep)] - cross @ np.linalg.solve(corner, cross.T)
+        cross = block(self.inverse, keep, drop)
+        corner = block(self.inverse, drop, drop)
+        inverse = block(self.inverse, keep, keep) - cross @ np.linalg.solve(corner, cross.T)
         return ActiveInverse(self.nodes[~leaves], inverse)
 
     def _with(self, compliance: Array, joins: IntArray, dim: int) -> ActiveInverse:
         if not len(joins):
             return self
         old, new = dofs_of(self.nodes, dim), dofs_of(joins, dim)
-        cross = self.inverse @ compliance[np.ix_(old, new)]
-        corner = np.linalg.inv(compliance[np.ix_(new, new)] - compliance[np.ix_(new, old)] @ cross)
+        cross = self.inverse @ block(compliance, old, new)
+        corner = np.linalg.inv(block(compliance, new, new) - block(compliance, new, old) @ cross)
         side = -cross @ corner
         inverse = np.block([[self.inverse - side @ cross.T, side], [side.T, corner]])
         return ActiveInverse(np.concatenate([self.nodes, joins]), inverse)
@@ -76,6 +76,34 @@ class ActiveInverse:
     def restricted(self, keep: NDArray[np.bool_], dim: int) -> ActiveInverse:
         """On those of its nodes for which ``keep`` (by position) holds."""
         return self._without(~keep, dim)
+
+
+def block(matrix: Array, rows: IntArray, columns: IntArray) -> Array:
+    """The rows and columns given, (r, c); four times as fast as np.ix_ where there are hundreds."""
+    return matrix[rows][:, columns]
+
+
+def inverse_of(matrix: Array) -> Array:
+    """Inverse (n, n) of a symmetric positive definite matrix, by halves.
+
+    Two thirds of the operations of a general inverse, and nearly all in products of matrices.
+    Raises numpy.linalg.LinAlgError where a block is singular.
+    """
+    n = len(matrix)
+    if n <= _SMALL:
+        inverse = np.linalg.inv(matrix)
+        return np.asarray(0.5 * (inverse + inverse.T))
+    half = n // 2
+    first = inverse_of(matrix[:half, :half])
+    cross = first @ matrix[:half, half:]
+    second = inverse_of(matrix[half:, half:] - matrix[half:, :half] @ cross)
+    side = -cross @ second
+    whole = np.empty((n, n))
+    whole[:half, :half] = first - side @ cross.T
+    whole[:half, half:] = side
+    whole[half:, :half] = side.T
+    whole[half:, half:] = second
+    return whole
 
 
 def dofs_of(nodes: IntArray, dim: int) -> IntArray:

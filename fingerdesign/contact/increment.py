@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.contact.active import ActiveInverse, dofs_of
+from fingerdesign.contact.active import ActiveInverse, block, dofs_of
 from fingerdesign.contact.laws import (
     OPEN,
     SLIP,
@@ -212,7 +212,7 @@ def _solve(
         whole = np.count_nonzero(near) > _MOST * m
         index = np.arange(m) if whole else np.flatnonzero(near)
         columns = dofs_of(index, dim)
-        compliance = problem.compliance if whole else problem.compliance[np.ix_(columns, columns)]
+        compliance = problem.compliance if whole else block(problem.compliance, columns, columns)
         task = Task(
             compliance,
             offset[index],
@@ -228,7 +228,7 @@ def _solve(
         workspace.inverse = result.inverse.renamed(index) if result.inverse is not None else None
         missed = ~near & ~whole
         if missed.any():
-            rows = problem.compliance[np.ix_(dim * np.flatnonzero(missed), columns)]
+            rows = block(problem.compliance, dim * np.flatnonzero(missed), columns)
             gap = offset[missed, 0] + rows @ multiplier[index].reshape(-1)
             missed[missed] = gap < 0.0
         if not missed.any():

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.contact.active import ActiveInverse, dofs_of
+from fingerdesign.contact.active import ActiveInverse, block, dofs_of
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, natural_residual
 
 Array = NDArray[np.float64]
@@ -135,13 +135,15 @@ def _linear_step(
     opened = np.flatnonzero((status == OPEN) & multiplier.any(axis=1))
     now = motion[closed].reshape(-1)
     if len(opened):
-        gone = compliance[np.ix_(dofs_of(closed, dim), dofs_of(opened, dim))]
+        gone = block(compliance, dofs_of(closed, dim), dofs_of(opened, dim))
         now = now - gone @ multiplier[opened].reshape(-1)
     forces = multiplier[closed].reshape(-1) - active.inverse @ now  # were nothing to slide
     sliding = np.flatnonzero(status[closed] == SLIP)
     if len(sliding):
         slip = _slips(friction_coefficient, trial, rho, multiplier, motion, active, sliding, forces)
-        forces = forces + active.inverse[:, tangential_dofs(sliding, dim)] @ slip
+        moved = np.zeros(len(forces))
+        moved[tangential_dofs(sliding, dim)] = slip
+        forces = forces + active.inverse @ moved  # cheaper than picking the columns
     result[closed] = forces.reshape(-1, dim)
     return result
 
@@ -186,8 +188,8 @@ def slip_system(
     pull = friction_coefficient * direction
 
     columns = tangential_dofs(sliding, dim)
-    tangential = active.inverse[np.ix_(columns, columns)].reshape(count, dim - 1, -1)
-    normal = active.inverse[np.ix_(sliding * dim, columns)]
+    tangential = block(active.inverse, columns, columns).reshape(count, dim - 1, -1)
+    normal = block(active.inverse, sliding * dim, columns)
     matrix = keep @ tangential - pull[:, :, None] * normal[:, None, :]
     diagonal = matrix.reshape(count, dim - 1, count, dim - 1)
     here = np.arange(count)

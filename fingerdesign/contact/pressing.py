@@ -32,11 +32,11 @@ def pressed(compliance: Array, offset: Array, guess: Array, friction_coefficient
     normal = np.zeros(m)
     for _ in range(_STEPS):
         index = np.flatnonzero(closed)
-        columns = compliance[::dim, dim * index]
-        force = np.linalg.solve(columns[index], -gap[index]) if len(index) else np.empty(0)
+        rows = compliance[dim * index][:, ::dim]  # by symmetry the gaps that they cause
+        force = np.linalg.solve(rows[:, index], -gap[index]) if len(index) else np.empty(0)
         normal[:] = 0.0
         normal[index] = force
-        now = np.where(closed, normal > 0.0, gap + columns @ force < 0.0)
+        now = np.where(closed, normal > 0.0, gap + force @ rows < 0.0)
         if (now == closed).all():
             break
         closed = now

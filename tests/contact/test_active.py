@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.active import ActiveInverse, dofs_of
+from fingerdesign.contact.active import ActiveInverse, dofs_of, inverse_of
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -58,3 +58,12 @@ def test_a_workspace_changes_no_answer():
         scale = np.abs(fresh.multiplier).max()
         assert np.abs(carried.multiplier - fresh.multiplier).max() <= 1e-8 * scale
         one, other = carried.state, fresh.state
+
+
+@pytest.mark.parametrize("n", [1, 7, 100, 101, 350])
+def test_the_inverse_by_halves(n):
+    root = np.random.default_rng(n).normal(size=(n, n))
+    matrix = root @ root.T + np.eye(n)
+    inverse = inverse_of(matrix)
+    assert np.abs(inverse @ matrix - np.eye(n)).max() < 1e-9
+    assert np.array_equal(inverse, inverse.T)
