@@ -25,7 +25,7 @@ def test_moved_inverse_equals_a_new_one(dim, goal):
         assert set(inverse.nodes.tolist()) == set(nodes.tolist())
         dofs = dofs_of(inverse.nodes, dim)
         product = inverse.inverse @ compliance[np.ix_(dofs, dofs)]
-        assert np.abs(product - np.eye(len(dofs))).max() < 1e-9
+        assert np.abs(product - np.eye(len(dofs))).max() < 1e-8
 
 
 def test_a_workspace_changes_no_answer():
@@ -65,5 +65,5 @@ def test_the_inverse_by_halves(n):
     root = np.random.default_rng(n).normal(size=(n, n))
     matrix = root @ root.T + np.eye(n)
     inverse = inverse_of(matrix)
-    assert np.abs(inverse @ matrix - np.eye(n)).max() < 1e-9
-    assert np.array_equal(inverse, inverse.T)
+    assert np.abs(inverse @ matrix - np.eye(n)).max() < 1e-8
+    assert np.abs(inverse - inverse.T).max() < 1e-12
