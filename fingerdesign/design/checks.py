@@ -141,6 +141,15 @@ def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     if plates.model != "sheet" or not plates.number or involves(doubtful, "plates.model"):
         return []
     faults = []
+    if design.mesh.element == "P1" and not involves(doubtful, "mesh.element"):
+        faults.append(
+            Fault(
+                "mesh.element",
+                "P1",
+                "'auto', 'P2' or 'mixed' for plates as sheets",
+                "linear elements do not bend; leave mesh.element out",
+            )
+        )
     shape = ("body.shape", "body.depth_mm", "plates.span_mm")
     if not design.extruded and not involves(doubtful, *shape):
         faults.append(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from fingerdesign.report.numbers import cleaned, column_texts, number_text, under_load
-from fingerdesign.results import Result
+from fingerdesign.results import IncrementResult, Result
 
 SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
 
@@ -32,6 +33,7 @@ def increment_table(result: Result) -> Table:
         *("peak pressure (MPa)", "iterations", "residual"),
     )
     found = result.increments
+    beside = _out_of_section(found)
     # Forces share a scale, and so do motions: without friction F_t is noise beside F_n.
     forces = [max(abs(row.normal_force_N), abs(row.tangential_force_N)) for row in found]
     most = max(forces, default=0.0)
@@ -48,10 +50,24 @@ def increment_table(result: Result) -> Table:
             column_texts(row.peak_pressure_MPa for row in found),
             [str(row.iterations) for row in found],
             [f"{row.residual:.0e}" for row in found],
+            *beside.values(),
             strict=True,
         )
     )
-    return Table("increments", "Increments", columns, rows)
+    return Table("increments", "Increments", (*columns, *beside), rows)
+
+
+def _out_of_section(found: Sequence[IncrementResult]) -> dict[str, list[str]]:
+    """Columns of what leaves the plane of the section, where anything does."""
+    if not any(row.shear_z_mm or row.twist_deg for row in found):
+        return {}
+    most = max(row.normal_force_N for row in found)
+    return {
+        "shear z (mm)": column_texts(row.shear_z_mm for row in found),
+        "twist (degrees)": column_texts(row.twist_deg for row in found),
+        "force z (N)": column_texts((row.force_z_N for row in found), scale=most),
+        "twist moment (N mm)": column_texts((row.twist_moment_Nmm for row in found), scale=most),
+    }
 
 
 def grip_table(result: Result) -> Table:
@@ -141,10 +157,29 @@ def scene_table(result: Result) -> Table:
     return Table("scene", "The scene, key by key", ("key", "value"), rows, frozenset({0, 1}))
 
 
-def friction_text(result: Result) -> str:
-    """The scene's friction coefficient; empty where the result does not hold it."""
-    friction = result.parameters.get(f"{SCENE}object.friction_coefficient")
-    return "" if friction is None else value_text(friction)
+def object_text(result: Result) -> str:
+    """What touches the finger and how it is moved, in a sentence or two; empty if not known."""
+    keys = {
+        key.removeprefix(f"{SCENE}object."): value
+        for key, value in result.parameters.items()
+        if key.startswith(f"{SCENE}object.")
+    }
+    friction = keys.get("friction_coefficient")
+    if friction is None:
+        return ""
+    shape = str(keys.get("shape") or "plane")
+    words = f"The object is a {shape}"
+    if keys.get("radius_mm") is not None:
+        words += f" of radius {value_text(keys['radius_mm'])} mm"
+    if shape == "cylinder":
+        words += f" along {keys.get('axis', 'z')}"
+    for name, about in (("tilt_deg", "z"), ("turn_deg", "y")):
+        if keys.get(name):
+            words += f", turned by {value_text(keys[name])} degrees about {about}"
+    words += f"; friction coefficient μ = {value_text(friction)}."
+    if result.parameters.get(f"{SCENE}path.control") == "force":
+        words += " Its forces are prescribed; the motions were found."
+    return words
 
 
 def points_table(result: Result) -> Table:

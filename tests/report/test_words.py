@@ -7,10 +7,10 @@ import pytest
 from fingerdesign.report.tables import (
     assumed_values,
     design_table,
-    friction_text,
     grip_table,
     increment_table,
     model_table,
+    object_text,
     points_table,
     scene_table,
     work_table,
@@ -155,7 +155,32 @@ def test_scene_has_a_table_of_its_own(plane_strain) -> None:
     assert design_table(result).rows == design_table(plane_strain.result).rows
     assert scene_table(plane_strain.result).rows == ()
     assert ("object.friction_coefficient", "0.5") in scene_table(result).rows
-    assert (friction_text(result), friction_text(plane_strain.result)) == ("0.5", "")
+    assert object_text(result) == "The object is a plane; friction coefficient μ = 0.5."
+    assert object_text(plane_strain.result) == ""
+
+
+def test_the_object_in_words(plane_strain) -> None:
+    changes = {
+        "scene.object.shape": "cylinder",
+        "scene.object.radius_mm": 2.0,
+        "scene.object.axis": "x",
+        "scene.object.turn_deg": 30.0,
+        "scene.path.control": "force",
+    }
+    words = object_text(with_scene(plane_strain.result, **changes))
+    assert words == (
+        "The object is a cylinder of radius 2 mm along x, turned by 30 degrees about y; friction "
+        "coefficient μ = 0.5. Its forces are prescribed; the motions were found."
+    )
+
+
+def test_what_leaves_the_section_has_columns_of_its_own(plane_strain) -> None:
+    result = plane_strain.result
+    assert "twist (degrees)" not in increment_table(result).columns
+    rows = tuple(dataclasses.replace(row, twist_deg=0.5) for row in result.increments)
+    table = increment_table(dataclasses.replace(result, increments=rows))
+    assert table.columns[-3] == "twist (degrees)"
+    assert all(len(row) == len(table.columns) for row in table.rows)
 
 
 def test_strain_at_points_is_that_under_load(plane_strain) -> None:
