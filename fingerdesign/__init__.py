@@ -21,13 +21,21 @@ if TYPE_CHECKING:
     from fingerdesign.design.io import with_values as with_values
     from fingerdesign.design.scene import Scene as Scene
     from fingerdesign.design.schema import Design as Design
+    from fingerdesign.errors import DesignError as DesignError
+    from fingerdesign.errors import FingerDesignError as FingerDesignError
+    from fingerdesign.errors import SolverError as SolverError
     from fingerdesign.pipeline import analyse as analyse
+    from fingerdesign.results import Result as Result
 
 __version__ = "0.1.0"
 
 _HOMES = {
     "Design": "fingerdesign.design.schema",
+    "DesignError": "fingerdesign.errors",
+    "FingerDesignError": "fingerdesign.errors",
+    "Result": "fingerdesign.results",
     "Scene": "fingerdesign.design.scene",
+    "SolverError": "fingerdesign.errors",
     "load_design": "fingerdesign.design.io",
     "load_scene": "fingerdesign.design.io",
     "parse_design": "fingerdesign.design.io",

@@ -20,6 +20,7 @@ _SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone
 _ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
 # Searched for other answers above it: on the shipped finger none was found even at 5.
 _UNUSUAL_FRICTION = 1.0
+_LOCKING = 0.4  # Poisson's ratio from which linear elements are too stiff to be believed
 
 
 def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[str]:
@@ -52,7 +53,29 @@ def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]
             f"the fundamental path, made for maeno2000, ends at a stick ratio of "
             f"{ratio or 0.0:.2f} on this finger, not in complete slip; --scene takes your own"
         )
-    return [*found, *_other_answers(scene, problem, steps)]
+    return [*found, *_choices(case, scene), *_other_answers(scene, problem, steps)]
+
+
+def _choices(case: Case, scene: Scene) -> list[str]:
+    """Keys of the design and the scene that may not mean, or not do, what their writer thinks."""
+    design, found = case.design, list[str]()
+    ratio = design.material_of("body").poissons_ratio
+    if design.mesh.element == "P1" and ratio >= _LOCKING:
+        found.append(
+            f"linear elements lock at nu = {ratio:g}: forces and strains are off by ten percent "
+            "and more; leave mesh.element at auto"
+        )
+    if design.plates.model == "none" and design.plates.number:
+        found.append(
+            'plates.model = "none": the plates are left out, so the readings are the rubber\'s own '
+            "strains, thousands of times a plate's, and verdicts and grips on them mean nothing"
+        )
+    if scene.path.control == "force" and scene.path.increments_mm:
+        found.append(
+            'path.increments_mm was read as newtons, as path.control = "force" says; '
+            "path.increments_N is the plainer key"
+        )
+    return found
 
 
 def _other_answers(scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[str]:

@@ -26,7 +26,7 @@ from fingerdesign.design.checks import tetwild_faults
 from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.scene_checks import scene_faults
-from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.errors import DesignError, Fault, FingerDesignError, SolverError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.records import contact_history, increment_result
 from fingerdesign.results import (
@@ -35,6 +35,7 @@ from fingerdesign.results import (
     GageLayout,
     GripResult,
     GripTrace,
+    IncrementResult,
     MeshSummary,
     ModelSummary,
     Result,
@@ -130,7 +131,7 @@ def _run_in_zone(
     problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
     tell("loading")
     with clock.stage("increments"), one_thread():
-        steps = list(follow(problem, targets(scene.path), substeps=scene.path.substeps))
+        steps = _follow(problem, scene, design.gages.face)
         studies = slip_studies(case, scene, problem) if case.scene is None else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.grips and case.scene is None and design.plates.number:
@@ -169,6 +170,28 @@ def _run_in_zone(
     )
 
 
+class PathStopped(SolverError):
+    """A row of the path has no accepted answer; ``increments`` holds those before it."""
+
+    def __init__(self, message: str, increments: tuple[IncrementResult, ...]) -> None:
+        super().__init__(message)
+        self.increments = increments
+
+
+def _follow(problem: ContactProblem, scene: Scene, face: str) -> list[Step]:
+    path, steps = scene.path, list[Step]()
+    try:
+        for step in follow(problem, targets(path), substeps=path.substeps):
+            steps.append(step)
+    except ZoneExhausted:
+        raise
+    except SolverError as error:
+        where = f"row {len(steps) + 1} of {len(path.rows)} ({path.key}[{len(steps)}])"
+        solved = tuple(increment_result(step, face) for step in steps)
+        raise PathStopped(f"{where}: {error}", solved) from error
+    return steps
+
+
 def failed_result(case: Case, error: FingerDesignError, clock: Clock) -> Result:
     """The record of an analysis that did not come to an end: why, and of what."""
     scene = case.scene or fundamental_scene()
@@ -180,6 +203,7 @@ def failed_result(case: Case, error: FingerDesignError, clock: Clock) -> Result:
         fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
         status="failed",
         failure=str(error),
+        increments=error.increments if isinstance(error, PathStopped) else (),
         seeds={"grip": case.design.grip.seed},
         timings_s=dict(clock.seconds),
         peak_memory_MB=peak_memory_MB(),

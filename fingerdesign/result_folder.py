@@ -88,7 +88,10 @@ def read_result(folder: Path | str) -> Result:
 
 
 def write_history_csv(path: Path, result: Result) -> None:
-    """A row an increment; units in the column names; empty where there is no value."""
+    """A row an increment; units in the column names; empty where there is no value.
+
+    Readout points are numbered from 1 in the scene's order; xy, xz and yz are engineering shear.
+    """
     names = [
         item.name
         for item in dataclasses.fields(IncrementResult)
@@ -96,8 +99,15 @@ def write_history_csv(path: Path, result: Result) -> None:
     ]
     plates = [gage.plate for gage in result.increments[0].gages] if result.increments else []
     header = ["increment", *names, *(f"gage_{plate}_reading_microstrain" for plate in plates)]
+    parts = [item.name for item in dataclasses.fields(PointStrain)]
+    points = range(1, len(result.increments[0].points) + 1) if result.increments else ()
+    header += [f"point_{point}_strain_{part}_microstrain" for point in points for part in parts]
     rows = (
-        [number, *(getattr(row, name) for name in names), *(gage.reading for gage in row.gages)]
+        [
+            *(number, *(getattr(row, name) for name in names)),
+            *(gage.reading for gage in row.gages),
+            *(getattr(point, part) for point in row.points for part in parts),
+        ]
         for number, row in enumerate(result.increments, start=1)
     )
     _write_csv(path, header, rows)

@@ -133,8 +133,10 @@ class PointStrain:
 
 @dataclass(frozen=True)
 class IncrementResult:
-    """One row of the path, solved and checked.
+    """One row of the path, solved and checked. Forces are those on the finger, whole.
 
+    normal_force_N: along -y, > 0 in compression; tangential_force_N: along +x, which is what a
+    shear of the object toward +x causes; also where the object slopes.
     stick_ratio: stick area / contact area by quadrature, None without contact. In 3-D the contact
     width is taken at z = 0. residual: the contact solver's own, as it defines it. force_z_N: on the
     finger, > 0 toward +z; twist_moment_Nmm: on the finger about +y through x = z = 0.

@@ -9,6 +9,8 @@ from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.starter import shipped_path
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.outputs import analyse_into
+from fingerdesign.pipeline import Case
 from fingerdesign.scene_contact import object_at_touch
 
 COARSE = {
@@ -70,6 +72,14 @@ def test_a_pull_beyond_friction_is_refused_with_what_friction_carries(design):
     text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 1.6]]'
     with pytest.raises(SolverError, match=r"complete slip.*carries 1\.5 N"):
         analyse(design, parse_scene(text), "plane-strain")
+
+
+def test_what_was_solved_before_the_refusal_is_kept(design, tmp_path):
+    scene = parse_scene('path.control = "force"\npath.increments_N = [[2, 0], [3, 0.9], [3, 1.6]]')
+    outcome = analyse_into(Case(design, scene, "plane-strain", "pull"), tmp_path)
+    assert outcome.status == "failed"
+    assert outcome.failure.startswith("row 3 of 3 (path.increments_N[2]): no motion gives")
+    assert [row.tangential_force_N for row in outcome.increments] == pytest.approx([0.0, 0.9])
 
 
 @pytest.mark.parametrize(

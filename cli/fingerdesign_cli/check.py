@@ -16,6 +16,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
+    from fingerdesign.design import Design
     from fingerdesign.design.forecast import Summary
     from fingerdesign.errors import DesignError
 
@@ -39,12 +40,13 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
     mended.
 
     For sound designs: the plates' clearances, the volume and a forecast of the contact's
-    half-width. Exit code 2 where any file has a fault.
+    half-width; not where SCENE is faulty. Exit code 2 where any file has a fault.
     """
     from fingerdesign.design.forecast import summarise
 
     reports: list[dict[str, object]] = []
     summaries: list[Summary] = []
+    notes: list[str] = []
     scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
     if scene_file is not None and wrong is not None:
         reports.append(_faulty(scene_file, wrong))
@@ -57,13 +59,34 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
         else:
             summary = summarise(found.value, sound_scene)
             summaries.append(summary)
-            reports.append({"file": str(path), "sound": True, "faults": [], **summary.as_dict()})
+            known = summary.as_dict() if wrong is None else {}  # forecast for the scene asked for
+            doubts = _notes(found.value)
+            notes += [f"{path}: {note}" for note in doubts]
+            reports.append(
+                {"file": str(path), "sound": True, "faults": [], "notes": doubts, **known}
+            )
     sound = all(report["sound"] for report in reports)
     if as_json:
         print_json(reports)
-    elif summaries and not quiet:
-        _show(summaries, scene_file.stem if sound_scene is not None and scene_file else "")
+    elif not quiet:
+        if summaries and wrong is None:
+            _show(summaries, scene_file.stem if sound_scene is not None and scene_file else "")
+        for note in notes:
+            click.echo(f"note: {note}")
     return 0 if sound else 2
+
+
+def _notes(design: Design) -> list[str]:
+    """What will be refused of a sound design in some of its analyses, a sentence each."""
+    from fingerdesign.design.checks import tetwild_faults
+
+    if design.mesh.mesher != "tetwild":
+        return []
+    return [
+        f"sound in plane strain only, --fidelity 3d refuses it: {fault.key} = {fault.value} must "
+        f"be {fault.bound}; {fault.remedy}"
+        for fault in tetwild_faults(design)
+    ]
 
 
 def _faulty(path: Path, error: DesignError) -> dict[str, object]:

@@ -81,12 +81,19 @@ class SceneObject(Table):
             raise refuse(
                 None, f"given for a {self.shape}", "add radius_mm to [object]", "object.radius_mm"
             )
-        if self.shape == "sphere":
-            for name in ("tilt_deg", "turn_deg"):
-                if getattr(self, name):
-                    raise refuse(
-                        getattr(self, name), "0 for a sphere", "remove it", f"object.{name}"
-                    )
+        idle: dict[str, list[tuple[str, str | float]]] = {
+            "plane": [("axis", "z"), *([] if self.tilt_deg else [("turn_deg", 0.0)])],
+            "sphere": [("axis", "z"), ("tilt_deg", 0.0), ("turn_deg", 0.0)],
+            "cylinder": [("tilt_deg", 0.0)] if self.axis == "z" else [],
+        }
+        for name, without in idle[self.shape]:
+            if getattr(self, name) != without:
+                raise refuse(
+                    getattr(self, name),
+                    f"{without} for this {self.shape}: it would change nothing",
+                    "remove it",
+                    f"object.{name}",
+                )
         return self
 
     @property
@@ -116,13 +123,15 @@ class ScenePath(Table):
     increments_mm: Annotated[Many[Row], BeforeValidator(_two_to_four)] = Field(
         default=(),
         max_length=10_000,
-        description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z, "
-        "twist_deg]; each is exactly one increment",
+        description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z], or "
+        "[approach, shear, shear_z, twist_deg]: the object moves along -y, +x, +z and turns about "
+        "+y; each is exactly one increment (times substeps)",
     )
     increments_N: Annotated[Many[Row], BeforeValidator(_two)] = Field(
         default=(),
         max_length=10_000,
-        description='with control = "force": rows of [normal, tangential] in N, whole finger',
+        description='with control = "force": rows of [normal, tangential] in N on the whole '
+        "finger, along -y and +x, also where the object slopes",
     )
     control: Literal["motion", "force"] = Field(
         default="motion",
