@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from fingerdesign_cli import bench_charts, bench_checks, bench_search
-from fingerdesign_cli.bench_charts import show_checks
+from fingerdesign_cli.bench_charts import say_busy, show_checks
 from fingerdesign_cli.common import output_folder, output_options, progress
 
 
@@ -23,9 +23,9 @@ from fingerdesign_cli.common import output_folder, output_options, progress
     callback=lambda context, parameter, value: (
         None if value is None else output_folder(context, parameter, value)
     ),
-    help="Measure precision, speed and stability, and write charts and tables here.",
+    help="Measure precision, speed and stability (these three only); charts and tables go here.",
 )
-@click.option("--quick", is_flag=True, help="Coarser and fewer: about three minutes in all.")
+@click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute in all.")
 @output_options
 @click.pass_context
 def command(
@@ -33,10 +33,11 @@ def command(
 ) -> int | None:
     """Compare with known answers; measure speed, accuracy and stability.
 
-    `fingerdesign bench --out DIR` runs precision, speed and stability (about 20 minutes on two
-    cores, 3 with --quick) and writes their charts and tables, the machine and the versions
-    (bench.json). Each subcommand does its part alone. Times mean something on a quiet machine
-    only. Exit code 1 where a number falls short of what was asked.
+    `fingerdesign bench --out DIR` runs precision, speed and stability, not the other subcommands
+    (about 14 minutes on two quiet cores, one with --quick), and writes their charts and tables, the
+    machine and the versions (bench.json). Each subcommand does its part alone. Times mean
+    something on a quiet machine only; a busy one is named. Exit code 1 where a number falls short
+    of what was asked.
     """
     if context.invoked_subcommand is not None:
         if folder is not None or quick or quiet or as_json:
@@ -51,6 +52,7 @@ def command(
 
     with progress("bench", quiet or as_json) as tell:
         found = run_suite(folder, tell, quick)
+    say_busy(found.machine, quiet)
     code = show_checks("What was asked", list(found.checks), found.paths, quiet, as_json)
     for part, why in found.failures.items():
         click.echo(f"{part} failed: {why}", err=True)

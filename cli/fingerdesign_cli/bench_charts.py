@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -29,7 +29,9 @@ out_option = click.option(
     required=True,
     help="Written here.",
 )
-quick_option = click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute.")
+quick_option = click.option(
+    "--quick", is_flag=True, help="Coarser and fewer: about half a minute or less."
+)
 
 
 def show_checks(
@@ -45,8 +47,17 @@ def show_checks(
     return 0 if all(check.holds for check in checks) else 1
 
 
+def say_busy(machine: dict[str, Any], quiet: bool) -> None:
+    """Warn on stderr where the machine was busy when measuring began."""
+    from fingerdesign.bench.machine import busy
+
+    warning = busy(machine)
+    if warning and not quiet:
+        click.echo(warning, err=True)
+
+
 @click.command(
-    "precision", short_help="Errors against seconds, a line a method (12 min; --quick 1)."
+    "precision", short_help="Errors against seconds, a line a method (6 min; --quick 35 s)."
 )
 @out_option
 @quick_option
@@ -61,6 +72,7 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
 
     with progress("bench precision", quiet or as_json) as tell:
         found = measure_precision(tell, quick)
+    say_busy(found.machine, quiet)
     paths = write_precision(found, folder)
     if as_json:
         print_json([asdict(point) for point in found.points])
@@ -85,7 +97,7 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
             ]
             for point in found.points
         ]
-        print_table("Errors against much finer references", headings, rows)
+        print_table("Errors against references of another kind", headings, rows)
         for said in found.remarks.values():
             for remark in said:
                 click.echo(remark)
@@ -93,26 +105,28 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
 
 
 @click.command(
-    "speed", short_help="Seconds, memory, growth, against what was asked (8 min; --quick 1)."
+    "speed", short_help="Seconds, memory, growth, against what was asked (4 min; --quick 20 s)."
 )
 @out_option
 @quick_option
 @output_options
 def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """Seconds, memory and their growth, against what was asked."""
+    from fingerdesign.bench.growth import in_words
     from fingerdesign.bench.speed import measure_speed, write_speed
 
     with progress("bench speed", quiet or as_json) as tell:
         found = measure_speed(tell, quick)
+    say_busy(found.machine, quiet)
     paths = write_speed(found, folder)
     code = show_checks("Speed", found.checks, paths, quiet, as_json)
     if not (quiet or as_json):
         for law in found.laws:
-            click.echo(f"{law.kind}: {law.quantity} grows with {law.against}^{law.exponent:.2f}")
+            click.echo(f"{law.kind}: {law.quantity} grows with {law.against}: {in_words(law)}")
     return code
 
 
-@click.command("stability", short_help="Hard cases through every method (4 min; --quick 1).")
+@click.command("stability", short_help="Hard cases through every method (3.5 min; --quick 5 s).")
 @out_option
 @quick_option
 @output_options

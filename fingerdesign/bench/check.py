@@ -24,10 +24,15 @@ class Check:
     def row(self) -> list[str]:
         unit = f" {self.unit}" if self.unit else ""
         verdict = "holds" if self.holds else "FALLS SHORT"
-        return [self.name, f"{self.asked:g}{unit}", f"{self.measured:.3g}{unit}", verdict]
+        return [self.name, f"{self.asked:g}{unit}", f"{plain(self.measured)}{unit}", verdict]
 
     def as_dict(self) -> dict[str, Any]:
         return {**asdict(self), "holds": self.holds}
+
+
+def plain(value: float) -> str:
+    """Three digits, without an exponent from a thousandth up to a million."""
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def two_codes() -> dict[str, Any]:

@@ -44,15 +44,25 @@ def machine() -> dict[str, Any]:
 
 
 def caption(found: dict[str, Any]) -> str:
-    """The machine and the versions in two lines, for the foot of a chart."""
+    """The machine and the versions in two lines, for the foot of a chart; first, if it was busy."""
     names = ("fingerdesign", "numpy", "scipy", "mkl", "pypardiso", "scikit-fem", "pytetwild")
     listed = ", ".join(f"{name} {found['versions'][name]}" for name in names)
     load = found["load_average"]
-    busy = "" if load is None else f", load average {load:g} at the start"
+    loaded = "" if load is None else f", load average {load:g} at the start"
+    warning = busy(found)
+    warned = f"{warning.upper()}\n" if warning else ""
     return (
-        f"{found['processor']}, {found['cores']} cores, {found['memory_GB']:g} GB{busy}; "
+        f"{warned}{found['processor']}, {found['cores']} cores, {found['memory_GB']:g} GB{loaded}; "
         f"Python {found['versions']['python']}\n{listed}"
     )
+
+
+def busy(found: dict[str, Any]) -> str:
+    """A warning where more was running at the start than there are cores, or nothing."""
+    load, cores = found["load_average"], found["cores"]
+    if load is None or cores is None or load <= cores:
+        return ""
+    return f"busy machine (load {load:g} on {cores} cores): times are not comparable"
 
 
 def _processor() -> str:

@@ -100,7 +100,7 @@ def measure_precision(
     charts: Sequence[Chart] = CHARTS,
     references: Sequence[Reference] = REFERENCES,
 ) -> Precision:
-    """All points of ``charts``: about ten minutes of processor time; ``quick``: about one.
+    """All points of ``charts``: six minutes on two quiet cores; ``quick``: half a minute.
 
     A run that fails is a point with its reason. Raises SolverError where a reference fails.
     """

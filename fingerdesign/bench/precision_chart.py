@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.bench.check import plain
 from fingerdesign.bench.machine import caption
 from fingerdesign.bench.precision import (
     NORM,
@@ -29,6 +30,9 @@ _WIDTH = 12.5  # inches
 _ROW = 3.0
 _LINE = 0.165  # a line of small text
 _LETTERS = 215
+_TETWILD = (
+    "The time of fTetWild does not follow the size: its own optimisation dominates it, and varies."
+)
 _STAGE_LOOKS = (
     (COLOURS["muted"], ""),
     (COLOURS["blue"], "//"),
@@ -59,34 +63,38 @@ def _draw_group(row: list[Axes], found: Precision, chart: Chart, group: Group) -
     mine = [p for p in found.points if p.chart == chart.key and p.group == group.heading]
     for axes, (key, title), doubt in zip(row, QUANTITIES.items(), doubts, strict=True):
         shown: list[float] = []
+        away: list[str] = []
         for number, line in enumerate(group.lines):
             colour, dashes, marker = SERIES[number % len(SERIES)]
             points = [p for p in mine if p.line == line.label and p.error(key) is not None]
-            values = [max(p.error(key) or 0.0, 1e-9) for p in points]
+            every = [max(p.error(key) or 0.0, 1e-9) for p in points]
+            values = [value if value <= OFF_THE_CHART else math.nan for value in every]
             shown += [value for value in values if value <= OFF_THE_CHART]
             seconds = [p.seconds for p in points]
             axes.plot(
                 seconds, values, color=colour, linestyle=dashes, marker=marker, label=line.label
             )
+            off = [p for p, value in zip(points, every, strict=True) if value > OFF_THE_CHART]
+            if off:
+                rim: Any = {"transform": axes.get_xaxis_transform(), "clip_on": False}
+                top = [1.0] * len(off)
+                axes.plot([p.seconds for p in off], top, "^", color=colour, ms=6, **rim)
+                count = "" if len(off) == len(points) else f"{len(off)} of {len(points)} points "
+                away.append(f"{line.label}: {count}off the chart (to {plain(max(every))})")
         if doubt > 0.0:
             axes.axhspan(1e-12, doubt, color=COLOURS["open"], zorder=0)
         axes.set_xscale("log")
         axes.set_yscale("log")
         if shown:
-            _span_errors(axes, min(shown), max(shown), doubt)
-        away = [
-            line.label
-            for line in group.lines
-            if all((p.error(key) or 0.0) > OFF_THE_CHART for p in mine if p.line == line.label)
-        ]
+            _span_errors(axes, min(shown), max(shown) * (2.0 if away else 1.0), doubt)
         if away:
-            said = f"{', '.join(away)}: off the chart"
-            axes.text(0.97, 0.96, said, transform=axes.transAxes, ha="right", va="top", fontsize=8)
+            said = "\n".join(away)
+            axes.text(0.97, 0.95, said, transform=axes.transAxes, ha="right", va="top", fontsize=8)
         axes.set_title(title)
         axes.set_xlabel("seconds")
     _tick_seconds(row)
     row[0].set_ylabel(f"{group.heading}\nworst error")
-    row[0].legend(loc="best", fontsize=7.5)
+    row[-1].legend(loc="upper left", bbox_to_anchor=(1.01, 1.02), fontsize=7.5)
 
 
 def _span_errors(axes: Axes, least: float, most: float, doubt: float) -> None:
@@ -127,12 +135,30 @@ def _foot(found: Precision, chart: Chart) -> list[str]:
         more = "".join(f"; also {_reference(found, name)}" for name in other)
         lines.append(
             f"References, {group.heading}: {judged}{more}. "
-            f"Grey: less than {group.doubt[0]} and {group.doubt[1]} differ by."
+            f'Grey band: the two references "{group.doubt[0]}" and "{group.doubt[1]}" differ by '
+            "that much."
         )
+    bare = _without_plates(chart)
+    if bare:
+        lines.append(f"Gages of {bare}: strain of the rubber where three plates would be.")
+    if any(line.method.kind == "tetwild" for group in chart.groups for line in group.lines):
+        lines.append(_TETWILD)
     said = found.remarks[chart.key]
     lines.append("Failures and floors: " + ("; ".join(said) if said else "none") + ".")
     lines += caption(found.machine).splitlines()
     return lines
+
+
+def _without_plates(chart: Chart) -> str:
+    """The groups without plates, and the lines without among others with them."""
+    names = []
+    for group in chart.groups:
+        lines = [line for line in group.lines if line.method.plates == "none"]
+        if len(lines) == len(group.lines):
+            names.append(group.heading)
+        else:
+            names += [f"{line.label} ({group.heading})" for line in lines]
+    return "; ".join(names)
 
 
 def _reference(found: Precision, name: str) -> str:

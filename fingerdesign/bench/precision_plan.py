@@ -1,8 +1,9 @@
 """What the work-precision diagrams compare: charts, their lines, and the references of each.
 
-A reference is much finer than any point, and of another kind than the method it judges where there
-is one: another element in plane strain, another mesher in 3-D. Two references of different kinds
-are made for each group of lines; how far they disagree is drawn, and no error below it means much.
+A reference is of another kind than the method it judges where there is one: in plane strain a much
+finer mesh of another element, in 3-D another mesher's mesh of like size. Two references of
+different kinds are made for each group of lines; how far they disagree is drawn, and no error below
+it means much.
 """
 
 from __future__ import annotations

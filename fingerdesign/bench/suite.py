@@ -1,4 +1,4 @@
-"""All of ``fingerdesign bench``: precision, speed and stability into one folder."""
+"""``fingerdesign bench --out``: precision, speed and stability into one folder."""
 
 from __future__ import annotations
 
@@ -20,12 +20,16 @@ Part = Callable[[Path, Tell, bool], tuple[list[Path], list[Check]]]
 
 @dataclass
 class Suite:
-    """What was written, what was asked against it, and the parts that failed with their reasons."""
+    """What was written, what was asked against it, and the parts that failed with their reasons.
+
+    machine: as it was at the start.
+    """
 
     paths: list[Path] = field(default_factory=list)
     checks: list[Check] = field(default_factory=list)
     failures: dict[str, str] = field(default_factory=dict)
     seconds: dict[str, float] = field(default_factory=dict)
+    machine: dict[str, Any] = field(default_factory=dict)
 
 
 def run_suite(
@@ -36,7 +40,7 @@ def run_suite(
 ) -> Suite:
     """Run every part; one that fails does not keep the others from running. Writes bench.json."""
     folder.mkdir(parents=True, exist_ok=True)
-    found, at_start = Suite(), machine()
+    found = Suite(machine=machine())
     for name, part in (PARTS if parts is None else parts).items():
         start = time.perf_counter()
         try:
@@ -47,7 +51,7 @@ def run_suite(
             found.failures[name] = str(error)
         found.seconds[name] = round(time.perf_counter() - start, 1)
     record: dict[str, Any] = {
-        "machine": at_start,
+        "machine": found.machine,
         "quick": quick,
         "seconds": found.seconds,
         "failures": found.failures,

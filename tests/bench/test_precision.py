@@ -2,12 +2,15 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from fingerdesign.bench import precision_run
 from fingerdesign.bench.precision import QUANTITIES, measure_precision, write_precision
+from fingerdesign.bench.precision_chart import _draw_group, _foot, _without_plates
 from fingerdesign.bench.precision_plan import CHARTS, REFERENCES, Chart, Group, Line, Reference
 from fingerdesign.bench.precision_run import STAGES, Method, errors, measured, sized
 from fingerdesign.errors import MeshError, SolverError
@@ -79,6 +82,24 @@ def test_what_is_written(found, tmp_path):
     assert record["references"]["fine"]["element"] == "mixed"
     assert "processor" in record["machine"]
     assert record["remarks"]["short"]
+
+
+def test_groups_without_plates_are_named():
+    bare = {chart.key: _without_plates(chart) for chart in CHARTS}
+    assert bare["models"] == ""
+    assert bare["elements"] == "3-D, nu = 0.4999, no plates"
+    assert bare["plates"] == "none (plane strain); none (3-D, extruded)"
+
+
+def test_points_off_the_chart_are_marked(found):
+    figure = Figure()
+    points = [replace(p, gage_error=50.0) if p.line == "P1" else p for p in found.points]
+    row = list(figure.subplots(1, 4))
+    _draw_group(row, replace(found, points=tuple(points)), CHART, CHART.groups[0])
+    assert [text.get_text() for text in row[3].texts] == ["P1: off the chart (to 50)"]
+    assert row[3].get_ylim()[1] < 50.0
+    foot = "\n".join(_foot(found, CHART))
+    assert 'Grey band: the two references "fine" and "other" differ by that much.' in foot
 
 
 def test_a_reference_that_fails_is_an_error(monkeypatch):

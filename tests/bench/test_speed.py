@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from fingerdesign.bench.growth import Size, fit
-from fingerdesign.bench.machine import caption, machine
+from fingerdesign.bench.check import Check
+from fingerdesign.bench.growth import Size, fit, in_words
+from fingerdesign.bench.machine import busy, caption, machine
 from fingerdesign.bench.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
 from fingerdesign.errors import SolverError
 
@@ -53,7 +54,24 @@ def test_power_laws():
     laws = fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000, 9000)])
     exponents = {law.quantity: law.exponent for law in laws}
     assert exponents == pytest.approx({"model_s": 1.5, "memory_MB": 1.0, "increment_s": 2.0})
+    assert laws[0].late_exponent is None
     assert fit(SPACE, [size()]) == []
+
+
+def test_no_power_law_through_fewer_than_three_sizes():
+    assert fit(PLANE, [size(dofs=n, nodes=n // 100) for n in (1000, 3000)]) == []
+
+
+def test_a_power_that_steepens_says_so():
+    bent = [size(nodes=n, increment_s=1e-6 * (n + 1e-4 * n**3.0)) for n in (50, 150, 450, 900)]
+    (law,) = [law for law in fit(PLANE, bent) if law.quantity == "increment_s"]
+    assert law.late_exponent > law.exponent + 0.2
+    assert in_words(law) == f"power {law.exponent:.2f} (last three {law.late_exponent:.2f})"
+
+
+def test_numbers_are_printed_plainly():
+    assert Check("memory", 5120.0, 2876.4, "MB").row()[1:3] == ["5120 MB", "2880 MB"]
+    assert Check("rounding", 1e-9, 1.536e-10).row()[1:3] == ["1e-09", "1.54e-10"]
 
 
 def test_what_is_asked_and_written(tmp_path):
@@ -83,3 +101,14 @@ def test_the_machine_in_words():
     assert "cores" in said
     assert "numpy" in said
     assert "mkl" in said
+
+
+def test_a_busy_machine_is_named():
+    quiet = machine() | {"load_average": 2.0, "cores": 2}
+    assert busy(quiet) == ""
+    assert busy(quiet | {"load_average": None}) == ""
+    assert "BUSY" not in caption(quiet)
+    loaded = quiet | {"load_average": 7.15}
+    said = "busy machine (load 7.15 on 2 cores): times are not comparable"
+    assert busy(loaded) == said
+    assert caption(loaded).splitlines()[0] == said.upper()
