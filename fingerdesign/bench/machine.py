@@ -59,7 +59,7 @@ def caption(found: dict[str, Any]) -> str:
 
 def busy(found: dict[str, Any]) -> str:
     """A warning where more was running at the start than there are cores, or nothing."""
-    load, cores = found["load_average"], found["cores"]
+    load, cores = found.get("load_average"), found.get("cores")
     if load is None or cores is None or load <= cores:
         return ""
     return f"busy machine (load {load:g} on {cores} cores): times are not comparable"
