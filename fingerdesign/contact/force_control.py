@@ -32,6 +32,8 @@ _TOLERANCE = 1e-9  # of the normal force asked for
 _ITERATIONS = 60
 _SHORTEST = 1e-3  # of a Newton step
 _DOUBLINGS, _BISECTIONS = 12, 60
+_SHARES = 8
+_TRIALS = 200  # increments solved in one search: an ordinary one takes 3 to 5
 # Stiffness against shear over that of the stiffest trial: below it friction carries no more.
 _SLACK = 1e-7
 
@@ -83,6 +85,9 @@ def solve_forces(
     """
     if not (np.isfinite(forces.normal) and forces.normal > 0.0):
         raise NoEquilibrium(f"{forces}: a contact can only press; the normal force must be over 0")
+    held = forces.held.amplitudes
+    if not (np.isfinite(forces.tangential or 0.0) and np.isfinite(held).all()):
+        raise SolverError(f"{forces}: the tangential force and what is held must be finite")
     _refuse_beyond_friction(problem, forces)
     search = _Search(problem, state, forces, workspace or Workspace())
     return search.run()
@@ -98,15 +103,16 @@ def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:
     pressed = across * forces.tangential - down * forces.normal
     pulled = -down * forces.tangential - across * forces.normal
     if abs(pulled) > problem.friction_coefficient * pressed * (1.0 + _TOLERANCE):
-        slope = np.arctan2(across, -down)
-        angle = slope + np.sign(pulled) * np.arctan(problem.friction_coefficient)
-        raise _beyond_friction(problem, forces, forces.normal * float(np.tan(angle)))
+        slope, angle = np.arctan2(across, -down), np.arctan(problem.friction_coefficient)
+        low, high = (forces.normal * float(np.tan(slope + sign * angle)) for sign in (-1.0, 1.0))
+        carried = f"{high:.4g}" if across == 0.0 else f"from {low:.4g} to {high:.4g}"
+        raise _beyond_friction(problem, forces, carried)
 
 
-def _beyond_friction(problem: ContactProblem, forces: Forces, carried: float) -> NoEquilibrium:
+def _beyond_friction(problem: ContactProblem, forces: Forces, carried: str) -> NoEquilibrium:
     return NoEquilibrium(
         f"no motion gives {forces}: complete slip. At friction "
-        f"{problem.friction_coefficient:g} the contact carries {carried:.4g} N tangential "
+        f"{problem.friction_coefficient:g} the contact carries {carried} N tangential "
         f"with {forces.normal:g} N normal; ask for less, press harder, or prescribe the motion"
     )
 
@@ -121,13 +127,37 @@ class _Search:
         wanted = [forces.normal, forces.tangential or 0.0]
         self.wanted = np.array(wanted)[self.free]
         self.exhausted: ZoneExhausted | None = None
+        self.guess = state  # carries forces and motion to start from; its history is the state's
+        self.trials = 0
         self._last: Increment
 
     def run(self) -> Increment:
         if len(self.free) == 1:
             return self._by_approach()
         found = self._newton()
+        if found is None:
+            found = self._in_shares()
         return self._by_shear() if found is None else found
+
+    def _in_shares(self) -> Increment | None:
+        """Newton by steps of the forces: each answer is the next one's guess, the history stays.
+
+        Where friction is large the motion alone may have several answers, an open one among them;
+        this leads along the one that carries the forces.
+        """
+        goal = self.wanted
+        force = self.problem.to_global(self.state.multiplier)
+        total = self.problem.model.total_force(force)
+        start = np.array([-total[1], total[0]])
+        found = None
+        for part in range(1, _SHARES + 1):
+            self.wanted = start + (goal - start) * (part / _SHARES)
+            found = self._newton()
+            if found is None:
+                break
+            self.guess = replace(self.state, multiplier=found.multiplier, motion=found.state.motion)
+        self.wanted, self.guess = goal, self.state
+        return found
 
     def _by_approach(self) -> Increment:
         """Newton between an approach that presses too little and one that presses too much."""
@@ -203,7 +233,10 @@ class _Search:
             if onward * (pulled - self.wanted[1]) > 0.0:
                 return self._bisect(here, there)
             here = there
-        raise _beyond_friction(self.problem, self.forces, pulled)
+        touching = self._last.multiplier[:, 0] > 0.0
+        if (self._last.state.sliding[touching] > 0.0).all():
+            raise _beyond_friction(self.problem, self.forces, f"{pulled:.4g}")
+        raise self._failure()
 
     def _bisect(self, low: float, high: float) -> Increment:
         onward = 1.0 if high > low else -1.0
@@ -222,7 +255,16 @@ class _Search:
         """Tangential force at ``shear`` under the normal force asked for; the increment is kept."""
         held = replace(self.forces.held, shear=shear)
         pressed = Forces(self.forces.normal, None, held)
-        self._last = solve_forces(self.problem, self.state, pressed, self.workspace)
+        search = _Search(self.problem, self.state, pressed, self.workspace)
+        search.trials = self.trials
+        try:
+            self._last = search.run()
+        except ZoneExhausted:
+            raise
+        except SolverError:
+            raise self._failure() from None  # it names the forces asked for, not the inner ones
+        finally:
+            self.trials = search.trials
         return float(self.problem.model.total_force(self._last.force)[0])
 
     def _reached(self, force: float, which: int) -> bool:
@@ -230,9 +272,9 @@ class _Search:
 
     def _start(self) -> Array:
         """The last motion, brought just into contact where it is not."""
-        last = self.state.motion
+        last = self.guess.motion
         approach = last.approach
-        if not (self.state.multiplier[:, 0] > 0.0).any():
+        if not (self.guess.multiplier[:, 0] > 0.0).any():
             approach = self._touch(last.shear) + self._overlap()
         return np.array([approach, last.shear])[self.free]
 
@@ -243,7 +285,7 @@ class _Search:
 
     def _solve(self, unknown: Array) -> Increment | None:
         try:
-            return solve_increment(self.problem, self.state, self._motion(unknown), self.workspace)
+            return solve_increment(self.problem, self.guess, self._motion(unknown), self.workspace)
         except ZoneExhausted as exhausted:
             self.exhausted = exhausted
         except SolverError:

@@ -59,7 +59,7 @@ class Certificate:
     @property
     def laws(self) -> float:
         """Worst violation of Signorini's and Coulomb's laws."""
-        return max(self.complementarity, self.coulomb, self.dissipation)
+        return float(np.max([self.complementarity, self.coulomb, self.dissipation]))  # keeps NaN
 
     def __str__(self) -> str:
         return (
@@ -77,6 +77,8 @@ def certify(
     contact_force: Array,
 ) -> Certificate:
     """Check the laws as they are written, apart from the residual that the solver drove down."""
+    if not (np.isfinite(multiplier).all() and np.isfinite(motion).all()):
+        return Certificate(*4 * [float("inf")])
     normal, gap = multiplier[:, 0], motion[:, 0]
     tangential, slip = multiplier[:, 1:], motion[:, 1:]
     if not multiplier.any():

@@ -31,6 +31,8 @@ def follow(
     into equal increments, friction history moving with each; the last of them is yielded. Raises
     SolverError at the first row without an accepted answer.
     """
+    if substeps < 1:
+        raise ValueError(f"substeps = {substeps} must be at least 1")
     state = ContactState.untouched(problem) if state is None else state
     workspace = Workspace()
     for row in path:

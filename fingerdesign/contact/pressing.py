@@ -33,7 +33,10 @@ def pressed(compliance: Array, offset: Array, guess: Array, friction_coefficient
     for _ in range(_STEPS):
         index = np.flatnonzero(closed)
         rows = compliance[dim * index][:, ::dim]  # by symmetry the gaps that they cause
-        force = np.linalg.solve(rows[:, index], -gap[index]) if len(index) else np.empty(0)
+        try:
+            force = np.linalg.solve(rows[:, index], -gap[index]) if len(index) else np.empty(0)
+        except np.linalg.LinAlgError:
+            return guess
         normal[:] = 0.0
         normal[index] = force
         now = np.where(closed, normal > 0.0, gap + force @ rows < 0.0)

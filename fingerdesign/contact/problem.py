@@ -103,6 +103,7 @@ class ContactProblem:
 
     def with_friction(self, friction_coefficient: float) -> ContactProblem:
         """The same finger and object with another friction coefficient: nothing is recomputed."""
+        _check_friction(friction_coefficient)
         return replace(self, friction_coefficient=friction_coefficient)
 
 
@@ -117,8 +118,7 @@ def contact_problem(
     object_compliance (m dim, m dim) mm/N, global: that of an elastic object at the finger's nodes
     (fem.body.facing_compliance). Both bodies yield to the same forces, so compliances add.
     """
-    if not (np.isfinite(friction_coefficient) and friction_coefficient >= 0.0):
-        raise ValueError(f"friction coefficient {friction_coefficient} must be finite and >= 0")
+    _check_friction(friction_coefficient)
     frames = local_frames(indenter.normal(model.points))
     gap0 = model.surface.mean(indenter.distance(model.surface.points), model.nodes)
     m, dim = model.points.shape
@@ -127,8 +127,15 @@ def contact_problem(
     turned = np.einsum("iab,ibjd->iajd", frames, blocks, optimize=True)
     turned = np.einsum("iajd,jcd->iajc", turned, frames, optimize=True)
     compliance = np.ascontiguousarray(turned.reshape(m * dim, m * dim))
+    if not (np.isfinite(compliance).all() and np.isfinite(gap0).all()):
+        raise ValueError("compliance or gap hold values that are not finite numbers")
     modes = np.einsum("mab,kmb->kma", frames, _modes(model))
     return ContactProblem(model, compliance, gap0, frames, modes, float(friction_coefficient))
+
+
+def _check_friction(friction_coefficient: float) -> None:
+    if not (np.isfinite(friction_coefficient) and friction_coefficient >= 0.0):
+        raise ValueError(f"friction coefficient {friction_coefficient} must be finite and >= 0")
 
 
 def _modes(model: ReducedModel) -> Array:
