@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.results import GripTrace, IncrementResult, Result, ResultError
+from fingerdesign.results import GripTrace, IncrementResult, PointStrain, Result, ResultError
 
 RESULT_FILE = "result.json"
 # What a result is made of: a folder that holds anything else is not replaced.

@@ -187,6 +187,7 @@ def test_folder_holds_history_a_row_an_increment(tmp_path: Path) -> None:
     assert [row["normal_force_N"] for row in rows] == ["2.0", "4.0"]
     assert [row["stick_ratio"] for row in rows] == ["", "0.5"]
     assert rows[1]["gage_2_reading_microstrain"] == "3.0"
+    assert rows[1]["point_1_strain_xy_microstrain"] == "3.0"
     with (folder / "grip_paper_1_mu0.3_200g.csv").open(encoding="utf-8", newline="") as stream:
         steps = list(csv.DictReader(stream))
     assert len(steps) == 4

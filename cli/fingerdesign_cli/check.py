@@ -16,8 +16,8 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.design import Design
     from fingerdesign.design.forecast import Summary
+    from fingerdesign.design.schema import Design
     from fingerdesign.errors import DesignError
 
 _FILE = click.Path(path_type=Path)

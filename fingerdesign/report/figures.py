@@ -9,6 +9,7 @@ from fingerdesign.report.figures_gage import area_figure, response_figure, strai
 from fingerdesign.report.figures_grip import paths_figure, rule_figure
 from fingerdesign.report.figures_status import status_figure
 from fingerdesign.report.figures_work import quality_figure, time_figure
+from fingerdesign.report.motion import slip_grows_with_shear
 from fingerdesign.report.style import ReportFigure, house_style, spread
 from fingerdesign.results import Analysis
 
@@ -29,7 +30,8 @@ def report_figures(analysis: Analysis) -> dict[str, list[ReportFigure]]:
         if result.increments:
             figures["contact"].append(force_figure(result))
         if analysis.contact is not None and len(analysis.contact.status):
-            figures["contact"].append(status_figure(analysis.contact))
+            grows = slip_grows_with_shear(result.increments)
+            figures["contact"].append(status_figure(analysis.contact, grows))
             figures["contact"].append(traction_figure(analysis.contact))
         if analysis.slip_studies:
             figures["gages"].append(area_figure(analysis.slip_studies))

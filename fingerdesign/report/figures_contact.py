@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.report.motion import force_controlled, leaves_section
 from fingerdesign.report.numbers import cleaned
 from fingerdesign.report.style import (
     SERIES,
@@ -23,18 +24,34 @@ if TYPE_CHECKING:
 
 
 def force_figure(result: Result) -> ReportFigure:
-    """F_n and F_t by increment, and the stick ratio below (paper, Fig. 6)."""
+    """Forces by increment, the twist moment where there is one, and the stick ratio (Fig. 6)."""
     rows = result.increments
     step = np.arange(1, len(rows) + 1)
     both = [[row.normal_force_N, row.tangential_force_N] for row in rows]
     normal, tangential = cleaned(np.array(both)).T  # on one scale: F_t may be noise beside F_n
     ratio = np.array([np.nan if r.stick_ratio is None else r.stick_ratio for r in rows])
+    aside = leaves_section(rows)
     figure = canvas(7.2, 2.9)
-    forces, sticks = figure.subplots(1, 2, width_ratios=(3, 2))
-    for values, name, (colour, dashes, marker) in (
+    if aside:
+        forces, moments, sticks = figure.subplots(1, 3, width_ratios=(3, 2, 2))
+    else:
+        forces, sticks = figure.subplots(1, 2, width_ratios=(3, 2))
+    curves = [
         (normal, "normal force", SERIES[0]),
         (tangential, "tangential force", SERIES[1]),
-    ):
+    ]
+    most = float(np.abs(normal).max(initial=0.0))
+    if aside:
+        along = cleaned((row.force_z_N for row in rows), scale=most)
+        moment = cleaned((row.twist_moment_Nmm for row in rows), scale=most)
+        curves[1] = (tangential, "tangential force, x", SERIES[1])
+        curves.append((along, "force along z", SERIES[3]))
+        colour, dashes, marker = SERIES[4]
+        moments.plot(step, moment, color=colour, ls=dashes, marker=marker)
+        moments.set(xlabel="increment", ylabel="moment about y (N mm)", title="Twist moment")
+        moments.xaxis.set_major_locator(whole_numbers(5))
+        _show_zero(moments, moment)
+    for values, name, (colour, dashes, marker) in curves:
         forces.plot(step, values, color=colour, ls=dashes, marker=marker, label=name)
     forces.set(xlabel="increment", ylabel="force on the finger (N)", title="Forces")
     forces.legend(loc="best")
@@ -43,31 +60,46 @@ def force_figure(result: Result) -> ReportFigure:
     sticks.set(xlabel="increment", ylabel="stick area / contact area", title="Stick ratio")
     sticks.set_ylim(-0.04, 1.04)
     for axes in (forces, sticks):
-        axes.xaxis.set_major_locator(whole_numbers())
+        axes.xaxis.set_major_locator(whole_numbers(5 if aside else 8))
     _show_zero(forces, normal, tangential)
     last = f"{ratio[-1]:.2f}" if np.isfinite(ratio[-1]) else "not defined (no contact)"
     alternative = (
         f"Over {len(rows)} increments the normal force goes from {normal[0]:.3g} to "
         f"{normal[-1]:.3g} N and the tangential force from {tangential[0]:.3g} to "
-        f"{tangential[-1]:.3g} N; the stick ratio at the end is {last}."
+        f"{tangential[-1]:.3g} N; "
+        + (
+            f"at the end the force along z is {along[-1]:.3g} N and the twist moment "
+            f"{moment[-1]:.3g} N mm; "
+            if aside
+            else ""
+        )
+        + f"the stick ratio at the end is {last}."
     )
+    point = "forces prescribed" if force_controlled(result) else "object's motion"
+    paper = "" if aside else " (After Fig. 6 of the paper.)"
     return ReportFigure(
         "forces",
         "Forces and stick ratio, increment by increment",
         to_svg(figure, "forces", alternative),
-        "Each point is one increment of the object's motion. The finger is near complete slip "
-        "where the stick ratio comes down to zero; the tangential force then stops growing. "
-        "(Fig. 6 of the paper.)",
+        f"Each point is one increment of the {point}. The finger is near complete slip where the "
+        f"stick ratio comes down to zero: friction can then carry no more at this pressure.{paper}",
         alternative,
     )
 
 
 def traction_figure(contact: ContactHistory) -> ReportFigure:
-    """Pressure and shear traction along x on the mid-plane at a few increments."""
+    """Pressure and shear traction on the mid-plane at a few increments.
+
+    Along x, signed; its magnitude where it has a part along z.
+    """
     line = contact.mid_line()
     x = contact.points[line, 0]
     pressure = cleaned(contact.normal_traction[:, line])
-    shear = cleaned(contact.tangential_traction[:, line, 0], scale=float(pressure.max(initial=0.0)))
+    both = cleaned(contact.tangential_traction[:, line], scale=float(pressure.max(initial=0.0)))
+    size = np.linalg.norm(both, axis=2)
+    # A free mesh has no row of nodes on z = 0: a little stands aside there even in pure shear.
+    turned = bool(np.abs(both[..., 1:]).max(initial=0.0) > 0.02 * size.max(initial=0.0))
+    shear = size if turned else both[..., 0]
     touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
     shown = touching if len(touching) else np.arange(len(pressure))
     chosen = [int(shown[i]) for i in spread(len(shown), 4)]
@@ -80,7 +112,8 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     reach = touched_reach(contact, line)
     left.set_xlim(*reach)
     left.set(xlabel="x (mm)", ylabel="pressure (MPa)", title="Pressure")
-    right.set(xlabel="x (mm)", ylabel="shear traction along x (MPa)", title="Shear traction")
+    what = "magnitude of shear traction" if turned else "shear traction along x"
+    right.set(xlabel="x (mm)", ylabel=f"{what} (MPa)", title="Shear traction")
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     _show_zero(left, pressure)
     _show_zero(right, shear)
@@ -103,8 +136,10 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
         "tractions",
         "Pressure and shear traction",
         to_svg(figure, "tractions", alternative),
-        f"Tractions on the finger{place} at a few increments. Where the surface slips, the shear "
-        "traction is the friction coefficient times the pressure; where it sticks, it is less.",
+        f"Tractions on the finger{place} at a few increments"
+        + (", the shear traction's magnitude over x and z" if turned else "")
+        + ". Where the surface slips, the shear traction is in magnitude the friction coefficient "
+        "times the pressure; where it sticks, it is at most that.",
         alternative,
     )
 

@@ -23,6 +23,7 @@ from fingerdesign.results import OPEN, SLIP, STICK, ContactHistory
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.ticker import Locator
     from numpy.typing import NDArray
 
 STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
@@ -36,21 +37,29 @@ STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
 TOP_VIEW = {STICK: "#0c6fb1", SLIP: "#f0b189", OPEN: OPEN_COLOUR}
 
 
-def status_figure(contact: ContactHistory) -> ReportFigure:
-    """Open, stick and slip over x and increment; in 3-D a top view an increment (Fig. 7)."""
+def status_figure(contact: ContactHistory, shear_grows: bool = False) -> ReportFigure:
+    """Open, stick and slip over x and increment; in 3-D a top view an increment (Fig. 7).
+
+    shear_grows: the stick ratio falls as the tangential force grows, so the words may say it.
+    """
     flat = contact.dimension == 2
     image, alternative = (_status_rows if flat else _status_views)(contact)
     reading = (
-        "Each row is one increment; along it, what the surface does at each x. Slip, hatched,"
+        "Each row is one increment; along it, what the surface does at each x. Slip is hatched"
         if flat
-        else "Each panel looks down on the contact zone at one increment. Slip, pale,"
+        else "Each panel looks down on the contact zone at one increment. Slip is pale"
+    )
+    reading += (
+        ": it enters from the contact's edges and eats up the stick zone as the tangential force "
+        "grows. (After Fig. 7 of the paper.)"
+        if shear_grows
+        else ": there the shear traction has reached what friction can carry."
     )
     return ReportFigure(
         "status",
         "Where the surface is open, sticks and slips",
         image,
-        f"{reading} enters from the contact's edges and eats up the stick zone as the tangential "
-        "force grows. (Fig. 7 of the paper.)",
+        reading,
         alternative,
     )
 
@@ -89,12 +98,11 @@ def _status_views(contact: ContactHistory) -> tuple[str, str]:
 
     patches, owner = dual_patches(contact)
     chosen = spread(len(contact.status), 8)
-    reach = touched_reach(contact, np.arange(len(contact.points)))
-    bottom, top = float(patches[..., 1].min()), float(patches[..., 1].max())
-    columns = 8 if reach[1] - reach[0] < 0.6 * (top - bottom) else 4
-    panel_height = 6.6 / columns * (top - bottom) / (reach[1] - reach[0])
+    across, along = _touched_window(contact, patches, owner)
+    height, width = along[1] - along[0], across[1] - across[0]
+    columns, panel = _panel_grid(len(chosen), height / width)
     rows = -(-len(chosen) // columns)
-    figure = canvas(7.2, 0.7 + (0.25 + min(0.85 * panel_height, 2.4)) * rows)
+    figure = canvas(7.2, 0.75 + (panel * height / width + 0.6) * rows)
     panels = small_multiples(figure, len(chosen), columns, sharex=True, sharey=True)
     for axes, number in zip(panels, chosen, strict=True):
         for status in (STICK, SLIP):
@@ -109,10 +117,12 @@ def _status_views(contact: ContactHistory) -> tuple[str, str]:
                     rasterized=True,
                 )
             )
-        axes.set_title(f"incr. {number + 1}" if columns == 8 else f"increment {number + 1}")
-        axes.set_xlim(*reach)
-        axes.set_ylim(bottom, top)
+        axes.set_title(f"incr. {number + 1}" if columns > 4 else f"increment {number + 1}")
+        axes.set_xlim(*across)
+        axes.set_ylim(*along)
         axes.set_aspect("equal", adjustable="box")
+        axes.xaxis.set_major_locator(_few_ticks(panel / 0.45))
+        axes.yaxis.set_major_locator(_few_ticks(panel * height / width / 0.3))
         axes.set_facecolor(OPEN_COLOUR)  # under the patches: the legend's "open"
         axes.grid(visible=False)
     for axes in panels[-columns:]:
@@ -121,6 +131,53 @@ def _status_views(contact: ContactHistory) -> tuple[str, str]:
         axes.set_ylabel("z (mm)")
     _status_legend(panels[0], figure_wide=True)
     return to_svg(figure, "status", text := _status_words(contact)), text
+
+
+def _touched_window(
+    contact: ContactHistory, patches: NDArray[np.float64], owner: NDArray[np.int64]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """What a top view shows of x and of z: all that ever touched, and a little more."""
+    touched = (contact.status != OPEN).any(axis=0)[owner]
+    shown = (patches[touched] if touched.any() else patches).reshape(-1, 2)
+    ends = patches.reshape(-1, 2)
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    more = 0.1 * (high - low) + 0.05
+    low = np.maximum(low - more, ends.min(axis=0))
+    high = np.minimum(high + more, ends.max(axis=0))
+    x, z = (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
+    # A sliver cannot be read: no side is shown under a sixth of the other.
+    return _at_least(x, (z[1] - z[0]) / 6), _at_least(z, (x[1] - x[0]) / 6)
+
+
+def _at_least(window: tuple[float, float], width: float) -> tuple[float, float]:
+    lacking = max(0.0, width - (window[1] - window[0]))
+    return window[0] - 0.5 * lacking, window[1] + 0.5 * lacking
+
+
+def _panel_grid(count: int, slope: float) -> tuple[int, float]:
+    """Columns and a panel's width (inches) for panels of this height over width.
+
+    Each panel is kept under 2.4 inches high and the figure under 6; then no place is left empty,
+    no panel is under 1.2 inches wide, and the columns are few.
+    """
+    fitting = []
+    for columns in range(min(2, count), min(count, 8) + 1):
+        width = min((6.5 - 0.25 * (columns - 1)) / columns, 3.2)
+        rows = -(-count // columns)
+        if width * slope <= 2.4 and (width * slope + 0.6) * rows <= 5.5:
+            spare = rows * columns - count
+            fitting.append((spare + 10 * (width < 1.2), columns, width))
+    if fitting:
+        return min(fitting)[1:]
+    columns = min(count, 8)
+    return columns, min((6.5 - 0.25 * (columns - 1)) / columns, 4.5 / slope)
+
+
+def _few_ticks(room: float) -> Locator:
+    """Ticks for an axis with room for so many labels: at least two, from round steps."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=int(min(max(room, 1), 5)), steps=[1, 2, 5, 10], min_n_ticks=2)
 
 
 def dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.report.motion import leaves_section, model_text, motion_text
 from fingerdesign.report.numbers import cleaned, column_texts, number_text, under_load
 from fingerdesign.results import IncrementResult, Result
 
@@ -59,7 +60,7 @@ def increment_table(result: Result) -> Table:
 
 def _out_of_section(found: Sequence[IncrementResult]) -> dict[str, list[str]]:
     """Columns of what leaves the plane of the section, where anything does."""
-    if not any(row.shear_z_mm or row.twist_deg for row in found):
+    if not leaves_section(found):
         return {}
     most = max(row.normal_force_N for row in found)
     return {
@@ -158,7 +159,7 @@ def scene_table(result: Result) -> Table:
 
 
 def object_text(result: Result) -> str:
-    """What touches the finger and how it is moved, in a sentence or two; empty if not known."""
+    """What touches the finger and how it is moved, in a few sentences; empty if not known."""
     keys = {
         key.removeprefix(f"{SCENE}object."): value
         for key, value in result.parameters.items()
@@ -177,9 +178,7 @@ def object_text(result: Result) -> str:
         if keys.get(name):
             words += f", turned by {value_text(keys[name])} degrees about {about}"
     words += f"; friction coefficient μ = {value_text(friction)}."
-    if result.parameters.get(f"{SCENE}path.control") == "force":
-        words += " Its forces are prescribed; the motions were found."
-    return words
+    return " ".join(part for part in (words, motion_text(result), model_text(result)) if part)
 
 
 def points_table(result: Result) -> Table:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from fingerdesign.report.motion import leaves_section
+from fingerdesign.report.numbers import under_load
 from fingerdesign.results import GripResult, Result
 
 GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
@@ -27,7 +29,51 @@ def findings(result: Result) -> list[Finding]:
         return [
             Finding("no", "Did the analysis succeed?", f"It failed: {result.failure}"),
         ]
+    if result.increments and not result.slip_studies and not result.grips:
+        return [_touches(result)]
     return [_follows(result), _lifts(result.grips), *_needed(result.grips)]
+
+
+def _touches(result: Result) -> Finding:
+    """What the contact did, where neither slip study nor grips tell more."""
+    question = "Does the contact hold at the end of the path?"
+    found = result.increments
+    loaded = under_load(found)
+    bare = not found[0].gages
+    rest = (
+        "The finger has no plates, so it has no gages: neither slip study nor grips."
+        if bare
+        else "Slip study and grips belong to a run without --scene."
+    )
+    if not loaded:
+        return Finding("open", question, f"The object never presses on the finger. {rest}")
+    row = found[loaded[-1]]
+    most = max(abs(row.normal_force_N), 1e-9)
+    where = "" if loaded[-1] == len(found) - 1 else ", the last under load"
+    forces = f"F_n = {row.normal_force_N:.3g} N, F_t = {_plain(row.tangential_force_N, most)} N"
+    if leaves_section(found):
+        forces += (
+            f", F_z = {_plain(row.force_z_N, most)} N, twist moment "
+            f"{_plain(row.twist_moment_Nmm, most)} N mm"
+        )
+    ratio = row.stick_ratio or 0.0
+    answer: Literal["yes", "no", "partly"] = (
+        "no" if not row.stick_nodes else "partly" if row.slip_nodes else "yes"
+    )
+    words = {
+        "yes": "all of the contact sticks",
+        "partly": f"{ratio:.0%} of the contact area sticks, the rest slips",
+        "no": "the contact slips completely",
+    }[answer]
+    detail = (
+        f"At increment {loaded[-1] + 1} of {len(found)}{where}, {words}: {forces}, "
+        f"{row.contact_width_mm:.3g} mm wide, peak pressure {row.peak_pressure_MPa:.3g} MPa. {rest}"
+    )
+    return Finding(answer, question, detail)
+
+
+def _plain(value: float, scale: float) -> str:
+    return f"{0.0 if abs(value) < 1e-6 * scale else value:.3g}"
 
 
 def _follows(result: Result) -> Finding:

@@ -128,6 +128,27 @@ def test_check_a_scene_too(capsys):
     assert "approach within" in capsys.readouterr().err
 
 
+def test_a_faulty_scene_leaves_no_forecast_of_another(capsys):
+    Path("wrong.toml").write_text("path.increments_mm = []")
+    assert main(["check", "narrow", "--scene", "wrong.toml"]) == 2
+    assert "sound design" not in capsys.readouterr().out
+    assert main(["check", "narrow", "--scene", "wrong.toml", "--json"]) == 2
+    _, narrow = json.loads(capsys.readouterr().out)
+    assert narrow == {"file": "narrow", "sound": True, "faults": [], "notes": []}
+
+
+def test_check_says_what_three_dimensions_will_refuse(capsys):
+    Path("sheets.toml").write_text('design.name = "s"\nplates.model = "sheet"')
+    assert main(["check", "sheets.toml"]) == 0
+    out = capsys.readouterr().out
+    assert "note: sheets.toml: sound in plane strain only, --fidelity 3d refuses it: plates" in out
+    Path("sheets.toml").write_text(
+        'design.name = "s"\nplates.model = "sheet"\nmesh.mesher = "extrude"'
+    )
+    assert main(["check", "sheets.toml"]) == 0
+    assert "note" not in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     "arguments", [["check"], ["nonsense"], ["check", "--nonsense"], ["--nope"]]
 )

@@ -9,10 +9,15 @@ import pytest
 
 from fingerdesign.mesh.types import Mesh, quadratic
 from fingerdesign.report.figures import report_figures
-from fingerdesign.report.figures_contact import touched_reach
+from fingerdesign.report.figures_contact import force_figure, touched_reach, traction_figure
 from fingerdesign.report.figures_gage import area_figure, response_figure
 from fingerdesign.report.figures_grip import paths_figure
-from fingerdesign.report.figures_status import dual_patches, status_figure
+from fingerdesign.report.figures_status import (
+    _panel_grid,
+    _touched_window,
+    dual_patches,
+    status_figure,
+)
 from fingerdesign.report.figures_work import least_angles
 from fingerdesign.report.style import COLOURS, house_style
 from fingerdesign.results import OPEN, SLIP, STICK, Analysis
@@ -212,3 +217,58 @@ def test_grip_that_never_lifts_is_drawn_and_said(plane_strain) -> None:
     assert "not lifted in 102 steps" in figure.alternative
     assert ">lifted</text>" not in figure.image
     assert ">without the rule</text>" not in figure.image
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 8])
+@pytest.mark.parametrize("slope", [1 / 6, 0.5, 1.0, 2.0, 6.0])
+def test_panels_of_the_map_fit_the_page(count, slope) -> None:
+    columns, width = _panel_grid(count, slope)
+    rows = -(-count // columns)
+    assert columns * width + 0.25 * (columns - 1) <= 6.5 + 1e-9
+    assert (width * slope + 0.6) * rows <= 5.5
+    assert (rows - 1) * columns < count <= rows * columns
+
+
+def test_the_map_shows_what_touched_and_little_more(solid) -> None:
+    contact = solid.contact
+    patches, owner = dual_patches(contact)
+    touched = (contact.status != 0).any(axis=0)[owner]
+    for axis, (low, high) in enumerate(_touched_window(contact, patches, owner)):
+        within = patches[touched][..., axis]
+        assert low <= within.min()
+        assert within.max() <= high
+        assert high - low <= 1.3 * (within.max() - within.min()) + 0.2
+
+
+def test_what_leaves_the_section_is_drawn(solid) -> None:
+    result = solid.result
+    rows = tuple(
+        dataclasses.replace(row, twist_deg=0.5, force_z_N=0.3, twist_moment_Nmm=2.0)
+        for row in result.increments
+    )
+    forces = force_figure(dataclasses.replace(result, increments=rows))
+    assert "force along z" in forces.image
+    assert "moment about y (N mm)" in forces.image
+    assert "twist moment 2 N mm" in forces.alternative
+    assert "moment" not in force_figure(result).image
+
+
+def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid) -> None:
+    contact = solid.contact
+    aside = np.full_like(contact.tangential_traction, 0.03)
+    figure = traction_figure(dataclasses.replace(contact, tangential_traction=aside))
+    assert "magnitude of shear traction" in figure.image
+    assert "magnitude over x and z" in figure.reading
+    aside[..., 1] = 0.0
+    figure = traction_figure(dataclasses.replace(contact, tangential_traction=aside))
+    assert "shear traction along x" in figure.image
+
+
+def test_forces_prescribed_are_not_called_motion(plane_strain) -> None:
+    result = plane_strain.result
+    assert "increment of the object's motion" in force_figure(result).reading
+    keys = result.parameters | {"scene.path.control": "force"}
+    forced = dataclasses.replace(result, parameters=keys)
+    assert "increment of the forces prescribed" in force_figure(forced).reading
+    assert "tangential force" in status_figure(plane_strain.contact, shear_grows=True).reading
+    assert "tangential force" not in status_figure(plane_strain.contact).reading

@@ -4,6 +4,12 @@ import dataclasses
 
 import pytest
 
+from fingerdesign.report.motion import (
+    leaves_section,
+    model_text,
+    motion_text,
+    slip_grows_with_shear,
+)
 from fingerdesign.report.tables import (
     assumed_values,
     design_table,
@@ -55,7 +61,9 @@ def test_nothing_defined_is_an_open_question(plane_strain) -> None:
 
 def test_not_studied_and_no_plates_are_open_questions(plane_strain) -> None:
     bare = dataclasses.replace(plane_strain.result, slip_studies=(), grips=())
-    assert [item.answer for item in findings(bare)] == ["open", "open"]
+    (found,) = findings(bare)
+    assert found.question == "Does the contact hold at the end of the path?"
+    assert "without --scene" in found.detail
     no_gages = tuple(dataclasses.replace(row, gages=()) for row in bare.increments)
     assert "no plates" in findings(dataclasses.replace(bare, increments=no_gages))[0].detail
 
@@ -155,7 +163,11 @@ def test_scene_has_a_table_of_its_own(plane_strain) -> None:
     assert design_table(result).rows == design_table(plane_strain.result).rows
     assert scene_table(plane_strain.result).rows == ()
     assert ("object.friction_coefficient", "0.5") in scene_table(result).rows
-    assert object_text(result) == "The object is a plane; friction coefficient μ = 0.5."
+    assert object_text(result) == (
+        "The object is a plane; friction coefficient μ = 0.5. Its motion is prescribed: approach "
+        "to 0.1 mm, shear to 0.1 mm. The model is one section of the finger; forces are those over "
+        "its whole depth."
+    )
     assert object_text(plane_strain.result) == ""
 
 
@@ -170,8 +182,95 @@ def test_the_object_in_words(plane_strain) -> None:
     words = object_text(with_scene(plane_strain.result, **changes))
     assert words == (
         "The object is a cylinder of radius 2 mm along x, turned by 30 degrees about y; friction "
-        "coefficient μ = 0.5. Its forces are prescribed; the motions were found."
+        "coefficient μ = 0.5. Its forces are prescribed: normal force to 0.1 N, tangential force "
+        "to 0.1 N; the motions were found. The model is one section of the finger; forces are "
+        "those over its whole depth."
     )
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (
+            [
+                [0.05, 0.0, 0.0, 0.0],
+                [0.1, 0.0],
+                [0.1, 0.06],
+                [0.1, 0.06, 0.02],
+                [0.1, 0.06, 0.02, 0.5],
+            ],
+            "approach to 0.1 mm, shear to 0.06 mm, shear along z to 0.02 mm, twist to 0.5 degrees",
+        ),
+        (
+            [[0.1, 0.02], [0.1, 0.1], [0.05, 0.1]],
+            "approach to 0.1 mm with shear to 0.02 mm, shear to 0.1 mm, approach to 0.05 mm",
+        ),
+        (
+            [[0.1, 0.1 * (-1) ** n] for n in range(9)],
+            "approach from 0.1 to 0.1 mm, shear from -0.1 to 0.1 mm",
+        ),
+    ],
+)
+def test_the_motion_in_words(plane_strain, rows, words) -> None:
+    changes = {"scene.path.increments_mm": rows, "scene.path.substeps": 3}
+    said = motion_text(with_scene(plane_strain.result, **changes))
+    assert said == f"Its motion is prescribed: {words}, each row in 3 equal increments."
+    assert motion_text(plane_strain.result) == ""
+
+
+def test_the_model_is_whole_or_half(solid) -> None:
+    model = dataclasses.replace(solid.result.model, symmetry=False)
+    assert model_text(dataclasses.replace(solid.result, model=model)) == (
+        "The model is the whole finger."
+    )
+    half = dataclasses.replace(model, symmetry=True)
+    assert "half z ≥ 0" in model_text(dataclasses.replace(solid.result, model=half))
+
+
+def test_slip_is_said_to_grow_with_shear_only_where_it_does(plane_strain) -> None:
+    row = plane_strain.result.increments[0]
+
+    def path(*pairs, **more):
+        return [
+            dataclasses.replace(row, stick_ratio=ratio, tangential_force_N=force, **more)
+            for ratio, force in pairs
+        ]
+
+    assert slip_grows_with_shear(path((0.9, 0.0), (1.0, 0.1), (0.5, 0.5), (0.0, 0.9)))
+    assert not slip_grows_with_shear(path((0.9, 0.0), (1.0, 0.1)))
+    assert not slip_grows_with_shear(path((1.0, 0.9), (0.5, 0.5)))
+    assert not slip_grows_with_shear(path((1.0, 0.1), (0.5, 0.5), twist_deg=0.5))
+    assert not slip_grows_with_shear([])
+
+
+def test_a_mesh_s_asymmetry_does_not_leave_the_section(plane_strain) -> None:
+    row = plane_strain.result.increments[-1]
+    assert not leaves_section([dataclasses.replace(row, force_z_N=1e-3 * row.normal_force_N)])
+    assert leaves_section([dataclasses.replace(row, force_z_N=0.1 * row.normal_force_N)])
+
+
+@pytest.mark.parametrize(
+    ("stick", "slip", "answer", "words"),
+    [
+        (5, 0, "yes", "all of the contact sticks"),
+        (5, 2, "partly", "40% of the contact area sticks, the rest slips"),
+        (0, 7, "no", "the contact slips completely"),
+    ],
+)
+def test_a_scene_s_verdict_begins_with_the_contact(
+    plane_strain, stick, slip, answer, words
+) -> None:
+    bare = dataclasses.replace(plane_strain.result, slip_studies=(), grips=())
+    last = dataclasses.replace(
+        bare.increments[-1], stick_nodes=stick, slip_nodes=slip, stick_ratio=0.4, twist_deg=1.0
+    )
+    (found,) = findings(dataclasses.replace(bare, increments=(last,)))
+    assert found.answer == answer
+    assert f"At increment 1 of 1, {words}: F_n = " in found.detail
+    assert "twist moment 0 N mm" in found.detail
+    off = dataclasses.replace(last, normal_force_N=0.0)
+    (found,) = findings(dataclasses.replace(bare, increments=(off,)))
+    assert (found.answer, "never presses" in found.detail) == ("open", True)
 
 
 def test_what_leaves_the_section_has_columns_of_its_own(plane_strain) -> None:
