@@ -1,8 +1,9 @@
-"""Starter design files: every key with its default and its meaning, or a shipped design."""
+"""Starter files of designs and scenes: every key, its default and meaning; or a shipped one."""
 
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Set as AbstractSet
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -24,6 +25,16 @@ _HEAD = f"""\
 # that stand here. `fingerdesign check FILE` names every fault at once.
 # Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
 """
+SCENE_SCHEMA_FILE = "scene.schema.json"
+_SCENE_HEAD = f"""\
+#:schema ./{SCENE_SCHEMA_FILE}
+# A scene: the rigid object that touches the finger, the path it takes, where strain is read out.
+# Lengths in mm, forces in N, angles in degrees. Keys left out take the values that stand here, but
+# a path needs its rows. `fingerdesign check DESIGN --scene FILE` names every fault at once.
+# Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
+"""
+_SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
+_SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
 
 
 def _designs() -> Traversable:
@@ -123,10 +134,43 @@ def _file_or_shipped(path: Path, folder: Traversable, kind: str) -> str:
     raise DesignError([Fault("file", name, bound, remedy)])
 
 
-def schema_json() -> str:
-    """Return the text of the shipped JSON schema of design files."""
-    data = resources.files("fingerdesign") / "data" / SCHEMA_FILE
+def schema_json(file: str = SCHEMA_FILE) -> str:
+    """Return the text of the shipped JSON schema of design files, or of ``SCENE_SCHEMA_FILE``."""
+    data = resources.files("fingerdesign") / "data" / file
     return data.read_text("utf-8")
+
+
+def starter_scene_text(source: str | None = None) -> str:
+    """Return a commented scene file: a plane pressed and drawn, or a copy of a shipped scene.
+
+    Without ``source`` it holds every key that a scene has, with its default and meaning. Raises
+    :class:`DesignError` where ``source`` is unknown.
+    """
+    from fingerdesign.design.io import parse_scene
+
+    if source is None:
+        text = _all_scene_keys()
+    else:
+        shipped = _text(_designs() / "scenes", source, "--from")
+        text = re.sub(r"(?m)^#:schema .*$", f"#:schema ./{SCENE_SCHEMA_FILE}", shipped)
+    parse_scene(text)
+    return text
+
+
+def _all_scene_keys() -> str:
+    from fingerdesign.design.scene import Scene
+
+    scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
+    tables = []
+    for table in Scene.model_fields:
+        values = getattr(scene, table)
+        lines = [f"[{table}]"]
+        for key, info in type(values).model_fields.items():
+            off = "# " if key in _SCENE_EXAMPLES else ""
+            value = _SCENE_EXAMPLES.get(key, getattr(values, key))
+            lines.append(_line(key, value, info.description or "", off))
+        tables.append("\n".join([*lines, ""]))
+    return "\n".join([_SCENE_HEAD, *tables])
 
 
 def starter_text(name: str, source: str | None = None) -> str:
@@ -185,7 +229,10 @@ def _table(title: str, table: BaseModel, without: AbstractSet[str] = frozenset()
 def _line(key: str, value: Any, meaning: str, off: str = "") -> str:
     pair = f"{off}{key} = {_toml(value)}"
     inline = f"{pair:<36} # {meaning}"
-    return inline if len(inline) <= 110 else f"# {meaning}\n{pair}"
+    if len(inline) <= 110:
+        return inline
+    above = textwrap.wrap(meaning, 98, break_on_hyphens=False)
+    return "\n".join([*(f"# {line}" for line in above), pair])
 
 
 def _toml(value: Any) -> str:

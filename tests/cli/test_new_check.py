@@ -36,6 +36,28 @@ def test_new_from_a_shipped_design(name):
     assert main(["check", "sub/mine.toml", "--quiet"]) == 0
 
 
+def test_new_scene_then_check(capsys):
+    assert main(["new", "mine.toml", "--scene"]) == 0
+    assert "fingerdesign check DESIGN --scene mine.toml" in capsys.readouterr().out
+    assert main(["check", "narrow", "--scene", "mine.toml"]) == 0
+    schema = json.loads(Path("scene.schema.json").read_text())
+    text = Path("mine.toml").read_text()
+    assert text.startswith("#:schema ./scene.schema.json\n")
+    for table in schema["properties"].values():
+        name = table.get("$ref", "").rsplit("/", 1)[-1] or table["allOf"][0]["$ref"][8:]
+        for key in schema["$defs"][name]["properties"]:
+            assert f"{key} = " in text
+    assert not Path("design.schema.json").exists()
+
+
+@pytest.mark.parametrize("name", ["ball", "pull", "twist"])
+def test_new_scene_from_a_shipped_one(name, capsys):
+    assert main(["new", "mine.toml", "--scene", "--from", name, "-q"]) == 0
+    assert main(["check", "homogeneous", "--scene", "mine.toml", "-q"]) == 0
+    assert main(["new", "other.toml", "--scene", "--from", "x"]) == 2
+    assert "ball" in capsys.readouterr().err
+
+
 def test_new_overwrites_nothing_without_force(capsys):
     Path("mine.toml").write_text("precious")
     Path("design.schema.json").write_text("mine too")
