@@ -16,7 +16,7 @@ from fingerdesign.report.style import (
     to_svg,
     whole_numbers,
 )
-from fingerdesign.results import OPEN, ContactHistory, Result
+from fingerdesign.results import OPEN, SLIP, ContactHistory, Result
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,9 +139,24 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
         f"Tractions on the finger{place} at a few increments"
         + (", the shear traction's magnitude over x and z" if turned else "")
         + ". Where the surface slips, the shear traction is in magnitude the friction coefficient "
-        "times the pressure; where it sticks, it is at most that.",
+        "times the pressure; where it sticks, it is at most that."
+        + (
+            " Here that is so to a few percent: the object slopes; the tractions are drawn along "
+            "the finger's axes, not along its surface."
+            if _slopes(contact)
+            else ""
+        ),
         alternative,
     )
+
+
+def _slopes(contact: ContactHistory) -> bool:
+    """Whether shear traction over pressure differs among the points that slip."""
+    size = np.linalg.norm(contact.tangential_traction, axis=2)
+    pressure = contact.normal_traction
+    slipping = (contact.status == SLIP) & (pressure > 0.01 * pressure.max(initial=0.0))
+    ratio = size[slipping] / pressure[slipping]
+    return bool(ratio.size and np.ptp(ratio) > 1e-3 * ratio.max())
 
 
 def _show_zero(axes: Axes, *values: NDArray[np.float64]) -> None:

@@ -272,3 +272,17 @@ def test_forces_prescribed_are_not_called_motion(plane_strain) -> None:
     assert "increment of the forces prescribed" in force_figure(forced).reading
     assert "tangential force" in status_figure(plane_strain.contact, shear_grows=True).reading
     assert "tangential force" not in status_figure(plane_strain.contact).reading
+
+
+def test_a_sloping_object_is_not_said_to_hold_coulomb_to_the_digit(plane_strain) -> None:
+    contact = plane_strain.contact
+    sliding = dataclasses.replace(
+        contact,
+        status=np.full_like(contact.status, SLIP),
+        tangential_traction=0.5 * contact.normal_traction[..., None],
+    )
+    assert "a few percent" not in traction_figure(sliding).reading
+    tilted = sliding.tangential_traction.copy()
+    tilted[:, ::2] *= 1.04
+    sloping = dataclasses.replace(sliding, tangential_traction=tilted)
+    assert "a few percent: the object slopes" in traction_figure(sloping).reading
