@@ -89,8 +89,12 @@ def solve_forces(
     if not (np.isfinite(forces.tangential or 0.0) and np.isfinite(held).all()):
         raise SolverError(f"{forces}: the tangential force and what is held must be finite")
     _refuse_beyond_friction(problem, forces)
-    search = _Search(problem, state, forces, workspace or Workspace())
-    return search.run()
+    workspace = workspace or Workspace()
+    workspace.patient = False  # many trials, of which any may fail
+    try:
+        return _Search(problem, state, forces, workspace).run()
+    finally:
+        workspace.patient = True
 
 
 def _refuse_beyond_friction(problem: ContactProblem, forces: Forces) -> None:

@@ -82,6 +82,7 @@ class Workspace:
 
     def __init__(self) -> None:
         self.inverse: ActiveInverse | None = None
+        self.patient = True  # False: leave out the last, slow ways (strategy.py)
         self._last: tuple[ContactState, ContactState] | None = None
 
     def passed(self, before: ContactState, after: ContactState) -> None:
@@ -221,6 +222,7 @@ def _solve(
             state.multiplier[index],
             guess[index],
             workspace.on(index, m, dim),
+            workspace.patient,
         )
         result, method = solve_task(task)
         spent += result.iterations

@@ -48,6 +48,7 @@ class Task:
     start: Array
     guess: Array
     inverse: ActiveInverse | None = None
+    patient: bool = True  # else without the last, slow ways: one of many trials need not succeed
 
     def newton(self, start: Array, factor: float = 0.05) -> NewtonResult:
         return newton(
@@ -99,6 +100,8 @@ def _attempts(task: Task) -> Iterator[tuple[str, Attempt]]:
         yield "newton, walked", partial(_walk, task, pieces)
     for factor in _FACTORS[1:]:
         yield "newton, other augmentation", partial(task.newton, factor=factor)
+    if not task.patient:
+        return
     yield "newton, friction raised", partial(_raise_friction, task)
     for sweeps in _SWEEPS:
         yield "gauss-seidel, newton", partial(_sweep, task, sweeps)
