@@ -21,11 +21,11 @@ import numpy as np
 from fingerdesign.caveats import caveats
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.design.checks import tetwild_faults
 from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
-from fingerdesign.design.layout import plate_frames
-from fingerdesign.design.scene_checks import scene_faults
+from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.design.scene_checks import MOST_MOTION, scene_faults
 from fingerdesign.errors import DesignError, Fault, FingerDesignError, SolverError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.records import contact_history, increment_result
@@ -41,7 +41,7 @@ from fingerdesign.results import (
     Result,
     SlipStudy,
 )
-from fingerdesign.scene_contact import object_at_touch, steps_sideways, targets
+from fingerdesign.scene_contact import object_at_touch, steps_sideways, targets, touch_point
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -131,7 +131,7 @@ def _run_in_zone(
     problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
     tell("loading")
     with clock.stage("increments"), one_thread():
-        steps = _follow(problem, scene, design.gages.face)
+        steps = _follow(problem, scene, design)
         studies = slip_studies(case, scene, problem) if case.scene is None else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.grips and case.scene is None and design.plates.number:
@@ -178,10 +178,21 @@ class PathStopped(SolverError):
         self.increments = increments
 
 
-def _follow(problem: ContactProblem, scene: Scene, face: str) -> list[Step]:
-    path, steps = scene.path, list[Step]()
+def _refuse_far(motion: Motion, most: float) -> None:
+    """Motions that forces led to are held to what prescribed ones are."""
+    if max(abs(motion.approach), abs(motion.shear)) > most:
+        raise SolverError(
+            f"the forces lead to {motion}: more than {most:.4g} mm, half of the finger's height, "
+            "where strains are small no more; ask for less force"
+        )
+
+
+def _follow(problem: ContactProblem, scene: Scene, design: Design) -> list[Step]:
+    path, steps, face = scene.path, list[Step](), design.gages.face
+    most = MOST_MOTION * crest_height(design.body)
     try:
         for step in follow(problem, targets(path), substeps=path.substeps):
+            _refuse_far(step.increment.motion, most)
             steps.append(step)
     except ZoneExhausted:
         raise
@@ -222,7 +233,11 @@ def fundamental_scene() -> Scene:
 
 def zone_of(case: Case, scene: Scene) -> Zone:
     """Contact candidates for the scene and, where they are run, the grips (against a plane)."""
-    zone = candidate_zone(case.design, scene.object, greatest_approach(case.design, scene))
+    reach, touch = (
+        greatest_approach(case.design, scene),
+        touch_point(scene.object, case.design.body),
+    )
+    zone = candidate_zone(case.design, scene.object, reach, touch)
     if case.scene is None and case.grips and case.design.plates.number:
         reach = case.design.grip.max_approach_mm
         grips = candidate_zone(case.design, scene.object, reach)
@@ -247,8 +262,10 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
 
 def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
     """Assemble, and condense onto the contact candidates and readouts."""
-    from fingerdesign.fem.model import build_model
+    from fingerdesign.fem.model import build_model, candidate_facets
 
+    if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
+        raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
     points = np.array(scene.readout.points_mm).reshape(-1, 3)
     return build_model(design, mesh, zone.half_width, points, zone.half_depth)
 

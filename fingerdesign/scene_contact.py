@@ -27,6 +27,13 @@ def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
     return placed
 
 
+def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:
+    """Where (x, z) mm the object first touches the undeformed finger."""
+    surface = ContactSurface.of(body)
+    _, point = touching(_made(rigid), surface.height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
+    return float(point[0]), float(point[2])
+
+
 def targets(path: ScenePath) -> list[Motion | Forces]:
     """One target a row: motions in mm and degrees, or forces in N."""
     if path.control == "force":

@@ -11,7 +11,7 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.outputs import analyse_into
 from fingerdesign.pipeline import Case
-from fingerdesign.scene_contact import object_at_touch
+from fingerdesign.scene_contact import object_at_touch, touch_point
 
 COARSE = {
     "mesh.section.contact_size_mm": 0.1,
@@ -128,7 +128,8 @@ def test_objects_touch_the_crest_and_no_more(design):
 
 def test_zones_follow_the_object(design):
     def zone(approach=0.1, **given):
-        return candidate_zone(design, SceneObject(**given), approach)
+        rigid = SceneObject(**given)
+        return candidate_zone(design, rigid, approach, touch_point(rigid, design.body))
 
     assert zone().half_depth is None
     ball = zone(shape="sphere", radius_mm=3.0)
@@ -139,6 +140,19 @@ def test_zones_follow_the_object(design):
     assert zone(tilt_deg=5.0).half_width > zone().half_width + 0.5
     grown = ball.widened(100.0, design)
     assert grown.fills(design)
+
+
+def test_a_tilted_cylinder_is_met_where_it_touches(design):
+    """Its first touch is 6 mm off the crest, far outside the zone of one that is not tilted."""
+    text = 'object = {shape = "cylinder", radius_mm = 20, axis = "x", tilt_deg = 15}'
+    found = forces(design, "path.increments_mm = [[0.2, 0.0], [0.4, 0.0]]\n" + text, "3d")
+    assert 0.1 < found[0, 0] < found[1, 0]
+
+
+def test_forces_that_lead_too_far_are_refused(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0], [2000, 0]]'
+    with pytest.raises(SolverError, match=r"row 2 of 2.*ask for less force"):
+        analyse(design, parse_scene(text), "plane-strain")
 
 
 def test_the_approach_for_a_force_is_about_right(design):

@@ -43,10 +43,15 @@ class Zone:
         return self.half_depth is None and self.half_width >= 0.5 * design.body.width_mm
 
 
-def candidate_zone(design: Design, rigid: SceneObject, approach: float) -> Zone:
-    """The zone for an object pressed ``approach`` mm onto the finger."""
+def candidate_zone(
+    design: Design,
+    rigid: SceneObject,
+    approach: float,
+    touch: tuple[float, float] = (0.0, 0.0),
+) -> Zone:
+    """The zone for an object pressed ``approach`` mm onto the finger that it touched at (x, z)."""
     wide, deep = (_FACTOR * reach + _MARGIN for reach in contact_reach(design, rigid, approach))
-    return _within(design, _touch_shift(design, rigid) + wide, deep)
+    return _within(design, abs(touch[0]) + wide, abs(touch[1]) + deep)
 
 
 def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:
@@ -130,10 +135,3 @@ def _overlap_reaches(
     inverse = np.linalg.inv(matrix)
     x, z = (_OVERLAP * math.sqrt(2.0 * max(approach, 0.0) * inverse[k, k]) for k in (0, 1))
     return x, z
-
-
-def _touch_shift(design: Design, rigid: SceneObject) -> float:
-    """How far from x = 0 a tilted plane first touches, mm."""
-    if rigid.shape != "plane":
-        return 0.0
-    return design.body.arc_radius_mm * abs(math.sin(math.radians(rigid.tilt_deg)))

@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from fingerdesign.design.base import Many, Row3, Table, refuse
 
+LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
 
 
@@ -191,10 +192,10 @@ class ScenePath(Table):
                     "give both forces in N; shear_z and twist are held at 0",
                     f"{self.key}[{index}]",
                 )
-            if row[0] <= 0:
+            if row[0] < LEAST_FORCE_N:
                 raise refuse(
                     row[0],
-                    "a normal force above 0 N",
+                    f"a normal force of at least {LEAST_FORCE_N:g} N",
                     "a contact can only press; for a release, prescribe the motion",
                     f"{self.key}[{index}][0]",
                 )

@@ -29,7 +29,7 @@ def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset())
         return []
     box = ("body.shape", "body.depth_mm", "body.dome_radius_mm", "readout.points_mm")
     points = [] if involves(doubtful, *box) else _point_faults(scene, design)
-    if involves(doubtful, "path.increments_mm"):
+    if involves(doubtful, "path.increments_mm", "path.increments_N", "path.control"):
         return points
     return _motion_faults(scene, design) + points
 
