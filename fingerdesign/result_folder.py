@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import dataclasses
 import fnmatch
+import os
 import secrets
 import shutil
 from collections.abc import Iterable, Iterator
@@ -15,6 +16,11 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.results import GripTrace, IncrementResult, PointStrain, Result, ResultError
+
+try:
+    import fcntl
+except ImportError:  # Windows: two writers of one folder are not kept apart there
+    fcntl = None  # type: ignore[assignment]
 
 RESULT_FILE = "result.json"
 # What a result is made of: a folder that holds anything else is not replaced.
@@ -41,8 +47,9 @@ def result_folder(target: Path | str) -> Iterator[Path]:
         yield aside
         if not (aside / RESULT_FILE).is_file():
             raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
-        refuse_foreign(target)
-        _take_place(aside, target)
+        with _locked(target):
+            refuse_foreign(target)
+            _take_place(aside, target)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 
@@ -161,20 +168,25 @@ def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
 
 def refuse_foreign(target: Path) -> None:
     """ResultError where ``target`` is no place for a result: what is not ours is not deleted."""
-    if target.is_symlink() or (target.exists() and not target.is_dir()):
-        raise ResultError(f"{target} is in the way and not a folder; choose another --out")
-    if not target.is_dir() or not any(target.iterdir()):
+    try:
+        if target.is_symlink() or (target.exists() and not target.is_dir()):
+            raise ResultError(f"{target} is in the way and not a folder; choose another --out")
+        names = sorted(entry.name for entry in target.iterdir())
+        holds_result = RESULT_FILE in names and not (target / RESULT_FILE).is_dir()
+    except FileNotFoundError:
         return
-    if not (target / RESULT_FILE).is_file():
+    except OSError as error:
+        raise ResultError(f"cannot look into {target}: {error}") from error
+    if not names:
+        return
+    if not holds_result:
         raise ResultError(
             f"{target} holds files but no {RESULT_FILE}, so it is not an older result and is left "
             "alone; choose another --out or move it away"
         )
-    foreign = sorted(
-        entry.name
-        for entry in target.iterdir()
-        if not any(fnmatch.fnmatch(entry.name, pattern) for pattern in PRODUCTS)
-    )
+    foreign = [
+        name for name in names if not any(fnmatch.fnmatch(name, pattern) for pattern in PRODUCTS)
+    ]
     if foreign:
         raise ResultError(
             f"{target} holds {', '.join(foreign[:5])} beside an older result; move what is not a "
@@ -183,22 +195,52 @@ def refuse_foreign(target: Path) -> None:
 
 
 def _take_place(aside: Path, target: Path) -> None:
-    older = None
+    """Rename; the older folder is deleted only once the new one is in its place."""
+    older = _sibling(target, "older")
     try:
-        if target.is_dir():
-            older = _sibling(target, "older")
-            target.rename(older)
         try:
+            if target.is_dir():
+                target.rename(older)
             aside.rename(target)
-        except OSError:
-            if older is not None:
+        except BaseException:  # an interruption between the two as well
+            if older.is_dir() and not target.exists():
                 older.rename(target)
             raise
     except OSError as error:
-        raise ResultError(f"cannot put the result in place at {target}: {error}") from error
+        kept = f"; the older result is in {older}" if older.is_dir() else ""
+        raise ResultError(f"cannot put the result in place at {target}: {error}{kept}") from error
+    shutil.rmtree(older, ignore_errors=True)
+
+
+@contextmanager
+def _locked(target: Path) -> Iterator[None]:
+    """Keep other writers of ``target`` waiting; the hidden lock beside it goes at the end."""
+    path = target.with_name(f".{target.name}.lock")
+    try:
+        stream = None if fcntl is None else _lock_file(path)
+    except OSError:  # a file system without locks: finished work is not lost for that
+        stream = None
+    try:
+        yield
     finally:
-        if older is not None:
-            shutil.rmtree(older, ignore_errors=True)
+        if stream is not None:
+            path.unlink(missing_ok=True)  # whoever waits for it finds it gone and makes another
+            os.close(stream)
+
+
+def _lock_file(path: Path) -> int:
+    while True:
+        stream = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX)
+            if os.path.samestat(os.fstat(stream), path.stat()):
+                return stream
+        except FileNotFoundError:
+            pass  # its holder is done and took it away
+        except BaseException:
+            os.close(stream)
+            raise
+        os.close(stream)
 
 
 def _sibling(target: Path, role: str) -> Path:

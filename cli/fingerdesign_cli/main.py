@@ -36,6 +36,8 @@ COMMANDS = {
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
+_asked_to_end: list[int] = []  # the signals that came
+
 
 class LazyGroup(click.Group):
     """A group that imports a subcommand only when it runs or when its own help is asked for."""
@@ -85,12 +87,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         error.show()
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted; finished work is kept", err=True)
-        return INTERRUPTED
+        return _interrupted()
     except DesignError as error:
         click.echo(str(error), err=True)
         return BAD_INPUT
     except FingerDesignError as error:
+        if _asked_to_end:
+            return _interrupted()
         click.echo(f"failed: {error}", err=True)
         return FAILED
     except BrokenPipeError:  # the reader of our output has gone: `fingerdesign ... | head`
@@ -100,7 +103,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         click.echo(f"failed: {error}", err=True)
         return FAILED
     except Exception as error:
+        if _asked_to_end:  # an extension that was loading makes an ImportError of it
+            return _interrupted()
         return _unexpected(error, keep="--debug" in arguments)
+
+
+def _interrupted() -> int:
+    click.echo("interrupted; finished work is kept", err=True)
+    return INTERRUPTED
 
 
 def _unexpected(error: Exception, keep: bool) -> int:
@@ -121,13 +131,15 @@ def _unexpected(error: Exception, keep: bool) -> int:
 
 def entry_point() -> None:
     """Run as a console script; to be asked to end is to be interrupted."""
-    for name in ("SIGTERM", "SIGHUP"):
-        if hasattr(signal, name):
-            signal.signal(getattr(signal, name), _interrupt)
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as under nohup
+            signal.signal(number, _interrupt)
     sys.exit(main(sys.argv[1:]))
 
 
 def _interrupt(number: int, frame: object) -> None:
+    _asked_to_end.append(number)
     raise KeyboardInterrupt
 
 

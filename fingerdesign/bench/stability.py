@@ -13,6 +13,7 @@ import csv
 import json
 import os
 import platform
+import secrets
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
@@ -107,18 +108,32 @@ def run_body(body: HardBody, every: int = 1) -> list[Outcome]:
 
 
 def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
-    """stability.csv (an outcome a row), stability.json (counts, versions), stability.png."""
-    from fingerdesign.bench.stability_map import draw_stability
+    """stability.csv (an outcome a row), stability.json (counts, versions), stability.png.
 
+    All three or none of them: what is interrupted leaves the older ones.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"stability.{ending}" for ending in ("csv", "json", "png")]
+    aside = [path.with_name(f".{secrets.token_hex(4)}.{path.name}") for path in paths]
+    try:
+        _write_aside(found, aside)
+        for made, path in zip(aside, paths, strict=True):
+            made.replace(path)
+    finally:
+        for made in aside:
+            made.unlink(missing_ok=True)
+    return paths
+
+
+def _write_aside(found: StabilityMap, paths: list[Path]) -> None:
+    from fingerdesign.bench.stability_map import draw_stability
+
     with paths[0].open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
         writer.writerow([field.name for field in fields(Outcome)])
         writer.writerows(asdict(each).values() for each in found.outcomes)
     paths[1].write_text(json.dumps(summary(found), indent=1) + "\n", encoding="utf-8")
     draw_stability(found.outcomes, paths[2])
-    return paths
 
 
 def summary(found: StabilityMap) -> dict[str, Any]:

@@ -17,7 +17,6 @@ from fingerdesign.errors import Fault
 # Named by the file format, built by a later version: not the user's typing error.
 LATER_KEYS = {
     "body.edge_radius_mm", "body.core", "body.block", "plates.stagger", "plates.rows", "mold",
-    "object.radius_mm", "object.axis", "object.tilt_deg",
 }  # fmt: skip
 
 TYPES = {

@@ -19,9 +19,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.facing import facing_rows
+from fingerdesign.fem.facing import facing_rows, owners
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.system import System, assemble_system
+from fingerdesign.fem.system import System, assemble_system, check_material
 from fingerdesign.fem.trace import ContactTrace, contact_trace
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+# Of a contact force: what a body that can still move as a whole loses at the least.
+_NOT_HELD = 0.1
 # Support against contact force: rounding leaves 1e-10 to 2e-8 (plates 27,000 times stiffer than the
 # body); a model that loses force is wrong in the first digits.
 _BALANCE = 1e-6
@@ -97,10 +99,9 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     """Assemble, factor once, and read everything off.
 
     readouts: blocks of rows (r, n dim), each a linear functional of the nodal displacements. Raises
-    SolverError where the body is not held or has no contact facet.
+    SolverError where the body is not held, has no contact facet, or is unsound itself.
     """
-    if len(body.contact) == 0:
-        raise SolverError("the body has no contact facet: widen the zone or name its facets")
+    _check_sound(body)
     trace = contact_trace(body.mesh.points, body.contact, body.thickness)
     trace = _onto_exact_surface(trace, body.project)
     size = trace.operator.shape[0]
@@ -127,6 +128,26 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
         load_reaction=load_reaction,
         timings=reduction.timings,
     )
+
+
+def _check_sound(body: Body) -> None:
+    """SolverError where a body's arrays do not fit its mesh, or loads are no numbers."""
+    shape = (body.mesh.points.size,)
+    if len(body.contact) == 0:
+        raise SolverError("the body has no contact facet: widen the zone or name its facets")
+    if body.fixed.shape != shape:
+        raise SolverError(f"fixed has the shape {body.fixed.shape}, the mesh asks for {shape}")
+    if body.loads is not None and body.loads.shape != shape:
+        raise SolverError(
+            f"loads have the shape {body.loads.shape}, the mesh asks for {shape}: a force for each "
+            "component of each node"
+        )
+    if body.loads is not None and not np.isfinite(body.loads).all():
+        raise SolverError("loads must be finite: some are NaN or infinite")
+    if not np.isfinite(body.mesh.points).all():
+        raise SolverError("the mesh has points that are NaN or infinite")
+    check_material(len(body.mesh.cells), body.youngs_modulus, body.poissons_ratio, body.thickness)
+    owners(body.mesh, body.contact)
 
 
 @dataclass(frozen=True)
@@ -189,6 +210,8 @@ def reduced_model(
     mesh, nodes = body.mesh, len(trace.nodes)
     where = mesh.points[trace.nodes]
     locked = _locked(body, trace)
+    if locked.all():
+        raise SolverError("every contact node is held: none can yield to a contact force")
     compliance = condensed.compliance.copy()
     _decouple(compliance, locked.reshape(-1))
     _check_balance(condensed.reaction, locked, nodes)
@@ -226,9 +249,11 @@ def facing_compliance(body: Body, finger: ReducedModel) -> Array:
     Minus the object's displacement there, a mean weighted with the finger's phi_i, per force on the
     *finger* (the object bears its opposite): the compliances of both bodies add up. Points of the
     finger meet those of the object's contact facets that have the same x (and z). Raises
-    SolverError where the finger's candidates reach beyond these facets.
+    SolverError where the finger's candidates reach beyond these facets, and where the object does
+    not lie above the finger (its facets' outward normals have n_y < 0).
     """
-    rows = facing_rows(body.mesh.points, body.contact, finger)
+    _check_sound(body)
+    rows = facing_rows(body.mesh, body.contact, finger)
     reduction = _reduce(body, [rows])
     size = rows.shape[0]
     reaction = reduction.blocks[1][:, :size] - (rows @ reduction.system.held).toarray().T
@@ -268,6 +293,11 @@ def _check_balance(reaction: Array, locked: BoolArray, nodes: int) -> None:
     expected = -np.tile(np.eye(reaction.shape[0]), nodes)
     free = ~locked.reshape(-1)
     error = float(np.abs(reaction - expected)[:, free].max())
+    if error > _NOT_HELD:
+        raise SolverError(
+            "the body is not held against every rigid motion: its supports do not bear the contact "
+            "forces; hold more of it"
+        )
     if not error < _BALANCE:
         raise SolverError(
             f"the condensed model loses {error:.1e} of each contact force: stiffnesses or lengths "

@@ -7,25 +7,39 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import tabulate
+from fingerdesign.fem.elements import EDGES, tabulate
+from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh
 from fingerdesign.reduced import ReducedModel
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
 
 _CHUNK = 256  # points at a time, against all facets
 _OUTSIDE = 1e-3  # barycentric: an edge of the one body may miss that of the other by rounding
 
 
-def facing_rows(points: Array, facets: IntArray, finger: ReducedModel) -> sp.csr_matrix:
+def facing_rows(mesh: Mesh, facets: IntArray, finger: ReducedModel) -> sp.csr_matrix:
     """Rows (m dim, n dim): displacement of a body with ``facets`` (f, 3 or 6) at finger nodes.
 
     Row i of a component is the mean, weighted with the finger's phi_i, of the body's displacement
     at the points of its facets that have the same x (and z) as the finger's quadrature points.
-    Raises SolverError for a point that faces no facet.
+    Raises SolverError for a point that faces no facet, or one that looks away; and for a body no
+    part of which lies above the finger (overlapping it is no fault: that is what an approach is).
     """
-    dimension = points.shape[1]
-    facet, reference = facing_points(points, facets, finger.surface.points)
+    points, dimension = mesh.points, mesh.dimension
+    targets = finger.surface.points
+    if targets.shape[1] != dimension:
+        raise SolverError(
+            f"the object has {dimension} dimensions, the finger {targets.shape[1]}: both need the "
+            "same"
+        )
+    down = facing_down(mesh, facets)
+    if points[:, 1].max() <= targets[:, 1].max():
+        raise SolverError(
+            "the object lies behind the finger's contact face: it must lie above it (larger y)"
+        )
+    facet, reference = facing_points(points, facets, targets, down)
     shape = tabulate(dimension - 1, reference).value  # (nodes, q)
     surface = finger.surface
     entry = surface.weight * shape[:, surface.point]
@@ -37,8 +51,82 @@ def facing_rows(points: Array, facets: IntArray, finger: ReducedModel) -> sp.csr
     return sp.csr_matrix(sp.kron(scalar.tocsr(), sp.identity(dimension), format="csr"))
 
 
-def facing_points(points: Array, facets: IntArray, targets: Array) -> tuple[IntArray, Array]:
-    """Facet (q,) and its reference coordinates (dim - 1, q) over each target (q, dim)."""
+def owners(mesh: Mesh, facets: IntArray) -> IntArray:
+    """The cell (f,) that each facet (f, 3 or 6) of a body's boundary bounds.
+
+    Raises SolverError for what is no facet: wrong width, nodes the mesh has not, corners that are
+    no face of one cell, mid-edge nodes that are not between their corners.
+    """
+    dimension = mesh.dimension
+    width = 3 * (dimension - 1)
+    if facets.ndim != 2 or facets.shape[1] != width:
+        raise SolverError(
+            f"contact facets have the shape {facets.shape}: each must be {dimension} corners, then "
+            f"{width - dimension} mid-edge nodes"
+        )
+    if len(facets) and not 0 <= facets.min() <= facets.max() < len(mesh.points):
+        raise SolverError(
+            f"contact facets name nodes {facets.min()} to {facets.max()}, the mesh has 0 to "
+            f"{len(mesh.points) - 1}"
+        )
+    faces = TRIANGLE_EDGES if dimension == 2 else TETRA_FACETS
+    named = np.zeros(len(mesh.points), dtype=bool)
+    named[facets[:, :dimension]] = True
+    near = np.flatnonzero(named[mesh.corners].sum(axis=1) >= dimension)
+    corners = np.sort(mesh.corners[near][:, np.array(faces)], axis=2).reshape(-1, dimension)
+    wanted = np.sort(facets[:, :dimension], axis=1)
+    _, label = np.unique(np.concatenate([corners, wanted]), axis=0, return_inverse=True)
+    label = label.reshape(-1)
+    cell = np.full(label.max(initial=-1) + 1, -1)
+    cell[label[: len(corners)]] = near.repeat(len(faces))
+    times = np.bincount(label[: len(corners)], minlength=len(cell))[label[len(corners) :]]
+    if (times == 0).any():
+        raise SolverError(
+            f"{int((times == 0).sum())} contact facets are no face of a cell: name the corners "
+            "first, then the mid-edge nodes"
+        )
+    if (times > 1).any():
+        raise SolverError(
+            f"{int((times > 1).sum())} contact facets lie inside the body: name those of its "
+            "boundary"
+        )
+    found: IntArray = cell[label[len(corners) :]]
+    for k, (a, b) in enumerate(TRIANGLE_EDGES if dimension == 3 else ((0, 1),)):
+        ends = np.sort(facets[:, [a, b]], axis=1)
+        right = np.zeros(len(facets), dtype=bool)
+        for j, pair in enumerate(EDGES[dimension]):
+            same = (np.sort(mesh.cells[found][:, list(pair)], axis=1) == ends).all(axis=1)
+            right |= same & (mesh.cells[found, dimension + 1 + j] == facets[:, dimension + k])
+        if not right.all():
+            raise SolverError(
+                f"{int((~right).sum())} contact facets have a mid-edge node that is not between "
+                "its corners: name them in the order of the edges (0, 1), (1, 2), (0, 2)"
+            )
+    return found
+
+
+def facing_down(mesh: Mesh, facets: IntArray) -> BoolArray:
+    """Facets (f,) whose outward normal has n_y < 0; flat ones through the corners."""
+    dimension = mesh.dimension
+    cell = owners(mesh, facets)
+    corners = mesh.points[facets[:, :dimension]]
+    inner = mesh.points[mesh.corners[cell]].mean(axis=1) - corners[:, 0]
+    edge = corners[:, 1:] - corners[:, :1]
+    if dimension == 2:
+        normal = np.stack([edge[:, 0, 1], -edge[:, 0, 0]], axis=1)
+    else:
+        normal = np.cross(edge[:, 0], edge[:, 1])
+    inward = np.einsum("fa,fa->f", normal, inner) > 0.0
+    return np.asarray(np.where(inward, -normal[:, 1], normal[:, 1]) < 0.0)
+
+
+def facing_points(
+    points: Array, facets: IntArray, targets: Array, down: BoolArray
+) -> tuple[IntArray, Array]:
+    """Facet (q,) and its reference coordinates (dim - 1, q) over each target (q, dim).
+
+    down (f,): facets that look down, as all must that lie over a target.
+    """
     across = [0] if points.shape[1] == 2 else [0, 2]
     nodes = points[facets][:, :, across]
     low, high = nodes.min(axis=1), nodes.max(axis=1)
@@ -52,6 +140,12 @@ def facing_points(points: Array, facets: IntArray, targets: Array) -> tuple[IntA
     target, facet = np.concatenate(pairs).T
     reference = _inverse(nodes[facet], wanted[target])
     least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
+    away = np.unique(facet[(least > _OUTSIDE) & ~down[facet]])
+    if len(away):
+        raise SolverError(
+            f"{len(away)} contact facets of the object over the finger look away from it: name "
+            "those on its lower side (outward normal with n_y < 0)"
+        )
     order = np.lexsort((-least, target))
     first = order[np.unique(target[order], return_index=True)[1]]
     found = np.zeros(len(wanted), dtype=bool)

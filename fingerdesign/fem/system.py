@@ -59,10 +59,12 @@ def assemble_system(
 
     pressure_cells (c,): where a mixed element has pressures (None: wherever nu > 0). For P1 a
     corner's own mark counts. attached: upper triangle (n dim, n dim) of a stiffness to be
-    added, N/mm. Raises ValueError for an element that is none of the three.
+    added, N/mm. Raises ValueError for an element that is none of the three, SolverError for an
+    unsound material or thickness and for a body that is held everywhere.
     """
     if element not in ("P1", "P2", "mixed"):
         raise ValueError(f"element {element!r} is none of P1, P2, mixed")
+    check_material(len(mesh.cells), youngs_modulus, poissons_ratio, thickness)
     inside = np.zeros(len(mesh.cells), dtype=bool)
     if element == "mixed":
         inside = poissons_ratio > 0.0
@@ -95,6 +97,28 @@ def assemble_system(
         mesh.points, cells[inside], youngs_modulus[inside], poissons_ratio[inside], thickness
     )
     return _with_pressures(system, part, float(np.median((shear / first)[inside])))
+
+
+def check_material(
+    cells: int, youngs_modulus: Array, poissons_ratio: Array, thickness: float
+) -> None:
+    """SolverError, by name, for a thickness (mm), a modulus or a ratio that no body has."""
+    if not 0.0 < thickness < np.inf:
+        raise SolverError(f"thickness = {thickness} mm: must be more than 0")
+    for name, values, unit, low, high in (
+        ("Young's modulus", youngs_modulus, " MPa", 0.0, np.inf),
+        ("Poisson's ratio", poissons_ratio, "", -1.0, 0.5),
+    ):
+        if np.shape(values) != (cells,):
+            raise SolverError(
+                f"{name} has the shape {np.shape(values)}: one for each of {cells} cells is asked"
+            )
+        wrong = values[~((values > low) & (values < high))]
+        if len(wrong):
+            bound = f"more than {low:g}" + (f" and less than {high:g}" if high < np.inf else "")
+            raise SolverError(
+                f"{name} of {wrong[0]:g}{unit} in {len(wrong)} cells: must be {bound}"
+            )
 
 
 def _element_nodes(mesh: Mesh, element: str) -> tuple[IntArray, sp.csr_matrix | None]:
@@ -130,6 +154,8 @@ def _attached(upper: sp.csr_matrix, spread: sp.csr_matrix | None) -> sp.csr_matr
 def _hold(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
     """The system on the free dofs of an upper-triangular stiffness of all."""
     free = np.flatnonzero(~fixed)
+    if len(free) == 0:
+        raise SolverError("every displacement of the body is held: nothing is left to solve for")
     marks = np.zeros((len(fixed), dimension))
     index = np.flatnonzero(fixed)
     marks[index, index % dimension] = 1.0

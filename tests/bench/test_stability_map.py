@@ -1,13 +1,14 @@
 """The map itself on a quick subset: no wrong answer, everything solved; verdicts; files."""
 
 import csv
+import dataclasses
 import json
 import time
 
 import numpy as np
 import pytest
 
-from fingerdesign.bench import stability
+from fingerdesign.bench import stability, stability_map
 from fingerdesign.bench.stability import measure_stability, summary, write_stability
 from fingerdesign.bench.stability_bodies import distorted, hard_bodies
 from fingerdesign.bench.stability_cases import BEYOND, FRICTIONS, WITHIN, cases_of
@@ -65,6 +66,20 @@ def test_files(quick, tmp_path):
     assert rows[0]["method"] == PRODUCTION
     assert json.loads(paths[1].read_text("utf-8")) == summary(quick)
     assert paths[2].read_bytes().startswith(b"\x89PNG")
+
+
+def test_interrupted_writing_leaves_the_older_files(quick, tmp_path, monkeypatch):
+    paths = write_stability(quick, tmp_path)
+    before = [path.read_bytes() for path in paths]
+
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(stability_map, "draw_stability", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_stability(dataclasses.replace(quick, outcomes=quick.outcomes[:3]), tmp_path)
+    assert [path.read_bytes() for path in paths] == before
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
 def test_there_are_enough_cases_of_all_kinds():

@@ -1,5 +1,7 @@
 """Bodies of any origin: loads of their own, two bodies facing each other, zones in x and z."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import skfem
@@ -63,6 +65,13 @@ def block(counts, size, contact_y, **more):
     )
 
 
+def raised(body, height):
+    mesh = body.mesh
+    points = mesh.points + height * np.eye(mesh.dimension)[1]
+    return replace(body, mesh=replace(mesh, points=points))
+
+
+WIDE = ((4, 3, 2), (3.0, 2.0, 1.0))
 SHAPES = {2: ((6, 4), (3.0, 2.0)), 3: ((4, 3, 2), (3.0, 2.0, 1.0))}
 
 
@@ -104,7 +113,7 @@ def test_a_body_facing_its_mirror_image(dim):
 
 def test_uniform_pressure_between_meshes_that_do_not_match():
     """At nu = 0 both shorten uniformly, but for quadrature over the other mesh's kinks."""
-    lower, upper = block((6, 4), (3.0, 2.0), 2.0), block((7, 3), (3.0, 2.0), 0.0)
+    lower, upper = block((6, 4), (3.0, 2.0), 2.0), raised(block((7, 3), (3.0, 2.0), 0.0), 2.0)
     finger = body_model(Body(**{**vars(lower), "poissons_ratio": 0.0 * lower.poissons_ratio}))
     compliance = facing_compliance(
         Body(**{**vars(upper), "poissons_ratio": 0.0 * upper.poissons_ratio}), finger
@@ -118,7 +127,96 @@ def test_uniform_pressure_between_meshes_that_do_not_match():
 def test_a_zone_wider_than_the_object_is_refused():
     finger = body_model(block((6, 4), (3.0, 2.0), 2.0))
     with pytest.raises(SolverError, match="face no contact facet"):
-        facing_compliance(block((4, 4), (2.0, 2.0), 0.0), finger)
+        facing_compliance(raised(block((4, 4), (2.0, 2.0), 0.0), 2.0), finger)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_an_object_that_does_not_face_the_finger_is_refused(dim):
+    counts, size = SHAPES[dim]
+    finger, upper = body_model(block(counts, size, size[1])), block(counts, size, 0.0)
+    facing_compliance(raised(upper, 0.6 * size[1]), finger)  # overlapping is no fault
+    above = raised(upper, size[1])
+    away = replace(above, contact=above.mesh.facets["base"], fixed=np.roll(above.fixed, dim))
+    whole = replace(above, contact=np.vstack([above.contact, away.contact]))
+    for made, words in (
+        (raised(upper, -50.0), "behind the finger"),
+        (upper, "behind the finger"),
+        (away, "look away"),
+        (whole, "look away"),
+        (replace(above, contact=above.contact[:, :dim]), "mid-edge nodes"),
+        (replace(above, contact=above.contact + 10**6), "name nodes"),
+        (replace(above, contact=above.contact - 10**6), "name nodes"),
+        (replace(above, contact=above.contact[:, ::-1]), "no face of a cell"),
+        (replace(above, contact=above.contact[:0]), "no contact facet"),
+        (replace(above, contact=above.mesh.cells[:3, : above.contact.shape[1]]), "contact facets"),
+        (raised(block(*(part[: 5 - dim] for part in WIDE), 0.0), size[1]), "dimensions"),
+    ):
+        with pytest.raises(SolverError, match=words):
+            facing_compliance(made, finger)
+    if dim == 3:
+        turned = above.contact[:, [0, 1, 2, 4, 3, 5]]
+        with pytest.raises(SolverError, match="between its corners"):
+            facing_compliance(replace(above, contact=turned), finger)
+
+
+def test_facets_inside_a_body_are_refused():
+    body = block((2, 2), (1.0, 1.0), 1.0)
+    mesh = body.mesh
+    edges = np.concatenate([mesh.cells[:, [a, b, 3 + k]] for k, (a, b) in enumerate(EDGES[2])])
+    with pytest.raises(SolverError, match="inside the body"):
+        condense_body(replace(body, contact=edges))
+
+
+def test_loads_that_are_no_forces_are_refused():
+    body = block((2, 2), (1.0, 1.0), 1.0)
+    for value in (np.nan, np.inf):
+        loads = np.zeros(body.fixed.shape)
+        loads[5] = value
+        with pytest.raises(SolverError, match="loads must be finite"):
+            condense_body(replace(body, loads=loads))
+    for shape in ((3,), body.mesh.points.shape):
+        with pytest.raises(SolverError, match="loads have the shape"):
+            condense_body(replace(body, loads=np.zeros(shape)))
+    with pytest.raises(SolverError, match="fixed has the shape"):
+        condense_body(replace(body, fixed=body.fixed[:-1]))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_body_held_too_little_or_too_much_is_refused(dim):
+    counts, size = SHAPES[dim]
+    body = block(counts, size, size[1])
+    one = np.arange(len(body.fixed)) < dim
+    along_x = body.fixed & (np.arange(len(body.fixed)) % dim == 0)
+    contact = np.zeros(body.mesh.points.shape, dtype=bool)
+    contact[np.unique(body.contact)] = True
+    for fixed, words in (
+        (np.zeros_like(one), "not held"),
+        (one, "not held"),
+        (along_x, "not held"),
+        (np.ones_like(one), "every displacement of the body is held"),
+        (contact.ravel(), "every contact node is held"),
+    ):
+        with pytest.raises(SolverError, match=words):
+            body_model(replace(body, fixed=fixed))
+
+
+@pytest.mark.parametrize("element", ["P1", "P2", "mixed"])
+def test_unsound_materials_are_refused_by_name(element):
+    body = block((2, 2), (1.0, 1.0), 1.0, element=element)
+    one = np.ones(len(body.mesh.cells))
+    for value in (0.5, 0.6, -1.0, np.nan):
+        with pytest.raises(SolverError, match="Poisson's ratio"):
+            condense_body(replace(body, poissons_ratio=value * one))
+    for value in (0.0, -5.0, np.inf, np.nan):
+        with pytest.raises(SolverError, match="Young's modulus"):
+            condense_body(replace(body, youngs_modulus=value * one))
+        with pytest.raises(SolverError, match="thickness"):
+            condense_body(replace(body, thickness=value))
+    points = np.where(body.mesh.points == 1.0, np.nan, body.mesh.points)
+    with pytest.raises(SolverError, match="NaN"):
+        condense_body(replace(body, mesh=replace(body.mesh, points=points)))
+    with pytest.raises(SolverError, match="one for each"):
+        condense_body(replace(body, youngs_modulus=one[1:]))
 
 
 def test_a_body_without_contact_is_refused():

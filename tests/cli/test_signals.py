@@ -1,0 +1,53 @@
+"""Ctrl-C, also where an extension that loads makes another error of it."""
+
+import signal
+
+import click
+import pytest
+from fingerdesign_cli import main as cli_main
+
+from fingerdesign.errors import FingerDesignError
+
+
+@pytest.fixture(autouse=True)
+def _signals_as_before(monkeypatch):
+    monkeypatch.setattr(cli_main, "_asked_to_end", [])
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    before = {number: signal.getsignal(number) for number in numbers}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+def run(monkeypatch, callback):
+    command = click.Command("check", callback=callback)
+    monkeypatch.setattr(cli_main.LazyGroup, "get_command", lambda *_: command)
+    monkeypatch.setattr("sys.argv", ["fingerdesign", "check"])
+    with pytest.raises(SystemExit) as end:
+        cli_main.entry_point()
+    return end.value.code
+
+
+@pytest.mark.parametrize("error", [ImportError("initialization failed"), FingerDesignError("no")])
+def test_an_interruption_that_an_import_hides_is_130(error, monkeypatch, capsys):
+    def load():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except KeyboardInterrupt:
+            raise error from None
+
+    assert run(monkeypatch, load) == 130
+    assert capsys.readouterr().err == "interrupted; finished work is kept\n"
+
+
+def test_an_import_that_fails_by_itself_is_1(monkeypatch, capsys):
+    def load():
+        raise ImportError("no such library")
+
+    assert run(monkeypatch, load) == 1
+    assert "unexpected ImportError" in capsys.readouterr().err
+
+
+def test_signals_that_are_ignored_stay_so(monkeypatch):
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as under nohup
+    assert run(monkeypatch, lambda: signal.raise_signal(signal.SIGHUP)) == 0
