@@ -39,6 +39,16 @@ def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]
     edge = 0.5 * design.body.width_mm - 1e-6
     if closed[:, np.abs(model.points[:, 0]) >= edge].any():
         found.append("the contact reaches the body's edge, where the pressure is singular")
+    touched = closed.any(axis=1)
+    first = int(np.argmax(touched)) if touched.any() else len(steps)
+    pressed = [k for k in range(first) if steps[k].increment.motion.approach > 0.0]
+    if pressed:
+        rows = f"{len(pressed)} row{'s' * (len(pressed) > 1)} from row {pressed[0] + 1} on"
+        found.append(
+            f"in {rows} the object is past first touch, but the mesh does not feel it yet: its "
+            "facets are longer than the contact is wide; make contact_size_mm of [mesh] or "
+            "[mesh.section], or the layers, finer"
+        )
     most = int(closed.sum(axis=1).max())
     enough = _ENOUGH_NODES[model.dimension]
     if 0 < most < enough:

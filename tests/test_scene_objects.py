@@ -149,6 +149,14 @@ def test_a_tilted_cylinder_is_met_where_it_touches(design):
     assert 0.1 < found[0, 0] < found[1, 0]
 
 
+def test_a_touch_that_the_mesh_does_not_feel_is_warned_of(design):
+    text = 'object = {shape = "cylinder", radius_mm = 0.05}\n'
+    scene = parse_scene(text + "path.increments_mm = [[1e-5, 0], [0.2, 0]]")
+    result = analyse(design, scene, "plane-strain")
+    assert result.increments[0].normal_force_N == 0.0
+    assert any(said.startswith("in 1 row from row 1 on") for said in result.warnings)
+
+
 def test_forces_that_lead_too_far_are_refused(design):
     text = 'path.control = "force"\npath.increments_N = [[3, 0], [2000, 0]]'
     with pytest.raises(SolverError, match=r"row 2 of 2.*ask for less force"):
