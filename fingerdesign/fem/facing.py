@@ -77,6 +77,9 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
     wanted = np.sort(facets[:, :dimension], axis=1)
     _, label = np.unique(np.concatenate([corners, wanted]), axis=0, return_inverse=True)
     label = label.reshape(-1)
+    twice = len(facets) - len(np.unique(label[len(corners) :]))
+    if twice:
+        raise SolverError(f"{twice} contact facets are named more than once")
     cell = np.full(label.max(initial=-1) + 1, -1)
     cell[label[: len(corners)]] = near.repeat(len(faces))
     times = np.bincount(label[: len(corners)], minlength=len(cell))[label[len(corners) :]]
