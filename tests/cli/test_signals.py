@@ -1,6 +1,8 @@
 """Ctrl-C, also where an extension that loads makes another error of it."""
 
+import importlib
 import signal
+import time
 
 import click
 import pytest
@@ -38,6 +40,20 @@ def test_an_interruption_that_an_import_hides_is_130(error, monkeypatch, capsys)
 
     assert run(monkeypatch, load) == 130
     assert capsys.readouterr().err == "interrupted; finished work is kept\n"
+
+
+def test_an_import_ends_before_the_interruption(monkeypatch, tmp_path, capsys):
+    (tmp_path / "loads.py").write_text(
+        "import signal\nsignal.raise_signal(signal.SIGINT)\ndone = 1"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def load():
+        print("loaded", importlib.import_module("loads").done)
+        time.sleep(5.0)
+
+    assert run(monkeypatch, load) == 130
+    assert capsys.readouterr().out == "loaded 1\n"
 
 
 def test_an_import_that_fails_by_itself_is_1(monkeypatch, capsys):
