@@ -73,6 +73,10 @@ MATERIALS: dict[str, MaterialData] = {
     "beryllium_copper": MaterialData(
         1.31e5, 0.30, "typical of C17200, Copper Development Association data (19 Mpsi)"
     ),
+    # Cores, nails and backings
+    "abs": MaterialData(2.2e3, 0.37, "typical of printed ABS; assumed, take your filament's value"),
+    "pla": MaterialData(3.3e3, 0.36, "typical of printed PLA; assumed, take your filament's value"),
+    "aluminium": MaterialData(7.0e4, 0.30, "EN 1999-1-1 clause 3.2.5 (70 GPa, 0.3)"),
     "polyimide": MaterialData(
         2.5e3, 0.34, "DuPont Kapton HN data sheet at 23 degrees C (2.5 GPa, 0.34)"
     ),

@@ -15,9 +15,7 @@ from pydantic_core import ErrorDetails
 from fingerdesign.errors import Fault
 
 # Named by the file format, built by a later version: not the user's typing error.
-LATER_KEYS = {
-    "body.edge_radius_mm", "body.core", "body.block", "plates.stagger", "plates.rows", "mold",
-}  # fmt: skip
+LATER_KEYS = {"mold"}
 
 TYPES = {
     "float_type": "a number",

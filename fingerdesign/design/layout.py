@@ -1,7 +1,7 @@
-"""Where things lie: the section's outline and the plates' frames, in closed form (numpy only).
+"""Where things lie: the plates' frames and the body's heights, in closed form (numpy only).
 
 Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, mid-plane z = 0.
-Lengths in mm, angles anticlockwise from +x.
+Lengths in mm, angles anticlockwise from the row's axis (+x, or +z for rows along z).
 """
 
 from __future__ import annotations
@@ -12,93 +12,227 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.design.profile import profile_of
+
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body, Design
+    from fingerdesign.design.body_table import Body
+    from fingerdesign.design.schema import Design
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class PlateFrame:
-    """One plate: a box of ``length`` along ``axis``, ``thickness`` along ``normal``, span along z.
+class Hole:
+    """A round hole through a plate: middle (s along the axis, w across the row), radius; mm."""
 
-    ``axis`` is at ``angle_deg`` anticlockwise from +x; ``normal`` is 90 degrees anticlockwise from
-    the axis (the *upper* side).
+    s: float
+    w: float
+    radius: float
+
+
+@dataclass(frozen=True)
+class PlateFrame:
+    """One plate: a box of ``length`` along ``axis``, ``thickness`` along ``normal``, and its span.
+
+    The plate is drawn in a section plane and extends ``low`` to ``high`` across it. ``along`` "x":
+    the section plane is (x, y) and the span runs along z; "z": the plane is (z, y), the span runs
+    along x. (``place``, ``y``) is the centre in that plane; ``axis`` is at ``angle_deg``
+    anticlockwise from the plane's first axis, ``normal`` 90 degrees anticlockwise from ``axis``
+    (the *upper* side). ``bend_radius``: of the mid-surface, whose centre of curvature lies below,
+    along -normal; None: flat. ``length`` is measured along the mid-surface. Local coordinates are
+    (s along it from the centre, v along the normal, w across from z = 0 or x = 0).
     """
 
     index: int
-    x: float
+    place: float
     y: float
     angle_deg: float
     length: float
     thickness: float
-    z_min: float
-    z_max: float
+    low: float
+    high: float
+    along: str = "x"
+    bend_radius: float | None = None
+    holes: tuple[Hole, ...] = ()
+
+    @property
+    def x(self) -> float:
+        """x of the centre, mm."""
+        return self.place if self.along == "x" else 0.5 * (self.low + self.high)
+
+    @property
+    def z(self) -> float:
+        """z of the centre, mm."""
+        return self.place if self.along == "z" else 0.5 * (self.low + self.high)
+
+    @property
+    def middle(self) -> float:
+        """The span's middle, mm: z of a plate along x, x of one along z."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def span(self) -> float:
+        """Extent across the section plane, mm."""
+        return self.high - self.low
 
     @property
     def axis(self) -> Array:
-        """Unit vector along the plate in the section, shape (2,)."""
+        """Unit vector along the plate at its centre, in its section plane, shape (2,)."""
         angle = np.radians(self.angle_deg)
         return np.array([np.cos(angle), np.sin(angle)])
 
     @property
     def normal(self) -> Array:
-        """Unit vector toward the upper side, shape (2,)."""
+        """Unit vector toward the upper side at the centre, in the section plane, shape (2,)."""
         axis = self.axis
         return np.array([-axis[1], axis[0]])
 
-    def corners(self) -> Array:
-        """Section corners, anticlockwise from the lower near end, shape (4, 2)."""
-        half_length = 0.5 * self.length * self.axis
-        half_thickness = 0.5 * self.thickness * self.normal
-        centre = np.array([self.x, self.y])
-        return np.array(
-            [
-                centre - half_length - half_thickness,
-                centre + half_length - half_thickness,
-                centre + half_length + half_thickness,
-                centre - half_length + half_thickness,
-            ]
-        )
+    @property
+    def centre(self) -> Array:
+        """The centre in the section plane, shape (2,)."""
+        return np.array([self.place, self.y])
+
+    def in_plane(self, points: Array) -> Array:
+        """Coordinates (n, 2) in the section plane of points (n, 2), already in it, or (n, 3)."""
+        if points.shape[1] == 2 or self.along == "x":
+            return np.asarray(points[:, :2])
+        return np.asarray(points[:, [2, 1]])
+
+    def across(self, points: Array) -> Array:
+        """Coordinates (n,) of points (n, 3) across the section plane."""
+        return np.asarray(points[:, 2 if self.along == "x" else 0])
+
+    def to_space(self, plane: Array, across: Array | float) -> Array:
+        """Points (n, 3) of section-plane points (n, 2) at ``across`` (n,)."""
+        plane = np.atleast_2d(plane)
+        across = np.broadcast_to(np.asarray(across, dtype=float), len(plane))
+        columns = (plane[:, 0], plane[:, 1], across)
+        order = columns if self.along == "x" else (across, plane[:, 1], plane[:, 0])
+        return np.column_stack(order)
+
+    def direction(self, vector: Array) -> Array:
+        """A section-plane direction (2,) or (n, 2) as one in space, (3,) or (n, 3)."""
+        zero = np.zeros_like(vector[..., 0])
+        parts = (vector[..., 0], vector[..., 1], zero)
+        order = parts if self.along == "x" else (zero, vector[..., 1], vector[..., 0])
+        return np.stack(order, axis=-1)
 
     def local(self, points: Array) -> Array:
-        """Coordinates (along axis, along normal) of section points (n, 2) from the centre."""
-        offset = points[:, :2] - np.array([self.x, self.y])
-        return np.stack([offset @ self.axis, offset @ self.normal], axis=1)
+        """Coordinates (s along the mid-surface, v along the normal), (n, 2), from the centre."""
+        offset = self.in_plane(points) - self.centre
+        s, v = offset @ self.axis, offset @ self.normal
+        if self.bend_radius is not None:
+            rise = v + self.bend_radius
+            s = self.bend_radius * np.arctan2(s, rise)
+            v = np.hypot(offset @ self.axis, rise) - self.bend_radius
+        return np.stack([s, v], axis=1)
+
+    def from_local(self, s: Array | float, v: Array | float) -> Array:
+        """Section-plane points (n, 2) at local coordinates s, v (n,)."""
+        s, v = np.broadcast_arrays(np.atleast_1d(np.asarray(s, dtype=float)), v)
+        if self.bend_radius is not None:
+            radius = self.bend_radius + v
+            angle = s / self.bend_radius
+            s, v = radius * np.sin(angle), radius * np.cos(angle) - self.bend_radius
+        return np.asarray(self.centre + s[:, None] * self.axis + v[:, None] * self.normal)
+
+    def tangent(self, s: float) -> Array:
+        """Unit vector along the mid-surface at ``s``, in the section plane, shape (2,)."""
+        if self.bend_radius is None:
+            return self.axis
+        angle = s / self.bend_radius
+        return np.asarray(np.cos(angle) * self.axis - np.sin(angle) * self.normal)
+
+    def corners(self) -> Array:
+        """Section corners, anticlockwise from the lower near end, shape (4, 2)."""
+        s, v = 0.5 * self.length, 0.5 * self.thickness
+        return self.from_local(np.array([-s, s, s, -s]), np.array([-v, -v, v, v]))
+
+    def outline(self, pieces: int = 16) -> Array:
+        """Section polygon (n, 2), anticlockwise; a bent plate's long sides in ``pieces`` chords."""
+        if self.bend_radius is None:
+            return self.corners()
+        along = np.linspace(-0.5, 0.5, pieces + 1) * self.length
+        v = np.full(pieces + 1, 0.5 * self.thickness)
+        return np.vstack([self.from_local(along, -v), self.from_local(along[::-1], v)])
+
+    def holds(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points (n, 3) lie inside the plate (and in none of its holes)."""
+        s, v = self.local(points).T
+        w = self.across(points)
+        inside = (np.abs(s) < 0.5 * self.length) & (np.abs(v) < 0.5 * self.thickness)
+        inside &= (w > self.low) & (w < self.high)
+        for hole in self.holes:
+            inside &= np.hypot(s - hole.s, w - hole.w) > hole.radius
+        return np.asarray(inside)
+
+    @property
+    def mirrors_in_z(self) -> bool:
+        """Whether the plate is its own mirror image in z = 0."""
+        if self.along == "x":
+            same = abs(self.low + self.high) < 1e-9
+            places = {(round(h.s, 9), round(h.w, 9)) for h in self.holes}
+            return same and places == {(s, round(-w, 9)) for s, w in places}
+        level = abs(np.sin(np.radians(self.angle_deg))) < 1e-12
+        upright = abs(np.cos(np.radians(self.angle_deg))) < 1e-12
+        places = {(round(h.s, 9), round(h.w, 9)) for h in self.holes}
+        even = places == {(round(-s, 9), w) for s, w in places}
+        return abs(self.place) < 1e-9 and (upright or (level and even))
 
 
 def crest_height(body: Body) -> float:
-    """Greatest height of the body: base_height + R - sqrt(R^2 - (width/2)^2), mm."""
-    radius, half_width = body.arc_radius_mm, 0.5 * body.width_mm
-    return float(body.base_height_mm + radius - np.sqrt(radius**2 - half_width**2))
+    """Height of the body at x = z = 0, mm: base_height + R - sqrt(R^2 - (width/2)^2) of an arc."""
+    if body.shape == "step":
+        return float(surface_height(body, 0.0, 0.0))
+    return profile_of(body).crest
 
 
 def surface_height(body: Body, x: Array | float, z: Array | float = 0.0) -> Array:
-    """Height of the contact surface over (x, z), mm; the dome is a torus patch (see surface.py)."""
-    x, z = np.asarray(x, dtype=float), np.asarray(z, dtype=float)
-    radius, crest = body.arc_radius_mm, crest_height(body)
-    profile = np.sqrt(radius**2 - x**2) - radius  # below the crest, <= 0
+    """Height of the body's top over (x, z), mm; NaN where it has none (beyond the arc's circle)."""
+    x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
+    if body.step is not None:
+        from fingerdesign.design.step_facts import step_facts
+
+        return step_facts(body.step).height(x, z)
+    profile = profile_of(body)
+    if body.shape == "revolved":
+        return profile.height(np.hypot(x, z))
+    height = profile.height(x)
     if body.dome_radius_mm is None:
-        return np.asarray(crest + profile + 0.0 * z)
+        return height
     # Revolving the section about the x-parallel axis at y = crest - dome radius.
-    reach = body.dome_radius_mm + profile
-    return np.asarray(crest - body.dome_radius_mm + np.sqrt(reach**2 - z**2))
+    axis = profile.crest - body.dome_radius_mm
+    return np.asarray(axis + np.sqrt((height - axis) ** 2 - z**2))
 
 
 def plate_frames(design: Design) -> tuple[PlateFrame, ...]:
-    """The plates' frames, left to right (or in the order of ``plates.placement``)."""
+    """The plates' frames: row by row, each from - to + (or in the order of ``placement``)."""
+    from fingerdesign.design.rows import row_frames
+
     plates, body = design.plates, design.body
-    if plates.placement is not None:
-        rows = [(float(x), float(y), float(angle)) for x, y, angle in plates.placement]
-    else:
-        first = -0.5 * (plates.count - 1) * plates.pitch_mm
-        xs = [first + i * plates.pitch_mm for i in range(plates.count)]
-        # NaN where a plate lies beyond the arc: the checks refuse it, with its key.
-        with np.errstate(invalid="ignore"):
-            ys = [float(surface_height(body, x)) - plates.cover_mm for x in xs]
-        rows = [(x, y, plates.angle_deg) for x, y in zip(xs, ys, strict=True)]
-    half_span = 0.5 * (plates.span_mm if plates.span_mm is not None else body.depth_mm)
-    return tuple(
-        PlateFrame(i, x, y, angle, plates.length_mm, plates.thickness_mm, -half_span, half_span)
-        for i, (x, y, angle) in enumerate(rows)
-    )
+    if plates.placement is None:
+        found: list[PlateFrame] = []
+        for row in plates.all_rows:
+            found += row_frames(body, row, len(found))
+        return tuple(found)
+    from fingerdesign.design.rows import holes_of
+
+    half = 0.5 * (plates.span_mm if plates.span_mm is not None else body.depth_mm)
+    frames = []
+    for index, (x, y, angle, *more) in enumerate(plates.placement):
+        middle = float(more[0]) if more else plates.span_offset_mm
+        middle += 0.5 * plates.stagger_mm * (-1.0 if index % 2 else 1.0)
+        frames.append(
+            PlateFrame(
+                index,
+                float(x),
+                float(y),
+                float(angle),
+                plates.length_mm,
+                plates.thickness_mm,
+                middle - half,
+                middle + half,
+                holes=holes_of(plates, middle, 2.0 * half),
+            )
+        )
+    return tuple(frames)

@@ -12,12 +12,15 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 
 from fingerdesign.design.base import Many, Table, refuse
+from fingerdesign.design.body_table import Body, Core, StepFile
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.meshing import MeshOptions
-from fingerdesign.design.tables import Body, Gages, Material, Meta, Plates
+from fingerdesign.design.plate_table import Plates, Row
+from fingerdesign.design.tables import Gages, Material, Meta
 from fingerdesign.materials import MATERIALS
 
-__all__ = ["Body", "Design", "Gages", "Material", "Meta", "Plates"]
+__all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
+Part = Literal["body", "plates", "core"]
 
 
 class Design(Table):
@@ -46,21 +49,22 @@ class Design(Table):
         if not isinstance(given, Mapping):
             return data
         wanted = [str(name) for name in given]
-        for table, default in (("body", "silicone"), ("plates", "phosphor_bronze")):
-            part = data.get(table, {})
-            name = (
-                part.get("material", default)
-                if isinstance(part, Mapping)
-                else (getattr(part, "material", default))
-            )
+        body = _part(data, "body")
+        parts = [(body, "silicone"), (_part(data, "plates"), "phosphor_bronze")]
+        if _part(body, "core") is not None:
+            parts.append((_part(body, "core"), "abs"))
+        for part, default in parts:
+            name = _part(part, "material") or default
             if isinstance(name, str) and name in MATERIALS and name not in wanted:
                 wanted.append(name)
         return {**data, "materials": {name: _completed(name, given.get(name)) for name in wanted}}
 
     @model_validator(mode="after")
     def _names_exist(self) -> Self:
-        for table in ("body", "plates"):
-            name = getattr(self, table).material
+        tables = {"body": self.body.material, "plates": self.plates.material}
+        if self.body.core is not None:
+            tables["body.core"] = self.body.core.material
+        for table, name in tables.items():
             if name not in self.materials:
                 raise refuse(
                     name,
@@ -72,18 +76,44 @@ class Design(Table):
 
     @property
     def extruded(self) -> bool:
-        """Whether one section tells all: a straight body and plates over its full depth."""
-        span = self.plates.span_mm
-        full = self.plates.number == 0 or span is None or span == self.body.depth_mm
-        return self.body.shape == "arc" and full
+        """Whether one section tells all: a straight body, and all that is in it of full depth."""
+        plates, depth = self.plates, self.body.depth_mm
+        rows = plates.all_rows if plates.placement is None else (plates,)
+        full = all(
+            row.along == "x"
+            and row.span_mm in (None, depth)
+            and row.span_offset_mm == 0.0
+            and row.stagger_mm == 0.0
+            for row in rows
+        )
+        shifted = plates.placement is not None and any(
+            len(place) > 3 and place[3] != 0.0 for place in plates.placement
+        )
+        full = full and plates.hole_diameter_mm is None and not shifted
+        core = self.body.core is None or self.body.core.depth_mm in (None, depth)
+        return self.body.straight and core and (full or plates.number == 0)
 
     @property
     def mirrors_in_z(self) -> bool:
-        """Whether the finger is its own mirror image in z = 0: every shape offered is."""
-        return True
+        """Whether the finger is its own mirror image in z = 0, plate by plate."""
+        from fingerdesign.design.layout import plate_frames
 
-    def material_of(self, part: Literal["body", "plates"]) -> Material:
-        """Return the material of the ``"body"`` or of the ``"plates"``."""
+        step = self.body.step
+        return (step is None or step.mirrors_in_z) and all(
+            frame.mirrors_in_z for frame in plate_frames(self)
+        )
+
+    @property
+    def core_region(self) -> int:
+        """Number of the core's region in meshes: 0 is the elastomer, k + 1 plate k, then it."""
+        return self.plates.number + 1
+
+    def material_of(self, part: Part) -> Material:
+        """Return the material of the ``"body"``, the ``"plates"`` or the ``"core"``."""
+        if part == "core":
+            if self.body.core is None:
+                raise KeyError(f"{self.design.name} has no core")
+            return self.materials[self.body.core.material]
         return self.materials[getattr(self, part).material]
 
     def __hash__(self) -> int:
@@ -107,3 +137,8 @@ def _completed(name: str, given: Any) -> Any:
     if changed and "source" not in (given or {}):
         del merged["source"]  # no longer that source's values
     return merged
+
+
+def _part(table: Any, key: str) -> Any:
+    """A key of a table that may be a mapping, a validated table or absent."""
+    return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)

@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 
 def plate_volume(frame: PlateFrame, half: bool = False) -> float:
     """Volume of one plate, mm^3 (of its part z >= 0 if ``half``)."""
-    low = max(0.0, frame.z_min) if half else frame.z_min
-    return float(frame.length * frame.thickness * (frame.z_max - low))
+    low = max(0.0, frame.low) if half else frame.low
+    return float(frame.length * frame.thickness * (frame.high - low))
 
 
 def check_volume(what: str, found: float, wanted: float, tolerance: float) -> None:
@@ -42,12 +42,12 @@ def check_clearances(design: Design, frames: tuple[PlateFrame, ...]) -> None:
         corners = frame.corners()
         if not np.all(np.isfinite(corners)):
             raise GeometryError(f"plate {frame.index} lies beyond the arc")
-        for z in {0.0, frame.z_max}:
+        for z in {0.0, frame.high}:
             ends = np.column_stack([corners, np.full(len(corners), z)])
             margin = min(
                 float(corners[:, 1].min()),
                 0.5 * body.width_mm - float(np.abs(corners[:, 0]).max()),
-                0.5 * body.depth_mm - frame.z_max + 1e-9,
+                0.5 * body.depth_mm - frame.high + 1e-9,
                 # Below its lowest point the surface, continued, bounds nothing.
                 float(np.maximum(-surface.distance(ends), surface.lowest - ends[:, 1]).min()),
             )

@@ -144,9 +144,9 @@ def _above_dome(body: Body) -> cq.Workplane:
 
 
 def _plate(frame: PlateFrame, half: bool) -> cq.Solid:
-    low = 0.0 if half else frame.z_min
+    low = 0.0 if half else frame.low
     box = cq.Workplane("XY").box(
-        frame.length, frame.thickness, frame.z_max - low, centered=(True, True, False)
+        frame.length, frame.thickness, frame.high - low, centered=(True, True, False)
     )
     turned = box.rotate((0, 0, 0), (0, 0, 1), frame.angle_deg)
     return _one_solid(turned.translate((frame.x, frame.y, low)), f"plate {frame.index}")

@@ -1,53 +1,99 @@
-"""The curved contact surface in closed form: nearest point, normal, signed distance (numpy only).
+"""A body's contact surface: nearest point, normal, signed distance, height (numpy only).
 
-The arc is a cylinder of radius R along z. The dome is that section revolved about the x-parallel
-axis at height crest - dome radius: a torus patch. With r = hypot(y - axis height, z), both are the
-circle of radius R about (x, r) = (0, dome radius - R), so one formula serves both.
+A parametric body's is its section's outline (design/profile.py) in one of three ways: drawn
+straight along z; revolved about the x-parallel axis at height crest - dome radius (dome); revolved
+about y. In the meridian coordinates of each the surface is the plane outline, so one formula serves
+all, edges included. A step body's is that of its CAD faces (geometry/cad_surface.py).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.layout import crest_height, surface_height
+from fingerdesign.design.profile import Piece, Profile, chain_distance, chain_normal, profile_of
 from fingerdesign.errors import GeometryError
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body
+    from fingerdesign.design.body_table import Body
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class ContactSurface:
-    """The body's curved face, continued beyond its edges; lengths in mm.
+class Surface(Protocol):
+    """What the mesh, the contact and the checks ask of a contact surface; lengths in mm.
 
     Points are (n, 2), in the mid-section z = 0, or (n, 3); answers have the shape of the question.
     Outside the body (toward the object) distances are positive.
     """
 
+    @property
+    def crest(self) -> float:
+        """Height at x = z = 0, mm."""
+
+    @property
+    def lowest(self) -> float:
+        """Least height of the body's contact surface, at its border, mm."""
+
+    @property
+    def curvatures(self) -> tuple[float, float]:
+        """Curvatures at the crest along x and along z, 1/mm (>= 0)."""
+
+    def encloses(self, points: Array) -> NDArray[np.bool_]:
+        """Whether points (n, 3) with |x|, |z| within the body lie below the surface, (n,)."""
+
+    def height(self, x: Array | float, z: Array | float = 0.0) -> Array:
+        """Height y of the surface over (x, z), mm; NaN where there is none."""
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance to the surface, (n,), mm, positive outside."""
+
+    def normal(self, points: Array) -> Array:
+        """Outward unit normal at the surface point nearest to each point, shape of ``points``."""
+
+    def project(self, points: Array) -> Array:
+        """Nearest points on the surface, shape of ``points``."""
+
+
+@dataclass(frozen=True)
+class ContactSurface:
+    """A parametric body's curved or flat face with its edges, continued beyond the sides.
+
+    ``pieces``: those of the outline that count (all by default; a mesh snaps chain by chain).
+    """
+
     body: Body
+    pieces: tuple[Piece, ...]
 
     @classmethod
     def of(cls, body: Body) -> ContactSurface:
-        """The contact surface of a body of shape "arc" or "dome"; GeometryError for others."""
-        if body.shape not in ("arc", "dome"):
-            raise GeometryError(
-                f"body.shape = {body.shape!r} has no contact surface in closed form; "
-                'use "arc" or "dome"'
-            )
+        """The contact surface of a parametric body; GeometryError for others."""
+        if body.shape == "step":
+            raise GeometryError('body.shape = "step" has no contact surface in closed form')
         if body.shape == "dome" and body.dome_radius_mm is None:
             raise GeometryError('body.shape = "dome" needs body.dome_radius_mm')
-        return cls(body)
+        try:
+            return cls(body, profile_of(body).pieces)
+        except ValueError as error:
+            raise GeometryError(f"body: {error}") from error
+
+    def chains(self) -> tuple[ContactSurface, ...]:
+        """The surface in parts that join without an edge."""
+        return tuple(ContactSurface(self.body, chain) for chain in self.profile.chains())
+
+    @property
+    def profile(self) -> Profile:
+        """The outline of the section."""
+        return profile_of(self.body)
 
     @property
     def radius(self) -> float:
-        """Radius of the arc in the section, mm."""
-        return float(self.body.arc_radius_mm)
+        """Radius of the arc in the section, mm; infinite for a flat top."""
+        return float(self.body.arc_radius_mm) if self.body.shape != "block" else np.inf
 
     @property
     def crest(self) -> float:
@@ -57,13 +103,19 @@ class ContactSurface:
     @property
     def curvatures(self) -> tuple[float, float]:
         """Curvatures at the crest along x and along z, 1/mm (>= 0)."""
+        if self.body.shape == "revolved":
+            return 1.0 / self.radius, 1.0 / self.radius
         dome = self._dome_radius
         return 1.0 / self.radius, 0.0 if dome is None else 1.0 / dome
 
     @property
     def lowest(self) -> float:
         """Least height of the body's contact surface, at its corners, mm."""
-        return float(self.height(0.5 * self.body.width_mm, 0.5 * self.body.depth_mm))
+        side = self.profile.side_height
+        if self._dome_radius is None:
+            return side
+        axis = self._axis_height
+        return float(axis + np.sqrt(max((side - axis) ** 2 - 0.25 * self.body.depth_mm**2, 0.0)))
 
     def encloses(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (n, 3) with |x|, |z| within the body lie below the surface, (n,).
@@ -78,18 +130,15 @@ class ContactSurface:
 
     def distance(self, points: Array) -> Array:
         """Signed distance to the surface, (n,), mm, positive outside."""
-        x, r, _ = self._meridian(points)
-        return np.asarray(np.hypot(x, r - self._centre) - self.radius)
+        return chain_distance(self.pieces, self._meridian(points)[0])
 
     def normal(self, points: Array) -> Array:
         """Outward unit normal at the surface point nearest to each point, shape of ``points``."""
-        x, r, radial = self._meridian(points)
-        length = np.hypot(x, r - self._centre)
-        if np.any(length < 1e-9 * self.radius):
+        plane, sideways, upward = self._meridian(points)
+        normal = chain_normal(self.pieces, plane)
+        if not np.all(np.abs(np.linalg.norm(normal, axis=1) - 1.0) < 1e-6):
             raise GeometryError("a point on the arc's centre has no nearest surface point")
-        normal = ((r - self._centre) / length)[:, None] * radial
-        normal[:, 0] = x / length
-        return normal
+        return np.asarray(normal[:, :1] * sideways + normal[:, 1:] * upward)
 
     def project(self, points: Array) -> Array:
         """Nearest points on the surface, shape of ``points``; exact to rounding."""
@@ -101,25 +150,43 @@ class ContactSurface:
         return None if self.body.dome_radius_mm is None else float(self.body.dome_radius_mm)
 
     @property
-    def _centre(self) -> float:
-        """The circle's centre as the radius r from the axis (height above y = 0 for an arc)."""
-        dome = self._dome_radius
-        return self.crest - self.radius if dome is None else dome - self.radius
+    def _axis_height(self) -> float:
+        """Height of a dome's axis of revolution, mm."""
+        return self.crest - float(self._dome_radius or 0.0)
 
     def _meridian(self, points: Array) -> tuple[Array, Array, Array]:
-        """x (n,), distance from the axis of revolution (n,), and the unit vector away from it."""
+        """Points in the outline's plane (n, 2), and the unit vectors along its two axes in space
+        (or in the section), shape of ``points``."""
         points = np.asarray(points, dtype=float)
-        radial = np.zeros_like(points)
-        dome = self._dome_radius
-        if dome is None:
-            radial[:, 1] = 1.0
-            return points[:, 0], points[:, 1], radial
-        y = points[:, 1] - (self.crest - dome)
+        sideways, upward = np.zeros_like(points), np.zeros_like(points)
+        x, y = points[:, 0], points[:, 1]
         z = points[:, 2] if points.shape[1] == 3 else np.zeros(len(points))
-        r = np.hypot(y, z)
-        if np.any(r < 1e-9 * dome):
+        if self.body.shape == "revolved":
+            out = np.hypot(x, z)
+            safe = np.maximum(out, 1e-300)
+            sideways[:, 0] = np.where(out > 0.0, x / safe, 1.0)
+            if points.shape[1] == 3:
+                sideways[:, 2] = z / safe
+            upward[:, 1] = 1.0
+            return np.column_stack([out, y]), sideways, upward
+        sideways[:, 0] = 1.0
+        if self._dome_radius is None:
+            upward[:, 1] = 1.0
+            return np.column_stack([x, y]), sideways, upward
+        axis = self._axis_height
+        r = np.hypot(y - axis, z)
+        if np.any(r < 1e-9 * self._dome_radius):
             raise GeometryError("a point on the dome's axis has no nearest surface point")
-        radial[:, 1] = y / r
+        upward[:, 1] = (y - axis) / r
         if points.shape[1] == 3:
-            radial[:, 2] = z / r
-        return points[:, 0], r, radial
+            upward[:, 2] = z / r
+        return np.column_stack([x, axis + r]), sideways, upward
+
+
+def surface_of(body: Body) -> Surface:
+    """The contact surface of any body."""
+    if body.step is None:
+        return ContactSurface.of(body)
+    from fingerdesign.geometry.cad_surface import CadSurface
+
+    return CadSurface.of(body.step)

@@ -93,8 +93,8 @@ def carriers_of(body: Body, frames: tuple[PlateFrame, ...], symmetric: bool) -> 
                 outward = sign * direction
                 offset = float(outward @ centre + 0.5 * extent)
                 planes.append(Plane(name, (float(outward[0]), float(outward[1]), 0.0), offset))
-        planes.append(Plane(name, (0.0, 0.0, 1.0), frame.z_max))
-        planes.append(Plane(name, (0.0, 0.0, -1.0), -frame.z_min))
+        planes.append(Plane(name, (0.0, 0.0, 1.0), frame.high))
+        planes.append(Plane(name, (0.0, 0.0, -1.0), -frame.low))
         of_plate.append(tuple(range(first, len(planes))))
     return Carriers(
         ContactSurface.of(body), tuple(planes), of_body, tuple(of_plate), smooth_sides(body)
@@ -114,7 +114,7 @@ def regions_by_centroid(points: Array, tets: IntArray, frames: tuple[PlateFrame,
         u, v = np.abs(frame.local(centroids)).T
         z = centroids[:, 2]
         within = (u < 0.5 * frame.length) & (v < 0.5 * frame.thickness)
-        regions[within & (z > frame.z_min) & (z < frame.z_max)] = k + 1
+        regions[within & (z > frame.low) & (z < frame.high)] = k + 1
     return regions
 
 

@@ -205,7 +205,7 @@ def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, length: fl
         filled = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
     else:
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
-        asked = length * (min(frame.z_max, high) - max(frame.z_min, low))
+        asked = length * (min(frame.high, high) - max(frame.low, low))
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         filled = float(0.5 * np.linalg.norm(normal, axis=1).sum())
     if not abs(filled / asked - 1.0) < _FILLED:

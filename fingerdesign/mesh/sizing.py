@@ -125,7 +125,7 @@ def distances_to_plate(
     beside = np.maximum(v - 0.5 * frame.thickness, 0.0)
     if points.shape[1] == 3:
         z = points[:, 2]
-        past = np.maximum(np.maximum(frame.z_min - z, z - frame.z_max), 0.0)
+        past = np.maximum(np.maximum(frame.low - z, z - frame.high), 0.0)
         beside = np.hypot(beside, past / stretch)
     along = u - 0.5 * frame.length
     return np.hypot(np.maximum(along, 0.0), beside), np.hypot(along, beside)
@@ -196,7 +196,7 @@ def _grid_axes(field: SizeField, low: Array, high: Array) -> list[Array]:
     steep_in_z = (
         field.surface.curvatures[1] > 0.0
         or field.zone_half_depth is not None
-        or any(frame.z_max < high[2] for frame in field.frames)
+        or any(frame.high < high[2] for frame in field.frames)
     )
     if not steep_in_z:
         fine[2] = coarse[2] = 0.5 * extent[2]

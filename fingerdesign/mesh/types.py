@@ -23,7 +23,7 @@ class Mesh:
     points   (n, dim): corner and mid-edge nodes
     cells    (c, 6) or (c, 10): corners, then the mid-edge nodes of TRIANGLE_EDGES / TETRA_EDGES;
              positively oriented
-    regions  (c,): 0 the elastomer, k + 1 plate k
+    regions  (c,): 0 the elastomer, k + 1 plate k, and what ``region_names`` says (a core)
     facets   name -> (f, 3) or (f, 6): boundary facets, corners then mid-edge nodes; names "base",
              "contact" (the curved face), "side", "end" (z faces), "symmetry" (z = 0 of a half);
              of plates as sheets "plate_k_upper", "_lower" and "_end": faces of plate k's slot
@@ -37,6 +37,12 @@ class Mesh:
     mesher: str
     symmetric: bool = False
     notes: dict[str, float | int | str] = field(default_factory=dict)
+    region_names: dict[int, str] = field(default_factory=dict)
+
+    def region_name(self, number: int) -> str:
+        """Name of a region: "elastomer", "plate_0", ..., or its own."""
+        usual = "elastomer" if number == 0 else f"plate_{number - 1}"
+        return self.region_names.get(number, usual)
 
     @property
     def dimension(self) -> int:

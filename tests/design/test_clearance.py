@@ -103,5 +103,5 @@ def test_frames_follow_the_surface_and_mirror():
     assert np.allclose(ys, ys[::-1])
     assert np.allclose(ys, surface_height(design.body, xs) - 2.0)
     assert np.isclose(ys[7], crest_height(design.body) - 2.0)
-    assert (frames[0].z_min, frames[0].z_max) == (-5.0, 5.0)
+    assert (frames[0].low, frames[0].high) == (-5.0, 5.0)
     assert np.allclose(frames[3].normal, [-np.sqrt(0.5), np.sqrt(0.5)])

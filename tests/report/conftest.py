@@ -241,8 +241,8 @@ def plate_frames():
             angle_deg=45.0,
             length=2.0,
             thickness=0.1,
-            z_min=-5.0,
-            z_max=5.0,
+            low=-5.0,
+            high=5.0,
         )
         for i, x in enumerate(PLATE_X)
     )

@@ -1,0 +1,183 @@
+"""The ``[body]`` table: the elastic body's shape, its edges, what is bonded into it.
+
+A section (a rectangle below an arc or a flat top) drawn straight along z, curved along z too, or
+turned about y; or the user's own STEP file. Lengths in mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from fingerdesign.design.base import Row3, Table, refuse
+
+
+def _direction(value: tuple[float, float, float]) -> tuple[float, float, float]:
+    if not sum(part * part for part in value) > 1e-12:
+        raise refuse(list(value), "a direction: not all zero", "name where it points, as [x, y, z]")
+    return value
+
+
+Direction = Annotated[Row3, AfterValidator(_direction)]
+
+
+class Core(Table):
+    """``[body.core]``: a stiff box bonded into the rubber, as a bone, a nail or a backing.
+
+    Centred on x = 0 and z = 0. A core clear of the base is a bone (or, flat and wide, a nail); one
+    with ``bottom_mm`` = 0 is a backing that stands on the base and is held with it.
+    """
+
+    width_mm: float = Field(default=8.0, ge=0.2, le=500, description="along x")
+    height_mm: float = Field(default=3.0, ge=0.1, le=500, description="along y")
+    depth_mm: float | None = Field(
+        default=None, ge=0.2, le=500, examples=[6.0], description="along z; absent: the full depth"
+    )
+    bottom_mm: float = Field(
+        default=0.0, ge=0, le=500, description="its lower face's height; 0: it stands on the base"
+    )
+    material: str = Field(default="abs", description="a name known or in [materials]")
+
+
+class StepFile(Table):
+    """``[body.step]``: the user's own solid, and the rules that find its base and contact surface.
+
+    The file's solid is turned so that ``up`` points to +y, then moved so that the base lies in
+    y = 0 and (with ``centre``) its extent along x and z is centred. Directions are those after
+    turning. The base: flat faces whose outward normal is along ``base_direction`` within
+    ``angle_deg`` at the farthest such position. The contact surface: faces whose outward normal at
+    their middle is within ``contact_angle_deg`` of +y and that lie above ``contact_above_mm``.
+    """
+
+    file: str = Field(
+        min_length=1, max_length=4096, description="STEP file, beside the design file or absolute"
+    )
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] = Field(
+        default="y", description="the file's axis that points from the base to the contact surface"
+    )
+    centre: bool = Field(default=True, description="centre the extent along x and z on 0")
+    base_direction: Direction = Field(
+        default=(0.0, -1.0, 0.0), description="outward normal of the fixed base"
+    )
+    contact_direction: Direction = Field(
+        default=(0.0, 1.0, 0.0), description="outward normal in the contact surface's middle"
+    )
+    contact_angle_deg: float = Field(
+        default=60.0,
+        ge=1,
+        le=120,
+        description="faces whose middle's normal is within it of contact_direction",
+    )
+    contact_above_mm: float = Field(
+        default=0.0, ge=0, le=500, description="faces whose middle is above this height"
+    )
+    mirrors_in_z: bool = Field(
+        default=False, description="true: the solid mirrors in z = 0, half of it is modelled"
+    )
+
+
+class Body(Table):
+    """The elastic body: a rectangle below an arc or flat, straight along z, domed or revolved."""
+
+    shape: Literal["arc", "dome", "revolved", "block", "step"] = Field(
+        default="arc",
+        description="arc | dome (arc in x and in z) | revolved (about y: a sphere-ended pin) | "
+        "block (flat top) | step (your own CAD)",
+    )
+    width_mm: float = Field(
+        default=20.0, ge=1, le=500, description="|x| <= width/2; revolved: the diameter"
+    )
+    base_height_mm: float = Field(
+        default=10.0, ge=0.5, le=500, description="height of the straight sides; y = 0 is fixed"
+    )
+    arc_radius_mm: float = Field(
+        default=20.0,
+        ge=0.5,
+        le=1e4,
+        description="crest = base_height + R - sqrt(R^2 - (width/2)^2); not of a block",
+    )
+    depth_mm: float = Field(
+        default=10.0, ge=0.5, le=500, description="|z| <= depth/2; revolved: the width"
+    )
+    dome_radius_mm: float | None = Field(
+        default=None,
+        ge=0.5,
+        le=1e4,
+        examples=[25.0],
+        description="dome only: radius of the crest's arc in z; the section is revolved about "
+        "the line along x at y = crest - dome_radius",
+    )
+    edge_radius_mm: float | None = Field(
+        default=None,
+        ge=0.05,
+        le=250,
+        examples=[2.0],
+        description="rounds or chamfers the edge between contact surface and sides; absent: sharp",
+    )
+    edge: Literal["round", "chamfer"] = Field(
+        default="round", description="round (radius) | chamfer (its length along x and y)"
+    )
+    core: Core | None = Field(default=None, description="a stiff insert bonded inside")
+    step: StepFile | None = Field(default=None, description="step only: the file and its rules")
+    material: str = Field(default="silicone", description="a name known or in [materials]")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _revolved_is_round(cls, data: Any) -> Any:
+        """A revolved body is as deep as wide: the depth need not be said."""
+        if not isinstance(data, Mapping) or data.get("shape") != "revolved":
+            return data
+        return {"depth_mm": data.get("width_mm", 20.0), **data}
+
+    @model_validator(mode="after")
+    def _keys_fit_the_shape(self) -> Self:
+        if self.shape == "dome" and self.dome_radius_mm is None:
+            raise refuse(
+                "(absent)",
+                "given where body.shape = 'dome'",
+                "add it: the radius of the crest's arc in z",
+                "body.dome_radius_mm",
+            )
+        if self.shape != "dome" and self.dome_radius_mm is not None:
+            raise refuse(
+                self.dome_radius_mm,
+                f"absent where body.shape = '{self.shape}'",
+                "remove it or set body.shape = 'dome'",
+                "body.dome_radius_mm",
+            )
+        if self.shape == "revolved" and self.depth_mm != self.width_mm:
+            raise refuse(
+                self.depth_mm,
+                f"body.width_mm = {self.width_mm:g} where body.shape = 'revolved'",
+                "remove it: a revolved body is as deep as wide",
+                "body.depth_mm",
+            )
+        if self.shape == "step" and self.step is None:
+            raise refuse(
+                "(absent)",
+                "given where body.shape = 'step'",
+                "add a table [body.step] with file = 'finger.step'",
+                "body.step.file",
+            )
+        if self.shape != "step" and self.step is not None:
+            raise refuse(
+                self.step.file,
+                f"absent where body.shape = '{self.shape}'",
+                "remove [body.step] or set body.shape = 'step'",
+                "body.step.file",
+            )
+        if self.shape == "step" and self.edge_radius_mm is not None:
+            raise refuse(
+                self.edge_radius_mm,
+                "absent where body.shape = 'step'",
+                "round the edges in your CAD",
+                "body.edge_radius_mm",
+            )
+        return self
+
+    @property
+    def straight(self) -> bool:
+        """Whether the body's section is the same all along z (its core may not be)."""
+        return self.shape in ("arc", "block")

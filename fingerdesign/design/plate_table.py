@@ -1,0 +1,143 @@
+"""The ``[plates]`` table: rows of thin metal plates that carry the gages. Lengths in mm."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from fingerdesign.design.base import Many, Table, refuse
+
+MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
+
+
+def _as_tuple(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
+
+
+Place = Annotated[
+    tuple[float, float, float] | tuple[float, float, float, float], BeforeValidator(_as_tuple)
+]
+
+
+class Row(Table):
+    """A further row of plates: what is not given is as in ``[plates]``."""
+
+    count: int | None = Field(default=None, ge=0, le=MAX_PLATES)
+    length_mm: float | None = Field(default=None, ge=0.05, le=200)
+    angle_deg: float | None = Field(default=None, ge=-180, le=180)
+    pitch_mm: float | None = Field(default=None, ge=0.01, le=200)
+    cover_mm: float | None = Field(default=None, ge=0.01, le=500)
+    offset_mm: float | None = Field(default=None, ge=-250, le=250)
+    span_mm: float | None = Field(default=None, ge=0.1, le=500)
+    span_offset_mm: float | None = Field(default=None, ge=-250, le=250)
+    stagger_mm: float | None = Field(default=None, ge=-250, le=250)
+    along: Literal["x", "z"] | None = Field(default=None)
+    follow: Literal["level", "turned", "bent"] | None = Field(default=None)
+
+
+class Plates(Table):
+    """The plates that carry the gages: boxes in the section, ``span_mm`` long in z.
+
+    ``model`` says how the finite elements see them; what is built and cast stays the same.
+    """
+
+    count: int = Field(default=15, ge=0, le=MAX_PLATES, description="0 allowed")
+    thickness_mm: float = Field(default=0.1, ge=0.005, le=10, description="in the section")
+    length_mm: float = Field(default=2.0, ge=0.05, le=200, description="in the section")
+    angle_deg: float = Field(
+        default=45.0, ge=-180, le=180, description="anticlockwise from the row's axis (+x)"
+    )
+    pitch_mm: float = Field(
+        default=1.0, ge=0.01, le=200, description="between plate centres, along the row"
+    )
+    cover_mm: float = Field(
+        default=2.0, ge=0.01, le=500, description="plate centre below the surface, along y"
+    )
+    offset_mm: float = Field(
+        default=0.0, ge=-250, le=250, description="of the row's middle, along the row"
+    )
+    span_mm: float | None = Field(
+        default=None,
+        ge=0.1,
+        le=500,
+        examples=[8.0],
+        description="across the row (along z); absent: the full depth",
+    )
+    span_offset_mm: float = Field(
+        default=0.0, ge=-250, le=250, description="of the plates' middles, across the row"
+    )
+    stagger_mm: float = Field(
+        default=0.0,
+        ge=-250,
+        le=250,
+        description="every second plate lies this far from its neighbours across the row",
+    )
+    along: Literal["x", "z"] = Field(
+        default="x", description="x (feels shear in x) | z: the row runs along z, its plates span x"
+    )
+    follow: Literal["level", "turned", "bent"] = Field(
+        default="level",
+        description="level (cover along y) | turned (cover along the surface's normal, pitch along "
+        "the surface, angle from its tangent) | bent (turned, and bent to the surface's curve)",
+    )
+    hole_diameter_mm: float | None = Field(
+        default=None,
+        ge=0.05,
+        le=50,
+        examples=[0.6],
+        description="perforation, through which the rubber interlocks; absent: none",
+    )
+    hole_pitch_mm: float = Field(
+        default=2.0, ge=0.1, le=200, description="between holes, along the plate's middle line"
+    )
+    material: str = Field(default="phosphor_bronze", description="a name known or in [materials]")
+    rows: Many[Row] = Field(
+        default=(), max_length=20, description="further rows, each as [plates] but for its own keys"
+    )
+    placement: Many[Place] | None = Field(
+        default=None,
+        max_length=MAX_PLATES,
+        examples=[[[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]],
+        description="[[x, y, angle_deg], ...] or [x, y, angle_deg, z]: centres one by one instead "
+        "of count, pitch, cover",
+    )
+    model: Literal["solid", "sheet", "none"] = Field(
+        default="solid",
+        description="solid | sheet (membrane and bending at the mid-surface) | none (gages stay, "
+        "plates are left out of the model)",
+    )
+
+    @model_validator(mode="after")
+    def _placed_one_way(self) -> Self:
+        if self.placement is not None and self.rows:
+            raise refuse(
+                f"{len(self.rows)} rows",
+                "absent where plates.placement is given",
+                "write every plate into plates.placement, or remove it",
+                "plates.rows",
+            )
+        for key, idle in (("along", "x"), ("follow", "level"), ("offset_mm", 0.0)):
+            value = getattr(self, key)
+            if self.placement is not None and value != idle:
+                raise refuse(
+                    value,
+                    f"{idle!r} where plates.placement is given",
+                    "remove it: plates.placement says where each plate lies",
+                    f"plates.{key}",
+                )
+        return self
+
+    @property
+    def all_rows(self) -> tuple[Plates, ...]:
+        """Each row as a table of its own, the first as it stands; without ``rows``."""
+        first = self.model_copy(update={"rows": ()})
+        further = [first.model_copy(update=row.model_dump(exclude_none=True)) for row in self.rows]
+        return (first, *further)
+
+    @property
+    def number(self) -> int:
+        """How many plates there are, whether placed by pitch or one by one."""
+        if self.placement is not None:
+            return len(self.placement)
+        return self.count + sum(self.count if r.count is None else r.count for r in self.rows)
