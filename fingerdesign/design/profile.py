@@ -178,6 +178,13 @@ def chain_distance(pieces: tuple[Piece, ...], points: Array) -> Array:
     return np.asarray(each[owner, np.arange(len(points))])
 
 
+def chain_misfit(pieces: tuple[Piece, ...], points: Array) -> Array:
+    """Distance (n,) of points (n, 2) to the pieces as they end, not continued."""
+    folded = _folded(points)
+    away = [np.hypot(piece.distance(folded), piece.beyond(folded)) for piece in pieces]
+    return np.asarray(np.min(away, axis=0))
+
+
 def chain_normal(pieces: tuple[Piece, ...], points: Array) -> Array:
     """Outward unit normals (n, 2) of the pieces, mirrored in x = 0, nearest to points (n, 2)."""
     owner, folded = nearest_piece(pieces, points), _folded(points)

@@ -15,7 +15,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.layout import crest_height, surface_height
-from fingerdesign.design.profile import Piece, Profile, chain_distance, chain_normal, profile_of
+from fingerdesign.design.profile import (
+    Piece,
+    Profile,
+    chain_distance,
+    chain_misfit,
+    chain_normal,
+    nearest_piece,
+    profile_of,
+)
 from fingerdesign.errors import GeometryError
 
 if TYPE_CHECKING:
@@ -131,6 +139,14 @@ class ContactSurface:
     def distance(self, points: Array) -> Array:
         """Signed distance to the surface, (n,), mm, positive outside."""
         return chain_distance(self.pieces, self._meridian(points)[0])
+
+    def misfit(self, points: Array) -> Array:
+        """Distance (n,) to the pieces as they end, not continued."""
+        return chain_misfit(self.pieces, self._meridian(points)[0])
+
+    def owner(self, points: Array) -> NDArray[np.int64]:
+        """Number of the piece (n,) that holds the nearest point."""
+        return nearest_piece(self.pieces, self._meridian(points)[0])
 
     def normal(self, points: Array) -> Array:
         """Outward unit normal at the surface point nearest to each point, shape of ``points``."""

@@ -27,9 +27,9 @@ from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body
+    from fingerdesign.design.schema import Design
 
-FORMAT = 2  # raise it when the way from CAD to mesh changes
+FORMAT = 3  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first
 
 
@@ -44,25 +44,24 @@ def cache_folder() -> Path:
 
 
 def mesh_key(
-    body: Body,
+    design: Design,
     frames: tuple[PlateFrame, ...],
     sizes: MeshSizes,
     zone_mm: tuple[float, float | None],
     symmetric: bool,
 ) -> str:
     """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on; zone: half width, depth."""
+    from fingerdesign.design.digest import content_digest
+
+    body = design.body
+    core = body.core.model_copy(update={"material": ""}) if body.core is not None else None
+    bare = body.model_copy(update={"material": "", "core": core})
     content = {
         "format": FORMAT,
         "versions": [__version__, version("pytetwild")],
-        "body": [
-            body.shape,
-            body.width_mm,
-            body.base_height_mm,
-            body.arc_radius_mm,
-            body.depth_mm,
-            body.dome_radius_mm,
-        ],
+        "body": content_digest(bare),
         "plates": [asdict(frame) for frame in frames],
+        "sheets": design.plates.model == "sheet",
         "sizes": asdict(sizes),
         "zone_mm": zone_mm,
         "symmetric": symmetric,
@@ -85,12 +84,13 @@ def load_mesh(key: str) -> Mesh | None:
                 mesher=about["mesher"],
                 symmetric=about["symmetric"],
                 notes=about["notes"],
+                region_names={int(k): name for k, name in about["region_names"].items()},
             )
         _check(mesh)
         os.utime(path)
     except (
         *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError),
-        *(zipfile.BadZipFile, zlib.error),
+        *(zipfile.BadZipFile, zlib.error, AttributeError),
     ):
         return None
     return mesh
@@ -121,6 +121,7 @@ def keep_mesh(key: str, mesh: Mesh) -> bool:
         "mesher": mesh.mesher,
         "symmetric": mesh.symmetric,
         "notes": mesh.notes,
+        "region_names": mesh.region_names,
     }
     facets: dict[str, Any] = {
         f"facets_{name}": rows.astype(np.int32) for name, rows in mesh.facets.items()

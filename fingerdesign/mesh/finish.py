@@ -9,65 +9,62 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.mesh.boundary import (
-    BoundaryFacets,
-    Carriers,
-    boundary_facets,
-    carriers_of,
-    regions_by_centroid,
-)
-from fingerdesign.mesh.snap import (
-    curve_contact,
-    quadratic_facets,
-    snap_to_carriers,
-    tet_volumes,
-)
+from fingerdesign.mesh.boundary import BoundaryFacets, boundary_facets, regions_by_centroid
+from fingerdesign.mesh.carriers import Carriers, carriers_of, in_core
+from fingerdesign.mesh.improve import improve
+from fingerdesign.mesh.inside import enclosed
+from fingerdesign.mesh.snap import curve_facets, quadratic_facets, snap_to_carriers, tet_volumes
 from fingerdesign.mesh.types import Mesh, quadratic
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body
+    from fingerdesign.design.schema import Design
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+NONE = np.zeros((0, 3), dtype=np.int64)
 
 
 def finish(
-    body: Body, frames: tuple[PlateFrame, ...], points: Array, tets: IntArray, symmetric: bool
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    points: Array,
+    tets: IntArray,
+    outside: tuple[Array, IntArray],
+    symmetric: bool,
 ) -> Mesh:
     """Keep what is inside, tag it, snap it to the CAD faces, make it quadratic, name its facets.
 
-    points (n, 3) and tets (t, 4) fill more than the body; ``frames``: its solid plates. MeshError
-    where snapping would invert a tetrahedron or a face of the body has no facet.
+    points (n, 3) and tets (t, 4) fill more than the body, whose closed outside has the vertices and
+    triangles ``outside``; ``frames``: its plates as they were meshed (as sheets: their carriers).
+    MeshError where snapping would invert a tetrahedron or a face of the body has no facet.
     """
-    points, tets = _inside(body, points, tets, symmetric)
+    points, tets = _inside(points, tets, outside)
     regions = regions_by_centroid(points, tets, frames)
-    carriers = carriers_of(body, frames, symmetric)
-    found = boundary_facets(points, tets, regions, carriers)
-    on_carriers = found.on_carriers(points, carriers)
+    regions[in_core(design.body, points[tets].mean(axis=1))] = design.core_region
+    carriers = carriers_of(design, frames, symmetric)
+    found = boundary_facets(points, tets, regions, carriers, NONE)
+    on_carriers = found.on_carriers(len(points), carriers)
     points = snap_to_carriers(points, on_carriers, carriers)
+    points = improve(points, tets, on_carriers, carriers)
+    slots: dict[str, IntArray] = {}
+    if frames and design.plates.model == "sheet":
+        points, tets, regions, slots = _opened(design, points, tets, regions)
+        carriers = carriers_of(design, (), symmetric)
+        besides = np.vstack([NONE, *slots.values()])
+        found = boundary_facets(points, tets, regions, carriers, besides)
     volumes = tet_volumes(points, tets)
     if volumes.min() <= 0.0:
         raise MeshError(
             f"snapping to the CAD faces inverted {int((volumes <= 0).sum())} tetrahedra"
         )
-    nodes, cells = quadratic(points, tets)
-    facets = _named_facets(found, carriers, cells, len(nodes))
-    for name in ("base", "contact", "side", "end", *(["symmetry"] if symmetric else [])):
-        if name not in facets:
-            raise MeshError(f"no facet of the mesh lies on the body's {name!r} face")
-    curved = curve_contact(nodes, cells, on_carriers, carriers, facets["contact"])
-    notes: dict[str, float | int | str] = {"straightened_contact_nodes": curved.straightened}
-    return Mesh(curved.points, cells, regions, facets, "tetwild", symmetric, notes)
+    return _quadratic(design, points, tets, regions, carriers, found, slots, symmetric)
 
 
-def _inside(body: Body, points: Array, tets: IntArray, symmetric: bool) -> tuple[Array, IntArray]:
+def _inside(
+    points: Array, tets: IntArray, outside: tuple[Array, IntArray]
+) -> tuple[Array, IntArray]:
     """The tetrahedra whose centroids lie in the body, positively oriented, with their points."""
-    x, y, z = points[tets].mean(axis=1).T
-    within = (np.abs(x) < 0.5 * body.width_mm) & (y > 0.0) & (z < 0.5 * body.depth_mm)
-    within &= z > (0.0 if symmetric else -0.5 * body.depth_mm)
-    surface = ContactSurface.of(body)
-    within[within] = surface.encloses(np.stack([x, y, z], axis=1)[within])
+    within = enclosed(points[tets].mean(axis=1), *outside)
     if not within.any():
         raise MeshError("fTetWild returned no tetrahedron inside the body")
     used, renumbered = np.unique(tets[within], return_inverse=True)
@@ -77,9 +74,41 @@ def _inside(body: Body, points: Array, tets: IntArray, symmetric: bool) -> tuple
     return points, tets
 
 
-def _named_facets(
-    found: BoundaryFacets, carriers: Carriers, cells: IntArray, nodes: int
-) -> dict[str, IntArray]:
-    outer = quadratic_facets(cells, found.corners[found.outside], nodes)
-    names = np.array([carriers.name(int(n)) for n in found.carrier[found.outside]])
-    return {str(name): outer[names == name] for name in np.unique(names)}
+def _opened(
+    design: Design, points: Array, tets: IntArray, regions: IntArray
+) -> tuple[Array, IntArray, IntArray, dict[str, IntArray]]:
+    """Plates as sheets: their carriers become elastomer again, cut open at the mid-surface."""
+    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.mesh.slots import open_slots
+
+    opened = open_slots(points, tets, regions, plate_frames(design))
+    core = in_core(design.body, opened.points[opened.tets].mean(axis=1))
+    return opened.points, opened.tets, np.where(core, design.core_region, 0), opened.facets
+
+
+def _quadratic(
+    design: Design,
+    points: Array,
+    tets: IntArray,
+    regions: IntArray,
+    carriers: Carriers,
+    found: BoundaryFacets,
+    slots: dict[str, IntArray],
+    symmetric: bool,
+) -> Mesh:
+    nodes, cells = quadratic(points, tets)
+    whole = quadratic_facets(cells, found.corners, len(nodes))
+    outer, names = whole[found.outside], found.name[found.outside]
+    facets = {str(name): outer[names == name] for name in np.unique(names)}
+    for name in carriers.outer_names():
+        if name not in facets:
+            raise MeshError(f"no facet of the mesh lies on the body's {name!r} face")
+    curved = curve_facets(nodes, cells, carriers, whole, found.carrier)
+    on_contact = np.isin(curved.straightened, facets["contact"])
+    facets |= {name: quadratic_facets(cells, rows, len(nodes)) for name, rows in slots.items()}
+    notes: dict[str, float | int | str] = {
+        "straightened_contact_nodes": int(on_contact.sum()),
+        "straightened_nodes": len(curved.straightened),
+    }
+    names_of = {design.core_region: "core"} if design.body.core is not None else {}
+    return Mesh(curved.points, cells, regions, facets, "tetwild", symmetric, notes, names_of)

@@ -15,7 +15,7 @@ from fingerdesign.geometry.checks import (
     plate_volume,
 )
 from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.mesh.boundary import smooth_sides
+from fingerdesign.mesh.carriers import smooth_sides
 from fingerdesign.mesh.snap import least_jacobian_ratio, tet_volumes
 from fingerdesign.mesh.types import Mesh
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.geometry.surface import Surface
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -30,7 +30,10 @@ GRID_POINTS = 200_000
 # of 39, of bending out of 286): sizes alone, 25k dofs: 2.8 and 33; with fine plate ends, 40k dofs:
 # 1.1 and 25; with fine ends and stretched elements, 35k dofs: 0.4 and 11. The answer varies slowly
 # along z. A dome's contact is round, and its elements nearly so.
-STRETCH_STRAIGHT, STRETCH_DOME = 2.0, 1.4
+STRETCH_STRAIGHT, STRETCH_ROUND = 2.0, 1.4
+# Contact facets over half the contact's width at the least, whatever mesh.contact_size_mm says: a
+# small contact on a large finger would be a few facets. But no finer than a third of what is said.
+FACETS_ACROSS, LEAST_CONTACT_SIZE = 5.0, 0.33
 END_GRADATION = 1.2  # a singularity's field: elements as large as they are away from it
 
 
@@ -56,14 +59,22 @@ class MeshSizes:
                 raise MeshError(f"mesh size {name} = {value} must be a finite number above 0")
 
     @classmethod
-    def of(cls, design: Design, round_contact: bool = False) -> MeshSizes:
-        """The sizes a design asks for in its ``[mesh]`` table; a dome's contact is round."""
-        mesh = design.mesh
-        long = design.body.dome_radius_mm is None and not round_contact
-        stretch = STRETCH_STRAIGHT if long else STRETCH_DOME
-        return cls(
-            mesh.contact_size_mm, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch
-        )
+    def of(
+        cls, design: Design, zone_half_width: float = np.inf, zone_half_depth: float | None = None
+    ) -> MeshSizes:
+        """The sizes a design asks for in its ``[mesh]`` table, no coarser than its contact needs.
+
+        ``zone_half_width`` and ``zone_half_depth``: of the contact that its scene will produce.
+        """
+        mesh, body = design.mesh, design.body
+        round_contact = zone_half_depth is not None or body.dome_radius_mm is not None
+        stretch = STRETCH_ROUND if round_contact else STRETCH_STRAIGHT
+        across = [plates.along == "z" for plates in design.plates.all_rows]
+        if body.shape in ("revolved", "step") or (design.plates.number and any(across)):
+            stretch = 1.0  # no direction is the slow one
+        least = min(zone_half_width, zone_half_depth or np.inf) / FACETS_ACROSS
+        contact = min(mesh.contact_size_mm, max(least, LEAST_CONTACT_SIZE * mesh.contact_size_mm))
+        return cls(contact, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch)
 
     def scaled(self, factor: float) -> MeshSizes:
         """The same field with every length multiplied by ``factor``."""
@@ -85,7 +96,7 @@ class SizeField:
     is half the thickness (but no less than a tenth of ``sizes.plate``) and grows by END_GRADATION.
     """
 
-    surface: ContactSurface
+    surface: Surface
     frames: tuple[PlateFrame, ...]
     sizes: MeshSizes
     zone_half_width: float
@@ -107,6 +118,8 @@ class SizeField:
             plate, ends = distances_to_plate(frame, points, sizes.stretch)
             wanted = np.minimum(wanted, sizes.plate + sizes.gradation * plate)
             wanted = np.minimum(wanted, self.end_size(frame) + END_GRADATION * ends)
+            for hole in frame.holes:
+                wanted = np.minimum(wanted, hole.radius + END_GRADATION * ends)
         return np.asarray(wanted)
 
     def end_size(self, frame: PlateFrame) -> float:
@@ -119,16 +132,28 @@ def distances_to_plate(
 ) -> tuple[Array, Array]:
     """Distances (n,), mm, from points (n, 2) or (n, 3) to a plate's box and to its two end faces.
 
-    Distances along z count 1 / ``stretch``.
+    Distances across the section plane count 1 / ``stretch``.
     """
     u, v = np.abs(frame.local(points)).T
     beside = np.maximum(v - 0.5 * frame.thickness, 0.0)
     if points.shape[1] == 3:
-        z = points[:, 2]
-        past = np.maximum(np.maximum(frame.low - z, z - frame.high), 0.0)
+        w = frame.across(points)
+        past = np.maximum(np.maximum(frame.low - w, w - frame.high), 0.0)
         beside = np.hypot(beside, past / stretch)
     along = u - 0.5 * frame.length
     return np.hypot(np.maximum(along, 0.0), beside), np.hypot(along, beside)
+
+
+def plates_box(frames: tuple[PlateFrame, ...]) -> tuple[Array, Array]:
+    """Lowest and highest corners (3,) of the box that holds all plates."""
+    corners = np.vstack(
+        [
+            frame.to_space(frame.outline(), across)
+            for frame in frames
+            for across in (frame.low, frame.high)
+        ]
+    )
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def expected_elements(field: SizeField, low: Array, high: Array) -> float:
@@ -183,21 +208,23 @@ def _grid_axes(field: SizeField, low: Array, high: Array) -> list[Array]:
     coarse = np.minimum(np.array([0.5, 0.5, 1.0]) * sizes.far, 0.25 * extent)
     fine = np.minimum(np.array([2.0, 0.7, 2.0]) * sizes.contact, coarse)
     first, last = low.copy(), high.copy()
-    first[1] = float(field.surface.height(field.zone_half_width, high[2])) - 2.0 * sizes.contact
+    first[1] = _zone_floor(field, high) - 2.0 * sizes.contact
+    round_zone = field.zone_half_depth is not None or field.surface.curvatures[1] > 0.0
+    steep_in_z = round_zone
     if field.frames:
         end = min(field.end_size(frame) for frame in field.frames)
-        corners = np.vstack([frame.corners() for frame in field.frames])
-        fine[:2] = np.minimum(fine[:2], [2.0 * end, end])
-        first[:2] = np.minimum(first[:2], corners.min(axis=0)) - 2.0 * end
-        first[0], last[0] = corners[:, 0].min() - 2.0 * end, corners[:, 0].max() + 2.0 * end
-    if field.zone_half_depth is not None and not field.frames:
+        least, most = plates_box(field.frames)
+        across = 2 if all(frame.along == "x" for frame in field.frames) else 1
+        fine[:across] = np.minimum(fine[:across], [2.0 * end, end][:across])
+        first[1] = min(first[1], least[1] - 2.0 * end)
+        first[0], last[0] = least[0] - 2.0 * end, most[0] + 2.0 * end
+        if across == 1:
+            fine[1:] = np.minimum(fine[1:], [end, 2.0 * end])
+            first[2], last[2] = least[2] - 2.0 * end, most[2] + 2.0 * end
+        steep_in_z |= across == 1 or least[2] > low[2] + 1e-6 or most[2] < high[2] - 1e-6
+    elif field.zone_half_depth is not None:
         reach = 1.5 * field.zone_half_depth
         first[2], last[2] = max(low[2], -reach), min(high[2], reach)
-    steep_in_z = (
-        field.surface.curvatures[1] > 0.0
-        or field.zone_half_depth is not None
-        or any(frame.high < high[2] for frame in field.frames)
-    )
     if not steep_in_z:
         fine[2] = coarse[2] = 0.5 * extent[2]
     factor = 1.0
@@ -225,3 +252,13 @@ def _graded_axis(
             count = int(np.ceil((end - begin) / step))
             found.append(np.linspace(begin, end, count + 1)[1:])
     return np.concatenate(found)
+
+
+def _zone_floor(field: SizeField, high: Array) -> float:
+    """Least height of the contact surface over the zone, mm."""
+    x = np.linspace(0.0, min(field.zone_half_width, float(high[0])), 9)
+    deep = field.zone_half_depth if field.zone_half_depth is not None else float(high[2])
+    z = np.linspace(0.0, deep, 9)
+    heights = field.surface.height(*(axis.reshape(-1) for axis in np.meshgrid(x, z)))
+    known = heights[np.isfinite(heights)]
+    return float(known.min()) if len(known) else field.surface.lowest

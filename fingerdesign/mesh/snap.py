@@ -1,4 +1,4 @@
-"""Put boundary nodes exactly on the CAD faces that they stand for, in closed form (numpy only).
+"""Put boundary nodes exactly on the CAD faces that they stand for (numpy only).
 
 fTetWild's surface sits micrometres inside the true one, several percent of a 0.1 mm approach. Every
 node takes the faces of the facets around it: one on a face moves to it, one on an edge to both
@@ -12,13 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.mesh.boundary import Carriers
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.carriers import Carrier, Carriers
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
+MOST_STEPS = 40
+PARALLEL = 0.05  # faces that meet at less than 3 degrees
+RESIDUAL_MM = 1e-7
 # Least Jacobian of a curved tetrahedron over its straight one's; below, it is straightened.
 LEAST_JACOBIAN_RATIO = 0.1
 
@@ -26,35 +30,35 @@ LEAST_JACOBIAN_RATIO = 0.1
 def snap_to_carriers(points: Array, lies_on: BoolArray, carriers: Carriers) -> Array:
     """Move points (n, 3) onto every CAD face that they lie on, (n, carriers); returns new points.
 
-    The flat faces that meet in a node are perpendicular, so going to one after the other is exact;
-    on the curved face a node then slides within its flat faces by Newton's method.
+    Newton's method with the least motion, for all points together that lie on the same faces. Where
+    faces meet at less than a few degrees they count as one, or a point would slide far. MeshError
+    where a point cannot be on all of its faces.
     """
     snapped = points.copy()
-    for number, plane in enumerate(carriers.planes):
-        rows = np.flatnonzero(lies_on[:, number])
-        if len(rows):
-            away = plane.distance(snapped[rows])
-            snapped[rows] -= away[:, None] * np.array(plane.normal)
-    curved = np.flatnonzero(lies_on[:, carriers.contact_number])
-    if len(curved):
-        snapped[curved] = _onto_contact(snapped[curved], lies_on[curved], carriers)
+    rows = np.flatnonzero(lies_on.any(axis=1))
+    patterns, which = np.unique(lies_on[rows], axis=0, return_inverse=True)
+    order = np.argsort(which.reshape(-1), kind="stable")
+    groups = np.split(rows[order], np.cumsum(np.bincount(which.reshape(-1)))[:-1])
+    for pattern, group in zip(patterns, groups, strict=True):
+        faces = [carriers.faces[number] for number in np.flatnonzero(pattern)]
+        snapped[group] = _onto(snapped[group], faces)
     return snapped
 
 
-def _onto_contact(points: Array, lies_on: BoolArray, carriers: Carriers) -> Array:
-    planes = [carriers.planes[number] for number in carriers.of_body]
-    on_plane = lies_on[:, list(carriers.of_body)]
-    blocked = on_plane[:, :, None] * np.array([plane.normal for plane in planes])
+def _onto(points: Array, faces: list[Carrier]) -> Array:
     points = points.copy()
-    for _ in range(30):
-        away = carriers.contact.distance(points)
-        if np.abs(away).max() < 1e-13 * carriers.contact.radius:
-            break
-        normal = carriers.contact.normal(points)
-        across = np.einsum("nij,nj->ni", blocked, normal)
-        slide = normal - np.einsum("nij,ni->nj", blocked, across)
-        slope = np.einsum("nj,nj->n", slide, slide)
-        points -= (away / np.maximum(slope, 1e-3))[:, None] * slide
+    scale = max(1.0, float(np.abs(points).max()))
+    for _ in range(MOST_STEPS):
+        away = np.stack([face.distance(points) for face in faces], axis=1)
+        if np.abs(away).max() < 1e-13 * scale:
+            return points
+        normals = np.stack([face.normal(points) for face in faces], axis=1)
+        inverse = np.linalg.pinv(normals, rcond=PARALLEL)
+        points -= np.einsum("nij,nj->ni", inverse, away)
+    worst = float(np.abs(away).max())
+    if worst > RESIDUAL_MM:
+        names = ", ".join(face.name for face in faces)
+        raise MeshError(f"a node cannot be snapped to {names}: {worst:.2g} mm are left")
     return points
 
 
@@ -80,32 +84,32 @@ def quadratic_facets(cells: IntArray, corners: IntArray, points: int) -> IntArra
 
 @dataclass(frozen=True)
 class CurvedNodes:
-    """Nodes with mid-nodes on the true surface; ``straightened``: how many could not be."""
+    """Nodes with mid-nodes on the true surface; ``straightened``: those that could not be."""
 
     points: Array
-    straightened: int
+    straightened: IntArray
 
 
-def curve_contact(
-    points: Array, cells: IntArray, lies_on: BoolArray, carriers: Carriers, facets: IntArray
+def curve_facets(
+    points: Array, cells: IntArray, carriers: Carriers, facets: IntArray, carrier: IntArray
 ) -> CurvedNodes:
-    """Project the mid-nodes of the contact facets (f, 6) onto the true surface.
+    """Project the mid-nodes of facets (f, 6) on curved CAD faces, ``carrier`` (f,), onto them.
 
-    lies_on (corner nodes, carriers). Where a curved tetrahedron's Jacobian would fall below
-    LEAST_JACOBIAN_RATIO of the straight one's, the mid-nodes of its edges stay straight, and are
-    counted.
+    A mid-node lies on every face that a facet of its edge lies on. Where a curved tetrahedron's
+    Jacobian would fall below LEAST_JACOBIAN_RATIO of the straight one's, the mid-nodes of its edges
+    stay straight, and are counted.
     """
-    middles, first = np.unique(facets[:, 3:], return_index=True)
-    ends = np.stack([facets[:, list(pair)] for pair in TRIANGLE_EDGES], axis=1).reshape(-1, 2)[
-        first
-    ]
-    # An edge lies on a face only if both ends do; on the contact face it does by construction.
-    edge_on = lies_on[ends[:, 0]] & lies_on[ends[:, 1]]
-    straight = points[middles]
-    curved = points.copy()
-    curved[middles] = snap_to_carriers(straight, edge_on, carriers)
-    bent = np.isin(cells[:, 4:], middles).any(axis=1)
-    touched = cells[bent]
+    curved_faces = [number for number, face in enumerate(carriers.faces) if not face.flat]
+    bent = np.isin(carrier, curved_faces)
+    middles = np.unique(facets[bent][:, 3:])
+    on = np.zeros((len(middles), len(carriers.faces)), dtype=bool)
+    for column in range(3, 6):
+        # An edge of a curved facet may belong to a flat one too, and then lies on both.
+        rows = np.flatnonzero(np.isin(facets[:, column], middles))
+        on[np.searchsorted(middles, facets[rows, column]), carrier[rows]] = True
+    straight, curved = points[middles], points.copy()
+    curved[middles] = snap_to_carriers(straight, on, carriers)
+    touched = cells[np.isin(cells[:, 4:], middles).any(axis=1)]
     backed_off: set[int] = set()
     for _ in range(10):
         bad = touched[least_jacobian_ratio(curved, touched) < LEAST_JACOBIAN_RATIO]
@@ -114,7 +118,7 @@ def curve_contact(
             break
         backed_off.update(int(node) for node in back)
         curved[back] = straight[np.searchsorted(middles, back)]
-    return CurvedNodes(curved, len(backed_off))
+    return CurvedNodes(curved, np.array(sorted(backed_off), dtype=np.int64))
 
 
 def least_jacobian_ratio(points: Array, cells: IntArray) -> Array:
