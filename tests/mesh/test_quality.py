@@ -9,14 +9,14 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.quality import (
+from fingerdesign.mesh.measures import (
     aspects,
-    assess,
     cell_angles,
     cell_volumes,
     curved_areas,
     edge_lengths,
 )
+from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section import mesh_section
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])

@@ -1,0 +1,87 @@
+"""The sizes that a design asks its mesher for, to hold a mesh against (numpy only)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.geometry.surface import surface_of
+from fingerdesign.mesh.measures import edge_lengths
+from fingerdesign.mesh.sizing import MeshSizes, SizeField, distances_to_plate
+from fingerdesign.mesh.types import Mesh
+
+if TYPE_CHECKING:
+    from fingerdesign.design.meshing import SectionMesh
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class AskedSizes:
+    """Wanted edge length (mm) by place, and how a cell's own is measured against it.
+
+    at       points (n, 2 or 3) -> (n,)
+    stretch  cells are to be this many times longer along z; infinite: only what they measure in
+             the section counts (layers say how long they are along z)
+    """
+
+    at: Callable[[Array], Array]
+    stretch: float = 1.0
+
+    def ratios(self, points: Array, cells: IntArray) -> Array:
+        """Mean edge of each cell (its corners) over the wanted one at its centroid, (c,)."""
+        shrunk = points.copy()
+        if points.shape[1] == 3:
+            shrunk[:, 2] /= self.stretch
+        edges = edge_lengths(shrunk, cells)
+        known = edges > 1e-9
+        mean = edges.sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+        return np.asarray(mean / self.at(points[cells].mean(axis=1)))
+
+
+def asked_sizes(
+    design: Design, mesh: Mesh, zone_half_width: float, zone_half_depth: float | None = None
+) -> AskedSizes:
+    """What the design's ``[mesh]`` table asks of a mesh that is fine in a zone of contact.
+
+    ``zone_half_width``, ``zone_half_depth``: the zone's, mm (None: the full depth).
+    """
+    if mesh.dimension == 2:
+        return AskedSizes(_section_field(design, design.mesh.section, zone_half_width))
+    if mesh.mesher == "extrude":
+        from fingerdesign.mesh.extrude import _section_sizes as section_sizes
+
+        field = _section_field(design, section_sizes(design), zone_half_width)
+        return AskedSizes(field, np.inf)
+    sizes = MeshSizes.of(design, zone_half_width, zone_half_depth)
+    frames = plate_frames(design) if design.plates.model != "none" else ()
+    field = SizeField(surface_of(design.body), frames, sizes, zone_half_width, zone_half_depth)
+    return AskedSizes(field, sizes.stretch)
+
+
+def _section_field(design: Design, sizes: SectionMesh, zone: float) -> Callable[[Array], Array]:
+    """As netgen is asked: sizes set at the contact zone, at plates and their ends, then growing."""
+    surface = surface_of(design.body)
+    frames = plate_frames(design) if design.plates.model != "none" else ()
+
+    def wanted(points: Array) -> Array:
+        flat = points[:, :2]
+        sideways = np.maximum(np.abs(flat[:, 0]) - zone, 0.0)
+        away = np.hypot(sideways, np.abs(surface.distance(flat)))
+        found = np.minimum(sizes.far_size_mm, sizes.contact_size_mm + sizes.gradation * away)
+        for frame in frames:
+            if frame.along != "x":
+                continue
+            plate, ends = distances_to_plate(frame, flat)
+            found = np.minimum(found, sizes.plate_size_mm + sizes.gradation * plate)
+            found = np.minimum(found, sizes.plate_end_size_mm + sizes.gradation * ends)
+        return np.asarray(found)
+
+    return wanted

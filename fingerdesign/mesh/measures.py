@@ -1,0 +1,141 @@
+"""Measures of simplices: angles, aspects, edges, straight and curved volumes (numpy only)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+def cell_volumes(points: Array, cells: IntArray) -> Array:
+    """Signed areas of triangles or volumes of tetrahedra, (c,), by their corners."""
+    if cells.shape[1] == 4:
+        return tet_volumes(points, cells)
+    a, b, c = (points[cells[:, i]] for i in range(3))
+    u, v = b - a, c - a
+    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
+
+
+def curved_cells(points: Array, cells: IntArray, tolerance: float = 1e-9) -> BoolArray:
+    """Which quadratic cells (c, 6 or 10) have a mid-edge node off its edge's middle, (c,).
+
+    ``tolerance``: of the edge's length.
+    """
+    pairs, first = (TRIANGLE_EDGES, 3) if cells.shape[1] == 6 else (TETRA_EDGES, 4)
+    found = np.zeros(len(cells), dtype=bool)
+    for edge, (i, j) in enumerate(pairs):
+        a, b = points[cells[:, i]], points[cells[:, j]]
+        away = np.linalg.norm(points[cells[:, first + edge]] - 0.5 * (a + b), axis=1)
+        found |= away > tolerance * np.linalg.norm(b - a, axis=1)
+    return found
+
+
+def curved_volumes(points: Array, cells: IntArray) -> Array:
+    """Signed areas (c,) of quadratic triangles (c, 6), or volumes of tetrahedra (c, 10), exact.
+
+    The Jacobian determinant is quadratic in the plane and cubic in space: the middles of the edges,
+    or the corners (1/40) and the middles of the faces (9/40), integrate it.
+    """
+    dim = points.shape[1]
+    volumes = cell_volumes(points, cells[:, : dim + 1])
+    bent = curved_cells(points, cells)
+    if not bent.any():
+        return volumes
+    eye = np.eye(dim + 1)
+    if dim == 2:
+        samples = [(0.5 * (eye[i] + eye[j]), 1.0 / 3.0) for i, j in TRIANGLE_EDGES]
+    else:
+        samples = [(eye[i], 1.0 / 40.0) for i in range(4)]
+        samples += [((1.0 - eye[i]) / 3.0, 9.0 / 40.0) for i in range(4)]
+    pairs = TRIANGLE_EDGES if dim == 2 else TETRA_EDGES
+    to_local = np.vstack([-np.ones(dim), np.eye(dim)])  # barycentric coordinates by local ones
+    nodes = points[cells[bent]]
+    total = np.zeros(len(nodes))
+    for place, weight in samples:
+        gradient = np.zeros((cells.shape[1], dim + 1))
+        gradient[: dim + 1] = np.diag(4.0 * place - 1.0)
+        for edge, (i, j) in enumerate(pairs):
+            gradient[dim + 1 + edge, i] = 4.0 * place[j]
+            gradient[dim + 1 + edge, j] = 4.0 * place[i]
+        jacobian = np.einsum("cni,nj->cij", nodes, gradient @ to_local)
+        total += weight * np.linalg.det(jacobian)
+    volumes[bent] = total / (2.0 if dim == 2 else 6.0)
+    return volumes
+
+
+def cell_angles(points: Array, cells: IntArray) -> Array:
+    """Angles of triangles (c, 3), or dihedral angles of tetrahedra (c, 6), degrees."""
+    if cells.shape[1] == 3:
+        corners = points[cells]
+        found = []
+        for i in range(3):
+            u = corners[:, (i + 1) % 3] - corners[:, i]
+            v = corners[:, (i + 2) % 3] - corners[:, i]
+            cross = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+            found.append(np.arctan2(np.abs(cross), np.einsum("ij,ij->i", u, v)))
+        return np.asarray(np.degrees(np.stack(found, axis=1)))
+    corners = points[cells]
+    found = []
+    for i, j, k, m in (
+        (0, 1, 2, 3),
+        (0, 2, 1, 3),
+        (0, 3, 1, 2),
+        (1, 2, 0, 3),
+        (1, 3, 0, 2),
+        (2, 3, 0, 1),
+    ):
+        edge = corners[:, j] - corners[:, i]
+        first = np.cross(edge, corners[:, k] - corners[:, i])
+        second = np.cross(edge, corners[:, m] - corners[:, i])
+        sine = np.linalg.norm(np.cross(first, second), axis=1)
+        found.append(np.arctan2(sine, np.einsum("ij,ij->i", first, second)))
+    return np.asarray(np.degrees(np.stack(found, axis=1)))
+
+
+def edge_lengths(points: Array, cells: IntArray) -> Array:
+    """Lengths (c, edges) of all corner-to-corner edges of simplices, mm."""
+    count = cells.shape[1]
+    pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
+    return np.stack(
+        [np.linalg.norm(points[cells[:, j]] - points[cells[:, i]], axis=1) for i, j in pairs],
+        axis=1,
+    )
+
+
+def aspects(points: Array, cells: IntArray) -> Array:
+    """Longest edge over inscribed radius, scaled so that a regular simplex has 1, (c,)."""
+    longest = edge_lengths(points, cells).max(axis=1)
+    volume = np.maximum(np.abs(cell_volumes(points, cells)), 1e-300)
+    if cells.shape[1] == 3:
+        around = edge_lengths(points, cells).sum(axis=1)
+        return np.asarray(longest * around / volume / (4.0 * np.sqrt(3.0)))
+    surface = np.zeros(len(cells))
+    for i, j, k in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)):
+        a, b, c = points[cells[:, i]], points[cells[:, j]], points[cells[:, k]]
+        surface += 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return np.asarray(longest * surface / (3.0 * volume) / (2.0 * np.sqrt(6.0)))
+
+
+def curved_areas(points: Array, facets: IntArray) -> Array:
+    """Areas (f,) of quadratic triangles (f, 6) in space, by a six-point rule (degree 4)."""
+    nodes = points[facets]
+    total = np.zeros(len(facets))
+    for weight, inner in (
+        (0.223381589678011, 0.108103018168070),
+        (0.109951743655322, 0.816847572980459),
+    ):
+        outer = 0.5 * (1.0 - inner)
+        for spot in range(3):
+            b = np.full(3, outer)
+            b[spot] = inner
+            du = np.array([1 - 4 * b[0], 4 * b[1] - 1, 0, 4 * (b[0] - b[1]), 4 * b[2], -4 * b[2]])
+            dv = np.array([1 - 4 * b[0], 0, 4 * b[2] - 1, -4 * b[1], 4 * b[1], 4 * (b[0] - b[2])])
+            normal = np.cross(np.einsum("fni,n->fi", nodes, du), np.einsum("fni,n->fi", nodes, dv))
+            total += 0.5 * weight * np.linalg.norm(normal, axis=1)
+    return total
