@@ -1,0 +1,123 @@
+"""Carriers: the boxes of rubber that are meshed so that plates as sheets have their mid-surface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.design.layout import PlateFrame
+from fingerdesign.design.sheet_limits import not_a_sheet
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.carriers import Carrier, carriers_of, core_faces
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+
+_WIDEST = 0.4  # of the plate's length or span
+_LEAST = 1.5  # times the plate's thickness: half of it is the slot's
+_ENOUGH = 0.6  # of what is wanted: then the box lies on the upper side
+_FREE = 0.5  # of the box's thickness that stays between it and whatever is near
+_FLUSH = 1e-6  # mm
+_STEPS = 0.9 ** np.arange(32)
+
+
+def carrier_frames(frames: tuple[PlateFrame, ...], design: Design) -> tuple[PlateFrame, ...]:
+    """The boxes to mesh instead of the plates ``frames``: one face of each is the mid-surface.
+
+    Each box has its plate's length and span, and lies on the side with more room, the upper one
+    where both have enough. MeshError where a plate has too little, or cannot be a sheet.
+    """
+    for frame in frames:
+        why = not_a_sheet(frame)
+        if why is not None:
+            raise MeshError(f"plate {frame.index} cannot be a sheet: {why}")
+    boxes = list(frames)
+    for k, frame in enumerate(frames):
+        least = _LEAST * frame.thickness
+        most = max(min(design.mesh.plate_size_mm, _WIDEST * min(frame.length, frame.span)), least)
+        near = _near(frame, [*boxes[:k], *boxes[k + 1 :]], 3.0 * most)
+        upper, lower = (_thickest(frame, side * most, near, design) for side in (1.0, -1.0))
+        thickness = lower if abs(lower) > max(abs(upper), _ENOUGH * most) else upper
+        if abs(thickness) < least:
+            raise MeshError(
+                f"plate {frame.index} has {abs(thickness):.3g} mm of room beside it: to be meshed "
+                f"as a sheet it needs {least:.3g} mm; set plates.model = 'solid'"
+            )
+        boxes[k] = _box(frame, thickness)
+    return tuple(boxes)
+
+
+def _box(frame: PlateFrame, thickness: float) -> PlateFrame:
+    """The box from a plate's mid-surface to ``thickness`` (mm; < 0: on the lower side)."""
+    place, y = frame.from_local(0.0, 0.5 * thickness)[0]
+    return replace(frame, place=float(place), y=float(y), thickness=abs(thickness))
+
+
+def _near(frame: PlateFrame, others: list[PlateFrame], reach: float) -> list[PlateFrame]:
+    """Those of the others that may come within ``reach`` of a plate."""
+
+    def size(one: PlateFrame) -> float:
+        return 0.5 * float(np.linalg.norm([one.length, one.thickness, one.span]))
+
+    def centre(one: PlateFrame) -> Array:
+        return one.to_space(one.centre, one.middle)[0]
+
+    return [
+        one
+        for one in others
+        if np.linalg.norm(centre(one) - centre(frame)) < size(one) + size(frame) + reach
+    ]
+
+
+def _thickest(frame: PlateFrame, most: float, near: list[PlateFrame], design: Design) -> float:
+    """Thickness (mm, with the sign of ``most``) of a box with room around it; 0: there is none."""
+    faces = _room_faces(frame, design)
+    core = [] if design.body.core is None else core_faces(design.body)
+    for step in _STEPS:
+        box = _box(frame, float(step * most))
+        mine = _samples(box)
+        gaps = [_distance(one, mine).min() for one in near]
+        gaps += [_distance(box, _samples(one)).min() for one in near]
+        gaps += [np.abs(face.misfit(mine)).min() for face in faces]
+        if core:
+            gaps.append(np.max([face.distance(mine) for face in core], axis=0).min())
+        if min(gaps, default=np.inf) >= _FREE * box.thickness:
+            return float(step * most)
+    return 0.0
+
+
+def _room_faces(frame: PlateFrame, design: Design) -> list[Carrier]:
+    """The body's outer faces but those that the plate ends in."""
+    ends = frame.from_local(np.array([-0.5, 0.5]) * frame.length, 0.0)
+    edges = [frame.to_space(ends, across) for across in (frame.low, frame.high)]
+    edges += [frame.to_space(end, np.array([frame.low, frame.high])) for end in ends]
+    found = carriers_of(design, (), symmetric=False, core=False)
+    outer = [found.faces[number] for number in found.outside]
+    return [face for face in outer if not any(np.abs(face.misfit(e)).max() < _FLUSH for e in edges)]
+
+
+def _samples(frame: PlateFrame) -> Array:
+    """Points (n, 3) in a box, its corners and edges among them."""
+    s, v, w = (
+        axis.ravel()
+        for axis in np.meshgrid(
+            np.linspace(-0.5, 0.5, 9) * frame.length,
+            np.linspace(-0.5, 0.5, 3) * frame.thickness,
+            np.linspace(frame.low, frame.high, 9),
+        )
+    )
+    return frame.to_space(frame.from_local(s, v), w)
+
+
+def _distance(frame: PlateFrame, points: Array) -> Array:
+    """Distance (n,) of points (n, 3) to a flat plate's box, mm."""
+    s, v = np.abs(frame.local(points)).T
+    w = np.abs(frame.across(points) - frame.middle)
+    half = 0.5 * np.array([frame.length, frame.thickness, frame.span])
+    past = np.maximum(np.stack([s, v, w], axis=1) - half, 0.0)
+    return np.asarray(np.linalg.norm(past, axis=1))

@@ -1,0 +1,108 @@
+"""Moving the two sides of cut plates apart, and the nodes around so that all make room.
+
+The displacement is harmonic: zero on what must stay, half the thickness on the slots' faces, and
+between as small elements ask for (they move as if stiffer), so nothing is turned over where the
+room suffices.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.carriers import Carriers
+from fingerdesign.mesh.improve import improve
+from fingerdesign.mesh.snap import tet_volumes
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+_ALIGNED = 1e-9
+_STIFFER = 0.0  # power of the volume in an element's stiffness; 1: all alike
+_CLOSE = 1e-3  # of the load: where nodes come to lie need not be exact
+_MOST = 2000
+
+
+def widened(
+    points: Array,
+    tets: IntArray,
+    fill: IntArray,
+    regions: IntArray,
+    outer: IntArray,
+    targets: list[tuple[IntArray, Array]],
+) -> Array:
+    """Points with the slots' nodes at their targets and the others out of the way.
+
+    tets (t, 4): the mesh that is cut, closed; fill (g, 4): what fills the slots' ends; regions
+    (t,); outer (o, 3): facets on the body's outside, where nodes stay on it; targets: nodes (k,)
+    and where they go (k, 3). MeshError where a tetrahedron is turned over.
+    """
+    goal = points.copy()
+    placed = np.zeros(len(points), dtype=bool)
+    for nodes, where in targets:
+        goal[nodes], placed[nodes] = where, True
+    held = placed[:, None] | held_on_faces(points, tets, regions, outer)
+    shift = _harmonic(points, tets, goal - points, held)
+    moved = points + shift
+    moved[placed] = goal[placed]
+    whole = np.vstack([tets, fill])
+    fixed = np.repeat(held.any(axis=1)[:, None], 3, axis=1)  # as by three faces, at a corner
+    moved = improve(moved, whole, fixed, Carriers((), (), {}))
+    turned = int((tet_volumes(moved, whole) <= 0.0).sum())
+    if turned:
+        raise MeshError(
+            f"{turned} tetrahedra were turned over where plates were opened to their thickness: "
+            "make mesh.plate_size_mm smaller, or plates.model = 'solid'"
+        )
+    return moved
+
+
+def held_on_faces(points: Array, tets: IntArray, regions: IntArray, outer: IntArray) -> BoolArray:
+    """Which coordinates (n, 3) of nodes must stay: on the outside and between regions.
+
+    On flat faces across a coordinate axis only that coordinate is held.
+    """
+    a, b, c = (points[outer[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    normal = np.abs(normal) / np.linalg.norm(normal, axis=1)[:, None]
+    across = normal > 1.0 - _ALIGNED
+    across[~across.any(axis=1)] = True
+    held = np.zeros((len(points), 3), dtype=bool)
+    for corner in range(3):
+        np.logical_or.at(held, outer[:, corner], across)
+    for region in np.unique(regions[regions != 0]):
+        inside = np.zeros(len(points), dtype=bool)
+        inside[tets[regions == region]] = True
+        held[inside] = True
+    return held
+
+
+def _harmonic(points: Array, tets: IntArray, wanted: Array, held: BoolArray) -> Array:
+    """Displacements (n, 3), as wanted where ``held``, that even out between."""
+    from scipy.sparse import coo_matrix, diags_array
+    from scipy.sparse.linalg import cg
+
+    corners = points[tets]
+    edges = corners[:, 1:] - corners[:, :1]
+    slopes = np.linalg.inv(edges).transpose(0, 2, 1)
+    slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)
+    volume = np.abs(np.linalg.det(edges)) / 6.0
+    block = np.einsum("tia,tja->tij", slopes, slopes) * (volume**_STIFFER)[:, None, None]
+    rows, columns = np.repeat(tets, 4, axis=1).ravel(), np.tile(tets, (1, 4)).ravel()
+    size = len(points)
+    matrix = coo_matrix((block.ravel(), (rows, columns)), shape=(size, size)).tocsr()
+    shift = np.where(held, wanted, 0.0)
+    for axis in range(3):
+        if not shift[:, axis].any():
+            continue
+        free = np.flatnonzero(~held[:, axis])
+        inner = matrix[free][:, free]
+        load = -(matrix[free] @ shift[:, axis])
+        scale = diags_array(1.0 / inner.diagonal())
+        found, failed = cg(inner, load, rtol=_CLOSE, maxiter=_MOST, M=scale)
+        if failed:
+            raise MeshError("the nodes around the plates could not be moved out of their way")
+        shift[free, axis] = found
+    return shift
