@@ -1,12 +1,16 @@
-"""The ``[mesh]`` table: element sizes and the mesher's limits."""
+"""The ``[mesh]`` table: the mesher, element sizes and limits, or a mesh made elsewhere."""
 
 from __future__ import annotations
 
-from typing import Literal
+import hashlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from fingerdesign.design.base import Table
+from fingerdesign.design.base import Table, refuse
+from fingerdesign.errors import Fault
 
 
 class SectionMesh(Table):
@@ -26,8 +30,17 @@ class SectionMesh(Table):
 class MeshOptions(Table):
     """How the 3-D finger is meshed; ``section`` is for plane strain."""
 
-    mesher: Literal["tetwild", "extrude"] = Field(
-        default="tetwild", description="tetwild (any finger) | extrude (constant section only)"
+    mesher: Literal["tetwild", "extrude", "file"] = Field(
+        default="tetwild",
+        description="tetwild (any finger) | extrude (constant section) | file (made elsewhere)",
+    )
+    file: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=4096,
+        examples=["finger.msh"],
+        description="mesher = 'file' only: tetrahedra with named regions (elastomer, plate_0, ..., "
+        "core) and boundaries (base, contact); beside the design file or absolute",
     )
     contact_size_mm: float = Field(default=0.4, ge=1e-2, le=50, description="at the crest")
     plate_size_mm: float = Field(default=0.4, ge=1e-2, le=50, description="along the plates")
@@ -45,3 +58,57 @@ class MeshOptions(Table):
     )
     attempts: int = Field(default=3, ge=1, le=20, description="before the mesher gives up")
     section: SectionMesh = Field(default_factory=SectionMesh)
+
+    @model_validator(mode="after")
+    def _file_where_it_is_read(self) -> Self:
+        if self.mesher == "file" and self.file is None:
+            raise refuse(
+                "(absent)",
+                "given where mesh.mesher = 'file'",
+                "add it: the mesh's file",
+                "mesh.file",
+            )
+        if self.mesher != "file" and self.file is not None:
+            raise refuse(
+                self.file,
+                f"absent where mesh.mesher = '{self.mesher}'",
+                "remove it or set mesh.mesher = 'file'",
+                "mesh.file",
+            )
+        return self
+
+
+def resolved_file(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """A copy of a design's TOML data with a relative ``mesh.file`` made absolute, from ``folder``.
+
+    What is no text is left as it is: validation names it.
+    """
+    mesh = data.get("mesh")
+    name = mesh.get("file") if isinstance(mesh, Mapping) else None
+    if not isinstance(mesh, Mapping) or not isinstance(name, str) or not name:
+        return dict(data)
+    return {**data, "mesh": {**mesh, "file": str((folder / name).absolute())}}
+
+
+def mesh_file_faults(options: MeshOptions) -> list[Fault]:
+    """The fault of a ``mesh.file`` that cannot be read, before anything is made of it."""
+    if options.file is None:
+        return []
+    path = Path(options.file)
+    try:
+        if path.is_file():
+            with path.open("rb"):
+                return []
+        why = "it is no ordinary file" if path.exists() else "there is none"
+    except (OSError, ValueError) as error:
+        why = error.strerror or "it cannot be read" if isinstance(error, OSError) else "not a path"
+    return [Fault("mesh.file", options.file, "a readable mesh file", f"correct the path: {why}")]
+
+
+def mesh_file_digest(name: str) -> str:
+    """SHA-256 of a mesh file's content, in hexadecimal; "absent" where it cannot be read."""
+    try:
+        with Path(name).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, ValueError):
+        return "absent"
