@@ -13,6 +13,8 @@ from fingerdesign.mesh.boundary import BoundaryFacets, boundary_facets, regions_
 from fingerdesign.mesh.carriers import Carriers, carriers_of, in_core
 from fingerdesign.mesh.improve import improve
 from fingerdesign.mesh.inside import enclosed
+from fingerdesign.mesh.refine import refine
+from fingerdesign.mesh.sizing import SizeField
 from fingerdesign.mesh.snap import curve_facets, quadratic_facets, snap_to_carriers, tet_volumes
 from fingerdesign.mesh.types import Mesh, quadratic
 
@@ -31,18 +33,27 @@ def finish(
     tets: IntArray,
     outside: tuple[Array, IntArray],
     symmetric: bool,
+    field: SizeField,
+    most: int,
 ) -> Mesh:
     """Keep what is inside, tag it, snap it to the CAD faces, make it quadratic, name its facets.
 
     points (n, 3) and tets (t, 4) fill more than the body, whose closed outside has the vertices and
     triangles ``outside``; ``frames``: its plates as they were meshed (as sheets: their carriers).
-    MeshError where snapping would invert a tetrahedron or a face of the body has no facet.
+    Edges longer than ``field`` asks are split, up to ``most`` tetrahedra. MeshError where snapping
+    would invert a tetrahedron or a face of the body has no facet.
     """
     points, tets = _inside(points, tets, outside)
     regions = regions_by_centroid(points, tets, frames)
     regions[in_core(design.body, points[tets].mean(axis=1))] = design.core_region
     carriers = carriers_of(design, frames, symmetric)
     found = boundary_facets(points, tets, regions, carriers, NONE)
+    points = snap_to_carriers(points, found.on_carriers(len(points), carriers), carriers)
+    made = len(tets)
+    scale = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
+    points, tets, regions = refine(points, tets, regions, field, scale, most)
+    if len(tets) > made:
+        found = boundary_facets(points, tets, regions, carriers, NONE)
     on_carriers = found.on_carriers(len(points), carriers)
     points = snap_to_carriers(points, on_carriers, carriers)
     points = improve(points, tets, on_carriers, carriers)

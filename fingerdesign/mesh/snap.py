@@ -36,6 +36,8 @@ def snap_to_carriers(points: Array, lies_on: BoolArray, carriers: Carriers) -> A
     """
     snapped = points.copy()
     rows = np.flatnonzero(lies_on.any(axis=1))
+    if len(rows) == 0:
+        return snapped
     patterns, which = np.unique(lies_on[rows], axis=0, return_inverse=True)
     order = np.argsort(which.reshape(-1), kind="stable")
     groups = np.split(rows[order], np.cumsum(np.bincount(which.reshape(-1)))[:-1])

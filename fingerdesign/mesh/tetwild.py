@@ -104,13 +104,14 @@ def tetrahedralise(
             points, tets = run_tetwild(
                 vertices, triangles, field, attempt, float(design.mesh.time_limit_s)
             )
-            mesh = finish(design, frames, points, tets, outside, symmetric)
+            wanted = replace(field, sizes=sizes.scaled(attempt.size_factor))
+            most = int(MOST_ELEMENTS_RATIO * expected / attempt.size_factor**3)
+            mesh = finish(design, frames, points, tets, outside, symmetric, wanted, most)
         except MeshError as error:
             complaints.append(f"attempt {number}: {error}")
             continue
         mesh.notes["attempts"] = number
         faults = Gate().faults(assess(mesh, design))
-        most = MOST_ELEMENTS_RATIO * expected / attempt.size_factor**3
         if len(mesh.cells) > most:
             faults.append(f"{len(mesh.cells)} tetrahedra where about {expected:.0f} were asked for")
         if not faults:

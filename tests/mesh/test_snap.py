@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.mesh.boundary import boundary_facets, carriers_of
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.boundary import boundary_facets
+from fingerdesign.mesh.carriers import Carriers, Chain, carriers_of, plate_faces
 from fingerdesign.mesh.snap import (
     least_jacobian_ratio,
     quadratic_facets,
@@ -18,66 +21,148 @@ from fingerdesign.mesh.types import quadratic
 UNIT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 
 
-def test_nodes_go_to_all_faces_that_they_lie_on() -> None:
-    design = parse_design(
-        'design.name = "t"\nbody.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0'
-    )
-    carriers = carriers_of(design.body, (), symmetric=True)
-    names = [plane.name for plane in carriers.planes] + ["contact"]
-    places = {
-        ("contact",): [1.0, 12.5, 1.0],
-        ("contact", "end"): [2.0, 11.5, 4.99],
-        ("contact", "symmetry"): [2.0, 12.5, 0.01],
-        ("side", "end", "contact"): [9.99, 8.9, 5.01],
-        ("base", "side"): [9.99, 0.02, 2.0],
-    }
+NOTHING = np.zeros((0, 3), dtype=int)
+
+
+def carriers_for(keys: str, symmetric: bool = True) -> Carriers:
+    design = parse_design(f'design.name = "t"\n{keys}')
+    return carriers_of(design, plate_frames(design), symmetric)
+
+
+@pytest.mark.parametrize(
+    ("keys", "places"),
+    [
+        (
+            'body.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0',
+            {
+                ("contact",): [1.0, 12.5, 1.0],
+                ("contact", "end"): [2.0, 11.5, 4.99],
+                ("contact", "symmetry"): [2.0, 12.5, 0.01],
+                ("side", "end", "contact"): [9.99, 8.9, 5.01],
+                ("base", "side"): [9.99, 0.02, 2.0],
+            },
+        ),
+        (
+            'body.shape = "revolved"\nplates.count = 0',
+            {
+                ("contact",): [1.0, 12.5, 1.0],
+                ("contact", "side"): [7.0, 10.0, 7.1],
+                ("side", "base"): [7.0, 0.01, 7.1],
+                ("side", "symmetry"): [9.99, 4.0, 0.01],
+            },
+        ),
+        (
+            'body.shape = "block"\nbody.edge_radius_mm = 2.0\nbody.edge = "chamfer"\n'
+            "plates.count = 0",
+            {
+                ("contact",): [1.0, 10.02, 1.0],
+                ("chamfer",): [9.01, 9.02, 1.0],
+                ("contact", "chamfer"): [8.01, 10.0, 1.0],
+                ("chamfer", "side", "end"): [10.0, 8.01, 5.0],
+            },
+        ),
+    ],
+)
+def test_nodes_go_to_all_faces_that_they_lie_on(keys: str, places: dict) -> None:
+    carriers = carriers_for(keys)
     points = np.array(list(places.values()))
+    named = "chamfer" in keys
+    names = _chamfer_named(carriers) if named else [face.name for face in carriers.faces]
     lies_on = np.zeros((len(points), len(names)), dtype=bool)
     for row, wanted in enumerate(places):
         for name in wanted:
             numbers = [i for i, known in enumerate(names) if known == name]
-            nearest = min(numbers, key=lambda n: abs(carriers.distances(points[[row]], (n,))[0, 0]))
-            lies_on[row, nearest] = True
+            away = [carriers.faces[n].misfit(points[[row]])[0] for n in numbers]
+            lies_on[row, numbers[int(np.argmin(away))]] = True
     snapped = snap_to_carriers(points, lies_on, carriers)
     for row in range(len(points)):
-        numbers = tuple(int(n) for n in np.flatnonzero(lies_on[row]))
-        np.testing.assert_allclose(carriers.distances(snapped[[row]], numbers), 0.0, atol=1e-12)
+        for number in np.flatnonzero(lies_on[row]):
+            assert abs(carriers.faces[number].distance(snapped[[row]])[0]) < 1e-12
     assert np.abs(snapped - points).max() < 0.5  # to the near faces, nowhere else
 
 
-def test_where_a_half_circle_meets_its_sides_height_decides_what_nodes_lie_on() -> None:
-    design = parse_design('design.name = "t"\nbody.arc_radius_mm = 10.0\nplates.count = 0')
-    carriers = carriers_of(design.body, (), symmetric=True)
-    assert carriers.smooth
-    points = np.array([[9.995, 9.8, 2.0], [9.975, 10.6, 2.0], [9.98, 10.4, 3.0], [8.0, 10.0, 2.0]])
-    found = boundary_facets(points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers)
+def _chamfer_named(carriers: Carriers) -> list[str]:
+    """Names with the chamfer, a contact face too, told from the top."""
+    found = []
+    for face in carriers.faces:
+        normal = face.normal(np.array([[9.0, 9.0, 1.0]]))[0]
+        tilted = face.name == "contact" and 0.1 < normal[0] < 0.9
+        found.append("chamfer" if tilted else face.name)
+    return found
+
+
+def test_a_point_that_cannot_be_on_all_of_its_faces_is_an_error() -> None:
+    carriers = carriers_for("plates.count = 0", symmetric=False)
+    lies_on = np.array([[face.name == "end" for face in carriers.faces]])
+    assert lies_on.sum() == 2
+    with pytest.raises(MeshError, match="cannot be snapped to end, end"):
+        snap_to_carriers(np.zeros((1, 3)), lies_on, carriers)
+
+
+@pytest.mark.parametrize("shape", ['body.shape = "arc"', 'body.shape = "revolved"'])
+def test_where_a_half_circle_meets_its_sides_height_decides_what_facets_are(shape: str) -> None:
+    carriers = carriers_for(f"{shape}\nbody.arc_radius_mm = 10.0\nplates.count = 0")
+    joined = [face for face in carriers.faces if isinstance(face, Chain) and face.side is not None]
+    assert len(joined) == 1  # no edge between: one face carries both
+    y = np.array([9.8, 10.6, 10.4, 10.0])
+    points = np.column_stack([[9.995, 9.975, 9.98, 8.0], y, [0.02, 0.02, 0.5, 0.2]])
+    found = boundary_facets(
+        points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers, NOTHING
+    )
     (facet,) = np.flatnonzero((found.corners != 3).all(axis=1))
-    assert carriers.name(int(found.carrier[facet])) == "side"  # one corner is below the edge
-    lies_on = found.on_carriers(points, carriers)
-    names = [plane.name for plane in carriers.planes]
-    assert lies_on[:3, carriers.contact_number].tolist() == [False, True, True]
-    assert lies_on[0, [i for i, plane in enumerate(carriers.planes) if plane.normal[0] > 0.5]].all()
-    assert not lies_on[1:3, [i for i, name in enumerate(names) if name == "side"]].any()
-    snapped = snap_to_carriers(points, lies_on, carriers)
-    np.testing.assert_allclose(carriers.contact.distance(snapped[1:3]), 0.0, atol=1e-12)
-    assert snapped[0, 0] == pytest.approx(10.0)
+    assert found.name[facet] == "side"  # one corner is below the edge
+    assert found.carrier[facet] == carriers.faces.index(joined[0])
+    lies_on = np.zeros((3, len(carriers.faces)), dtype=bool)
+    lies_on[:, found.carrier[facet]] = True
+    snapped = snap_to_carriers(points[:3], lies_on, carriers)
+    out = np.hypot(snapped[:, 0], snapped[:, 2]) if "revolved" in shape else snapped[:, 0]
+    assert out[0] == pytest.approx(10.0, abs=1e-12)  # the straight side
+    np.testing.assert_allclose(np.hypot(out[1:], snapped[1:, 1] - 10.0), 10.0, atol=1e-12)
 
 
-def test_facets_of_a_cube_are_named_by_the_face_that_carries_them() -> None:
+def test_facets_of_a_corner_are_named_by_the_face_that_carries_them() -> None:
     # One tetrahedron in the corner x = -10, y = 0, z = 0 of a finger's half.
-    design = parse_design('design.name = "t"\nplates.count = 0')
-    carriers = carriers_of(design.body, (), symmetric=True)
+    carriers = carriers_for("plates.count = 0")
     points = UNIT + np.array([-10.0, 0.0, 0.0])
-    found = boundary_facets(points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers)
-    names = {
-        carriers.name(int(number)): misfit
-        for number, misfit in zip(found.carrier, found.misfit, strict=True)
-        if misfit < 1e-12
-    }
-    assert set(names) == {"base", "side", "symmetry"}
+    found = boundary_facets(
+        points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers, NOTHING
+    )
+    names = {str(n) for n, away in zip(found.name, found.misfit, strict=True) if away < 1e-12}
+    assert names == {"base", "side", "symmetry"}
     a, b, c = (points[found.corners[:, i]] for i in range(3))
     centre = points.mean(axis=0)
     assert np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), a - centre) > 0.0)
+    fewer = boundary_facets(
+        points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers, np.array([[0, 2, 1]])
+    )
+    assert len(fewer.corners) == 3  # one was to be left out
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "plates.count = 1",
+        'plates.count = 1\nplates.along = "z"\nplates.span_mm = 3.0',
+        'plates.count = 3\nplates.follow = "bent"\nplates.angle_deg = 0.0\nplates.pitch_mm = 3.0',
+        "plates.count = 1\nplates.hole_diameter_mm = 0.5",
+    ],
+)
+def test_a_plates_faces_bound_what_it_holds(keys: str) -> None:
+    design = parse_design(f'design.name = "t"\n{keys}')
+    rng = np.random.default_rng(3)
+    for frame in plate_frames(design):
+        faces = plate_faces(frame)
+        s = rng.uniform(-0.7, 0.7, 4000) * frame.length
+        v = rng.uniform(-0.7, 0.7, 4000) * frame.thickness
+        w = frame.middle + rng.uniform(-0.6, 0.6, 4000) * frame.span
+        points = frame.to_space(frame.from_local(s, v), w)
+        np.testing.assert_allclose(frame.local(points), np.column_stack([s, v]), atol=1e-9)
+        inside = np.all([face.distance(points) < 0.0 for face in faces], axis=0)
+        assert 0.1 < inside.mean() < 0.9
+        np.testing.assert_array_equal(inside, frame.holds(points))
+        for face in faces:
+            step = face.distance(points + 1e-6 * face.normal(points)) - face.distance(points)
+            np.testing.assert_allclose(step, 1e-6, rtol=1e-5)
 
 
 def test_quadratic_facets_find_the_mid_nodes() -> None:

@@ -1,0 +1,90 @@
+"""Rays tell inside from outside; flat tetrahedra are mended within their CAD faces."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerdesign import parse_design
+from fingerdesign.errors import MeshError
+from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.mesh.carriers import carriers_of
+from fingerdesign.mesh.improve import TARGET_DEG, improve, least_dihedral
+from fingerdesign.mesh.inside import check_closed, enclosed
+from fingerdesign.mesh.quality import cell_angles
+from fingerdesign.mesh.snap import tet_volumes
+
+CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+SIDES = np.array(
+    [
+        *([0, 1, 3], [0, 3, 2], [4, 7, 5], [4, 6, 7], [0, 5, 1], [0, 4, 5]),
+        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
+    ]
+)
+
+
+def test_points_in_a_cube_and_in_one_with_a_hollow() -> None:
+    points = np.random.default_rng(0).uniform(-0.3, 1.3, (5000, 3))
+    within = ((points > 0.0) & (points < 1.0)).all(axis=1)
+    np.testing.assert_array_equal(enclosed(points, CUBE, SIDES), within)
+    hollow = 0.5 + 0.4 * (CUBE - 0.5)
+    vertices, triangles = np.vstack([CUBE, hollow]), np.vstack([SIDES, SIDES[:, ::-1] + 8])
+    inner = (np.abs(points - 0.5) < 0.2).all(axis=1)
+    np.testing.assert_array_equal(enclosed(points, vertices, triangles), within & ~inner)
+
+
+def test_a_finely_faceted_dome_agrees_with_its_closed_form() -> None:
+    from fingerdesign.geometry.solid import build_solid
+    from fingerdesign.geometry.tessellation import triangulate
+
+    design = parse_design(
+        'design.name = "t"\nbody.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0'
+    )
+    outside = triangulate([build_solid(design, half=True).outline], 0.01)
+    check_closed(*outside)
+    rng = np.random.default_rng(1)
+    points = rng.uniform([-11.0, -1.0, -1.0], [11.0, 13.0, 6.0], (20_000, 3))
+    surface = ContactSurface.of(design.body)
+    points = points[np.abs(surface.distance(points)) > 0.011]  # the chords' tolerance
+    box = (np.abs(points[:, 0]) < 10.0) & (points[:, 1] > 0.0)
+    box &= (points[:, 2] > 0.0) & (points[:, 2] < 5.0)
+    with np.errstate(invalid="ignore"):
+        wanted = box & surface.encloses(points)
+    np.testing.assert_array_equal(enclosed(points, *outside), wanted)
+
+
+def test_an_open_outside_is_refused() -> None:
+    check_closed(CUBE, SIDES)
+    with pytest.raises(MeshError, match="3 edges are open"):
+        check_closed(CUBE, SIDES[1:])
+
+
+def test_least_dihedral_agrees_with_all_angles_and_tells_inverted_cells() -> None:
+    corners = np.random.default_rng(2).normal(size=(200, 4, 3))
+    cells = np.arange(800).reshape(200, 4)
+    volume = tet_volumes(corners.reshape(-1, 3), cells)
+    wanted = cell_angles(corners.reshape(-1, 3), cells).min(axis=1)
+    found = least_dihedral(corners)
+    np.testing.assert_allclose(np.where(volume > 0, found, -1.0 - found), wanted, atol=1e-6)
+    assert np.all((found > 0) == (volume > 0))
+
+
+def test_flat_tetrahedra_are_mended_without_leaving_their_faces() -> None:
+    # A fan around an inner node that lies almost in the base, and one on it almost in an edge.
+    design = parse_design('design.name = "t"\nplates.count = 0')
+    carriers = carriers_of(design, (), symmetric=True)
+    ring = np.array([[-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [1.0, 0.0, 3.0], [-1.0, 0.0, 3.0]])
+    points = np.vstack([ring, [[0.0, 0.0, 1.05], [0.0, 0.04, 2.0], [0.0, 2.0, 2.0]]])
+    base = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+    tets = np.array([[a, b, c, 5] for a, b, c in base] + [[a, b, 5, 6] for a, b, _ in base])
+    flip = tet_volumes(points, tets) < 0
+    tets[flip] = tets[flip][:, [0, 2, 1, 3]]
+    lies_on = np.zeros((len(points), len(carriers.faces)), dtype=bool)
+    lies_on[:5, [face.name == "base" for face in carriers.faces].index(True)] = True
+    lies_on[[0, 1, 2, 3, 6], :3] = True  # the hull is held: three faces each
+    before = least_dihedral(points[tets]).min()
+    better = improve(points, tets, lies_on, carriers)
+    assert before < 5.0
+    assert least_dihedral(better[tets]).min() > TARGET_DEG
+    assert better[4, 1] == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_array_equal(better[[0, 1, 2, 3, 6]], points[[0, 1, 2, 3, 6]])
