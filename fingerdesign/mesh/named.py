@@ -1,0 +1,96 @@
+"""A mesh as files hold it: linear or quadratic simplices, regions and boundaries by name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+StringArray = NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class NamedMesh:
+    """points (n, dim), mm; cells (c, dim + 1), or (c, 6 or 10) with mid-edge nodes; region (c,):
+    its name for every cell, "" where it has none; facets: name -> (f, dim) corners of boundary
+    facets."""
+
+    points: Array
+    cells: IntArray
+    region: StringArray
+    facets: dict[str, IntArray]
+
+    @property
+    def dimension(self) -> int:
+        return int(self.points.shape[1])
+
+    @property
+    def quadratic(self) -> bool:
+        """Whether the cells have mid-edge nodes."""
+        return int(self.cells.shape[1]) > self.dimension + 1
+
+
+def with_mid_nodes(cells: IntArray, corners: IntArray, name: str = "facets") -> IntArray:
+    """Add the mid-edge nodes of quadratic cells (c, 6 or 10) to facets (f, dim) of theirs.
+
+    MeshError where an edge of a facet is no cell's.
+    """
+    tets = cells.shape[1] == 10
+    first = 4 if tets else 3
+    pairs = TETRA_EDGES if tets else TRIANGLE_EDGES
+    own = TRIANGLE_EDGES if tets else ((0, 1),)
+    if len(corners) == 0:
+        return np.zeros((0, len(own) + (3 if tets else 2)), dtype=np.int64)
+    count = int(max(cells.max(), corners.max())) + 1
+    ends = np.sort(np.stack([cells[:, list(pair)] for pair in pairs], axis=1), axis=2)
+    keys, at = np.unique((ends[..., 0] * count + ends[..., 1]).reshape(-1), return_index=True)
+    middles = cells[:, first:].reshape(-1)[at]
+    edges = np.sort(np.stack([corners[:, list(pair)] for pair in own], axis=1), axis=2)
+    wanted = edges[..., 0] * count + edges[..., 1]
+    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    missing = (keys[place] != wanted).any(axis=1)
+    if missing.any():
+        raise MeshError(f"{int(missing.sum())} facets of {name!r} are no faces of any cell")
+    return np.hstack([corners, middles[place]]).astype(np.int64)
+
+
+def region_number(name: str) -> int | None:
+    """0 for "elastomer", k + 1 for "plate_k", None for other names."""
+    if name == "elastomer":
+        return 0
+    plate = re.fullmatch(r"plate_([0-9]{1,4})", name)
+    return int(plate[1]) + 1 if plate else None
+
+
+def to_mesh(found: NamedMesh, mesher: str) -> Mesh:
+    """A quadratic mesh with its regions numbered: "elastomer" (and "") 0, "plate_k" k + 1, every
+    other name a number above those of the plates."""
+    if not found.quadratic:
+        raise MeshError(f"{mesher} holds linear cells where quadratic ones are wanted")
+    names, inverse = np.unique(found.region, return_inverse=True)
+    known = {str(name): region_number(str(name) or "elastomer") for name in names}
+    after = max((n for n in known.values() if n is not None), default=0) + 1
+    own = {}
+    for name, number in known.items():
+        if number is None:
+            own[name] = after + len(own)
+    numbers = np.array([own.get(str(name), known[str(name)]) for name in names], dtype=np.int64)
+    facets = {
+        name: with_mid_nodes(found.cells, corners, name) for name, corners in found.facets.items()
+    }
+    return Mesh(
+        found.points,
+        found.cells,
+        numbers[inverse.reshape(-1)],
+        facets,
+        mesher,
+        "symmetry" in facets,
+        region_names={number: name for name, number in own.items()},
+    )
