@@ -169,7 +169,7 @@ def read_named(path: Path | str) -> NamedMesh:
         except OSError as error:
             raise MeshError(f"{path} could not be read: {error}") from error
     if path.suffix == ".xdmf":
-        points, blocks, data, _ = read_xdmf(path)
+        points, blocks, data = read_xdmf(path)
         return _named(path, points, blocks, data, {}, {})
     import meshio
 

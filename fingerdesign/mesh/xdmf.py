@@ -1,7 +1,7 @@
 """Meshes as XDMF 3 with their numbers in the XML itself: one file, no HDF5.
 
 Cells first, then the named facets, as one mixed topology; cell data as in the other formats.
-``Information`` elements of the grid say which number of "facet" and "region" has which name.
+A comment says which number of "facet" and "region" has which name.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def write_xdmf(
     root = ElementTree.Element("Xdmf", Version="3.0")
     domain = ElementTree.SubElement(root, "Domain")
     grid = ElementTree.SubElement(domain, "Grid", Name="finger", GridType="Uniform")
-    for key, value in names.items():
-        ElementTree.SubElement(grid, "Information", Name=key, Value=value)
+    # An Information element would be the place, but meshio refuses those that are not its own.
+    grid.append(ElementTree.Comment(", ".join(f"{key}: {name}" for key, name in names.items())))
     geometry = ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ")
     text = "\n".join(f"{x!r} {y!r} {z!r}" for x, y, z in points.tolist())
     _item(geometry, f"{len(points)} 3", "Float", text)
@@ -72,8 +72,8 @@ def _item(parent: ElementTree.Element, dimensions: str, number: str, text: str) 
 
 def read_xdmf(
     path: Path,
-) -> tuple[Array, list[tuple[str, IntArray]], dict[str, list[IntArray]], dict[str, str]]:
-    """Points (n, 3), blocks of cells of one type each, cell data by name and block, and names.
+) -> tuple[Array, list[tuple[str, IntArray]], dict[str, list[IntArray]]]:
+    """Points (n, 3), blocks of cells of one type each, and cell data by name and block.
 
     MeshError where the file is no XDMF of one grid, or keeps its numbers in other files (HDF5).
     """
@@ -93,13 +93,9 @@ def read_xdmf(
                 data[attribute.get("Name", "")] = [
                     np.rint(values[rows]).astype(np.int64) for rows in order
                 ]
-        names = {
-            element.get("Name", ""): element.get("Value", "")
-            for element in grid.findall("Information")
-        }
     except (ElementTree.ParseError, ValueError, IndexError, OSError) as error:
         raise MeshError(f"{path} could not be read as XDMF: {error}") from error
-    return points, blocks, data, names
+    return points, blocks, data
 
 
 def _numbers(parent: ElementTree.Element, kind: type) -> NDArray[np.float64]:
