@@ -17,7 +17,8 @@ mirrors in z = 0 (``symmetry_factor`` 2).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,7 @@ class ReducedModel:
     rim               (m,) bool: nodes where the candidate zone ends although the surface goes on
     free_end          (m,) bool: nodes within 0.5 mm of a free end (corner singularity in 3-D)
     locked            (m, dim) bool: components without a motion (z on the mirror plane)
+    gage_x            (plates,) mm, x of the gages' centres; gage_positions (plates, 3) mm: all
     load_displacement (m, dim) mm under the body's own loads at share 1; None where it has none
     """
 
@@ -84,6 +86,7 @@ class ReducedModel:
     depth: float
     symmetry_factor: int = 1
     gage_x: Array = field(default_factory=lambda: np.empty(0))
+    gage_positions: Array = field(default_factory=lambda: np.empty((0, 3)))
     load_displacement: Array | None = None
     notes: dict[str, float | int | str] = field(default_factory=dict)
 
@@ -94,6 +97,18 @@ class ReducedModel:
     @property
     def nodes(self) -> int:
         return len(self.points)
+
+    def with_gages(self, plates: Sequence[int]) -> ReducedModel:
+        """The same finger with the gages of some plates only, in the order given."""
+        chosen = np.asarray(plates, dtype=np.int64)
+        rows = (2 * chosen[:, None] + np.arange(2)).reshape(-1)
+        places = self.gage_positions
+        return replace(
+            self,
+            gage_readout=self.gage_readout[rows],
+            gage_x=self.gage_x[chosen],
+            gage_positions=places[chosen] if len(places) else places,
+        )
 
     def displacement(self, force: Array) -> Array:
         """Contact displacements (m, dim) mm for nodal forces (m, dim) N."""

@@ -196,15 +196,16 @@ def reduced_model(
     condensed: CondensedBody,
     gage_readout: Array | None = None,
     point_readout: Array | None = None,
-    gage_x: Array | None = None,
-    free_end: float | None = None,
+    gage_positions: Array | None = None,
+    free_ends: tuple[float, float] | None = None,
     depth: float | None = None,
 ) -> ReducedModel:
     """The model that contact sees, of a condensed body and the readouts it was asked for.
 
-    free_end: |z| (mm) beyond which nodes count as at a free end (None: nowhere); depth: mm, for
-    plane strain the thickness by default, in 3-D the extent in z. Raises SolverError where the
-    supports do not carry every contact force.
+    gage_positions (plates, 3): the gages' centres, mm; free_ends: z (mm) below the first and above
+    the second of which nodes count as at a free end (None: nowhere); depth: mm, for plane strain
+    the thickness by default, in 3-D the extent in z. Raises SolverError where the supports do not
+    carry every contact force.
     """
     body, trace = condensed.body, condensed.trace
     mesh, nodes = body.mesh, len(trace.nodes)
@@ -219,8 +220,9 @@ def reduced_model(
     if depth is None:
         depth = body.thickness if mesh.dimension == 2 else factor * float(np.ptp(mesh.points[:, 2]))
     ends = np.zeros(nodes, dtype=bool)
-    if free_end is not None and mesh.dimension == 3:
-        ends = np.abs(where[:, 2]) > free_end
+    if free_ends is not None and mesh.dimension == 3:
+        ends = (where[:, 2] < free_ends[0]) | (where[:, 2] > free_ends[1])
+    gages = np.empty((0, 3)) if gage_positions is None else gage_positions
     none = np.empty((0, where.size))
     moved = condensed.load_displacement
     return ReducedModel(
@@ -238,7 +240,8 @@ def reduced_model(
         locked=locked,
         depth=depth,
         symmetry_factor=factor,
-        gage_x=np.empty(0) if gage_x is None else gage_x,
+        gage_x=gages[:, 0],
+        gage_positions=gages,
         load_displacement=None if moved is None else moved.reshape(where.shape),
     )
 

@@ -16,11 +16,15 @@ from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_mo
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
 from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_rows
-from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.geometry.surface import surface_of
 from fingerdesign.reduced import ReducedModel
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
+    from collections.abc import Sequence
+
+    from fingerdesign.design.body_table import Body as FingerBody
+    from fingerdesign.design.layout import PlateFrame
+    from fingerdesign.design.schema import Design, Gages
     from fingerdesign.fem.factor import Condensation
     from fingerdesign.fem.trace import ContactTrace
     from fingerdesign.mesh.types import Mesh
@@ -112,8 +116,8 @@ def build_model(
         point_readout=np.vstack(
             [np.empty((0, len(condensed.compliance))), *condensed.readouts[1:]]
         ),
-        gage_x=np.array([frame.x for frame in frames]),
-        free_end=0.5 * depth - _FREE_END,
+        gage_positions=gage_positions(frames, design.gages),
+        free_ends=free_ends(design.body, mesh),
         depth=depth,
     )
     timings = dict(condensed.timings)
@@ -131,7 +135,7 @@ def body_of(design: Design, mesh: Mesh, contact: NDArray[np.int64]) -> Body:
         fixed=fixed_dofs(mesh),
         contact=contact,
         thickness=design.body.depth_mm if mesh.dimension == 2 else 1.0,
-        project=ContactSurface.of(design.body).project,
+        project=surface_of(design.body).project,
         element=element_of(design),
         pressure_cells=mesh.regions == 0,
         attached=design_sheets(design, mesh) if design.plates.model == "sheet" else None,
@@ -148,11 +152,15 @@ def element_of(design: Design) -> Literal["P1", "P2", "mixed"]:
 def materials_of(design: Design, mesh: Mesh) -> tuple[Array, Array]:
     """Young's modulus (MPa) and Poisson's ratio of each cell."""
     body, plate = design.material_of("body"), design.material_of("plates")
-    inside = mesh.regions == 0
-    return (
-        np.where(inside, body.youngs_modulus_MPa, plate.youngs_modulus_MPa),
-        np.where(inside, body.poissons_ratio, plate.poissons_ratio),
-    )
+    young = np.full(len(mesh.regions), plate.youngs_modulus_MPa)
+    poisson = np.full(len(mesh.regions), plate.poissons_ratio)
+    parts = [(0, body)]
+    if design.body.core is not None:
+        parts.append((design.core_region, design.material_of("core")))
+    for region, material in parts:
+        young[mesh.regions == region] = material.youngs_modulus_MPa
+        poisson[mesh.regions == region] = material.poissons_ratio
+    return young, poisson
 
 
 def stiffness_of(design: Design, mesh: Mesh) -> sp.csr_matrix:
@@ -172,6 +180,34 @@ def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:
     if mesh.symmetric:
         fixed[np.unique(mesh.facets["symmetry"]), 2] = True
     return fixed.reshape(-1)
+
+
+def gage_positions(frames: Sequence[PlateFrame], gages: Gages) -> Array:
+    """Centres of the gages (plates, 3), mm: on their plates' mid-surfaces."""
+    if not frames:
+        return np.empty((0, 3))
+    return np.vstack([f.to_space(f.centre, f.middle + gages.z_mm) for f in frames])
+
+
+def free_ends(body: FingerBody, mesh: Mesh) -> tuple[float, float] | None:
+    """z between which the contact is clear of the body's free ends, mm; None where it has none.
+
+    A free end is a flat z face that the contact surface runs into: there, within _FREE_END, the
+    corner singularity spoils pressures. A turned body has none; a step body's are those of its
+    "end" facets that share a node with its contact facets.
+    """
+    if mesh.dimension == 2 or body.shape == "revolved":
+        return None
+    high = 0.5 * body.depth_mm
+    low = -high
+    if body.shape == "step":
+        end = mesh.facets.get("end", np.empty((0, 6), dtype=np.int64))
+        z = mesh.points[np.intersect1d(end, mesh.facets["contact"]), 2]
+        if not len(z):
+            return None
+        high = float(z.max()) if z.max() > 0.0 else np.inf
+        low = float(z.min()) if z.min() < 0.0 else -np.inf
+    return low + _FREE_END, high - _FREE_END
 
 
 def candidate_facets(

@@ -22,7 +22,8 @@ IntArray = NDArray[np.int64]
 
 _INSIDE = 1e-6  # barycentric: a point on a face belongs to both cells
 _NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary
-_GAUSS_POINTS = 6  # across a gage's width
+_BENT = 0.1  # barycentric: a bent plate's face beside a straight facet of its own cells
+_GAUSS_POINTS = 6  # across a gage's width, and along it where its plate is bent
 
 
 def locate(mesh: Mesh, point: Array, prefer: int | None = None) -> tuple[IntArray, Array]:
@@ -36,6 +37,8 @@ def locate(mesh: Mesh, point: Array, prefer: int | None = None) -> tuple[IntArra
         own = np.flatnonzero(mesh.regions == prefer)
         cells, reference, least = _near(mesh, point, own)
         inside = least >= -_INSIDE
+        if not inside.any() and least.max(initial=-np.inf) > -_BENT:
+            inside = least == least.max()  # beside a straight facet of a bent face
         if inside.any():
             return cells[inside], reference[:, inside]
     near, reference, least = _near(mesh, point, np.arange(len(mesh.cells)))
@@ -161,41 +164,73 @@ def _strain_from_gradient(mesh: Mesh, nodes: IntArray, even: Array, odd: Array) 
 def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix:
     """Rows (2 plates, n dim): mean strain along the plate over the gage, upper then lower face.
 
-    The mean over the length is exact: the difference of the end displacements along the plate
-    divided by the length. Across the width it is a Gauss rule in z (mid-plane mirrored).
+    Of a flat plate the mean over the length is exact: the difference of the end displacements along
+    the plate divided by the length. On a bent one, with rho the radius of the face that carries the
+    gage, the strain along it is du_t/ds + u_n / rho: the first part is again a difference of end
+    displacements, the second a Gauss rule along the face. ``gages.length_mm`` is measured on that
+    face. Across the width it is a Gauss rule about the plate's middle + z_mm.
     """
-    rows = []
-    heights, weights = gage_heights(gages)
-    for frame in frames:
-        for side in (0.5, -0.5):
-            total = sp.csr_matrix((1, mesh.points.size))
-            for end in (0.5, -0.5):
-                place = (
-                    np.array([frame.x, frame.y])
-                    + end * gages.length_mm * frame.axis
-                    + side * frame.thickness * frame.normal
-                )
-                if mesh.dimension == 2:
-                    mean = displacement_rows(mesh, place, frame.index + 1)
-                    along = frame.axis
-                else:
-                    mean = sum(
-                        w * displacement_rows(mesh, _at(mesh, place, z), frame.index + 1)
-                        for w, z in zip(weights, heights, strict=True)
-                    )
-                    along = np.append(frame.axis, 0.0)
-                total = total + np.sign(end) / gages.length_mm * (sp.csr_matrix(along) @ mean)
-            rows.append(total)
+    rows = [
+        _gage_row(mesh, frame, gages, side * frame.thickness)
+        for frame in frames
+        for side in (0.5, -0.5)
+    ]
     if not rows:
         return sp.csr_matrix((0, mesh.points.size))
     return sp.vstack(rows, format="csr")
 
 
 def gage_heights(gages: Gages) -> tuple[Array, Array]:
-    """Gauss points in z (mm) across a gage's width, and their weights in its mean."""
+    """Gauss points across a gage's width, mm from its plate's middle, and their shares (sum 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     return gages.z_mm + 0.5 * gages.width_mm * nodes, 0.5 * weights
 
 
-def _at(mesh: Mesh, place: Array, z: float) -> Array:
-    return np.append(place, abs(z) if mesh.symmetric else z)
+def _gage_row(mesh: Mesh, frame: PlateFrame, gages: Gages, v: float) -> sp.csr_matrix:
+    """Row (1, n dim): mean strain of one gage on the face at ``v`` (mm, along the normal)."""
+    places, shares = gage_shares(frame, gages.length_mm, v)
+    where = frame.from_local(places, v)
+    if mesh.dimension == 2:
+        return _sum_of_displacements(mesh, where, shares, frame.index + 1)
+    offsets, weights = gage_heights(gages)
+    points = np.vstack([frame.to_space(where, frame.middle + offset) for offset in offsets])
+    vectors = np.vstack([weight * frame.direction(shares) for weight in weights])
+    return _sum_of_displacements(mesh, points, vectors, frame.index + 1)
+
+
+def gage_shares(frame: PlateFrame, length: float, v: float) -> tuple[Array, Array]:
+    """Mean strain of a gage as a sum of displacements: places s (k,) on the face at ``v``, and the
+    section-plane vectors (k, 2), 1/mm, whose products with the displacements there add up to it."""
+    if frame.bend_radius is None:
+        places = np.array([0.5, -0.5]) * length
+        return places, np.outer([1.0 / length, -1.0 / length], frame.axis)
+    radius = frame.bend_radius + v
+    end = 0.5 * length * frame.bend_radius / radius  # s is measured along the mid-surface
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    inner = [
+        _outward(frame, end * node) * (0.5 * w / radius)
+        for node, w in zip(nodes, weights, strict=True)
+    ]
+    ends = [frame.tangent(end) / length, -frame.tangent(-end) / length]
+    return np.concatenate([[end, -end], end * nodes]), np.array([*ends, *inner])
+
+
+def _outward(frame: PlateFrame, s: float) -> Array:
+    """Unit normal of a bent plate toward its upper side at ``s``, in the section plane, (2,)."""
+    along = frame.tangent(s)
+    return np.array([-along[1], along[0]])
+
+
+def _sum_of_displacements(mesh: Mesh, points: Array, vectors: Array, prefer: int) -> sp.csr_matrix:
+    """Row (1, n dim): sum of the displacements at points (k, dim), each times its vector (k, dim).
+
+    In a half model what lies at z < 0 is the mirror image of what lies at z > 0.
+    """
+    if mesh.symmetric:
+        turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)
+        points, vectors = points * turned, vectors * turned
+    parts = [
+        sp.csr_matrix(vector) @ displacement_rows(mesh, point, prefer)
+        for point, vector in zip(points, vectors, strict=True)
+    ]
+    return sp.csr_matrix(sum(parts[1:], parts[0]))

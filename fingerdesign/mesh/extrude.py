@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.design.layout import plate_frames
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.section import core_name, mesh_section, onto_surface
+from fingerdesign.mesh.section_plates import bend_faces, section_frames
 from fingerdesign.mesh.sheets import boundary_facets, sheet_facets
 from fingerdesign.mesh.types import Mesh, quadratic
 
@@ -51,8 +52,12 @@ def extrude(
     frames = plate_frames(design) if design.plates.model == "sheet" else ()
     slots = sheet_facets(nodes, cells, frames)
     facets = _classify(design, nodes, cells, symmetric, slots) | slots
-    nodes = _onto_cylinder(design, nodes, facets["contact"])
-    return Mesh(nodes, cells, regions, facets, "extrude", symmetric, {"layers": layers - 1})
+    nodes = onto_surface(design.body, nodes, facets["contact"])
+    nodes = bend_faces(nodes, cells, regions, section_frames(design))
+    notes: dict[str, float | int | str] = {"layers": layers - 1}
+    return Mesh(
+        nodes, cells, regions, facets, "extrude", symmetric, notes, region_names=core_name(design)
+    )
 
 
 def layer_heights(half_depth: float, layers: int) -> Array:
@@ -127,13 +132,3 @@ def _classify(
         named["symmetry"] = lies_at(2, 0.0)
     rest = ~np.any(list(named.values()), axis=0)
     return {name: boundary[mask] for name, mask in (named | {"contact": rest}).items()}
-
-
-def _onto_cylinder(design: Design, nodes: Array, contact: IntArray) -> Array:
-    nodes = nodes.copy()
-    chosen = np.unique(contact)
-    radius = design.body.arc_radius_mm
-    centre = np.array([0.0, crest_height(design.body) - radius])
-    offset = nodes[chosen, :2] - centre
-    nodes[chosen, :2] = centre + radius * offset / np.linalg.norm(offset, axis=1, keepdims=True)
-    return nodes

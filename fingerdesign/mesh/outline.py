@@ -1,4 +1,7 @@
-"""The section's outline as a 2-D mesher wants it: points, curves, domains and sizes (no mesher)."""
+"""The section's outline as a 2-D mesher wants it: points, curves, domains and sizes (no mesher).
+
+The body's own outline (design/profile.py) and its core; the plates are section_plates.py.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +10,25 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from fingerdesign.design.layout import PlateFrame, crest_height, surface_height
-from fingerdesign.mesh.sheets import line_beyond, room_around
+from fingerdesign.design.profile import Piece, profile_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Body
 
-BODY = 1  # domain numbers: the body, then plate k as BODY + 1 + k; 0 is outside
+Array = NDArray[np.float64]
+
+BODY = 1  # domain numbers: the body, then plate k as BODY + 1 + k, the core after the last plate
+_LEAST_LENGTH = 1e-9  # mm: an edge's rounding may be of no length where the arc ends upright
+_ARC_STEP = 0.25  # radians of an arc that one edge may span, wherever it lies
 
 
 @dataclass
 class Outline:
     """points (x, y, size or None); curves (points of a line or of a rational quadratic spline, left
-    domain, right domain, size); domains (number, size). Lengths in mm."""
+    domain, right domain, size; 0 is outside); domains (number, size). Lengths in mm."""
 
     far_size: float
     gradation: float
@@ -38,103 +45,137 @@ class Outline:
         """Add a line (two points) or a spline (end, control, end)."""
         self.curves.append((points, left, right, size))
 
+    def arc(self, ends: tuple[int, int], centre: Array, left: int, right: int, size: float) -> None:
+        """Add an arc about ``centre`` of less than half a turn between two points.
+
+        The control point is where the end tangents meet: it makes the rational spline a circle.
+        """
+        a, b = (np.array(self.points[end][:2]) - centre for end in ends)
+        meet = centre + (a + b) * (a @ a) / (a @ a + a @ b)
+        self.curve([ends[0], self.point(*meet), ends[1]], left, right, size)
+
     def as_dict(self) -> dict[str, Any]:
         """Plain lists and numbers."""
         return asdict(self)
 
 
-def section_outline(
-    body: Body,
-    frames: tuple[PlateFrame, ...],
-    zone: float,
-    gage_length: float,
-    sizes: SectionMesh,
-    sheets: bool = False,
-) -> Outline:
-    """Body and plates, fine over |x| <= ``zone`` on the arc and at the plates' ends.
+@dataclass(frozen=True)
+class CoreBox:
+    """A core's section: |x| <= half_width, bottom <= y <= top; its domain number."""
 
-    Plates are boxes, or with ``sheets`` their mid-lines inside the body.
-    """
+    half_width: float
+    bottom: float
+    top: float
+    domain: int
+
+
+def core_box(body: Body, region: int) -> CoreBox | None:
+    """The section of a body's core, which is region ``region`` of its meshes; None without one."""
+    core = body.core
+    if core is None:
+        return None
+    top = core.bottom_mm + core.height_mm
+    return CoreBox(0.5 * core.width_mm, core.bottom_mm, top, BODY + region)
+
+
+def body_outline(body: Body, zone: float, sizes: SectionMesh, core: CoreBox | None) -> Outline:
+    """A parametric body and its core, fine over |x| <= ``zone`` (mm) on the contact surface."""
     outline = Outline(sizes.far_size_mm, sizes.gradation)
-    _add_body(outline, body, zone, sizes)
-    for frame in frames:
-        if sheets:
-            room = room_around(frame, frames, body)
-            _add_sheet(outline, frame, gage_length, sizes, room)
-        else:
-            _add_plate(outline, frame, gage_length, sizes)
+    profile = profile_of(body)
+    half, side = profile.half_width, profile.side_height
+    # On the outside from the left upper corner down, along the base and up the right side.
+    corners = [(-half, side), *_left_side(half, side, core), *_base(half, core)]
+    corners += [(-x, y) for x, y in _left_side(half, side, core)[::-1]] + [(half, side)]
+    numbers = {corner: outline.point(*corner) for corner in corners}
+    for a, b in pairwise(corners):
+        domain = core.domain if core is not None and _on_core(a, b, core) else BODY
+        outline.curve([numbers[a], numbers[b]], domain, 0, sizes.far_size_mm)
+    if core is not None:
+        _add_core(outline, numbers, core, half, sizes)
+    pieces = [
+        part
+        for piece in profile.pieces
+        if piece.length > _LEAST_LENGTH
+        for part in _cut(piece, zone, sizes.contact_size_mm)
+    ]
+    ends = [numbers[half, side]]
+    ends += [outline.point(*piece.start) for piece in pieces[::-1]]
+    for pair, piece in zip(pairwise(ends), pieces[::-1], strict=True):
+        _add_piece(outline, pair, piece, 1.0, zone, sizes)
+    start = ends[-1]
+    for number, piece in enumerate(pieces):
+        last = number == len(pieces) - 1
+        x, y = piece.end
+        end = numbers[-half, side] if last else outline.point(-x, y)
+        _add_piece(outline, (start, end), piece, -1.0, zone, sizes)
+        start = end
     return outline
 
 
-def _add_body(outline: Outline, body: Body, zone: float, sizes: SectionMesh) -> None:
-    half, height = 0.5 * body.width_mm, body.base_height_mm
-    radius, centre = body.arc_radius_mm, crest_height(body) - body.arc_radius_mm
-    corners = [
-        outline.point(x, y) for x, y in ((-half, 0), (half, 0), (half, height), (-half, height))
-    ]
-    for a, b in ((0, 1), (1, 2), (3, 0)):
-        outline.curve([corners[a], corners[b]], BODY, 0, sizes.far_size_mm)
-
-    # The arc from right to left, cut where the zone ends; the control point of each piece is where
-    # its end tangents meet, which makes the rational spline an exact circle.
-    stations = [half, zone, 0.0, -zone, -half] if zone < 0.999 * half else [half, 0.0, -half]
-    ends = [corners[2]]
-    ends += [outline.point(x, float(surface_height(body, x))) for x in stations[1:-1]]
-    ends.append(corners[3])
-    for k in range(len(stations) - 1):
-        pair = np.array([[x, float(surface_height(body, x)) - centre] for x in stations[k : k + 2]])
-        meet = np.linalg.solve(pair, [radius**2, radius**2])
-        control = outline.point(float(meet[0]), float(meet[1] + centre))
-        inside = max(abs(stations[k]), abs(stations[k + 1])) <= zone + 1e-12
-        size = sizes.contact_size_mm if inside else sizes.far_size_mm
-        outline.curve([ends[k], control, ends[k + 1]], BODY, 0, size)
+def _left_side(half: float, side: float, core: CoreBox | None) -> list[tuple[float, float]]:
+    """Vertices of the left side below its upper corner, downward, without the base's corner."""
+    if core is None or core.half_width < half - 1e-9:
+        return []
+    return [(-half, y) for y in (core.top, core.bottom) if 0.0 < y < side]
 
 
-def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
-    domain = BODY + 1 + frame.index
-    along = _stations(frame, gage_length)
-    last = len(along) - 1
-    rows = []
-    for side in (-0.5, 0.5):
-        row = []
-        for k, s in enumerate(along):
-            x, y = (
-                np.array([frame.x, frame.y])
-                + s * frame.axis
-                + (side * frame.thickness * frame.normal)
-            )
-            row.append(outline.point(x, y, sizes.plate_end_size_mm if k in (0, last) else None))
-        rows.append(row)
-    lower, upper = rows
-    for k in range(last):
-        outline.curve([lower[k], lower[k + 1]], domain, BODY, sizes.plate_size_mm)
-        outline.curve([upper[k + 1], upper[k]], domain, BODY, sizes.plate_size_mm)
-    outline.curve([lower[-1], upper[-1]], domain, BODY, sizes.plate_end_size_mm)
-    outline.curve([upper[0], lower[0]], domain, BODY, sizes.plate_end_size_mm)
-    outline.domains.append((domain, sizes.plate_size_mm))
+def _base(half: float, core: CoreBox | None) -> list[tuple[float, float]]:
+    places = [-half, half]
+    if core is not None and core.bottom == 0.0 and core.half_width < half - 1e-9:
+        places[1:1] = [-core.half_width, core.half_width]
+    return [(x, 0.0) for x in places]
 
 
-def _add_sheet(
-    outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh, room: float
+def _on_core(a: tuple[float, float], b: tuple[float, float], core: CoreBox) -> bool:
+    """Whether a line of the outside bounds the core."""
+    x, y = 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])
+    return abs(x) <= core.half_width + 1e-9 and core.bottom - 1e-9 <= y <= core.top
+
+
+def _add_core(
+    outline: Outline,
+    numbers: dict[tuple[float, float], int],
+    core: CoreBox,
+    half: float,
+    sizes: SectionMesh,
 ) -> None:
-    """The mid-line, and beyond its ends a short line within which the square ends will open."""
-    beyond = line_beyond(frame, room, sizes.plate_end_size_mm)
-    along = _stations(frame, gage_length)
-    along = [along[0] - beyond, *along, along[-1] + beyond]
-    last = len(along) - 1
-    line = []
-    for k, s in enumerate(along):
-        x, y = np.array([frame.x, frame.y]) + s * frame.axis
-        line.append(outline.point(x, y, beyond if k in (1, last - 1) else None))
-    for k, (a, b) in enumerate(pairwise(line)):
-        size = beyond if k in (0, last - 1) else sizes.plate_size_mm
-        outline.curve([a, b], BODY, BODY, size)
+    """The core's faces inside the body; those on the outside are the outside's own lines."""
+    free = core.half_width < half - 1e-9
+    x = core.half_width if free else half
+    corners = [(-x, core.bottom), (x, core.bottom), (x, core.top), (-x, core.top)]
+    for corner in corners:
+        if corner not in numbers:
+            numbers[corner] = outline.point(*corner, sizes.plate_size_mm)
+    inside = (core.bottom > 0.0, free, True, free)
+    for k, wanted in enumerate(inside):
+        if wanted:
+            ends = [numbers[corners[k]], numbers[corners[(k + 1) % 4]]]
+            outline.curve(ends, core.domain, BODY, sizes.far_size_mm)
+    outline.domains.append((core.domain, sizes.far_size_mm))
 
 
-def _stations(frame: PlateFrame, gage_length: float) -> list[float]:
-    """Vertices along a plate: its ends, and the gage's, so that its strain is a difference of
-    nodal displacements."""
-    along = [-0.5 * frame.length, 0.5 * frame.length]
-    if gage_length < 0.98 * frame.length:
-        along[1:1] = [-0.5 * gage_length, 0.5 * gage_length]
-    return along
+def _cut(piece: Piece, zone: float, size: float) -> list[Piece]:
+    """A piece in two where the zone ends well inside it."""
+    if not piece.start[0] + 0.5 * size < zone < piece.end[0] - 0.5 * size:
+        return [piece]
+    at = (zone, float(piece.height(np.array([zone]))[0]))
+    circle = (piece.x, piece.y, piece.radius)
+    return [Piece(piece.start, at, *circle), Piece(at, piece.end, *circle)]
+
+
+def _add_piece(
+    outline: Outline,
+    ends: tuple[int, int],
+    piece: Piece,
+    side: float,
+    zone: float,
+    sizes: SectionMesh,
+) -> None:
+    """A piece of the contact surface, on the right (side 1) or mirrored (-1)."""
+    inside = 0.5 * (piece.start[0] + piece.end[0]) <= zone
+    size = sizes.contact_size_mm if inside else sizes.far_size_mm
+    if not piece.radius:
+        outline.curve(list(ends), BODY, 0, size)
+        return
+    centre = np.array([side * piece.x, piece.y])
+    outline.arc(ends, centre, BODY, 0, min(size, _ARC_STEP * piece.radius))

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import PlateFrame, crest_height, plate_frames
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.outline import BODY, Outline, section_outline
+from fingerdesign.geometry.surface import surface_of
+from fingerdesign.mesh.outline import BODY, Outline, body_outline, core_box
+from fingerdesign.mesh.section_plates import add_plates, add_sheets, bend_faces, section_frames
 from fingerdesign.mesh.section_process import run_netgen
 from fingerdesign.mesh.sheets import boundary_facets, open_sheets, sheet_facets
 from fingerdesign.mesh.types import Mesh, quadratic
@@ -30,29 +32,44 @@ IntArray = NDArray[np.int64]
 def mesh_section(design: Design, zone_half_width: float, sizes: SectionMesh | None = None) -> Mesh:
     """Quadratic triangles of the section z = 0, fine over |x| <= ``zone_half_width`` (mm).
 
-    Raises MeshError where netgen returns a mesh that does not fill the section.
+    Plates that z = 0 does not cut are not in it. Raises MeshError where netgen returns a mesh that
+    does not fill the section, and for a body that has no section in closed form.
     """
+    if design.body.shape == "step":
+        raise MeshError('body.shape = "step" has no section; analyse it in 3-D')
     sizes = sizes if sizes is not None else design.mesh.section
     sheets = design.plates.model == "sheet"
-    frames = plate_frames(design) if design.plates.model != "none" else ()
+    frames = section_frames(design)
+    core = core_box(design.body, design.core_region)
     zone = min(zone_half_width, 0.5 * design.body.width_mm)
-    outline = section_outline(design.body, frames, zone, design.gages.length_mm, sizes, sheets)
+    outline = body_outline(design.body, zone, sizes, core)
+    if sheets:
+        add_sheets(outline, frames, design.gages.length_mm, sizes, design.body)
+    else:
+        add_plates(outline, frames, design.gages.length_mm, sizes)
     points, triangles, regions = _netgen(outline, float(design.mesh.time_limit_s))
     points, triangles, regions = _drop_unused(points, triangles, regions)
-    _check_areas(design.body, () if sheets else frames, points, triangles, regions)
+    _check_areas(design, () if sheets else frames, points, triangles, regions)
     if sheets:
         end_size = sizes.plate_end_size_mm
         points, triangles = open_sheets(points, triangles, frames, design.body, end_size)
-        regions = np.zeros(len(triangles), dtype=np.int64)
+        filled = np.zeros(len(triangles) - len(regions), dtype=np.int64)
+        regions = np.concatenate([regions, filled])
     nodes, cells = quadratic(points, triangles)
     slots = sheet_facets(nodes, cells, frames) if sheets else {}
     facets = _classify(design.body, nodes, cells, slots) | slots
-    nodes = _onto_arc(design.body, nodes, facets["contact"])
-    return Mesh(nodes, cells, regions, facets, "netgen")
+    nodes = onto_surface(design.body, nodes, facets["contact"])
+    nodes = bend_faces(nodes, cells, regions, frames)
+    return Mesh(nodes, cells, regions, facets, "netgen", region_names=core_name(design))
+
+
+def core_name(design: Design) -> dict[int, str]:
+    """The region's name that a core adds to a mesh."""
+    return {} if design.body.core is None else {design.core_region: "core"}
 
 
 def _netgen(outline: Outline, time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
-    """Points, triangles and their regions (0 the body, k + 1 plate k), in a process of its own."""
+    """Points, triangles and their regions (see types.Mesh), made in a process of its own."""
     try:
         points, triangles, domains = run_netgen(outline.as_dict(), time_limit_s)
     except MeshError as error:
@@ -79,24 +96,31 @@ def _areas(points: Array, triangles: IntArray) -> Array:
 
 
 def _check_areas(
-    body: Body,
+    design: Design,
     frames: tuple[PlateFrame, ...],
     points: Array,
     triangles: IntArray,
     regions: IntArray,
 ) -> None:
     areas = _areas(points, triangles)
-    asked = section_area(body)
-    # Chords of the arc lie inside it: the linear mesh misses at most this much.
-    if not abs(areas.sum() - asked) < 2e-3 * asked:
+    asked = section_area(design.body)
+    # Chords of arcs lie inside them: the linear mesh misses at most this much.
+    if not abs(areas.sum() - asked) < 2e-2 * asked:
         raise MeshError(
             f"netgen filled {areas.sum():.4f} of {asked:.4f} mm^2 of the section: make the sizes "
             "in [mesh.section] smaller"
         )
-    for frame in frames:
-        filled = areas[regions == frame.index + 1].sum()
-        if not abs(filled - frame.length * frame.thickness) < 1e-6 * frame.length * frame.thickness:
-            raise MeshError(f"netgen lost part of plate {frame.index}: {filled:.6f} mm^2")
+    parts = [
+        (f"plate {f.index}", f.index + 1, f.length * f.thickness, 5e-3 if f.bend_radius else 1e-6)
+        for f in frames
+    ]
+    core = design.body.core
+    if core is not None:
+        parts.append(("the core", design.core_region, core.width_mm * core.height_mm, 1e-6))
+    for name, region, size, most in parts:
+        filled = areas[regions == region].sum()
+        if not abs(filled - size) < most * size:
+            raise MeshError(f"netgen lost part of {name}: {filled:.6f} of {size:.6f} mm^2")
 
 
 def _classify(
@@ -117,12 +141,9 @@ def _classify(
     }
 
 
-def _onto_arc(body: Body, nodes: Array, contact: IntArray) -> Array:
+def onto_surface(body: Body, nodes: Array, contact: IntArray) -> Array:
+    """Nodes (n, dim) with those of the contact facets moved to the exact surface."""
     nodes = nodes.copy()
     chosen = np.unique(contact)
-    centre = np.array([0.0, crest_height(body) - body.arc_radius_mm])
-    offset = nodes[chosen] - centre
-    nodes[chosen] = centre + body.arc_radius_mm * offset / np.linalg.norm(
-        offset, axis=1, keepdims=True
-    )
+    nodes[chosen] = surface_of(body).project(nodes[chosen])
     return nodes

@@ -1,0 +1,139 @@
+"""Gages on plates of any frame: along z, spanned off the middle, bent, in halves, on a core."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.design.layout import PlateFrame, plate_frames
+from fingerdesign.design.schema import Design
+from fingerdesign.design.tables import Gages
+from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
+from fingerdesign.fem.readout import gage_rows
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.section import mesh_section
+
+GAGES = Gages(length_mm=1.0, width_mm=0.6, z_mm=0.2)
+SMALL = {
+    "design": {"name": "rubber"},
+    "body": {"shape": "block", "width_mm": 8.0, "base_height_mm": 5.0, "depth_mm": 6.0},
+    "plates": {"count": 0},
+    "mesh": {
+        "layers": 3,
+        "far_size_mm": 2.0,
+        "contact_size_mm": 1.0,
+        "section": {"contact_size_mm": 0.4, "plate_end_size_mm": 0.1, "plate_size_mm": 0.3},
+    },
+}
+FLAT = PlateFrame(0, 0.5, 3.0, 30.0, 2.0, 0.1, -0.5, 2.5)
+ALONG_Z = PlateFrame(0, 0.7, 3.0, 40.0, 2.0, 0.1, -1.0, 0.6, along="z")
+BENT = PlateFrame(0, 0.5, 3.0, 20.0, 2.0, 0.1, -0.5, 2.5, bend_radius=3.0)
+LEVEL_Z = PlateFrame(0, 0.0, 3.0, 0.0, 2.0, 0.1, -1.5, 0.6, along="z")
+UPRIGHT_Z = PlateFrame(0, 0.0, 3.0, 90.0, 2.0, 0.1, -1.5, 0.6, along="z")
+
+
+def design_of(**tables):
+    return Design.model_validate(
+        {k: SMALL.get(k, {}) | tables.get(k, {}) for k in {*SMALL, *tables}}
+    )
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return extrude(design_of(), 2.0, symmetric=False)
+
+
+def read(mesh, frame, field):
+    return gage_rows(mesh, [frame], GAGES) @ field.ravel()
+
+
+@pytest.mark.parametrize("frame", [FLAT, ALONG_Z, LEVEL_Z, UPRIGHT_Z])
+def test_constant_strain_in_any_direction(whole, frame):
+    """A linear displacement's own strain along the plate's axis in space, on both faces."""
+    slope = np.random.default_rng(1).normal(size=(3, 3))
+    axis = frame.direction(frame.axis)
+    assert np.allclose(read(whole, frame, whole.points @ slope.T), axis @ slope @ axis, atol=1e-9)
+
+
+def test_gages_lie_about_their_plates_middle(whole):
+    """u_x = x z: strain z, whose mean over the gage's width is that of its middle."""
+    field = np.zeros_like(whole.points)
+    field[:, 0] = whole.points[:, 0] * whole.points[:, 2]
+    flat = PlateFrame(0, 0.5, 3.0, 0.0, 2.0, 0.1, -0.5, 2.5)
+    assert np.allclose(read(whole, flat, field), 1.0 + 0.2, atol=1e-9)
+    assert np.allclose(gage_positions([flat], GAGES), [[0.5, 3.0, 1.2]])
+    assert np.allclose(gage_positions([ALONG_Z], GAGES), [[-0.2 + 0.2, 3.0, 0.7]])
+
+
+@pytest.mark.parametrize("frame", [BENT, PlateFrame(0, 0.4, 3.0, 0.0, 2.0, 0.1, -1, 2, "z", 4.0)])
+def test_bent_faces_read_the_mean_strain_along_them(whole, frame):
+    """Against the mean over the arc of t E t, in closed form point by point."""
+    slope = np.random.default_rng(2).normal(size=(3, 3))
+    got = read(whole, frame, whole.points @ slope.T)
+    for value, v in zip(got, (0.05, -0.05), strict=True):
+        reach = 0.5 * GAGES.length_mm * frame.bend_radius / (frame.bend_radius + v)
+        s = np.linspace(-reach, reach, 4001)
+        along = np.array([frame.direction(frame.tangent(x)) for x in s])
+        strain = np.einsum("ki,ij,kj->k", along, slope, along)
+        mean = np.trapezoid(strain, s) / (2.0 * reach)
+        assert value == pytest.approx(mean, abs=1e-6)
+
+
+def test_a_bent_plate_that_swells_reads_the_swelling(whole):
+    """Radial growth u = c r about the bend's centre: strain c along every face, at any radius."""
+    centre = BENT.centre - BENT.bend_radius * BENT.normal
+    field = np.zeros_like(whole.points)
+    field[:, :2] = 0.3 * (whole.points[:, :2] - centre)
+    assert np.allclose(read(whole, BENT, field), 0.3, atol=1e-9)
+
+
+@pytest.mark.parametrize("frame", [LEVEL_Z, UPRIGHT_Z, PlateFrame(0, 0.5, 3, 30, 2, 0.1, -2, 2)])
+def test_halves_read_what_the_whole_reads(whole, frame):
+    """A displacement that mirrors in z = 0, seen by the half z >= 0 alone."""
+    half = extrude(design_of(), 2.0, symmetric=True)
+
+    def mirrored(points):
+        x, y, z = points.T
+        return np.stack([0.3 * x + 0.1 * z**2 + x * y, 0.2 * y + 0.4 * z**2, (1 + x + y) * z], 1)
+
+    there = read(whole, frame, mirrored(whole.points))
+    assert np.abs(there).max() > 0.1
+    assert np.allclose(read(half, frame, mirrored(half.points)), there, atol=1e-8)
+
+
+def test_the_core_has_its_own_material():
+    """Stiffness by region; a stiffer core makes a stiffer finger."""
+    core = {"width_mm": 4.0, "height_mm": 2.0, "bottom_mm": 1.0}
+    body = SMALL["body"] | {"core": core}
+    given = design_of(body=body, plates={"count": 1, "cover_mm": 1.0, "length_mm": 1.2})
+    mesh = mesh_section(given, 2.0)
+    young, poisson = materials_of(given, mesh)
+    for region, part in ((0, "body"), (1, "plates"), (given.core_region, "core")):
+        chosen = mesh.regions == region
+        assert chosen.any()
+        assert set(young[chosen]) == {given.material_of(part).youngs_modulus_MPa}
+        assert set(poisson[chosen]) == {given.material_of(part).poissons_ratio}
+    bare = design_of(plates={"count": 1, "cover_mm": 1.0, "length_mm": 1.2})
+    soft = build_model(bare, mesh_section(bare, 2.0), 2.0).reduced
+    stiff = build_model(given, mesh, 2.0).reduced
+    push = np.array([0.0, -1.0])
+    sunk = [model.displacement(model.areas[:, None] * push)[:, 1] for model in (soft, stiff)]
+    assert np.abs(sunk[1]).max() < 0.8 * np.abs(sunk[0]).max()
+
+
+def test_free_ends_are_where_flat_ends_meet_the_contact(whole):
+    assert free_ends(design_of().body, whole) == (-2.5, 2.5)
+    turned = {"shape": "revolved", "width_mm": 8.0, "arc_radius_mm": 5.0}
+    assert free_ends(design_of(body={**turned, "depth_mm": 8.0}).body, whole) is None
+    step = {"shape": "step", "step": {"file": "a.step"}, "depth_mm": 6.0}
+    assert free_ends(design_of(body=step).body, whole) == pytest.approx((-2.5, 2.5))
+    assert free_ends(design_of().body, mesh_section(design_of(), 2.0)) is None
+
+
+def test_some_gages_of_a_model():
+    """The reduced model of chosen plates: their rows and places, in the order asked."""
+    given = design_of(plates={"count": 3, "cover_mm": 1.0, "length_mm": 1.2, "pitch_mm": 2.0})
+    model = build_model(given, mesh_section(given, 2.0), 2.0).reduced
+    some = model.with_gages([2, 0])
+    force = model.areas[:, None] * np.array([0.3, -1.0])
+    assert np.allclose(some.gage_strain(force), model.gage_strain(force)[[2, 0]], rtol=1e-9)
+    assert some.gage_x.tolist() == [plate_frames(given)[k].x for k in (2, 0)]
+    assert some.gage_positions.shape == (2, 3)

@@ -1,0 +1,112 @@
+"""Sections of every kind of body, plate and core: areas exact, edges kept, nodes on the surface."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.design.schema import Design
+from fingerdesign.design.volume import section_area
+from fingerdesign.errors import MeshError
+from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.geometry.surface import surface_of
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.section_plates import section_frames
+
+CORE = {"width_mm": 6.0, "height_mm": 1.5, "bottom_mm": 1.0}
+KINDS = {
+    "rounded": {"body": {"edge_radius_mm": 2.0}},
+    "chamfered": {"body": {"edge_radius_mm": 1.5, "edge": "chamfer"}},
+    "flat": {"body": {"shape": "block"}},
+    "flat, rounded": {"body": {"shape": "block", "edge_radius_mm": 2.5}},
+    "half circle": {"body": {"arc_radius_mm": 6.0, "edge_radius_mm": 1.0}},
+    "bone": {"body": {"core": CORE}},
+    "backing": {"body": {"core": CORE | {"bottom_mm": 0.0}}},
+    "full backing": {"body": {"core": CORE | {"bottom_mm": 0.0, "width_mm": 12.0}}},
+    "layer": {"body": {"core": CORE | {"width_mm": 12.0}}},
+    "bent": {"plates": {"follow": "bent", "angle_deg": 0.0, "pitch_mm": 3.2, "count": 3}},
+    "turned": {"plates": {"follow": "turned", "angle_deg": 30.0, "pitch_mm": 1.5}},
+}
+
+
+def design_of(name, **more):
+    tables = {
+        "design": {"name": "kind"},
+        "body": {"width_mm": 12.0, "base_height_mm": 5.0, "arc_radius_mm": 10.0, "depth_mm": 4.0},
+        "plates": {"count": 3, "length_mm": 2.0},
+        "mesh": {
+            "layers": 2,
+            "contact_size_mm": 0.8,
+            "section": {"plate_size_mm": 0.2, "plate_end_size_mm": 0.05, "contact_size_mm": 0.3},
+        },
+    }
+    for change in (KINDS.get(name, {}), more):
+        for table, values in change.items():
+            tables[table] = tables[table] | values
+    return Design.model_validate(tables)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_every_kind_fills_its_section(name):
+    design = design_of(name)
+    for mesh, depth in ((mesh_section(design, 2.0), 1.0), (extrude(design, 2.0), 2.0)):
+        _, weights = physical_gradients(mesh.points, mesh.cells, 4)
+        sizes = np.bincount(mesh.regions, weights.sum(axis=1)) / depth
+        assert sizes.sum() == pytest.approx(section_area(design.body), rel=2e-5)
+        for frame in section_frames(design):
+            assert sizes[frame.index + 1] == pytest.approx(2.0 * 0.1, rel=1e-7)
+        if design.body.core is not None:
+            core = design.body.core
+            assert sizes[design.core_region] == pytest.approx(core.width_mm * core.height_mm)
+            assert mesh.region_name(design.core_region) == "core"
+        contact = mesh.points[np.unique(mesh.facets["contact"])]
+        assert np.abs(surface_of(design.body).distance(contact)).max() < 1e-12
+
+
+@pytest.mark.parametrize("name", ["rounded", "chamfered", "flat", "full backing"])
+def test_base_sides_and_contact_are_named(name):
+    """The contact surface takes the edges in; a core on the outside keeps the outside's names."""
+    design = design_of(name)
+    mesh = mesh_section(design, 2.0)
+    corners = {key: mesh.points[facets[:, :2]] for key, facets in mesh.facets.items()}
+    width = {key: np.ptp(p[:, :, 0]) for key, p in corners.items()}
+    assert width["base"] == pytest.approx(12.0)
+    assert width["contact"] == pytest.approx(12.0)
+    side = 5.0 - (design.body.edge_radius_mm or 0.0)
+    if name == "rounded":  # the rounding's own end on the side
+        side = float(surface_of(design.body).lowest)
+    assert corners["side"][:, :, 1].max() == pytest.approx(side)
+    assert corners["contact"][:, :, 1].min() == pytest.approx(side)
+
+
+def test_a_section_shows_the_plates_that_it_cuts():
+    """Of rows staggered beyond z = 0, only plates whose span covers it; none of those along z."""
+    staggered = design_of("plain", plates={"span_mm": 1.5, "stagger_mm": 2.0, "count": 4})
+    assert section_frames(staggered) == ()
+    wide = design_of("plain", plates={"span_mm": 2.5, "stagger_mm": 2.0, "count": 4})
+    assert [frame.index for frame in section_frames(wide)] == [0, 1, 2, 3]
+    both = design_of("plain", plates={"rows": [{"along": "z", "cover_mm": 4.0}]})
+    assert [frame.index for frame in section_frames(both)] == [0, 1, 2]
+    assert set(np.unique(mesh_section(both, 2.0).regions)) == {0, 1, 2, 3}
+
+
+def test_bent_faces_are_bent_and_no_triangle_is_flat():
+    design = design_of("bent")
+    mesh = mesh_section(design, 2.0)
+    for frame in section_frames(design):
+        own = mesh.regions == frame.index + 1
+        face = np.intersect1d(mesh.cells[own], mesh.cells[~own])
+        s, v = frame.local(mesh.points[face]).T
+        long = np.abs(s) < 0.999
+        assert np.abs(np.abs(v[long]) - 0.05).max() < 1e-9
+    corners = mesh.points[mesh.corners]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = 0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0])
+    longest = np.max(np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2), axis=1)
+    assert (2.0 * area / longest**2).min() > 0.05
+
+
+def test_a_step_body_has_no_section():
+    body = {"shape": "step", "step": {"file": "finger.step"}}
+    design = Design.model_validate({"design": {"name": "s"}, "body": body, "plates": {"count": 0}})
+    with pytest.raises(MeshError, match="3-D"):
+        mesh_section(design, 2.0)
