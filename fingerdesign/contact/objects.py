@@ -150,7 +150,9 @@ def touching(
         low = np.maximum(centre - half, [-half_width, -half_depth])
         high = np.minimum(centre + half, [half_width, half_depth])
         x, z = np.meshgrid(*np.linspace(low, high, _GRID).T, indexing="ij")
-        gap = rigid.underside(x.ravel(), z.ravel()) - surface(x.ravel(), z.ravel())
+        with np.errstate(invalid="ignore"):
+            gap = rigid.underside(x.ravel(), z.ravel()) - surface(x.ravel(), z.ravel())
+        gap = np.where(np.isnan(gap), np.inf, gap)  # no surface there: a round finger's corners
         # Where the gap is level (a flat plane along a straight finger) the middle is as good.
         least = np.flatnonzero(gap <= gap.min() + 1e-14 * (half_width + half_depth))
         offset = np.hypot(x.ravel()[least], z.ravel()[least])

@@ -40,8 +40,8 @@ def finish(
 
     points (n, 3) and tets (t, 4) fill more than the body, whose closed outside has the vertices and
     triangles ``outside``; ``frames``: its plates as they were meshed (as sheets: their carriers).
-    Edges longer than ``field`` asks are split, up to ``most`` tetrahedra. MeshError where snapping
-    would invert a tetrahedron or a face of the body has no facet.
+    Edges longer than ``field`` asks at the contact are split, up to ``most`` tetrahedra. MeshError
+    where snapping would invert a tetrahedron or a face of the body has no facet.
     """
     points, tets = _inside(points, tets, outside)
     regions = regions_by_centroid(points, tets, frames)
@@ -51,7 +51,7 @@ def finish(
     points = snap_to_carriers(points, found.on_carriers(len(points), carriers), carriers)
     made = len(tets)
     scale = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
-    points, tets, regions = refine(points, tets, regions, field, scale, most)
+    points, tets, regions = refine(points, tets, regions, field.at_contact, scale, most)
     if len(tets) > made:
         found = boundary_facets(points, tets, regions, carriers, NONE)
     on_carriers = found.on_carriers(len(points), carriers)

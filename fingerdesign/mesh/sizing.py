@@ -104,6 +104,17 @@ class SizeField:
 
     def __call__(self, points: Array) -> Array:
         """Wanted edge length (n,), mm, at points (n, 2) or (n, 3)."""
+        wanted, sizes = self.at_contact(points), self.sizes
+        for frame in self.frames:
+            plate, ends = distances_to_plate(frame, points, sizes.stretch)
+            wanted = np.minimum(wanted, sizes.plate + sizes.gradation * plate)
+            wanted = np.minimum(wanted, self.end_size(frame) + END_GRADATION * ends)
+            for hole in frame.holes:
+                wanted = np.minimum(wanted, hole.radius + END_GRADATION * ends)
+        return np.asarray(wanted)
+
+    def at_contact(self, points: Array) -> Array:
+        """What the contact alone asks for, (n,), mm, at points (n, 2) or (n, 3)."""
         sizes = self.sizes
         sideways = np.maximum(np.abs(points[:, 0]) - self.zone_half_width, 0.0)
         # The surface continued below its lowest point is no contact surface.
@@ -113,14 +124,7 @@ class SizeField:
             sideways = np.hypot(sideways, past / sizes.stretch)
         away = np.hypot(sideways, np.maximum(np.abs(self.surface.distance(points)), below))
         contact = sizes.contact / np.sqrt(sizes.stretch)  # across; along z longer, on the mean so
-        wanted = np.minimum(sizes.far, contact + sizes.gradation * away)
-        for frame in self.frames:
-            plate, ends = distances_to_plate(frame, points, sizes.stretch)
-            wanted = np.minimum(wanted, sizes.plate + sizes.gradation * plate)
-            wanted = np.minimum(wanted, self.end_size(frame) + END_GRADATION * ends)
-            for hole in frame.holes:
-                wanted = np.minimum(wanted, hole.radius + END_GRADATION * ends)
-        return np.asarray(wanted)
+        return np.asarray(np.minimum(sizes.far, contact + sizes.gradation * away))
 
     def end_size(self, frame: PlateFrame) -> float:
         """Wanted edge length at a plate's ends, mm."""
