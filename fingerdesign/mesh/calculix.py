@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.named import NamedMesh
+from fingerdesign.mesh.named import NamedMesh, region_number
 from fingerdesign.mesh.types import Mesh
 
 IntArray = NDArray[np.int64]
@@ -115,6 +115,10 @@ def _cards(lines: IO[str]) -> Iterator[tuple[str, dict[str, str], list[list[str]
         yield keyword, options, data
 
 
+def _ours(name: str) -> bool:
+    return name == "core" or region_number(name) is not None
+
+
 class _Deck:
     """What has been read of a deck so far."""
 
@@ -176,9 +180,10 @@ class _Deck:
         try:
             rows = np.array([[order[n] for n in self.elements[number]] for number in cells])
             names = np.full(len(cells), "", dtype=object)
-            for name in sorted(self.elsets, key=lambda each: len(self.elsets[each])):
+            order_of = {name: (not _ours(name), len(own)) for name, own in self.elsets.items()}
+            for name in sorted(order_of, key=lambda each: order_of[each]):
                 inside = np.array([row_of[n] for n in self.elsets[name] if n in row_of], dtype=int)
-                names[inside[names[inside] == ""]] = name  # the smallest set that holds it
+                names[inside[names[inside] == ""]] = name  # ours, or the smallest
             facets = self._facets(rows, row_of, solid, flat, order)
         except KeyError as error:
             raise MeshError(f"{path}: node {error} is not defined") from error
