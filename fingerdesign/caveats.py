@@ -5,16 +5,21 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.design.layout import crest_height
 
 if TYPE_CHECKING:
+    from fingerdesign.case import Case
     from fingerdesign.contact.path import Step
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.scene import Scene
-    from fingerdesign.pipeline import Case
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
 
 _SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
 _ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it
@@ -28,6 +33,11 @@ def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]
     design, model, found = case.design, problem.model, list[str]()
     if not design.plates.number and case.scene is None:
         found.append("no plates, hence no gages: the slip study and the grips are left out")
+    elif not case.gage_array and case.scene is None:
+        found.append(
+            "no row of plates along x: gages of plates along z do not feel shear in x, so the slip "
+            "study and the grips are left out"
+        )
     height = crest_height(design.body)
     deepest = max(step.increment.motion.approach for step in steps)
     if deepest > _SMALL_STRAIN * height:
@@ -36,8 +46,7 @@ def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]
             "strains are not small, and the linear model is only a sketch there"
         )
     closed = np.array([step.increment.status != OPEN for step in steps])
-    edge = 0.5 * design.body.width_mm - 1e-6
-    if closed[:, np.abs(model.points[:, 0]) >= edge].any():
+    if closed[:, _at_side(design, model.points)].any():
         found.append("the contact reaches the body's edge, where the pressure is singular")
     touched = closed.any(axis=1)
     first = int(np.argmax(touched)) if touched.any() else len(steps)
@@ -64,6 +73,14 @@ def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]
             f"{ratio or 0.0:.2f} on this finger, not in complete slip; --scene takes your own"
         )
     return [*found, *_choices(case, scene), *_other_answers(scene, problem, steps)]
+
+
+def _at_side(design: Design, points: Array) -> BoolArray:
+    """Which contact nodes lie on the edge between contact surface and sides."""
+    away = np.abs(points[:, 0])
+    if design.body.shape == "revolved" and points.shape[1] == 3:
+        away = np.hypot(points[:, 0], points[:, 2])
+    return np.asarray(away >= 0.5 * design.body.width_mm - 1e-6)
 
 
 def _choices(case: Case, scene: Scene) -> list[str]:

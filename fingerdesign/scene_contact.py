@@ -6,32 +6,43 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.objects import Cylinder, Plane, RigidObject, Sphere, touching
 from fingerdesign.contact.problem import Motion
-from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.geometry.surface import surface_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene, SceneObject, ScenePath
     from fingerdesign.design.schema import Body
 
+Array = NDArray[np.float64]
+
 
 def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
     """The scene's object where it first touches the undeformed finger, let down along y."""
-    surface = ContactSurface.of(body)
     made = _made(rigid)
-    if isinstance(made, Plane) and made.direction == (0.0, -1.0, 0.0):
-        return made.at_height(surface.crest)
-    placed, _ = touching(made, surface.height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
-    return placed
+    if isinstance(made, Plane) and made.direction == (0.0, -1.0, 0.0) and body.step is None:
+        return made.at_height(surface_of(body).crest)
+    return _let_down(made, body)[0]
 
 
 def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:
     """Where (x, z) mm the object first touches the undeformed finger."""
-    surface = ContactSurface.of(body)
-    _, point = touching(_made(rigid), surface.height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
+    point = _let_down(_made(rigid), body)[1]
     return float(point[0]), float(point[2])
+
+
+def _let_down(made: RigidObject, body: Body) -> tuple[RigidObject, Array]:
+    """The object where it first touches, and the point (3,) where it does."""
+    surface = surface_of(body)
+
+    def height(x: Array, z: Array) -> Array:
+        found = np.asarray(surface.height(x, z))
+        return np.where(np.isfinite(found), found, -np.inf)  # no surface there: nothing to touch
+
+    return touching(made, height, 0.5 * body.width_mm, 0.5 * body.depth_mm)
 
 
 def targets(path: ScenePath) -> list[Motion | Forces]:

@@ -1,0 +1,89 @@
+"""One analysis as it is asked for: design, scene and fidelity; and the clock that times it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+FIDELITIES = ("plane-strain", "3d")
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips."""
+
+    design: Design
+    scene: Scene | None = None
+    fidelity: str = "3d"
+    scene_name: str = ""
+    grips: bool = True
+    fields: bool = True
+
+    @property
+    def path_scene(self) -> Scene:
+        """The scene whose path is followed."""
+        return self.scene or fundamental_scene()
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether half of the finger says all: design and scene both mirror in z = 0."""
+        return self.design.mirrors_in_z and self.path_scene.mirrors_in_z
+
+    @property
+    def gage_array(self) -> tuple[int, ...]:
+        """The plates whose gages the slip rule reads, see :func:`gage_array`."""
+        return gage_array(self.design)
+
+
+@dataclass
+class Clock:
+    """Seconds by stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            elapsed = time.perf_counter() - start
+            self.seconds[name] = self.seconds.get(name, 0.0) + elapsed
+
+
+def fundamental_scene() -> Scene:
+    """The shipped scene of paper 3.1."""
+    from fingerdesign.design.io import parse_scene
+    from fingerdesign.design.starter import shipped_scene_text
+
+    return parse_scene(shipped_scene_text("fundamental"), "fundamental")
+
+
+def gage_array(design: Design) -> tuple[int, ...]:
+    """The plates whose gages make the paper's array: one row along x, which feels shear in x.
+
+    Area measures need gages that differ in x alone: rows at other depths answer at other levels,
+    and rows along z feel shear in z. Of several rows along x the one with most plates counts, the
+    first of those; centres placed one by one are one row.
+    """
+    from fingerdesign.design.layout import plate_frames
+
+    plates = design.plates
+    if plates.placement is not None:
+        return tuple(range(plates.number))
+    frames = plate_frames(design)
+    best: tuple[int, ...] = ()
+    first = 0
+    for row in plates.all_rows:
+        own = tuple(range(first, first + row.count))
+        first += row.count
+        if row.along == "x" and len(own) > len(best):
+            best = own
+    return tuple(k for k in best if frames[k].along == "x")

@@ -1,0 +1,55 @@
+"""What design, scene and fidelity cannot do together: refused before anything is built."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fingerdesign.case import FIDELITIES, Case
+from fingerdesign.design.checks import plane_strain_faults, tetwild_faults
+from fingerdesign.design.scene_checks import scene_faults
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.scene_contact import steps_sideways
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+
+
+def refuse(case: Case, scene: Scene) -> None:
+    """Raise DesignError with every fault that design, scene and fidelity have together."""
+    faults = list(scene_faults(scene, case.design))
+    if case.fidelity not in FIDELITIES:
+        faults.append(
+            Fault("--fidelity", case.fidelity, f"one of {', '.join(FIDELITIES)}", "choose one")
+        )
+    if case.fidelity == "3d":
+        faults += _space_faults(case)
+    if case.fidelity == "plane-strain":
+        faults += plane_strain_faults(case.design)
+        if steps_sideways(scene):
+            faults.append(
+                Fault(
+                    "--fidelity",
+                    case.fidelity,
+                    "'3d' for a scene that is not the same in every section",
+                    "take 3d: a sphere, a turned object or one along x, shear_z and twist need it",
+                )
+            )
+    if faults:
+        raise DesignError(faults)
+
+
+def _space_faults(case: Case) -> list[Fault]:
+    """What the design's mesher cannot do."""
+    mesher = case.design.mesh.mesher
+    if mesher == "tetwild":
+        return tetwild_faults(case.design)
+    if mesher == "extrude" and not case.design.extruded:
+        return [
+            Fault(
+                "mesh.mesher",
+                mesher,
+                "'tetwild' for a finger whose section changes along z",
+                "set mesh.mesher = 'tetwild'",
+            )
+        ]
+    return []

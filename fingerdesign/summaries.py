@@ -1,0 +1,110 @@
+"""What a result says of its model, mesh and inputs, in words and a few numbers."""
+
+from __future__ import annotations
+
+import resource
+from typing import TYPE_CHECKING
+
+from fingerdesign.results import MeshSummary, ModelSummary
+
+if TYPE_CHECKING:
+    from fingerdesign.case import Case
+    from fingerdesign.design.contact_zone import Zone
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fem.model import FiniteElementModel
+    from fingerdesign.mesh.types import Mesh
+
+ELEMENT_WORDS = {"P1": "P1", "P2": "P2", "mixed": "P2 displacement, P1 pressure"}
+PLATE_WORDS = {
+    "sheet": "plates are sheets: structural elements in slots of the rubber's mesh",
+    "none": "plates are left out: gages read the rubber's strain where the plates would be",
+}
+SECTION_WORDS = {
+    "dome": "a domed finger",
+    "revolved": "a turned finger",
+}
+
+
+def model_summary(
+    model: FiniteElementModel, case: Case, zone: Zone, notes: list[str]
+) -> ModelSummary:
+    """What was modelled, and a sentence for each choice."""
+    mesh, design = model.mesh, case.design
+    kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
+    reasons = [f"contact candidates: {zone}, from the scene's greatest approach"]
+    if mesh.dimension == 2:
+        reasons.append("plane strain was asked for: one section, forces times the depth")
+        reasons += _section_reasons(design)
+    elif mesh.symmetric:
+        reasons.append("half of the finger: body, plates, object and path mirror in z = 0")
+    elif not design.mirrors_in_z:
+        reasons.append("the whole finger: body or plates do not mirror in z = 0")
+    elif not case.path_scene.mirrors_in_z:
+        reasons.append("the whole finger: object or path does not mirror in z = 0")
+    else:
+        reasons.append("the whole finger: so the mesh in mesh.file is")
+    if model.element == "mixed" and design.mesh.element == "auto":
+        nu = design.material_of("body").poissons_ratio
+        reasons.append(f"mixed element: at a Poisson's ratio of {nu:g} it is the most accurate")
+    if design.plates.number and design.plates.model != "solid":
+        reasons.append(PLATE_WORDS[design.plates.model])
+    chosen = case.gage_array
+    if case.scene is None and 0 < len(chosen) < design.plates.number:
+        reasons.append(
+            f"slip study and grips read plates {chosen[0]} to {chosen[-1]}: one row along x"
+        )
+    return ModelSummary(
+        dimension=2 if mesh.dimension == 2 else 3,
+        element=f"{ELEMENT_WORDS[model.element]} {kind}, P1 contact tractions",
+        dofs=model.dofs,
+        contact_nodes=model.reduced.nodes,
+        symmetry=mesh.symmetric,
+        reasons=(*reasons, *notes),
+    )
+
+
+def _section_reasons(design: Design) -> list[str]:
+    """What the section z = 0 stands for where the finger is not drawn straight from it."""
+    if design.extruded:
+        return []
+    what = SECTION_WORDS.get(design.body.shape, "a finger whose inside changes along z")
+    return [f"the section z = 0 of {what}, drawn straight along the depth: a sketch of it"]
+
+
+def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
+    """The mesh's quality in a few numbers."""
+    from fingerdesign.mesh.quality import assess
+
+    report = assess(mesh, design)
+    has_plates = design.plates.number and design.plates.model == "solid"
+    return MeshSummary(
+        mesher=mesh.mesher,
+        elements=len(mesh.cells),
+        min_dihedral_deg=report.min_dihedral_deg,
+        body_volume_error=report.body_volume_error,
+        worst_plate_volume_error=report.worst_plate_volume_error if has_plates else None,
+    )
+
+
+def parameters(design: Design, scene: Scene) -> dict[str, object]:
+    """The keys of design and scene (``scene.``) in dotted form, for tables and comparison."""
+    flat: dict[str, object] = {}
+
+    def walk(prefix: str, value: object) -> None:
+        if isinstance(value, dict):
+            for key, inner in value.items():
+                walk(f"{prefix}.{key}" if prefix else key, inner)
+        else:
+            flat[prefix] = value
+
+    walk("", design.model_dump(mode="json", exclude={"assumed"}))
+    walk("scene", scene.model_dump(mode="json"))
+    return flat
+
+
+def peak_memory_MB() -> float:
+    """Largest resident memory of this process or of one that it started, so far."""
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    started = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    return max(own, started) / 1024.0
