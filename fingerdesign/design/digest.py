@@ -14,11 +14,28 @@ def content_digest(model: BaseModel) -> str:
 
     Comments, formatting, key order, defaults left out or written, and whole numbers written as
     integers or floats make no difference; any value that differs does. The class's name is part
-    of it, so a design and a scene never share a digest.
+    of it, so a design and a scene never share a digest. Files count by their content, wherever they
+    lie. DesignError where a STEP file cannot be read.
     """
-    content = {"kind": type(model).__name__, "values": _plain(model.model_dump(mode="json"))}
+    values = _by_content(_plain(model.model_dump(mode="json")))
+    content = {"kind": type(model).__name__, "values": values}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _by_content(values: dict[str, Any]) -> dict[str, Any]:
+    """Put the digest of a file's content in the place of its path, wherever a table names one."""
+    out = {key: _by_content(v) if isinstance(v, dict) else v for key, v in values.items()}
+    step, mesh = out.get("step"), out.get("mesh")
+    if isinstance(step, dict) and "file" in step:
+        from fingerdesign.design.step_facts import content_of
+
+        step["file"] = content_of(step["file"])
+    if isinstance(mesh, dict) and "file" in mesh:
+        from fingerdesign.design.meshing import mesh_file_digest
+
+        mesh["file"] = mesh_file_digest(mesh["file"])
+    return out
 
 
 def _plain(value: Any) -> Any:

@@ -1,0 +1,265 @@
+"""A NURBS surface: points, derivatives, nearest points, heights (numpy; scipy for first guesses).
+
+S(u, v) = sum N_i(u) N_j(v) w_ij P_ij / sum N_i(u) N_j(v) w_ij with the B-spline bases of Piegl and
+Tiller, The NURBS Book (2nd ed.), eqs. 2.5, 2.7 and 4.15. Nearest points by Newton's method on the
+squared distance, from the nearest of many samples. Lengths in mm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.design.quadrics import unit
+from fingerdesign.errors import GeometryError
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SAMPLES = 4000  # of a face, from which Newton starts
+BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border
+_PASSES = 60  # six from a near start; more at a border or where the curvature changes
+
+
+@dataclass(frozen=True)
+class Nurbs:
+    """A surface of degrees (p, q) with flat knot vectors, poles (m, n, 3) and weights (m, n).
+
+    ``bounds``: (u0, u1, v0, v1), the part that the face needs; ``closed``: whether it runs into
+    itself along u, along v. Outside: along the cross product of the derivatives by u and v.
+    """
+
+    degrees: tuple[int, int]
+    knots_u: Array
+    knots_v: Array
+    poles: Array
+    weights: Array
+    bounds: tuple[float, float, float, float]
+    closed: tuple[bool, bool] = (False, False)
+
+    def at(self, u: Array, v: Array) -> Array:
+        """Points (n, 3) at parameters (n,)."""
+        return self.derivatives(u, v)[0]
+
+    def derivatives(self, u: Array, v: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """S, S_u, S_v, S_uu, S_uv, S_vv, each (n, 3); continued by its end polynomials."""
+        p, q = self.degrees
+        first, in_u = basis(self.knots_u, p, u)
+        second, in_v = basis(self.knots_v, q, v)
+        rows = first[:, None] + np.arange(p + 1)
+        columns = second[:, None] + np.arange(q + 1)
+        weights = self.weights[rows[:, :, None], columns[:, None, :]]
+        poles = self.poles[rows[:, :, None], columns[:, None, :]]
+        full = np.concatenate([weights[..., None] * poles, weights[..., None]], axis=3)
+        along_v = np.einsum("dnj,nijc->dnic", in_v, full)
+
+        def mixed(a: int, b: int) -> tuple[Array, Array]:
+            total = np.einsum("ni,nic->nc", in_u[a], along_v[b])
+            return total[:, :3], total[:, 3:]
+
+        (s, w), (su, wu), (sv, wv) = mixed(0, 0), mixed(1, 0), mixed(0, 1)
+        (suu, wuu), (suv, wuv), (svv, wvv) = mixed(2, 0), mixed(1, 1), mixed(0, 2)
+        point = s / w
+        by_u, by_v = (su - wu * point) / w, (sv - wv * point) / w
+        by_uu = (suu - 2.0 * wu * by_u - wuu * point) / w
+        by_uv = (suv - wu * by_v - wv * by_u - wuv * point) / w
+        by_vv = (svv - 2.0 * wv * by_v - wvv * point) / w
+        return point, by_u, by_v, by_uu, by_uv, by_vv
+
+    def sampled(self) -> Array:
+        """Points (n, 3) all over the part within ``bounds``."""
+        return self.at(*self._samples[1].T)
+
+    def foot(self, points: Array) -> tuple[Array, Array]:
+        """Parameters (n, 2) and place (n, 3) of the nearest points; the surface is continued a
+        little (``BEYOND``). Raises GeometryError where Newton's method does not end."""
+        tree, where = self._samples
+        _, nearest = tree.query(points)
+        uv, damping = where[nearest].copy(), np.zeros(len(points))
+        size = float(np.ptp(self.poles.reshape(-1, 3), axis=0).max())
+        open_rows = np.arange(len(points))
+        for _ in range(_PASSES):
+            if not len(open_rows):
+                break
+            here = uv[open_rows]
+            step, slope = self._newton(points[open_rows], here, damping[open_rows])
+            new = self._kept(here + step)
+            before, after = (self._away(points[open_rows], each) for each in (here, new))
+            worse = after > before * (1.0 + 1e-14) + 1e-15 * size
+            damping[open_rows] = np.where(
+                worse, np.maximum(4.0 * damping[open_rows], 1e-2), 0.1 * damping[open_rows]
+            )
+            moved = np.linalg.norm(step * slope, axis=1)
+            uv[open_rows[~worse]] = new[~worse]
+            open_rows = open_rows[worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)]
+        if len(open_rows):
+            raise GeometryError(
+                f"a face of the STEP body has no nearest point found for {len(open_rows)} points, "
+                f"as {np.round(points[open_rows[0]], 4).tolist()}"
+            )
+        return uv, self.at(*uv.T)
+
+    def _away(self, points: Array, uv: Array) -> Array:
+        return np.asarray(np.linalg.norm(points - self.at(*uv.T), axis=1))
+
+    def _newton(self, points: Array, uv: Array, damping: Array) -> tuple[Array, Array]:
+        """The step (n, 2) that lessens the distance, and lengths of the derivatives (n, 2)."""
+        s, su, sv, suu, suv, svv = self.derivatives(*uv.T)
+        away = s - points
+        metric = np.stack([dot(su, su), dot(su, sv), dot(sv, sv)])
+        hessian = metric + np.stack([dot(away, suu), dot(away, suv), dot(away, svv)])
+        det = hessian[0] * hessian[2] - hessian[1] ** 2
+        sound = (det > 1e-8 * metric[0] * metric[2]) & (hessian[0] > 0.0)
+        a, b, c = np.where(sound, hessian, metric)
+        a, c = a + damping * metric[0], c + damping * metric[2]
+        g, h = dot(away, su), dot(away, sv)
+        low, high = self._limits
+        # At a limit that the descent pushes against, the step runs along it.
+        held_u = ((uv[:, 0] <= low[0]) & (g > 0)) | ((uv[:, 0] >= high[0]) & (g < 0))
+        held_v = ((uv[:, 1] <= low[1]) & (h > 0)) | ((uv[:, 1] >= high[1]) & (h < 0))
+        held_u, held_v = held_u & (not self.closed[0]), held_v & (not self.closed[1])
+        b = np.where(held_u | held_v, 0.0, b)
+        det = a * c - b * b
+        tiny = 1e-300
+        du = np.where(held_u, 0.0, (b * h - c * g) / np.maximum(det, tiny))
+        dv = np.where(held_v, 0.0, (b * g - a * h) / np.maximum(det, tiny))
+        step = np.column_stack([du, dv])
+        longest = 0.25 * (high - low)
+        step = np.clip(step, -longest, longest)
+        bounded = ~np.array(self.closed)
+        step = np.where(bounded, np.clip(uv + step, low, high) - uv, step)
+        return step, np.sqrt(np.column_stack([metric[0], metric[2]]))
+
+    def _kept(self, uv: Array) -> Array:
+        """Parameters (n, 2) within the limits: cut off, or once around where closed."""
+        low, high = self._limits
+        start, end = np.array(self.bounds).reshape(2, 2).T
+        around = start + np.mod(uv - start, end - start)
+        return np.where(np.array(self.closed), around, np.clip(uv, low, high))
+
+    def normal_at(self, uv: Array) -> Array:
+        """Unit normals (n, 3) at parameters (n, 2)."""
+        _, su, sv, *_ = self.derivatives(*uv.T)
+        normal = np.cross(su, sv)
+        flat = np.linalg.norm(normal, axis=1) < 1e-9 * np.abs(self.poles).max()
+        if flat.any():  # at a pole of the parameters: just beside it
+            middle = np.array(self.bounds).reshape(2, 2).mean(axis=1)
+            _, su, sv, *_ = self.derivatives(*(uv[flat] + 1e-7 * (middle - uv[flat])).T)
+            normal[flat] = np.cross(su, sv)
+        return unit(normal)
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance (n,), along the normal at the nearest point."""
+        uv, place = self.foot(points)
+        return dot(points - place, self.normal_at(uv))
+
+    def normal(self, points: Array) -> Array:
+        """Unit normals (n, 3) at the nearest points."""
+        return self.normal_at(self.foot(points)[0])
+
+    def heights(self, x: Array, z: Array) -> Array:
+        """Heights (k, n) at which vertical lines meet the surface, from the nearest samples."""
+        _, where = self._samples
+        from scipy.spatial import cKDTree
+
+        targets = np.column_stack([x, z])
+        flat = self.at(*where.T)[:, [0, 2]]
+        _, nearest = cKDTree(flat).query(targets, k=min(3, len(flat)))
+        found = []
+        for starts in np.atleast_2d(nearest.T):
+            uv = where[starts].copy()
+            for _ in range(_PASSES):
+                s, su, sv, *_ = self.derivatives(*uv.T)
+                miss = targets - s[:, [0, 2]]
+                det = su[:, 0] * sv[:, 2] - su[:, 2] * sv[:, 0]
+                det = np.where(np.abs(det) < 1e-12, np.copysign(1e-12, det), det)
+                du = (miss[:, 0] * sv[:, 2] - miss[:, 1] * sv[:, 0]) / det
+                dv = (su[:, 0] * miss[:, 1] - su[:, 2] * miss[:, 0]) / det
+                new = self._kept(uv + np.column_stack([du, dv]))
+                still = np.abs(new - uv).max() < 1e-14 * np.ptp(self.bounds)
+                uv = new
+                if still:
+                    break
+            s = self.at(*uv.T)
+            hit = np.linalg.norm(s[:, [0, 2]] - targets, axis=1) < 1e-9
+            found.append(np.where(hit, s[:, 1], np.nan))
+        return np.stack(found)
+
+    @cached_property
+    def _limits(self) -> tuple[Array, Array]:
+        u0, u1, v0, v1 = self.bounds
+        low, high = np.array([u0, v0]), np.array([u1, v1])
+        margin = BEYOND * (high - low)
+        return low - margin, high + margin
+
+    @cached_property
+    def _samples(self) -> tuple[Any, Array]:
+        """A tree of sampled points, and their parameters (n, 2)."""
+        from scipy.spatial import cKDTree
+
+        u0, u1, v0, v1 = self.bounds
+        middle = np.array([0.5 * (u0 + u1)]), np.array([0.5 * (v0 + v1)])
+        line = np.linspace(0.0, 1.0, 33)
+        wide = self.at(u0 + (u1 - u0) * line, np.broadcast_to(middle[1], 33))
+        tall = self.at(np.broadcast_to(middle[0], 33), v0 + (v1 - v0) * line)
+        lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1).sum() + 1e-9 for p in (wide, tall)]
+        number = int(np.clip(np.sqrt(SAMPLES * lengths[0] / lengths[1]), 16, SAMPLES // 16))
+        u, v = np.meshgrid(
+            np.linspace(u0, u1, number), np.linspace(v0, v1, SAMPLES // number), indexing="ij"
+        )
+        where = np.column_stack([u.ravel(), v.ravel()])
+        return cKDTree(self.at(*where.T)), where
+
+
+def dot(first: Array, second: Array) -> Array:
+    """Row by row."""
+    return np.asarray(np.einsum("ij,ij->i", first, second))
+
+
+def basis(knots: Array, degree: int, t: Array) -> tuple[IntArray, Array]:
+    """The B-splines that are not 0 at t (n,): number of the first, (n,); values, first and second
+    derivatives, (3, n, degree + 1). Beyond the knots the end spans' polynomials go on.
+    """
+    last = len(knots) - degree - 2
+    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
+    while True:  # an empty span at the end
+        empty = (knots[span + 1] <= knots[span]) & (span > degree)
+        if not empty.any():
+            break
+        span = np.where(empty, span - 1, span)
+    values = [np.ones((len(t), 1))]
+    for p in range(1, degree + 1):
+        values.append(_raise(knots, span, p, values[-1], t))
+    found = np.zeros((3, len(t), degree + 1))
+    found[0] = values[degree]
+    for order in range(1, min(2, degree) + 1):
+        lower = values[degree - order]
+        for p in range(degree - order + 1, degree + 1):
+            lower = _slope(knots, span, p, lower)
+        found[order] = lower
+    return np.asarray(span - degree, dtype=np.int64), found
+
+
+def _raise(knots: Array, span: IntArray, p: int, lower: Array, t: Array) -> Array:
+    """Values of degree p (n, p + 1) from those of degree p - 1 (n, p); eq. 2.5."""
+    out = np.zeros((len(t), p + 1))
+    for j in range(p):  # B-spline number span - p + 1 + j of degree p - 1
+        left, right = knots[span - p + 1 + j], knots[span + 1 + j]
+        share = lower[:, j] / (right - left)
+        out[:, j] += (right - t) * share
+        out[:, j + 1] += (t - left) * share
+    return out
+
+
+def _slope(knots: Array, span: IntArray, p: int, lower: Array) -> Array:
+    """Derivatives of degree p (n, p + 1) from those of one order less at degree p - 1; eq. 2.7."""
+    out = np.zeros((len(lower), p + 1))
+    for j in range(p):
+        share = p * lower[:, j] / (knots[span + 1 + j] - knots[span - p + 1 + j])
+        out[:, j] -= share
+        out[:, j + 1] += share
+    return out

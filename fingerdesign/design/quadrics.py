@@ -1,0 +1,195 @@
+"""Planes, cylinders, cones, spheres and tori in space: distance, normal, heights (numpy only).
+
+The closed forms behind a STEP body's faces. Lengths in mm, points (n, 3), unit vectors (3,). Signs
+are those of each form's own outside; a face whose solid lies there is turned by its ``sign``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_NEWTON = 60  # a simple root takes six; at a silhouette, a double one, each halves the error
+
+
+class Shape(Protocol):
+    """A surface without borders."""
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance (n,)."""
+
+    def normal(self, points: Array) -> Array:
+        """Unit normals (n, 3) at the nearest points, along growing distance."""
+
+    def heights(self, x: Array, z: Array) -> Array:
+        """Heights (k, n) at which vertical lines meet the surface; NaN where they do not."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Points with normal . point = offset."""
+
+    direction: Array
+    offset: float
+
+    def distance(self, points: Array) -> Array:
+        return np.asarray(points @ self.direction - self.offset)
+
+    def normal(self, points: Array) -> Array:
+        return np.tile(self.direction, (len(points), 1))
+
+    def heights(self, x: Array, z: Array) -> Array:
+        a, b, c = self.direction
+        if abs(b) < 1e-9:  # upright
+            return np.full((1, len(x)), np.nan)
+        return np.asarray((self.offset - a * x - c * z) / b)[None]
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """Outside: away from the centre."""
+
+    centre: Array
+    radius: float
+
+    def distance(self, points: Array) -> Array:
+        return np.asarray(np.linalg.norm(points - self.centre, axis=1) - self.radius)
+
+    def normal(self, points: Array) -> Array:
+        return unit(points - self.centre)
+
+    def heights(self, x: Array, z: Array) -> Array:
+        across = (x - self.centre[0]) ** 2 + (z - self.centre[2]) ** 2
+        found = roots(np.ones(len(x)), np.zeros(len(x)), across - self.radius**2, self.radius)
+        return np.asarray(found + self.centre[1])
+
+
+@dataclass(frozen=True)
+class Cone:
+    """A cone, or a cylinder (``slope`` 0): at ``s`` along the axis its radius is radius + s slope.
+
+    Of a cone, the half with positive radius. Outside: away from the axis.
+    """
+
+    origin: Array
+    axis: Array
+    radius: float
+    slope: float = 0.0
+
+    def distance(self, points: Array) -> Array:
+        along, out = self._meridian(points)
+        cosine = 1.0 / np.hypot(1.0, self.slope)
+        return np.asarray((out - self.radius - along * self.slope) * cosine)
+
+    def normal(self, points: Array) -> Array:
+        offset = points - self.origin
+        radial = unit(offset - np.outer(offset @ self.axis, self.axis))
+        return np.asarray((radial - self.slope * self.axis) / np.hypot(1.0, self.slope))
+
+    def heights(self, x: Array, z: Array) -> Array:
+        # |p|^2 - (p.a)^2 = (r + p.a slope)^2 with p = p0 + y e_y
+        p0 = np.column_stack([x, np.zeros(len(x)), z]) - self.origin
+        up, along, grow = self.axis[1], p0 @ self.axis, 1.0 + self.slope**2
+        a = 1.0 - grow * up**2
+        b = p0[:, 1] - grow * along * up - self.radius * self.slope * up
+        c = np.einsum("ij,ij->i", p0, p0) - grow * along**2
+        c -= 2.0 * self.radius * self.slope * along + self.radius**2
+        found = roots(np.full(len(x), a), b, c, np.linalg.norm(p0, axis=1))
+        reach = self.radius + self.slope * (along + found * up)
+        return np.where(reach >= -1e-12 * (1.0 + self.radius), found, np.nan)
+
+    def _meridian(self, points: Array) -> tuple[Array, Array]:
+        offset = points - self.origin
+        along = offset @ self.axis
+        return along, np.linalg.norm(offset - np.outer(along, self.axis), axis=1)
+
+
+@dataclass(frozen=True)
+class Torus:
+    """A circle of radius ``minor`` about a circle of radius ``major`` in the plane across the axis.
+
+    ``major`` below 0: the circle's centre lies beyond the axis (the inner part of a spindle, as of
+    a finger whose crest is rounder along z than along x). Outside: away from the circle's centre.
+    """
+
+    centre: Array
+    axis: Array
+    major: float
+    minor: float
+
+    def distance(self, points: Array) -> Array:
+        _, out, along = self._meridian(points)
+        return np.asarray(np.hypot(out - self.major, along) - self.minor)
+
+    def normal(self, points: Array) -> Array:
+        radial, out, along = self._meridian(points)
+        away = np.hypot(out - self.major, along)
+        safe = np.maximum(away, 1e-300)[:, None]
+        return ((out - self.major)[:, None] * radial + np.outer(along, self.axis)) / safe
+
+    def heights(self, x: Array, z: Array) -> Array:
+        """Two of up to four: from above and from below, by Newton on the distance."""
+        reach = abs(self.major) + self.minor + 1.0
+        found = []
+        for start in (self.centre[1] + reach, self.centre[1] - reach):
+            points = np.column_stack([x, np.full(len(x), start), z])
+            found.append(fall(self, points))
+        return np.stack(found)
+
+    def _meridian(self, points: Array) -> tuple[Array, Array, Array]:
+        offset = points - self.centre
+        along = offset @ self.axis
+        radial = offset - np.outer(along, self.axis)
+        out = np.linalg.norm(radial, axis=1)
+        return radial / np.maximum(out, 1e-300)[:, None], out, along
+
+
+def fall(shape: Shape, points: Array, tolerance: float = 1e-12) -> Array:
+    """Heights (n,) at which the vertical lines through ``points`` meet a shape; NaN where not.
+
+    Newton's method on the distance; from outside of a convex shape it falls without overshooting.
+    """
+    points = points.copy()
+    size = 1.0 + np.abs(points).max(initial=0.0)
+    alive = np.arange(len(points))
+    found = np.full(len(points), np.nan)
+    for _ in range(_NEWTON):
+        if not len(alive):
+            break
+        here = points[alive]
+        away = shape.distance(here)
+        slope = shape.normal(here)[:, 1]
+        done = np.abs(away) < tolerance * size
+        found[alive[done]] = here[done, 1]
+        going = ~done & (np.abs(slope) > 1e-9) & np.isfinite(away)
+        step = away[going] / slope[going]
+        alive = alive[going]
+        points[alive, 1] -= np.clip(step, -size, size)
+    return found
+
+
+def roots(a: Array, b: Array, c: Array, scale: Array | float) -> Array:
+    """Both roots (2, n) of a y^2 + 2 b y + c = 0, without cancellation; NaN where none is real.
+
+    A discriminant that rounding made a little negative counts as 0: the line touches. ``scale``:
+    the lengths that c is a difference of squares of.
+    """
+    inner = b * b - a * c
+    root = np.sqrt(np.where(inner < -1e-14 * scale**2, np.nan, np.maximum(inner, 0.0)))
+    far = -(b + np.where(b < 0.0, -1.0, 1.0) * root)
+    square = np.abs(a) > 1e-14
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = np.where(square, far / a, np.nan)
+        double = np.where(square, 0.0 * root, np.nan)
+        second = np.where(np.abs(far) > 1e-14 * scale, c / far, double)
+    return np.stack([first, second])
+
+
+def unit(vectors: Array) -> Array:
+    """Vectors (n, 3) at length 1; one of no length is left as it is."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None])
