@@ -1,4 +1,8 @@
-"""What must be true of a finger: volumes, areas and clearances in closed form (numpy only)."""
+"""What must be true of a finger's solids: volumes and areas in closed form (numpy only).
+
+Whether plates lie inside the body and clear of each other is design/checks.py's to say, before
+anything is built; here stands what the solids are held against.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import PlateFrame, crest_height
-from fingerdesign.design.volume import section_area
+from fingerdesign.design.layout import Hole, PlateFrame
+from fingerdesign.design.profile import profile_of
+from fingerdesign.design.volume import outline_points, section_area
 from fingerdesign.errors import GeometryError
-from fingerdesign.geometry.surface import ContactSurface
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body, Design
@@ -19,9 +23,39 @@ Array = NDArray[np.float64]
 
 
 def plate_volume(frame: PlateFrame, half: bool = False) -> float:
-    """Volume of one plate, mm^3 (of its part z >= 0 if ``half``)."""
-    low = max(0.0, frame.low) if half else frame.low
-    return float(frame.length * frame.thickness * (frame.high - low))
+    """Volume of one plate, mm^3; ``half``: of the part z >= 0 of one that mirrors in z = 0.
+
+    A bent plate's is that of the flat one, because its mid-surface is in the middle; its holes are
+    straight round ones along the normal, a little less than pi r^2 t.
+    """
+    whole = frame.length * frame.thickness * frame.span
+    whole -= sum(_hole_volume(frame, hole) for hole in frame.holes)
+    return float(0.5 * whole if half else whole)
+
+
+def _hole_volume(frame: PlateFrame, hole: Hole) -> float:
+    """Volume that a straight round hole takes out of a plate, mm^3.
+
+    Bent: the integral over |u| <= r of 2 sqrt(r^2 - u^2) (sqrt(Ro^2 - u^2) - sqrt(Ri^2 - u^2)), u
+    along the plate, by Gauss-Chebyshev points of the second kind.
+    """
+    if frame.bend_radius is None:
+        return float(np.pi * hole.radius**2 * frame.thickness)
+    count = 40
+    angle = np.pi * np.arange(1, count + 1) / (count + 1)
+    u, weight = hole.radius * np.cos(angle), np.pi / (count + 1) * np.sin(angle) ** 2
+    inner, outer = (frame.bend_radius + side * frame.thickness for side in (-0.5, 0.5))
+    thickness = np.sqrt(outer**2 - u**2) - np.sqrt(inner**2 - u**2)
+    return float(2.0 * hole.radius**2 * np.sum(weight * thickness))
+
+
+def core_volume(design: Design, half: bool = False) -> float:
+    """Volume of the core, mm^3 (of its half z >= 0 if ``half``); 0 without one."""
+    core = design.body.core
+    if core is None:
+        return 0.0
+    depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
+    return float(core.width_mm * core.height_mm * depth * (0.5 if half else 1.0))
 
 
 def check_volume(what: str, found: float, wanted: float, tolerance: float) -> None:
@@ -34,76 +68,62 @@ def check_volume(what: str, found: float, wanted: float, tolerance: float) -> No
         )
 
 
-def check_clearances(design: Design, frames: tuple[PlateFrame, ...]) -> None:
-    """GeometryError unless each plate lies inside the body and clear of every other."""
-    body = design.body
-    surface = ContactSurface.of(body)
-    for frame in frames:
-        corners = frame.corners()
-        if not np.all(np.isfinite(corners)):
-            raise GeometryError(f"plate {frame.index} lies beyond the arc")
-        for z in {0.0, frame.high}:
-            ends = np.column_stack([corners, np.full(len(corners), z)])
-            margin = min(
-                float(corners[:, 1].min()),
-                0.5 * body.width_mm - float(np.abs(corners[:, 0]).max()),
-                0.5 * body.depth_mm - frame.high + 1e-9,
-                # Below its lowest point the surface, continued, bounds nothing.
-                float(np.maximum(-surface.distance(ends), surface.lowest - ends[:, 1]).min()),
-            )
-            if margin <= 0.0:
-                raise GeometryError(
-                    f"plate {frame.index} at x = {frame.x:.4g} leaves the body by {-margin:.4g} mm"
-                )
-    for i, first in enumerate(frames):
-        for second in frames[i + 1 :]:
-            gap = plate_gap(first, second)
-            if gap <= 0.0:
-                raise GeometryError(
-                    f"plates {first.index} and {second.index} overlap by {-gap:.4g} mm"
-                )
-
-
-def plate_gap(first: PlateFrame, second: PlateFrame) -> float:
-    """Greatest separation of two plates' sections along their own axes, mm; <= 0: they overlap.
-
-    By the separating-axis theorem it is positive exactly when two rectangles are apart; then it is
-    a lower bound of their distance.
-    """
-    a, b = first.corners(), second.corners()
-    gaps = []
-    for axis in (first.axis, first.normal, second.axis, second.normal):
-        p, q = a @ axis, b @ axis
-        gaps.append(max(q.min() - p.max(), p.min() - q.max()))
-    return float(max(gaps))
-
-
 def face_areas(body: Body, half: bool = False) -> dict[str, float]:
-    """Areas of the finger's outer faces by name, mm^2, plate ends in them included.
+    """Areas of the finger's outer faces by name, mm^2, ends of plates and core in them included.
 
-    By Gauss points in the arc's angle and along z, as in ``outline_volume``. ``half``: of z >= 0,
-    with the face "symmetry".
+    By the Gauss points of ``outline_points``, exact along z. ``half``: of z >= 0, with the face
+    "symmetry". A revolved body has no "end"; the edges belong to "contact". Of a STEP body what
+    its solid says, without "symmetry".
     """
-    radius, dome, z_end = body.arc_radius_mm, body.dome_radius_mm, 0.5 * body.depth_mm
-    nodes, weights = np.polynomial.legendre.leggauss(128)
-    limit = np.arcsin(0.5 * body.width_mm / radius)
-    angle = limit * nodes
-    if dome is None:
-        area = section_area(body)
-        contact = 2.0 * radius * limit * 2.0 * z_end
-        side, end = 2.0 * z_end * body.base_height_mm, area
+    if body.step is not None:
+        from fingerdesign.design.step_facts import step_facts
+
+        share = 0.5 if half else 1.0
+        return {name: share * float(area) for name, area in step_facts(body.step).area.items()}
+    if body.shape == "revolved":
+        whole = _revolved_areas(body)
+    elif body.shape == "dome":
+        whole = _dome_areas(body)
     else:
-        reach = dome + radius * (np.cos(angle) - 1.0)
-        along = 2.0 * reach * np.arcsin(z_end / reach)  # arc length in z at each angle
-        contact = float(np.sum(weights * limit * radius * along))
-        lift = crest_height(body) - dome
-        edge = dome + radius * (np.cos(limit) - 1.0)
-        under = z_end * np.sqrt(edge**2 - z_end**2) + edge**2 * np.arcsin(z_end / edge)
-        side = float(under + 2.0 * z_end * lift)
-        height = lift + np.sqrt(reach**2 - z_end**2)
-        end = float(np.sum(weights * limit * radius * np.cos(angle) * height))
-    whole = {"base": 2.0 * z_end * body.width_mm, "contact": float(contact), "side": 2.0 * side}
+        whole = _straight_areas(body)
     if not half:
-        return {**whole, "end": 2.0 * end}
-    symmetry = {"end": end, "symmetry": section_area(body)}
-    return {name: 0.5 * value for name, value in whole.items()} | symmetry
+        return whole
+    halves = {name: 0.5 * area for name, area in whole.items()}
+    return halves | {"symmetry": section_area(body)}
+
+
+def _straight_areas(body: Body) -> dict[str, float]:
+    profile, depth = profile_of(body), body.depth_mm
+    return {
+        "base": body.width_mm * depth,
+        "contact": 2.0 * depth * sum(piece.length for piece in profile.pieces),
+        "side": 2.0 * depth * profile.side_height,
+        "end": 2.0 * profile.area,
+    }
+
+
+def _revolved_areas(body: Body) -> dict[str, float]:
+    profile, radius = profile_of(body), 0.5 * body.width_mm
+    x, _, weights = outline_points(body)
+    return {
+        "base": float(np.pi * radius**2),
+        "contact": float(np.sum(weights[:, 1] * 2.0 * np.pi * x)),
+        "side": float(2.0 * np.pi * radius * profile.side_height),
+    }
+
+
+def _dome_areas(body: Body) -> dict[str, float]:
+    profile, z_end = profile_of(body), 0.5 * body.depth_mm
+    axis = profile.crest - float(body.dome_radius_mm or 0.0)
+    _, y, weights = outline_points(body)
+    reach = y - axis  # radius of revolution of each point of the outline
+    around = 2.0 * reach * np.arcsin(z_end / reach)
+    end = weights[:, 0] * (axis + np.sqrt(reach**2 - z_end**2))
+    edge = profile.side_height - axis
+    under = z_end * np.sqrt(edge**2 - z_end**2) + edge**2 * np.arcsin(z_end / edge)
+    return {
+        "base": body.width_mm * body.depth_mm,
+        "contact": float(2.0 * np.sum(weights[:, 1] * around)),
+        "side": float(2.0 * (under + 2.0 * z_end * axis)),
+        "end": float(4.0 * np.sum(end)),
+    }

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.errors import GeometryError
+from fingerdesign.geometry.kernel import volume_of
 from fingerdesign.geometry.solid import Solid
 from fingerdesign.geometry.tessellation import triangulate
 
@@ -24,17 +25,20 @@ IntArray = NDArray[np.int64]
 
 SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)
 BRONZE = (0.72, 0.45, 0.20, 1.0)
+BONE = (0.93, 0.90, 0.80, 1.0)
 
 
 def write_step(solid: Solid, path: Path | str) -> Path:
-    """Write body and plates as a STEP assembly of named parts ("body", "plate_0", ...).
+    """Write a STEP assembly of named parts ("body", "plate_0", ..., "core").
 
-    STEP keeps the shapes but not that body and plates share faces.
+    STEP keeps the shapes but not that the parts share faces.
     """
     assembly = cq.Assembly(name="finger")
     assembly.add(solid.body, name="body", color=cq.Color(*SILICONE_GREY))
     for index, plate in enumerate(solid.plates):
         assembly.add(plate, name=f"plate_{index}", color=cq.Color(*BRONZE))
+    if solid.core is not None:
+        assembly.add(solid.core, name="core", color=cq.Color(*BONE))
     return _aside(path, lambda aside: assembly.export(str(aside), "STEP"))
 
 
@@ -49,7 +53,7 @@ def write_stl(shapes: Sequence[cq.Shape], path: Path | str, chord_tolerance_mm: 
     vertices, triangles = triangulate(shapes, chord_tolerance_mm)
     # STL holds single precision: what is checked is what is written.
     vertices = vertices.astype(np.float32).astype(np.float64)
-    volume = sum(shape.Volume() for shape in shapes)
+    volume = sum(volume_of(shape) for shape in shapes)
     area = sum(shape.Area() for shape in shapes)
     check_watertight(Path(path).name, vertices, triangles)
     found = enclosed_volume(vertices, triangles)
@@ -63,7 +67,8 @@ def write_stl(shapes: Sequence[cq.Shape], path: Path | str, chord_tolerance_mm: 
 def write_cad(
     solid: Solid, folder: Path | str, chord_tolerance_mm: float = 0.01
 ) -> dict[str, Path]:
-    """Write finger.step, finger.stl (the outside), body.stl and, where there are any, plates.stl.
+    """Write finger.step, finger.stl (the outside), body.stl and, where there are any, plates.stl
+    and core.stl: parts that touch each other are files of their own.
 
     Returns the paths by file name. The solid must be whole, not a half.
     """
@@ -76,6 +81,7 @@ def write_cad(
         "finger.stl": [solid.outline],
         "body.stl": [solid.body],
         "plates.stl": solid.plates,
+        "core.stl": [] if solid.core is None else [solid.core],
     }
     for name, shapes in parts.items():
         if shapes:

@@ -2,12 +2,15 @@
 
 CadQuery's own ``tessellate`` and ``exportStl`` take *relative* tolerances (0.01 gave a chord error
 of 0.043 mm) and reuse whatever triangulation a shape carries, so the kernel is called directly, on
-a copy. Importing this module loads the CAD kernel.
+a copy. It does not keep its word on doubly curved faces either: on tori (domes, rounded edges of
+revolved bodies) the chord was up to 3.2 times the tolerance, and up to 1.7 times where it was told
+to look at every surface. So the chord is measured here, and the kernel asked again for less.
+Importing this module loads the CAD kernel.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import cadquery as cq
 import numpy as np
@@ -15,13 +18,19 @@ from numpy.typing import NDArray
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
+from OCP.IMeshTools import IMeshTools_Parameters
 from OCP.TopAbs import TopAbs_FACE, TopAbs_Orientation
 from OCP.TopExp import TopExp
 from OCP.TopLoc import TopLoc_Location
-from OCP.TopoDS import TopoDS, TopoDS_Compound
+from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from fingerdesign.errors import GeometryError
+from fingerdesign.geometry.chord import Patch, keeps_chord
+
+# What the kernel is asked for, in chord tolerances, try by try: of 150 random domes and revolved
+# bodies 140 kept the tolerance at the first, 9 at the second and 1 at the third.
+TRIES = (0.95, 0.75, 0.5, 0.25, 0.1)
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,7 +42,8 @@ def triangulate(
     """Triangulate shapes together: faces that they share come once, and fit their neighbours.
 
     Returns vertices (n, 3) without duplicates and triangles (t, 3), counter-clockwise from outside
-    the shape that a face was first met in. GeometryError where the kernel yields no triangles.
+    the shape that a face was first met in. GeometryError where the kernel yields no triangles or
+    does not keep within ``chord_tolerance_mm`` of a face.
     """
     if not (np.isfinite(chord_tolerance_mm) and chord_tolerance_mm > 0.0):
         raise GeometryError(f"chord tolerance {chord_tolerance_mm} mm must be above 0")
@@ -41,26 +51,43 @@ def triangulate(
     builder.MakeCompound(compound)
     for shape in shapes:
         builder.Add(compound, shape.wrapped)
-    fresh = BRepBuilderAPI_Copy(compound, True, False).Shape()
-    BRepMesh_IncrementalMesh(fresh, chord_tolerance_mm, False, angle_rad, False)
+    for share in TRIES:
+        patches = list(_patches(compound, share * chord_tolerance_mm, angle_rad))
+        if all(keeps_chord(patch, chord_tolerance_mm) for patch in patches):
+            break
+    else:
+        raise GeometryError(
+            f"the CAD kernel's triangles leave a face by more than {chord_tolerance_mm:g} mm"
+        )
+    starts = np.cumsum([0, *(len(patch.points) for patch in patches[:-1])])
+    triangles = [patch.triangles + start for patch, start in zip(patches, starts, strict=True)]
+    return merge_vertices(np.vstack([patch.points for patch in patches]), np.vstack(triangles))
+
+
+def _patches(shape: TopoDS_Shape, chord_mm: float, angle_rad: float) -> Iterator[Patch]:
+    """Each face's triangles, wound counter-clockwise from outside its solid."""
+    fresh = BRepBuilderAPI_Copy(shape, True, False).Shape()
+    wanted = IMeshTools_Parameters()
+    wanted.Deflection, wanted.Angle = chord_mm, angle_rad
+    wanted.Relative = wanted.InParallel = False
+    wanted.EnableControlSurfaceDeflectionAllSurfaces = True
+    BRepMesh_IncrementalMesh(fresh, wanted)
     faces = TopTools_IndexedMapOfShape()
     TopExp.MapShapes_s(fresh, TopAbs_FACE, faces)
-    vertices, triangles, count = [], [], 0
     for number in range(1, faces.Extent() + 1):
         face = TopoDS.Face_s(faces.FindKey(number))
         place = TopLoc_Location()
-        patch = BRep_Tool.Triangulation_s(face, place)
-        if patch is None or patch.NbTriangles() == 0:
+        found = BRep_Tool.Triangulation_s(face, place)
+        if found is None or found.NbTriangles() == 0:
             raise GeometryError(f"the CAD kernel made no triangles for face {number}")
-        move = place.Transformation()
-        nodes = [patch.Node(i).Transformed(move) for i in range(1, patch.NbNodes() + 1)]
-        vertices.append(np.array([(p.X(), p.Y(), p.Z()) for p in nodes]))
-        corners = [patch.Triangle(i).Get() for i in range(1, patch.NbTriangles() + 1)]
-        own = np.array(corners, dtype=np.int64) - 1 + count
-        reversed_face = face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED
-        triangles.append(own[:, ::-1] if reversed_face else own)
-        count += len(nodes)
-    return merge_vertices(np.vstack(vertices), np.vstack(triangles))
+        move, nodes = place.Transformation(), range(1, found.NbNodes() + 1)
+        points = [found.Node(i).Transformed(move).Coord() for i in nodes]
+        places = [found.UVNode(i).Coord() for i in nodes] if found.HasUVNodes() else None
+        corners = [found.Triangle(i).Get() for i in range(1, found.NbTriangles() + 1)]
+        triangles = np.array(corners, dtype=np.int64) - 1
+        if face.Orientation() == TopAbs_Orientation.TopAbs_REVERSED:
+            triangles = triangles[:, ::-1]
+        yield Patch(face, np.array(points), triangles, None if places is None else np.array(places))
 
 
 def merge_vertices(
