@@ -29,8 +29,9 @@ class SheetFacets:
     own (o,): numbers in the mesh of the plate's nodes; all other numbers are places in ``own``.
     nodes, nodes_below (f, k): of the upper face, and those that they face; tangents (s, dim),
     normal (dim,), s = dim - 1; flat (f, s + 1, s): corners in coordinates along the tangents (the
-    plate's axis from its centre, and z); upper, lower (p,): nodes that face each other; between
-    (b,), pair (b,): nodes on the end faces midway between those of a pair; thickness mm.
+    plate's axis from its centre, and across: z of a plate along x, x of one along z); upper, lower
+    (p,): nodes that face each other; between (b,), pair (b,): nodes on the end faces midway between
+    those of a pair (faces that end in the body's outside have none); thickness mm.
     """
 
     own: IntArray
@@ -94,16 +95,17 @@ def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
     place[own] = np.arange(len(own))
     normal, tangents = frame.normal, frame.axis[None, :]
     if mesh.dimension == 3:
-        normal = np.append(normal, 0.0)
-        tangents = np.array([[*frame.axis, 0.0], [0.0, 0.0, 1.0]])
-    nodes = place[facets]
+        normal, tangents = frame.direction(normal), frame.direction(tangents)
+        across = frame.to_space(np.zeros(2), 1.0)
+        tangents = np.vstack([tangents, across])
+    nodes, corners = place[facets], facets[:, : mesh.dimension]
     return SheetFacets(
         own=own,
         nodes=nodes,
         nodes_below=nodes + len(upper),
         tangents=tangents,
         normal=normal,
-        flat=_flat(mesh, frame, facets[:, : mesh.dimension]),
+        flat=places_on(frame, mesh.points[corners.ravel()]).reshape(*corners.shape, -1),
         upper=place[upper],
         lower=place[partner],
         between=place[between],
@@ -112,16 +114,17 @@ def sheet_of(mesh: Mesh, frame: PlateFrame) -> SheetFacets:
     )
 
 
-def _flat(mesh: Mesh, frame: PlateFrame, nodes: IntArray) -> Array:
-    """Coordinates (..., s) of nodes along the plate's tangents."""
-    where = mesh.points[nodes]
-    along = (where[..., :2] - np.array([frame.x, frame.y])) @ frame.axis
-    return np.concatenate([along[..., None], where[..., 2:]], axis=-1)
+def places_on(frame: PlateFrame, points: Array) -> Array:
+    """Coordinates (n, s) along a flat plate's tangents of points (n, dim)."""
+    along = frame.local(points)[:, :1]
+    if points.shape[1] == 2:
+        return np.asarray(along)
+    return np.column_stack([along, frame.across(points)])
 
 
 def _facing(mesh: Mesh, frame: PlateFrame, nodes: IntArray, others: IntArray) -> IntArray:
     """For each node the place in ``others`` of the one at the same place along the plate."""
-    here, there = _flat(mesh, frame, nodes), _flat(mesh, frame, others)
+    here, there = (places_on(frame, mesh.points[which]) for which in (nodes, others))
     distance, found = cKDTree(there).query(here, distance_upper_bound=_SAME_PLACE)
     if not np.isfinite(distance).all():
         raise SolverError(f"the faces of plate {frame.index}'s slot do not mirror each other")

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import PlateFrame, crest_height
+from fingerdesign.design.layout import PlateFrame
+from fingerdesign.design.profile import chain_misfit, profile_of
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES
 
@@ -120,23 +121,14 @@ def _opening(frame: PlateFrame, points: Array, reach: float, beyond: float) -> A
 
 
 def room_around(frame: PlateFrame, frames: tuple[PlateFrame, ...], body: Body) -> float:
-    """What is a plate's own around its mid-line, mm: to the body's faces, and half way to others.
+    """What is a plate's own around its mid-line, mm: to body and core, and half way to others.
 
     Raises MeshError where that is too little for the faces to be moved apart.
     """
-    centre = np.array([frame.x, frame.y])
-    ends = centre + np.outer([-0.5, 0.5], frame.length * frame.axis)
-    middle = crest_height(body) - body.arc_radius_mm
-    own = min(
-        float(ends[:, 1].min()),
-        0.5 * body.width_mm - float(np.abs(ends[:, 0]).max()),
-        body.arc_radius_mm - float(np.hypot(ends[:, 0], ends[:, 1] - middle).max()),
-    )  # a convex body: nearest at an end
-    steps = np.linspace(-0.5, 0.5, 65)[:, None]
+    own = float(_to_faces(body, _mid_line(frame)).min())
     for other in frames:
         if other is not frame:
-            line = np.array([other.x, other.y]) + steps * other.length * other.axis
-            own = min(own, 0.5 * float(_distance(frame, line).min()))
+            own = min(own, 0.5 * float(_distance(frame, _mid_line(other)).min()))
     least = _LEAST_REACH * 0.5 * frame.thickness
     if own * _SHARE < least:
         raise MeshError(
@@ -144,6 +136,26 @@ def room_around(frame: PlateFrame, frames: tuple[PlateFrame, ...], body: Body) -
             f"this thickness it needs {least / _SHARE:.3g} mm; set plates.model = 'solid'"
         )
     return own
+
+
+def _mid_line(frame: PlateFrame) -> Array:
+    """Points (65, 2) of a plate's mid-line."""
+    return frame.from_local(np.linspace(-0.5, 0.5, 65) * frame.length, 0.0)
+
+
+def _to_faces(body: Body, points: Array) -> Array:
+    """Distance (n,) of section points (n, 2) to the body's outline and to its core; < 0: beyond."""
+    profile = profile_of(body)
+    x, y = np.abs(points[:, 0]), points[:, 1]
+    room = np.minimum(y, profile.half_width - x)
+    top = chain_misfit(profile.pieces, points)
+    room = np.minimum(room, np.where(y < profile.height(x), top, -top))
+    if body.core is not None:
+        bottom, half = body.core.bottom_mm, 0.5 * body.core.width_mm
+        up = np.maximum(bottom - y, y - bottom - body.core.height_mm)
+        past = np.hypot(np.maximum(x - half, 0.0), np.maximum(up, 0.0))
+        room = np.minimum(room, np.where(past > 0.0, past, np.maximum(x - half, up)))
+    return np.asarray(room)
 
 
 def _distance(frame: PlateFrame, points: Array) -> Array:

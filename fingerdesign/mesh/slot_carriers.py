@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _WIDEST = 0.4  # of the plate's length or span
-_LEAST = 1.5  # times the plate's thickness: half of it is the slot's
+_LEAST = 0.75  # times the plate's thickness: half of it is the slot's
 _ENOUGH = 0.6  # of what is wanted: then the box lies on the upper side
-_FREE = 0.5  # of the box's thickness that stays between it and whatever is near
+# What stays between a box and whatever is near: of its thickness, and of the plate's.
+_FREE, _FREE_LEAST = 0.5, 0.7
 _FLUSH = 1e-6  # mm
 _STEPS = 0.9 ** np.arange(32)
 
@@ -86,7 +87,7 @@ def _thickest(frame: PlateFrame, most: float, near: list[PlateFrame], design: De
         gaps += [np.abs(face.misfit(mine)).min() for face in faces]
         if core:
             gaps.append(np.max([face.distance(mine) for face in core], axis=0).min())
-        if min(gaps, default=np.inf) >= _FREE * box.thickness:
+        if min(gaps, default=np.inf) >= max(_FREE * box.thickness, _FREE_LEAST * frame.thickness):
             return float(step * most)
     return 0.0
 
@@ -95,7 +96,8 @@ def _room_faces(frame: PlateFrame, design: Design) -> list[Carrier]:
     """The body's outer faces but those that the plate ends in."""
     ends = frame.from_local(np.array([-0.5, 0.5]) * frame.length, 0.0)
     edges = [frame.to_space(ends, across) for across in (frame.low, frame.high)]
-    edges += [frame.to_space(end, np.array([frame.low, frame.high])) for end in ends]
+    both = np.array([frame.low, frame.high])
+    edges += [frame.to_space(np.tile(end, (2, 1)), both) for end in ends]
     found = carriers_of(design, (), symmetric=False, core=False)
     outer = [found.faces[number] for number in found.outside]
     return [face for face in outer if not any(np.abs(face.misfit(e)).max() < _FLUSH for e in edges)]

@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from fingerdesign import parse_design, parse_scene, with_values
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.volume import outline_volume, section_area
-from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.mesh.extrude import extrude
 from fingerdesign.mesh.io import read_mesh, to_meshio, write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
-from fingerdesign.mesh.tetwild import tetrahedralise
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.pipeline import Case, run
 
@@ -152,7 +151,7 @@ def test_thin_and_thick_plates_open_without_turning_triangles_over(thickness: fl
 
 def test_too_little_room_is_refused_by_name() -> None:
     frames = plate_frames(DESIGN)
-    near = replace(frames[1], x=frames[0].x + 0.16)
+    near = replace(frames[1], place=frames[0].place + 0.16)
     with pytest.raises(MeshError, match=r"plate 0 has 0\.0388 mm .* plates\.model = 'solid'"):
         room_around(frames[0], (frames[0], near), DESIGN.body)
     high = replace(frames[1], y=6.25)
@@ -164,23 +163,6 @@ def test_a_mesh_that_misses_a_line_is_refused() -> None:
     points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     with pytest.raises(MeshError, match="does not follow plate 0"):
         open_sheets(points, np.array([[0, 1, 2]]), plate_frames(DESIGN)[:1], DESIGN.body, 0.1)
-
-
-def test_sheets_need_a_constant_section() -> None:
-    for line in ("plates.span_mm = 4.0", 'body.shape = "dome"\nbody.dome_radius_mm = 25.0'):
-        with pytest.raises(DesignError) as caught:
-            parse_design(TEXT + line)
-        fault = next(f for f in caught.value.faults if f.key == "plates.model")
-        assert fault.remedy == "set plates.model = 'solid'"
-
-
-def test_tetwild_refuses_sheets_by_name() -> None:
-    for work in (lambda: tetrahedralise(DESIGN, 2.0), lambda: run(Case(DESIGN, fidelity="3d"))):
-        with pytest.raises(DesignError) as caught:
-            work()
-        (fault,) = caught.value.faults
-        assert fault.key == "plates.model"
-        assert "mesh.mesher = 'extrude'" in fault.remedy
 
 
 @pytest.mark.parametrize(("model", "words"), [("sheet", "are sheets"), ("none", "are left out")])
