@@ -1,6 +1,6 @@
-"""Whether a design can exist: plates clear of the surface, the faces and each other.
+"""Whether a design can exist, be meshed and be analysed as it asks.
 
-One fault for one cause, with the worst value, the plates (numbered from 0, left to right) and a
+One fault for one cause, with the worst value, the plates (numbered from 0, row by row) and a
 computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
 """
 
@@ -8,20 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Set
 
-from fingerdesign.design import clearance
-from fingerdesign.design.faults import at_least, at_most, involves
-from fingerdesign.design.placing import LEAST_CLEARANCE_MM, placing_faults
-from fingerdesign.design.schema import Body, Design
+from fingerdesign.design.body_checks import body_faults, sound_outline
+from fingerdesign.design.faults import involves
+from fingerdesign.design.placing import placing_findings, surface_keys
+from fingerdesign.design.plate_checks import gage_faults, plate_faults
+from fingerdesign.design.plate_rows import plate_rows
+from fingerdesign.design.remedies import Finding
+from fingerdesign.design.schema import Design
+from fingerdesign.design.spacing import spacing_findings
 from fingerdesign.errors import Fault
-
-LEAST_SLENDERNESS = 4.0  # length / thickness; a stubbier box is no plate and bends like no plate
-LEAST_EDGE_HEIGHT_MM = 0.1  # of a dome, at its lowest corner
-
 
 Doubt = Set[str]  # dotted keys whose values are not the user's
 
-
 MOST_MOVES = 5000  # a grip takes about 50
+FLATTEST_MM = 1e4  # the largest body.arc_radius_mm
 
 
 def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
@@ -30,13 +30,65 @@ def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
     ``doubtful``: keys that were faulty and have their default here; no fault that involves one of
     them is told.
     """
-    faults = _body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
+    faults = body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
     unsound = {fault.key for fault in faults if fault.key.startswith("body.")}
     faults += _grip_faults(design, doubtful)
-    if not involves(doubtful, "plates.count", "plates.placement") and design.plates.number:
-        faults += _plate_faults(design, doubtful) + _gage_faults(design, doubtful)
-        faults += placing_faults(design, doubtful | unsound)
+    many = ("plates.count", "plates.placement", "plates.rows")
+    if not any(key in doubtful or "plates" in doubtful for key in many) and design.plates.number:
+        faults += _plates_faults(design, doubtful, frozenset(unsound))
     return faults
+
+
+def _plates_faults(design: Design, doubtful: Doubt, unsound: Doubt) -> list[Fault]:
+    """The faults of the plates, below a sound body or one that stands in for it."""
+    doubtful = doubtful | unsound
+    whole = not involves(doubtful, "body.arc_radius_mm")
+    if whole and sound_outline(design.body) and not involves(doubtful, "body.dome_radius_mm"):
+        own = plate_faults(design, doubtful) + gage_faults(design, doubtful)
+        return own + placing_faults(design, doubtful)
+    # What is told must hold whatever the sound body: below the roundest arc and the flattest one.
+    body = design.body.model_copy(update={"edge_radius_mm": None})
+    if body.dome_radius_mm is not None:
+        # The middle section of every sound dome is the arc's.
+        body = body.model_copy(update={"shape": "arc", "dome_radius_mm": None})
+        doubtful = doubtful | {"body.shape"}
+    if body.shape not in ("arc", "revolved"):
+        return []
+    if involves(doubtful, "body.width_mm") and body.arc_radius_mm < 0.5 * body.width_mm:
+        body = body.model_copy(update={"width_mm": 2.0 * body.arc_radius_mm})
+    radii = (body.arc_radius_mm,) if whole else (0.5 * body.width_mm, FLATTEST_MM)
+    found = []
+    for radius in radii:
+        stand_in = body.model_copy(update={"arc_radius_mm": radius})
+        trial = design.model_copy(update={"body": stand_in})
+        judged = doubtful if whole else doubtful - {"body.arc_radius_mm", "body"}
+        own = plate_faults(trial, doubtful) + gage_faults(trial, doubtful)
+        found.append(own + placing_faults(trial, judged, whole))
+    both = {fault.key for fault in found[0]}
+    return [fault for fault in found[-1] if fault.key in both]
+
+
+def placing_faults(
+    design: Design, doubtful: Doubt = frozenset(), whole: bool = True
+) -> list[Fault]:
+    """Every fault of where the plates lie that involves no ``doubtful`` key; the body is sound.
+
+    Not ``whole``: those that are the same below any surface.
+    """
+
+    def findings(trial: Design) -> list[Finding]:
+        return placing_findings(trial, doubtful, whole) + spacing_findings(trial, doubtful)
+
+    def keys(trial: Design) -> set[str]:
+        wrong = body_faults(trial.body, doubtful)
+        if wrong or not sound_outline(trial.body):
+            return {fault.key for fault in wrong} | {"body"}
+        own = plate_faults(trial, doubtful) + gage_faults(trial, doubtful)
+        return {found.key for found in findings(trial)} | {fault.key for fault in own}
+
+    every = findings(design)
+    before = {found.key for found in every}
+    return [found.fault(design, before, keys) for found in every]
 
 
 def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
@@ -63,179 +115,106 @@ def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     return faults
 
 
-def _body_faults(body: Body, doubtful: Doubt) -> list[Fault]:
-    if involves(doubtful, "body.arc_radius_mm", "body.width_mm"):
-        return []
-    if body.arc_radius_mm < 0.5 * body.width_mm:
-        return [
-            Fault(
-                "body.arc_radius_mm",
-                body.arc_radius_mm,
-                f"at least body.width_mm / 2 = {0.5 * body.width_mm:g}",
-                f"raise it, or lower body.width_mm to at most {at_most(2 * body.arc_radius_mm)}",
-            )
-        ]
-    others = ("shape", "dome_radius_mm", "depth_mm", "base_height_mm")
-    if body.dome_radius_mm is not None and not involves(doubtful, *(f"body.{k}" for k in others)):
-        least = clearance.least_dome_radius(body, LEAST_EDGE_HEIGHT_MM)
-        if body.dome_radius_mm < least:
-            return [
-                Fault(
-                    "body.dome_radius_mm",
-                    body.dome_radius_mm,
-                    f"such that the dome's corners stay {LEAST_EDGE_HEIGHT_MM} mm above the base",
-                    f"raise it to at least {at_least(least)} or lower body.depth_mm",
-                )
-            ]
-    return []
+_EXTRUDED_KEYS = (
+    "body.shape",
+    "body.depth_mm",
+    "body.core",
+    "plates.span_mm",
+    "plates.span_offset_mm",
+    "plates.stagger_mm",
+    "plates.along",
+    "plates.hole_diameter_mm",
+    "plates.count",
+    "plates.placement",
+    "plates.rows",
+)
 
 
 def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     faults = []
     mesh = design.mesh
-    shape = ("body.shape", "body.depth_mm", "plates.span_mm", "plates.count", "plates.placement")
-    if involves(doubtful, "mesh.mesher", *shape):
-        pass
-    elif mesh.mesher == "extrude" and not design.extruded:
-        why = "body.shape = 'arc' and plates.span_mm = body.depth_mm"
-        faults.append(
-            Fault(
-                "mesh.mesher",
-                mesh.mesher,
-                f"tetwild where the section is not constant along z ({why})",
-                "set mesh.mesher = 'tetwild'",
-            )
-        )
+    known = not involves(doubtful, "mesh.mesher", *_EXTRUDED_KEYS)
+    if known and mesh.mesher == "extrude" and not design.extruded:
+        bound = f"tetwild where the section is not constant along z ({_not_extruded(design)})"
+        remedy = "set mesh.mesher = 'tetwild'"
+        faults.append(Fault("mesh.mesher", mesh.mesher, bound, remedy))
     faults += _sheet_faults(design, doubtful)
     for prefix, sizes in (("mesh", mesh), ("mesh.section", mesh.section)):
         keys = (f"{prefix}.contact_size_mm", f"{prefix}.far_size_mm")
         if sizes.contact_size_mm > sizes.far_size_mm and not involves(doubtful, *keys):
-            faults.append(
-                Fault(
-                    f"{prefix}.contact_size_mm",
-                    sizes.contact_size_mm,
-                    f"at most {prefix}.far_size_mm = {sizes.far_size_mm:g}",
-                    "lower it: far_size_mm is the largest size anywhere",
-                )
-            )
+            bound = f"at most {prefix}.far_size_mm = {sizes.far_size_mm:g}"
+            remedy = "lower it: far_size_mm is the largest size anywhere"
+            faults.append(Fault(keys[0], sizes.contact_size_mm, bound, remedy))
     return faults
 
 
-def tetwild_faults(design: Design) -> list[Fault]:
-    """What tetwild cannot mesh of a sound design: plates as sheets."""
-    if design.plates.model != "sheet" or not design.plates.number:
-        return []
-    return [
-        Fault(
-            "plates.model",
-            "sheet",
-            "'solid' or 'none' where mesh.mesher = 'tetwild'",
-            "set mesh.mesher = 'extrude' or plates.model = 'solid'",
-        )
-    ]
+def _not_extruded(design: Design) -> str:
+    """The first thing that makes a finger's section change along z."""
+    body, plates = design.body, design.plates
+    if not body.straight:
+        return f"body.shape = '{body.shape}'"
+    if body.core is not None and body.core.depth_mm not in (None, body.depth_mm):
+        return f"body.core.depth_mm = {body.core.depth_mm:g}"
+    if plates.hole_diameter_mm is not None:
+        return f"plates.hole_diameter_mm = {plates.hole_diameter_mm:g}"
+    for row in plate_rows(design):
+        for name, idle in (("along", "x"), ("stagger_mm", 0.0), ("span_offset_mm", 0.0)):
+            if getattr(row.table, name) != idle:
+                return f"{row.key(name)} = {getattr(row.table, name)}"
+        if row.table.span_mm not in (None, body.depth_mm):
+            return f"{row.key('span_mm')} = {row.table.span_mm:g}"
+    return "plates.placement shifts plates along z"
 
 
 def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
-    """Plates as sheets: only where the section is the same all along z."""
+    """Plates as sheets: flat, whole, of elements that bend."""
     plates = design.plates
     if plates.model != "sheet" or not plates.number or involves(doubtful, "plates.model"):
         return []
     faults = []
     if design.mesh.element == "P1" and not involves(doubtful, "mesh.element"):
-        faults.append(
-            Fault(
-                "mesh.element",
-                "P1",
-                "'auto', 'P2' or 'mixed' for plates as sheets",
-                "linear elements do not bend; leave mesh.element out",
-            )
-        )
-    shape = ("body.shape", "body.depth_mm", "plates.span_mm")
-    if not design.extruded and not involves(doubtful, *shape):
-        faults.append(
-            Fault(
-                "plates.model",
-                plates.model,
-                "solid or none where the section is not constant along z (body.shape = 'arc' and "
-                "plates.span_mm = body.depth_mm)",
-                "set plates.model = 'solid'",
-            )
-        )
-    return faults
-
-
-def _plate_faults(design: Design, doubtful: Doubt) -> list[Fault]:
-    plates, depth, faults = design.plates, design.body.depth_mm, []
-    stubby = plates.length_mm < LEAST_SLENDERNESS * plates.thickness_mm
-    if stubby and not involves(doubtful, "plates.length_mm", "plates.thickness_mm"):
-        least = LEAST_SLENDERNESS * plates.thickness_mm
-        faults.append(
-            Fault(
-                "plates.length_mm",
-                plates.length_mm,
-                f"at least {LEAST_SLENDERNESS:g} x plates.thickness_mm = {least:g}",
-                f"lengthen the plate or lower plates.thickness_mm to at most "
-                f"{at_most(plates.length_mm / LEAST_SLENDERNESS)}",
-            )
-        )
-    span, inset = plates.span_mm, depth - 2 * LEAST_CLEARANCE_MM
-    if involves(doubtful, "plates.span_mm", "body.depth_mm"):
+        bound = "'auto', 'P2' or 'mixed' for plates as sheets"
+        remedy = "linear elements do not bend; leave mesh.element out"
+        faults.append(Fault("mesh.element", "P1", bound, remedy))
+    if involves(doubtful, "plates.follow", "plates.hole_diameter_mm", *surface_keys(design.body)):
         return faults
-    if span is not None and span > depth:
-        faults.append(
-            Fault(
-                "plates.span_mm",
-                span,
-                f"at most body.depth_mm = {depth:g}",
-                f"lower it to {depth:g} or raise body.depth_mm to {span:g}",
-            )
-        )
-    elif span is not None and inset < span < depth:
-        faults.append(
-            Fault(
-                "plates.span_mm",
-                span,
-                f"body.depth_mm = {depth:g} (full) or at most {inset:g}",
-                f"a skin below {LEAST_CLEARANCE_MM} mm over the plate's ends cannot be cast",
-            )
-        )
+    why = ""
+    if plates.hole_diameter_mm is not None:
+        why = f"plates.hole_diameter_mm = {plates.hole_diameter_mm:g}"
+    elif any(row.follow == "bent" for row in plates.all_rows) and plates.placement is None:
+        why = "follow = 'bent'"
+    if why:
+        bound = f"'solid' or 'none' where plates are not flat and whole ({why})"
+        faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))
     return faults
 
 
-def _gage_faults(design: Design, doubtful: Doubt) -> list[Fault]:
-    gages, plates, faults = design.gages, design.plates, []
-    span = plates.span_mm if plates.span_mm is not None else design.body.depth_mm
-    long = gages.length_mm > plates.length_mm
-    if long and not involves(doubtful, "gages.length_mm", "plates.length_mm"):
-        faults.append(
-            Fault(
-                "gages.length_mm",
-                gages.length_mm,
-                f"at most plates.length_mm = {plates.length_mm:g}",
-                f"shorten the gage or raise plates.length_mm to at least {gages.length_mm:g}",
-            )
-        )
-    if involves(doubtful, "gages.width_mm", "plates.span_mm", "body.depth_mm"):
-        return faults
-    if gages.width_mm > span:
-        faults.append(
-            Fault(
-                "gages.width_mm",
-                gages.width_mm,
-                f"at most the plate's span along z, {span:g}",
-                f"narrow the gage or raise plates.span_mm to at least {gages.width_mm:g}",
-            )
-        )
-    elif involves(doubtful, "gages.z_mm"):
-        pass
-    elif abs(gages.z_mm) + 0.5 * gages.width_mm > 0.5 * span + 1e-9:
-        reach = 0.5 * (span - gages.width_mm)
-        faults.append(
-            Fault(
-                "gages.z_mm",
-                gages.z_mm,
-                f"within -{reach:g} ... {reach:g}, so that the gage lies on the plate",
-                "move it toward 0, narrow the gage or raise plates.span_mm",
-            )
-        )
-    return faults
+def tetwild_faults(design: Design) -> list[Fault]:
+    """What tetwild cannot mesh of a sound design: nothing that is known."""
+    return []
+
+
+def plane_strain_faults(design: Design) -> list[Fault]:
+    """What one section cannot show of a sound design: a step body, plates that it does not cut.
+
+    A core that is not of full depth, domes, pins and plates of finite span are taken as they are
+    in the section z = 0, and drawn straight.
+    """
+    if design.body.shape == "step":
+        bound = "a parametric shape for --fidelity plane-strain: a STEP body's section is not taken"
+        return [Fault("body.shape", "step", bound, "take --fidelity 3d")]
+    faults: dict[str, Fault] = {}
+    for row in plate_rows(design):
+        if row.table.along == "z":
+            bound = "'x' for --fidelity plane-strain: the section z = 0 shows no plate along z"
+            key = row.key("along")
+            faults.setdefault(key, Fault(key, "z", bound, "take --fidelity 3d"))
+            continue
+        missed = [frame.index for frame in row.frames if not frame.low < 0.0 < frame.high]
+        if missed:
+            name = "stagger_mm" if row.table.stagger_mm else "span_offset_mm"
+            key, value = row.key(name), row.value(name)
+            bound = "such that the section z = 0 cuts every plate, for --fidelity plane-strain"
+            told = f"{bound} (it misses plate {missed[0]})"
+            faults.setdefault(key, Fault(key, value, told, "take --fidelity 3d"))
+    return list(faults.values())

@@ -1,123 +1,120 @@
-"""Distances between plates, and from plates to the body's faces, in closed form (numpy only)."""
+"""Distances from plates and core to the body's faces, in closed form (numpy only); mm.
+
+The space below a parametric body's contact surface and between its sides is convex, so a plate is
+nearest to the surface at a corner; a step body's heights are sampled all over its plates.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.design.layout import Array, PlateFrame, crest_height
+from fingerdesign.design.layout import Array, PlateFrame, surface_height
+from fingerdesign.design.profile import Piece, profile_of
 from fingerdesign.design.schema import Body
 
-IntArray = NDArray[np.int64]
+BEND_PIECES = 16  # chords of a bent plate: 2 mm long at R = 10 they stray by 0.2 micrometres
+_SAMPLES = 7  # along each edge of a plate below a step body's surface
+_STEP_GRID = 161  # heights across a step body
 
 
-def all_corners(frames: tuple[PlateFrame, ...]) -> Array:
-    """Section corners of every plate, shape (plates, 4, 2), mm."""
-    return np.array([frame.corners() for frame in frames]).reshape(-1, 4, 2)
+def plate_points(frame: PlateFrame) -> Array:
+    """The corners of a plate, and those along a bent one's faces, at both ends of its span."""
+    outline = frame.outline(BEND_PIECES)
+    return np.vstack([frame.to_space(outline, frame.low), frame.to_space(outline, frame.high)])
 
 
-def cover_clearances(body: Body, corners: Array, half_span: float) -> Array:
-    """Least distance of each plate to the contact surface's arc, shape (plates,), mm.
+def least_of_each(frames: tuple[PlateFrame, ...], groups: list[Array], values: Array) -> Array:
+    """The least value of each plate's points, shape (plates,)."""
+    starts = np.cumsum([0, *(len(group) for group in groups[:-1])])
+    return np.asarray(np.minimum.reduceat(values, starts)) if len(frames) else np.zeros(0)
 
-    ``corners`` (plates, 4, 2); the plates reach |z| <= half_span. Negative: the plate sticks out.
-    The distance to the full circle (torus), which the body's faces cut off: never more than the
-    distance to the surface. It is least at a corner, because the circle (torus) is convex there.
+
+def cover_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
+    """Least distance of each plate to the contact surface, shape (plates,), mm.
+
+    Negative: the plate sticks out; NaN: it lies where there is no surface. To a dome's surface
+    continued beyond the end faces: never more than the true distance.
     """
-    centre = crest_height(body) - body.arc_radius_mm
-    height = _meridian_height(body, corners[..., 1], half_span) - centre
-    return np.asarray((body.arc_radius_mm - np.hypot(corners[..., 0], height)).min(axis=1))
+    groups = [_dense(f) if body.shape == "step" else plate_points(f) for f in frames]
+    if not groups:
+        return np.zeros(0)
+    return least_of_each(frames, groups, surface_clearances(body, np.vstack(groups)))
 
 
-def cover_shortfall(body: Body, corners: Array, half_span: float, least: float) -> float:
-    """By how much every plate must go down to lie ``least`` below the surface, mm; <= 0: none.
-
-    Infinite where a corner lies beyond the arc's reach in x (no depth helps there).
-    """
-    centre = crest_height(body) - body.arc_radius_mm
-    x, y = corners[..., 0], corners[..., 1]
+def surface_clearances(body: Body, points: Array) -> Array:
+    """How far points (n, 3) lie below the contact surface, (n,), mm; negative above it."""
+    if body.shape == "step":
+        return _step_clearances(body, points)
+    profile = profile_of(body)
+    x, y, z = points.T
+    if body.shape == "revolved":
+        x = np.hypot(x, z)
+    elif body.dome_radius_mm is not None:
+        axis = profile.crest - body.dome_radius_mm
+        y = axis + np.hypot(np.maximum(y - axis, 0.0), z)  # the surface lies above its axis
+    plane = np.column_stack([np.abs(x), y])
+    away = np.min([_to_piece(piece, plane) for piece in profile.pieces], axis=0)
     with np.errstate(invalid="ignore"):
-        highest = centre + np.sqrt((body.arc_radius_mm - least) ** 2 - x**2)
-        if body.dome_radius_mm is not None:
-            axis = crest_height(body) - body.dome_radius_mm
-            highest = axis + np.sqrt((highest - axis) ** 2 - half_span**2)
-    return float(np.max(np.where(np.isnan(highest), np.inf, y - highest)))
+        inside = (plane[:, 0] <= profile.half_width + 1e-9) & (y < profile.height(plane[:, 0]))
+    return np.where(np.isnan(y + x), np.nan, np.where(inside, away, -away))
 
 
-def _meridian_height(body: Body, y: Array, z: float) -> Array:
-    """Height at z = 0 of the point that revolving the section carries to (y, z)."""
-    if body.dome_radius_mm is None:
-        return y
-    axis = crest_height(body) - body.dome_radius_mm
-    return np.asarray(axis + np.hypot(y - axis, z))
+def _to_piece(piece: Piece, plane: Array) -> Array:
+    """Unsigned distances (n,) to a piece of the outline, as it ends."""
+    a, b = np.array(piece.start), np.array(piece.end)
+    ends = np.minimum(np.linalg.norm(plane - a, axis=1), np.linalg.norm(plane - b, axis=1))
+    within = piece.beyond(plane) == 0.0
+    return np.where(within, np.abs(piece.distance(plane)), ends)
+
+
+def _dense(frame: PlateFrame) -> Array:
+    """Points all over a plate's upper and lower face, (n, 3)."""
+    s, w = np.meshgrid(
+        np.linspace(-0.5, 0.5, _SAMPLES) * frame.length,
+        np.linspace(frame.low, frame.high, _SAMPLES),
+    )
+    faces = [
+        frame.to_space(frame.from_local(s.ravel(), side * 0.5 * frame.thickness), w.ravel())
+        for side in (-1.0, 1.0)
+    ]
+    return np.vstack(faces)
+
+
+def _step_clearances(body: Body, points: Array) -> Array:
+    """Distances to the tangent planes at the nearest of sampled surface points; NaN beyond it."""
+    x = np.linspace(-0.5, 0.5, _STEP_GRID) * body.width_mm
+    z = np.linspace(-0.5, 0.5, _STEP_GRID) * body.depth_mm
+    height = surface_height(body, x[:, None], z[None, :])
+    with np.errstate(invalid="ignore"):
+        slope_x, slope_z = np.gradient(height, x, z)
+    grid = np.stack(np.broadcast_arrays(x[:, None], height, z[None, :]), axis=-1)
+    normal = np.stack([-slope_x, np.ones_like(height), -slope_z], axis=-1)
+    known = np.isfinite(normal).all(axis=-1) & np.isfinite(height)
+    grid, normal = grid[known], normal[known]
+    if not len(grid):
+        return np.full(len(points), np.nan)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    found = np.full(len(points), np.nan)
+    over = surface_height(body, points[:, 0], points[:, 2])
+    for k in np.flatnonzero(np.isfinite(over) & np.isfinite(points[:, 1])):
+        offset = grid - points[k]
+        near = int(np.argmin(np.einsum("nd,nd->n", offset, offset)))
+        found[k] = offset[near] @ normal[near]
+        found[k] = min(found[k], over[k] - points[k, 1]) if points[k, 1] > over[k] else found[k]
+    return found
 
 
 def least_dome_radius(body: Body, least_height: float) -> float:
     """Least ``dome_radius_mm`` for which every edge of the body is ``least_height`` high, mm.
 
-    With s the section's sagitta, h half the depth and b the side's height over ``least_height``,
-    the revolved corner has the height D - s > h, or y = crest - D + sqrt((D - s)^2 - h^2).
+    With s the section's sagitta (edges included), h half the depth and b the side's height over
+    ``least_height``, the revolved corner has the height D - s > h, or
+    y = crest - D + sqrt((D - s)^2 - h^2).
     """
+    profile = profile_of(body)
     half_depth = 0.5 * body.depth_mm
-    height = body.base_height_mm - least_height
-    sagitta = crest_height(body) - body.base_height_mm
+    height = profile.side_height - least_height
+    sagitta = profile.crest - profile.side_height
     if half_depth < height:
         return sagitta + half_depth
     return sagitta + 0.5 * height + half_depth**2 / (2.0 * height)
-
-
-@dataclass(frozen=True)
-class PlateGap:
-    """The least distance between two plates, mm (0: they touch or cross), and which ones."""
-
-    distance: float
-    first: int
-    second: int
-
-
-def pair_distances(first: Array, second: Array) -> Array:
-    """Distances between the rectangles with corners (n, 4, 2) and (n, 4, 2): shape (n,).
-
-    0 where they overlap, by separating axes; else the least distance of a corner of one to an
-    edge of the other, which is exact for convex polygons.
-    """
-    edges = np.concatenate([np.diff(first[:, :3], axis=1), np.diff(second[:, :3], axis=1)], axis=1)
-    along_first = np.einsum("nkd,ncd->nkc", edges, first)
-    along_second = np.einsum("nkd,ncd->nkc", edges, second)
-    apart = (along_first.min(2) > along_second.max(2)) | (along_second.min(2) > along_first.max(2))
-    distance = np.minimum(_corners_to_edges(first, second), _corners_to_edges(second, first))
-    return np.where(apart.any(axis=1), distance, 0.0)
-
-
-def _corners_to_edges(points: Array, polygon: Array) -> Array:
-    """Least distance of the points (n, 4, 2) to the edges of the polygons (n, 4, 2)."""
-    start = polygon[:, None]
-    edge = np.roll(polygon, -1, axis=1)[:, None] - start
-    offset = points[:, :, None] - start
-    share = (offset * edge).sum(-1) / (edge * edge).sum(-1)
-    rest = offset - np.clip(share, 0.0, 1.0)[..., None] * edge
-    return np.asarray(np.sqrt((rest * rest).sum(-1)).min(axis=(1, 2)))
-
-
-def least_gap(corners: Array, pairs: tuple[IntArray, IntArray] | None = None) -> PlateGap | None:
-    """The closest pair of plates, None for fewer than two; ``pairs`` limits the search."""
-    if len(corners) < 2:
-        return None
-    first, second = pairs if pairs is not None else np.triu_indices(len(corners), 1)
-    if pairs is None:
-        # A pair is at most its centres' distance apart, and at least that less two half diagonals.
-        centres = corners.mean(axis=1)
-        between = np.linalg.norm(centres[first] - centres[second], axis=1)
-        diagonal = np.linalg.norm(corners[:, 2] - corners[:, 0], axis=1).max()
-        near = between - diagonal <= between.min()
-        first, second = first[near], second[near]
-    distances = pair_distances(corners[first], corners[second])
-    closest = int(np.argmin(distances))
-    return PlateGap(float(distances[closest]), int(first[closest]), int(second[closest]))
-
-
-def adjacent(count: int) -> tuple[IntArray, IntArray]:
-    """The pairs (0, 1), (1, 2), ... of a row of plates."""
-    index = np.arange(count, dtype=np.int64)
-    return index[:-1], index[1:]

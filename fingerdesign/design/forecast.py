@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from fingerdesign.design import clearance
+from fingerdesign.design.gaps import least_gap
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -94,13 +95,13 @@ def summarise(design: Design, scene: Scene | None = None) -> Summary:
     body, plates = design.body, design.plates
     cover = gap = side = base = None
     if plates.number:
-        corners = clearance.all_corners(plate_frames(design))
-        half_span = 0.5 * (plates.span_mm if plates.span_mm is not None else body.depth_mm)
-        cover = float(clearance.cover_clearances(body, corners, half_span).min())
-        closest = clearance.least_gap(corners)
+        frames = plate_frames(design)
+        points = np.vstack([clearance.plate_points(frame) for frame in frames])
+        cover = float(clearance.cover_clearances(body, frames).min())
+        closest = least_gap(frames)
         gap = closest.distance if closest is not None else None
-        side = float(0.5 * body.width_mm - np.abs(corners[..., 0]).max())
-        base = float(corners[..., 1].min())
+        side = float(0.5 * body.width_mm - np.abs(points[:, 0]).max())
+        base = float(points[:, 1].min())
     return Summary(
         name=design.design.name,
         digest=design.digest(),

@@ -1,207 +1,307 @@
-"""Whether plates lie clear of the contact surface, the base, the sides and each other.
+"""Whether plates lie clear of the contact surface, the base, the sides and the end faces.
 
-Each fault names the worst plate (numbered from 0, left to right) and a computed remedy.
+Each fault names the worst plate (numbered from 0, row by row) and remedies that have been tried.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Set
+from collections.abc import Set
+from dataclasses import replace
 
 import numpy as np
 
 from fingerdesign.design import clearance
 from fingerdesign.design.faults import at_least, at_most, involves
-from fingerdesign.design.layout import Array, PlateFrame, plate_frames
+from fingerdesign.design.gaps import flat_corners
+from fingerdesign.design.layout import Array
+from fingerdesign.design.plate_rows import PlateRow, plate_rows
+from fingerdesign.design.remedies import Change, Finding, greatest, least, set_to, worst_by_key
+from fingerdesign.design.rows import row_frames
 from fingerdesign.design.schema import Body, Design, Plates
-from fingerdesign.errors import Fault
 
 # Thinner skins of rubber tear when the mold is opened, and no mesh of sane size resolves them.
 LEAST_CLEARANCE_MM = 0.1
-# Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
-LEAST_GAP = 0.5
-FLATTEST_MM = 1e4  # the largest body.arc_radius_mm
+_CLOSE = 1e-9
 
 
-def placing_faults(design: Design, doubtful: Set[str] = frozenset()) -> list[Fault]:
-    """Every fault of where the plates lie that involves no ``doubtful`` key.
-
-    A body that is not sound by itself has a doubtful key. Where that is the arc's radius only, the
-    row is judged on the roundest and on the flattest sound arc: what both find does not rest on it.
-    """
-    arc = "body.arc_radius_mm"
-    if involves(doubtful, "body.dome_radius_mm") and design.body.dome_radius_mm is not None:
-        # The middle section of every sound dome is the arc's; the cover is not judged (shape).
-        straight = design.body.model_copy(update={"shape": "arc", "dome_radius_mm": None})
-        design = design.model_copy(update={"body": straight})
-        doubtful = doubtful | {"body.shape"}
-    half_width = 0.5 * design.body.width_mm
-    if involves(doubtful, "body.width_mm") and design.body.arc_radius_mm < half_width:
-        design = design.model_copy(
-            update={
-                "body": design.body.model_copy(update={"width_mm": 2.0 * design.body.arc_radius_mm})
-            }
-        )
-    if not involves(doubtful, arc):
-        return _placing_faults(design, doubtful)
-    found = []
-    for radius in (0.5 * design.body.width_mm, FLATTEST_MM):
-        body = design.body.model_copy(update={"arc_radius_mm": radius})
-        trial = design.model_copy(update={"body": body})
-        found.append(_placing_faults(trial, doubtful - {arc, "body"}, whole=False))
-    both = {fault.key for fault in found[0]}
-    return [fault for fault in found[1] if fault.key in both]
-
-
-def _placing_faults(design: Design, doubtful: Set[str], whole: bool = True) -> list[Fault]:
-    """The faults on the design's own arc; not ``whole``: those that are the same on any arc."""
-    body, plates = design.body, design.plates
-    row = {f"plates.{key}" for key in ("length_mm", "thickness_mm")}
-    if plates.placement is None:
-        row |= {f"plates.{key}" for key in ("count", "pitch_mm", "angle_deg")}
-    else:
-        row |= {"plates.placement"}
-    if involves(doubtful, *row):
-        return []
-    regular = plates.placement is None
-    arc = {f"body.{key}" for key in ("arc_radius_mm", "width_mm")}
-    level = {"plates.cover_mm"} if regular else {"body.base_height_mm"}
-    surface = arc | level | {"body.shape"}
+def surface_keys(body: Body) -> set[str]:
+    """The keys that the contact surface's shape rests on."""
+    names = {"shape", "width_mm", "arc_radius_mm", "edge_radius_mm", "edge", "step"}
     if body.shape == "dome":
-        surface |= {"plates.span_mm", "body.dome_radius_mm", "body.depth_mm"}
-    base = arc | {"plates.cover_mm", "body.base_height_mm"} if regular else set()
-    frames = plate_frames(design)
-    corners = clearance.all_corners(frames)
-    # Where a regular row leaves the arc's circle it has no height; the sides refuse it.
-    placed = ~np.isnan(corners).any(axis=(1, 2))
-    sides_known = not involves(doubtful, "body.width_mm")
-    faults = _side_fault(body, plates, frames, corners) if sides_known else []
-    gaps_known = not regular or not involves(doubtful, "body.arc_radius_mm")
-    if not placed.all() or faults or not whole:
-        return faults + (_gap_fault(design, corners[placed]) if gaps_known else [])
-    depth = body.depth_mm
-    half_span = 0.5 * min(plates.span_mm if plates.span_mm is not None else depth, depth)
-    if not involves(doubtful, *surface):
-        faults += _cover_fault(body, plates, corners, half_span)
-    if not involves(doubtful, *base):
-        faults += _base_fault(body, plates, corners)
-    return faults + (_gap_fault(design, corners) if gaps_known else [])
+        names |= {"dome_radius_mm", "depth_mm"}
+    return {f"body.{name}" for name in names}
 
 
-def _key(plates: Plates, index: int, regular: str) -> tuple[str, object]:
-    """Key and value to blame for plate ``index``: ``plates.regular``, or its own placement row."""
-    if plates.placement is None:
-        return f"plates.{regular}", getattr(plates, regular)
-    return f"plates.placement[{index}]", list(plates.placement[index])
+def placing_findings(design: Design, doubtful: Set[str], whole: bool = True) -> list[Finding]:
+    """Every plate too near to a face of the body; one finding a key.
+
+    Not ``whole``: only what is the same below any surface. A row whose plates reach the sides is
+    not judged against the surface.
+    """
+    body = design.body
+    found: list[Finding] = []
+    for number, row in enumerate(plate_rows(design)):
+        follows = set() if row.table.follow == "level" else surface_keys(body)
+        if involves(doubtful, *row.where, *follows):
+            continue
+        beside, ends = _side(design, row, number, doubtful), list[Finding]()
+        found += beside
+        if not whole or any(not np.isfinite(frame.y) for frame in row.frames):
+            continue
+        if not involves(doubtful, *row.spanned):
+            ends = _ends(design, row, number, doubtful)
+            found += ends
+        level = {"body.base_height_mm"} if row.placed else row.keys("cover_mm")
+        if beside or involves(doubtful, *surface_keys(body), *level):
+            continue
+        if not ends and not involves(doubtful, *row.spanned):
+            found += _cover(design, row, number)
+        if not involves(doubtful, "body.base_height_mm"):
+            found += _base(design, row, number)
+    return worst_by_key(found)
 
 
-def _side_fault(
-    body: Body, plates: Plates, frames: tuple[PlateFrame, ...], corners: Array
-) -> list[Fault]:
-    reach = np.abs(corners[..., 0]).max(axis=1)
-    worst = int(np.argmax(reach))
-    allowed = 0.5 * body.width_mm - LEAST_CLEARANCE_MM
-    if reach[worst] <= allowed + 1e-9:
-        return []
-    centre = abs(frames[worst].x)
-    key, value = _key(plates, worst, "pitch_mm" if centre else "length_mm")
-    inner = allowed - (reach[worst] - centre)  # the farthest that this plate's centre may be
-    remedy = f"raise body.width_mm to at least {at_least(2 * (reach[worst] + LEAST_CLEARANCE_MM))}"
-    if plates.placement is not None and inner >= 0:
-        remedy = f"move it to |x| <= {at_most(inner)} or {remedy}"
-    elif inner > 0 and centre > 0:
-        remedy = f"lower it to at most {at_most(value * inner / centre)} or {remedy}"
-    bound = f"such that plates stay {LEAST_CLEARANCE_MM} mm inside |x| = {0.5 * body.width_mm:g}"
-    return [Fault(key, value, f"{bound} (plate {worst} reaches {reach[worst]:.4g})", remedy)]
+def _limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:
+    """Axis, key and half-extent of the body along the row, then across it."""
+    x = ("x", "body.width_mm", 0.5 * body.width_mm)
+    z = ("z", "body.depth_mm" if body.shape != "revolved" else x[1], 0.5 * body.depth_mm)
+    return (*x, *z) if row.table.along == "x" else (*z, *x)
 
 
-def _cover_fault(body: Body, plates: Plates, corners: Array, half_span: float) -> list[Fault]:
-    distances = clearance.cover_clearances(body, corners, half_span)
-    worst = int(np.argmin(distances))
-    if distances[worst] >= LEAST_CLEARANCE_MM - 1e-9:
-        return []
-    key, value = _key(plates, worst, "cover_mm")
-    if plates.placement is None:
-        short = clearance.cover_shortfall(body, corners, half_span, LEAST_CLEARANCE_MM)
-        raised = plates.cover_mm + short
-        remedy = (
-            "" if math.isinf(short) else f"raise plates.cover_mm to at least {at_least(raised)}"
-        )
+def side_reaches(row: PlateRow) -> Array:
+    """How far each plate reaches from the middle along its row, (plates,); infinite: nowhere."""
+    if any(frame.bend_radius is not None for frame in row.frames):
+        reach = np.array([np.abs(frame.outline()[:, 0]).max() for frame in row.frames])
     else:
-        own = corners[worst : worst + 1]
-        short = clearance.cover_shortfall(body, own, half_span, LEAST_CLEARANCE_MM)
-        remedy = "" if math.isinf(short) else f"lower its y by at least {at_least(short)}"
-    if math.isinf(short):
-        remedy = "move the plates inward"
-    bound = f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface"
-    return [Fault(key, value, f"{bound} (plate {worst}: {distances[worst]:.4g})", remedy)]
+        reach = np.abs(flat_corners(row.frames)[..., 0]).max(axis=1)
+    return np.where(np.isnan(reach), np.inf, reach)
 
 
-def _base_fault(body: Body, plates: Plates, corners: Array) -> list[Fault]:
-    heights = corners[..., 1].min(axis=1)
+def row_reach(body: Body, table: Plates) -> float:
+    """How far the plates of a row's table reach along it, mm; of a level row without its frames."""
+    if table.follow != "level":
+        return float(side_reaches(PlateRow(table, tuple(row_frames(body, table, 0)))).max())
+    angle = np.radians(table.angle_deg)
+    own = table.length_mm * abs(np.cos(angle)) + table.thickness_mm * abs(np.sin(angle))
+    row = 0.5 * (table.count - 1) * table.pitch_mm
+    return float(abs(table.offset_mm) + row + 0.5 * own)
+
+
+def _again(design: Design, number: int) -> PlateRow:
+    return plate_rows(design)[number]
+
+
+def _side(design: Design, row: PlateRow, number: int, doubtful: Set[str]) -> list[Finding]:
+    axis, wide, half, *_ = _limits(design.body, row)
+    if involves(doubtful, wide):
+        return []
+    reach, allowed = side_reaches(row), half - LEAST_CLEARANCE_MM
+    worst = int(np.argmax(reach))
+    if reach[worst] <= allowed + _CLOSE:
+        return []
+    frame = row.frames[worst]
+
+    def fits(name: str, value: float) -> bool:
+        return row_reach(design.body, row.table.model_copy(update={name: value})) <= allowed
+
+    pitch, offset = row.table.pitch_mm, row.table.offset_mm
+    name = "length_mm"
+    if not row.placed and offset and fits("offset_mm", 0.0):
+        name = "offset_mm"
+    elif not row.placed and frame.place != 0.0:
+        name = "pitch_mm"
+    key, value = row.blame(frame.index, name)
+
+    def changes() -> list[Change]:
+        found = []
+        inner = allowed - (reach[worst] - abs(frame.place))
+        if row.placed:
+            if inner >= 0:
+                found.append(Change(f"move it to |{axis}| <= {at_most(inner)}"))
+        elif name == "pitch_mm":
+            most = greatest(lambda p: fits("pitch_mm", p), 0.01, pitch)
+            if most is not None:
+                found.append(Change.to("lower it to at most", key, at_most(most)))
+            fewer = [n for n in range(row.table.count - 1, 0, -1) if fits("count", n)][:1]
+            if fewer and most is None:
+                found.append(Change.to("lower", row.key("count"), str(fewer[0])))
+        elif name == "offset_mm":
+            most = greatest(lambda o: fits("offset_mm", np.copysign(o, offset)), 0.0, abs(offset))
+            if most is not None:
+                sign = "-" if offset < 0 else ""
+                found.append(Change.to("set it to", key, sign + at_most(most)))
+        if np.isfinite(reach[worst]):
+            raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
+            found.append(Change.to(f"raise {wide} to at least", wide, raised))
+        return found
+
+    told = f"{reach[worst]:.4g}" if np.isfinite(reach[worst]) else "beyond the surface"
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside |{axis}| = {half:g} "
+        f"(plate {frame.index} reaches {told})"
+    )
+    over = float(min(reach[worst], 1e6)) - allowed
+    return [Finding(key, value, bound, over, changes, "move the plates inward or shorten them")]
+
+
+def _ends(design: Design, row: PlateRow, number: int, doubtful: Set[str]) -> list[Finding]:
+    """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
+    *_, axis, deep, half = _limits(design.body, row)
+    if design.body.shape == "revolved":
+        return _round(design, row, number, doubtful)
+    if involves(doubtful, deep):
+        return []
+    over = np.array([_excess(frame.low, frame.high, half) for frame in row.frames])
+    worst = int(np.argmax(over))
+    if over[worst] <= 0.0:
+        return []
+    frame = row.frames[worst]
+    name = _span_culprit(row, half)
+    key, value = row.key(name), row.value(name)
+    own_z = row.table.placement is not None and len(row.table.placement[frame.index]) > 3
+    if own_z and name != "span_mm":
+        key, value = row.blame(frame.index, name)
+
+    def changes() -> list[Change]:
+        sideways = max(abs(each.middle) for each in row.frames)
+        most = 2.0 * (half - LEAST_CLEARANCE_MM - sideways)
+        found = []
+        if most > 0.1:
+            found.append(Change.to("lower", row.key("span_mm"), at_most(most)))
+        if sideways == 0.0:
+            found.insert(0, Change.to("set", row.key("span_mm"), f"{2.0 * half:g}"))
+            reach = at_least(2.0 * max(abs(frame.low), abs(frame.high)))
+            found.append(Change.to(f"raise {deep} to at least", deep, reach))
+        elif name != "span_mm" and not own_z:
+            found.append(Change.to("set", row.key(name), "0"))
+        return found
+
+    bound = (
+        f"such that plates end at |{axis}| = {half:g} or {LEAST_CLEARANCE_MM} mm inside it "
+        f"(plate {frame.index}: {frame.low:.4g} to {frame.high:.4g}): a thinner skin cannot be cast"
+    )
+    return [Finding(key, value, bound, float(over[worst]), changes, "move the plates inward")]
+
+
+def _excess(low: float, high: float, half: float) -> float:
+    """By how much a span's ends are where they must not be, mm; 0: nothing."""
+    worst = 0.0
+    for end in (-low, high):
+        if end > half + _CLOSE or half - LEAST_CLEARANCE_MM + _CLOSE < end < half - _CLOSE:
+            worst = max(worst, end - half + LEAST_CLEARANCE_MM)
+    return worst
+
+
+def _span_culprit(row: PlateRow, half: float) -> str:
+    """Which of a row's keys to blame for spans that leave the body."""
+    span, offset, stagger = (
+        row.frames[0].span,
+        abs(row.table.span_offset_mm),
+        0.5 * abs(row.table.stagger_mm),
+    )
+    if span > 2.0 * half - 2.0 * LEAST_CLEARANCE_MM + _CLOSE and (
+        row.table.span_mm is not None or not offset + stagger
+    ):
+        return "span_mm"
+    if offset and _excess(0.0, 0.5 * span + stagger, half) == 0.0:
+        return "span_offset_mm"
+    return "stagger_mm" if stagger else "span_offset_mm"
+
+
+def _round(design: Design, row: PlateRow, number: int, doubtful: Set[str]) -> list[Finding]:
+    """Plates of a revolved body that leave its round section."""
+    if involves(doubtful, "body.width_mm"):
+        return []
+    allowed = 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
+    reach = _radii(row)
+    worst = int(np.argmax(reach))
+    if reach[worst] <= allowed + _CLOSE:
+        return []
+    frame = row.frames[worst]
+    key, value = row.key("span_mm"), row.value("span_mm")
+
+    def changes() -> list[Change]:
+        along = float(side_reaches(row).max())
+        sideways = max(abs(each.middle) for each in row.frames)
+        room = np.sqrt(max(allowed**2 - along**2, 0.0)) - sideways
+        raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
+        found = [Change.to("raise body.width_mm to at least", "body.width_mm", raised)]
+        if room > 0.05:
+            found.insert(0, Change.to(f"set {key} to at most", key, at_most(2.0 * room)))
+        return found
+
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the round section of radius "
+        f"{allowed + LEAST_CLEARANCE_MM:g} (plate {frame.index} reaches {reach[worst]:.4g})"
+    )
+    over = float(reach[worst] - allowed)
+    return [Finding(key, value, bound, over, changes, "shorten the row or narrow the plates")]
+
+
+def _radii(row: PlateRow) -> Array:
+    """How far each plate reaches from the axis of a revolved body, (plates,)."""
+    groups = [clearance.plate_points(frame) for frame in row.frames]
+    return np.array([np.hypot(points[:, 0], points[:, 2]).max() for points in groups])
+
+
+def _cover(design: Design, row: PlateRow, number: int) -> list[Finding]:
+    distances = clearance.cover_clearances(design.body, row.frames)
+    distances = np.where(np.isnan(distances), -np.inf, distances)
+    worst = int(np.argmin(distances))
+    if distances[worst] >= LEAST_CLEARANCE_MM - _CLOSE:
+        return []
+    frame = row.frames[worst]
+    key, value = row.blame(frame.index, "cover_mm")
+
+    def clear(trial: Design) -> bool:
+        distances = clearance.cover_clearances(trial.body, _again(trial, number).frames)
+        return bool(distances.min() >= LEAST_CLEARANCE_MM - _CLOSE)  # False for NaN
+
+    def lower(down: float) -> bool:
+        moved = (replace(frame, y=frame.y - down),)
+        return bool(clearance.cover_clearances(design.body, moved)[0] >= LEAST_CLEARANCE_MM)
+
+    def changes() -> list[Change]:
+        room = max(frame.y, LEAST_CLEARANCE_MM)
+        if row.placed:
+            down = least(lower, 0.0, room)
+            return [] if down is None else [Change(f"lower its y by at least {at_least(down)}")]
+        cover = row.table.cover_mm
+        raised = least(lambda c: set_to(design, key, c, clear), cover, cover + room)
+        words = f"raise {key} to at least"
+        return [] if raised is None else [Change.to(words, key, at_least(raised))]
+
+    told = f"{distances[worst]:.4g}" if np.isfinite(distances[worst]) else "beyond it"
+    bound = (
+        f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface "
+        f"(plate {frame.index}: {told})"
+    )
+    over = LEAST_CLEARANCE_MM - float(distances[worst])
+    return [Finding(key, value, bound, over, changes, "move the plates inward")]
+
+
+def _base(design: Design, row: PlateRow, number: int) -> list[Finding]:
+    heights = np.array([frame.outline()[:, 1].min() for frame in row.frames])
     worst = int(np.argmin(heights))
     short = LEAST_CLEARANCE_MM - float(heights[worst])
-    if short <= 1e-9:
+    if short <= _CLOSE:
         return []
-    key, value = _key(plates, worst, "cover_mm")
-    raised = at_least(body.base_height_mm + short)
-    remedy = f"raise body.base_height_mm to at least {raised}"
-    if plates.placement is not None:
-        remedy = f"raise its y by at least {at_least(short)}"
-    elif plates.cover_mm > short:
-        remedy = f"lower plates.cover_mm to at most {at_most(plates.cover_mm - short)} or {remedy}"
-    bound = f"such that plates stay {LEAST_CLEARANCE_MM} mm above the base y = 0"
-    return [Fault(key, value, f"{bound} (plate {worst}: {heights[worst]:.4g})", remedy)]
+    frame = row.frames[worst]
+    key, value = row.blame(frame.index, "cover_mm")
 
+    def changes() -> list[Change]:
+        if row.placed:
+            return [Change(f"raise its y by at least {at_least(short)}")]
+        base = "body.base_height_mm"
+        raised = at_least(design.body.base_height_mm + short)
+        found = [Change.to(f"raise {base} to at least", base, raised)]
+        lowered = row.table.cover_mm - short
+        if lowered > 0.01:
+            found.insert(0, Change.to(f"lower {key} to at most", key, at_most(lowered)))
+        return found
 
-def _gap_fault(design: Design, corners: Array) -> list[Fault]:
-    plates, gap = design.plates, clearance.least_gap(corners)
-    least = LEAST_GAP * plates.thickness_mm
-    if gap is None or gap.distance >= least - 1e-9:
-        return []
-    key, value = _key(plates, gap.second, "pitch_mm")
-    near = "cross" if gap.distance == 0 else f"come within {gap.distance:.4g}"
-    bound = f"such that plates stay {least:g} mm (half a thickness) apart"
-    if plates.placement is None:
-        remedy = _wider_pitch(design, least)
-    else:
-        remedy = f"move it away from plate {gap.first}"
-    return [Fault(key, value, f"{bound} (plates {gap.first} and {gap.second} {near})", remedy)]
-
-
-def _wider_pitch(design: Design, least: float) -> str:
-    """The least pitch at which neighbours are ``least`` apart, by bisection, as a remedy."""
-    plates = design.plates
-    shorter = "shorten, thin or turn the plates, or lower plates.count"
-    low, high = plates.pitch_mm, plates.length_mm + plates.thickness_mm + least
-
-    def apart(pitch: float) -> bool:
-        trial = design.model_copy(update={"plates": plates.model_copy(update={"pitch_mm": pitch})})
-        corners = clearance.all_corners(plate_frames(trial))
-        if np.isnan(corners).any():
-            return False
-        gap = clearance.least_gap(corners, clearance.adjacent(len(corners)))
-        return gap is not None and gap.distance >= least
-
-    def fits(pitch: float) -> bool:
-        half = 0.5 * (plates.number - 1) * pitch
-        angle = math.radians(plates.angle_deg)
-        along, across = 0.5 * plates.length_mm, 0.5 * plates.thickness_mm
-        extent = along * abs(math.cos(angle)) + across * abs(math.sin(angle))
-        return half + extent <= 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
-
-    widest = _largest(fits, 0.0, high)
-    if widest <= low or not apart(widest):
-        return shorter
-    pitch = widest - _largest(lambda less: apart(widest - less), 0.0, widest - low)
-    return f"raise plates.pitch_mm to at least {at_least(pitch)} or {shorter}"
-
-
-def _largest(holds: Callable[[float], bool], low: float, high: float) -> float:
-    """The largest value in [low, high] up to which ``holds``, by bisection; it holds at ``low``."""
-    if holds(high):
-        return high
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm above the base y = 0 "
+        f"(plate {frame.index}: {heights[worst]:.4g})"
+    )
+    return [Finding(key, value, bound, short, changes, "move the plates upward")]

@@ -1,16 +1,13 @@
 """Closed-form distances against brute force, and the layout that they rest on."""
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.design.clearance import (
-    all_corners,
-    cover_clearances,
-    least_dome_radius,
-    least_gap,
-    pair_distances,
-)
+from fingerdesign.design.clearance import cover_clearances, least_dome_radius
+from fingerdesign.design.gaps import least_gap, pair_distances
 from fingerdesign.design.layout import PlateFrame, crest_height, plate_frames, surface_height
 from fingerdesign.design.schema import Body, Design
 
@@ -20,6 +17,10 @@ NUMBER = st.floats(-3, 3)
 
 def frame(x, y, angle, length=2.0, thickness=0.3):
     return PlateFrame(0, x, y, angle, length, thickness, -1.0, 1.0)
+
+
+def all_corners(frames):
+    return np.array([each.corners() for each in frames])
 
 
 def filled(plate, count=41):
@@ -49,20 +50,21 @@ def test_crossing_rectangles_touch():
 
 
 def test_least_gap_finds_the_pair():
-    frames = tuple(frame(x, 0, 90) for x in (0.0, 1.0, 1.9, 3.0))
-    gap = least_gap(all_corners(frames))
+    places = enumerate((0.0, 1.0, 1.9, 3.0))
+    frames = tuple(replace(frame(x, 0, 90), index=k) for k, x in places)
+    gap = least_gap(frames)
     assert (gap.first, gap.second) == (1, 2)
     assert np.isclose(gap.distance, 0.6)
-    assert least_gap(all_corners(frames[:1])) is None
+    assert least_gap(frames[:1]) is None
 
 
 @QUICK
 @given(st.floats(-6, 6), st.floats(9, 11), st.floats(-90, 90), st.floats(0.5, 6), st.booleans())
 def test_cover_is_the_distance_to_the_surface(x, y, angle, half_span, dome):
     body = Body(shape="dome", dome_radius_mm=25.0, depth_mm=14.0) if dome else Body(depth_mm=14.0)
-    plate = frame(x, y, angle)
+    plate = replace(frame(x, y, angle), low=-half_span, high=half_span)
     corners = all_corners((plate,))
-    clearance = cover_clearances(body, corners, half_span)[0]
+    clearance = cover_clearances(body, (plate,))[0]
     u = np.linspace(-10, 10, 401)
     w = np.linspace(-7, 7, 281)
     grid = np.meshgrid(u, w, indexing="ij")

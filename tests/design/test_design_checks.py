@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from fingerdesign.design.checks import design_faults
 from fingerdesign.design.io import _design_of
-from fingerdesign.design.placing import LEAST_CLEARANCE_MM, LEAST_GAP
+from fingerdesign.design.placing import LEAST_CLEARANCE_MM
 from fingerdesign.design.schema import Design
+from fingerdesign.design.spacing import LEAST_GAP
 from fingerdesign.errors import DesignError
 
 QUICK = settings(max_examples=80, derandomize=True, deadline=None)
