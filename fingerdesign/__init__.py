@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from fingerdesign.errors import DesignError as DesignError
     from fingerdesign.errors import FingerDesignError as FingerDesignError
     from fingerdesign.errors import SolverError as SolverError
+    from fingerdesign.geometry.from_python import with_body as with_body
     from fingerdesign.pipeline import analyse as analyse
     from fingerdesign.results import Result as Result
 
@@ -41,6 +42,7 @@ _HOMES = {
     "parse_design": "fingerdesign.design.io",
     "parse_scene": "fingerdesign.design.io",
     "with_values": "fingerdesign.design.io",
+    "with_body": "fingerdesign.geometry.from_python",
     "analyse": "fingerdesign.pipeline",
 }
 

@@ -15,8 +15,10 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.design.checks import design_faults
 from fingerdesign.design.faults import fault_of, involves, shown, undexed
+from fingerdesign.design.meshing import resolved_file
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
+from fingerdesign.design.step_files import resolved, without_sizes
 from fingerdesign.errors import DesignError, Fault
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -40,7 +42,7 @@ class Judged(Generic[_Found]):
 
 def load_design(path: str | Path) -> Design:
     """Read a design file. Raises :class:`DesignError` with every fault found in it."""
-    return parse_design(_read(Path(path)), str(path))
+    return parse_design(_read(Path(path)), str(path), Path(path).parent)
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -48,15 +50,18 @@ def load_scene(path: str | Path) -> Scene:
     return parse_scene(_read(Path(path)), str(path))
 
 
-def parse_design(text: str, source: str = "") -> Design:
+def parse_design(text: str, source: str = "", folder: Path | None = None) -> Design:
     """Return the design that TOML ``text`` says; ``source`` names it in the faults.
+
+    Files that it names lie in ``folder`` (None: the working directory) or are absolute. The sizes
+    of a STEP body are read from its file.
 
     Raises :class:`DesignError` with every fault of keys and values, and every one of the geometry
     that involves no faulty key: the geometry is judged with faulty keys replaced by their defaults
     (a misspelt key makes the one that was meant faulty), and what such a default may have caused
     or hidden is told only once the key is mended.
     """
-    return _design_of(_toml(text, source), source)
+    return _design_of(_toml(text, source), source, folder)
 
 
 def parse_scene(text: str, source: str = "") -> Scene:
@@ -80,7 +85,7 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
 
     None takes a key's value away. Raises :class:`DesignError` with every fault.
     """
-    data = design.model_dump(mode="json", exclude_none=True)
+    data = without_sizes(design.model_dump(mode="json", exclude_none=True))
     for key, value in values.items():
         *tables, last = key.split(".")
         table = data
@@ -163,12 +168,13 @@ def _counts_only_sound(error: ErrorDetails) -> bool:
     )
 
 
-def judge_design(text: str, source: str = "") -> Judged[Design]:
+def judge_design(text: str, source: str = "", folder: Path | None = None) -> Judged[Design]:
     """Return what can be said of a design's TOML ``text``: the design as far as it is sound.
 
-    Raises :class:`DesignError` only where the text is no TOML.
+    ``folder``: where files that it names lie. Raises :class:`DesignError` only where the text is no
+    TOML.
     """
-    return _judged_design(_toml(text, source))
+    return _judged_design(_toml(text, source), folder)
 
 
 def judge_scene(text: str, source: str = "") -> Judged[Scene]:
@@ -181,18 +187,21 @@ def read_text(path: str | Path) -> str:
     return _read(Path(path))
 
 
-def _judged_design(data: dict[str, Any]) -> Judged[Design]:
-    found = _judged(Design, data, {"design": {"name": "unnamed"}})
+def _judged_design(data: dict[str, Any], folder: Path | None) -> Judged[Design]:
+    known = resolved(resolved_file(data, folder or Path.cwd()), folder)
+    found = _judged(Design, known.data, {"design": {"name": "unnamed"}})
+    told = [*known.faults, *found.faults]
+    doubtful = found.doubtful | known.doubtful
     if found.value is None:
-        return found
-    geometry = design_faults(found.value, found.doubtful)
-    faults = found.faults + geometry + _assumed_faults(found.value, found.doubtful)
-    doubtful = found.doubtful | {undexed(fault.key) for fault in geometry}
+        return Judged(None, _distinct(told), doubtful)
+    geometry = design_faults(found.value, doubtful)
+    faults = told + geometry + _assumed_faults(found.value, doubtful)
+    doubtful |= {undexed(fault.key) for fault in geometry}
     return Judged(found.value, _distinct(faults), doubtful)
 
 
-def _design_of(data: dict[str, Any], source: str) -> Design:
-    found = _judged_design(data)
+def _design_of(data: dict[str, Any], source: str, folder: Path | None = None) -> Design:
+    found = _judged_design(data, folder)
     if found.faults or found.value is None:
         raise DesignError(found.faults, source)
     return found.value

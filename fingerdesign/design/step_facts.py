@@ -106,6 +106,15 @@ def step_facts(step: StepFile) -> StepFacts:
     return found
 
 
+def outline_file(step: StepFile) -> Path:
+    """The solid of a STEP body, turned and moved, as BREP; read anew where it was cleared away."""
+    found = step_facts(step)
+    if not found.brep.is_file():
+        _outcome.cache_clear()
+        found = step_facts(step)
+    return found.brep
+
+
 def content_of(file: str) -> str:
     """SHA-256, in hexadecimal, of what a STEP file says: all after its header, which holds the time
     and program of writing. DesignError where it cannot be read."""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.cad_faces import CadFace, nearest
-from fingerdesign.design.step_facts import StepFacts, step_facts
+from fingerdesign.design.step_facts import StepFacts, outline_file, step_facts
 from fingerdesign.errors import GeometryError
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def step_outline(step: StepFile) -> cq.Solid:
     """
     import cadquery as cq
 
-    kept = step_facts(step).brep
+    kept = outline_file(step)
     try:
         shape = cq.Shape.importBrep(str(kept))
         solids: Sequence[cq.Solid] = [shape] if isinstance(shape, cq.Solid) else shape.Solids()
