@@ -81,7 +81,7 @@ def judged_design(
     from fingerdesign.errors import DesignError
 
     try:
-        found = judge_design(design_text(name), str(name))
+        found = judge_design(design_text(name), str(name), Path(name).parent)
     except DesignError as error:
         return None, error
     own = DesignError(found.faults, str(name))

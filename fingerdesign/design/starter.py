@@ -104,7 +104,8 @@ def find_design(file_or_name: str | Path) -> Design:
     """
     from fingerdesign.design.io import parse_design
 
-    return parse_design(design_text(file_or_name), str(file_or_name))
+    folder = Path(file_or_name).parent
+    return parse_design(design_text(file_or_name), str(file_or_name), folder)
 
 
 def design_text(file_or_name: str | Path) -> str:

@@ -25,7 +25,12 @@ Array = NDArray[np.float64]
 def main(arguments: Sequence[str]) -> int:
     """Read one file; 0 also where it is refused."""
     die_with_parent()
-    folder = Path(arguments[0])
+    answer(Path(arguments[0]))
+    return 0
+
+
+def answer(folder: Path) -> None:
+    """Answer the request in a folder."""
     request = json.loads((folder / "request.json").read_text("utf-8"))
     from fingerdesign.errors import DesignError
 
@@ -35,7 +40,6 @@ def main(arguments: Sequence[str]) -> int:
         fault = error.faults[0]
         words = [fault.key, fault.value, fault.bound, fault.remedy]
         (folder / "fault.json").write_text(json.dumps(words), "utf-8")
-    return 0
 
 
 def digest_step(request: dict[str, Any], folder: Path) -> None:
