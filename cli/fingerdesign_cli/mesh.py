@@ -16,18 +16,15 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
 _FILE = click.Path(path_type=Path)
-# Those of meshio's that keep quadratic cells of both dimensions; .xdmf asks for h5py besides.
-ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
+# Those that keep quadratic cells of both dimensions.
+ENDINGS = ("vtu", "vtk", "msh", "inp", "xdmf", "mdpa")
 
 
 def _endings(_context: click.Context, _parameter: click.Parameter, value: tuple[str, ...]) -> Any:
-    from importlib.util import find_spec
-
-    known = (*ENDINGS, "xdmf") if find_spec("h5py") else ENDINGS
-    endings = tuple(ending.lstrip(".") for ending in value)
+    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in value))
     for ending in endings:
-        if ending not in known:
-            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(known)}")
+        if ending not in ENDINGS:
+            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
     return endings
 
 
@@ -60,10 +57,15 @@ def _endings(_context: click.Context, _parameter: click.Parameter, value: tuple[
     default=("vtu",),
     show_default=True,
     callback=_endings,
-    help="vtu, vtk, msh (Gmsh), inp (Abaqus), mdpa (Kratos), and xdmf where h5py is installed; "
-    "may be repeated.",
+    help="vtu, vtk and xdmf (ParaView), msh (Gmsh), inp (CalculiX, Abaqus), mdpa (Kratos); may be "
+    "repeated.",
 )
-@click.option("--picture/--no-picture", default=True, help="Draw mesh.png.", show_default=True)
+@click.option(
+    "--picture/--no-picture",
+    default=True,
+    help="Draw mesh.png and quality.png.",
+    show_default=True,
+)
 @output_options
 def command(
     design: Path,
@@ -77,10 +79,13 @@ def command(
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is.
 
-    DESIGN is a file or a shipped design's name. Writes mesh.ENDING for each --format,
-    quality.txt, quality.json and mesh.png. Quadratic elements; cells carry their region (0
-    elastomer, k + 1 plate k), facets the name of their face.
+    DESIGN is a file or a shipped design's name; with mesh.mesher = "file" its mesh is read, checked
+    and fitted. Writes mesh.ENDING for each --format, quality.txt and quality.json (angles, aspects,
+    sizes against those asked, volumes and distances to the CAD faces), mesh.png and quality.png.
+    Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
+    their face (base, contact, side, end, symmetry).
     """
+    from fingerdesign.mesh.asked import asked_sizes
     from fingerdesign.mesh.quality import assess
     from fingerdesign.pipeline import make_mesh
 
@@ -88,15 +93,19 @@ def command(
     with progress(finger.design.name, quiet) as tell:
         tell(f"meshing ({fidelity})")
         symmetric = finger.mirrors_in_z and (scene is None or scene.mirrors_in_z)
-        mesh = make_mesh(finger, fidelity, _zone(finger, scene), symmetric)
-        report = assess(mesh, finger)
+        zone = _zone(finger, scene)
+        mesh = make_mesh(finger, fidelity, zone, symmetric)
+        asked = asked_sizes(finger, mesh, zone.half_width, zone.half_depth)
+        report = assess(mesh, finger, asked)
         tell("writing")
         files = _write(mesh, out, formats, report.text(), report.to_dict())
         if picture:
             from fingerdesign.mesh.picture import draw_mesh
+            from fingerdesign.mesh.quality_picture import draw_quality
 
             tell("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png"))
+            files.append(draw_quality(mesh, finger, report, out / "quality.png", asked))
     if as_json:
         print_json({**report.to_dict(), "files": [str(path) for path in files]})
     elif not quiet:

@@ -198,8 +198,8 @@ class _Deck:
         for name, members in self.surfaces.items():
             chosen = [(row_of[n], face) for n, face in members if n in row_of]
             found[name] = np.array([rows[row, list(faces[face])] for row, face in chosen])
-        for name, members in self.elsets.items():
-            own = [self.elements[n] for n in members if len(self.elements.get(n, ())) == flat]
+        for name, numbers in self.elsets.items():
+            own = [self.elements[n] for n in numbers if len(self.elements.get(n, [])) == flat]
             if own and name not in found:
                 width = len(faces[0])
                 found[name] = np.array([[order[n] for n in nodes[:width]] for nodes in own])

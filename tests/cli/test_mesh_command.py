@@ -42,7 +42,7 @@ def test_mesh_report_and_picture_are_written(
     options = ["--fidelity", fidelity, "--format", "vtu", "--format", "msh", "--quiet", "--json"]
     assert main(["mesh", str(design), "--out", str(out), *options]) == 0
     printed = json.loads(capsys.readouterr().out)
-    names = {"mesh.vtu", "mesh.msh", "quality.txt", "quality.json", "mesh.png"}
+    names = {"mesh.vtu", "mesh.msh", "quality.txt", "quality.json", "mesh.png", "quality.png"}
     assert {path.name for path in out.iterdir()} == names
     assert {Path(path).name for path in printed["files"]} == names
     report = json.loads((out / "quality.json").read_text())
@@ -52,7 +52,10 @@ def test_mesh_report_and_picture_are_written(
         mesh = read_mesh(out / name)
         assert len(mesh.cells) == report["elements"]
         assert mesh.dimension == dimension
-    assert (out / "mesh.png").read_bytes().startswith(b"\x89PNG")
+    for name in ("mesh.png", "quality.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
+    assert set(report["size_ratio"]) == {"contact", "plates", "rest"}
+    assert max(report["surface_distance_mm"].values()) < 1e-9
     assert f"{report['elements']}" in (out / "quality.txt").read_text()
 
 
