@@ -9,11 +9,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import cadquery as cq
+import numpy as np
+from OCP.BOPTools import BOPTools_AlgoTools3D
+from OCP.gp import gp_Pnt, gp_Pnt2d
+from OCP.IntTools import IntTools_Context
 
 from fingerdesign.errors import GeometryError
 
 if TYPE_CHECKING:
-    from fingerdesign.design.body_table import Body
+    from fingerdesign.design.body_table import Body, StepFile
     from fingerdesign.geometry.fuse import Fused
 
 FACE_NAMES = ("base", "contact", "side", "end", "symmetry")
@@ -27,9 +31,12 @@ def named_faces(
 
     GeometryError where the outline lacks a face that its shape must have.
     """
-    named: dict[str, list[cq.Face]] = {name: [] for name in face_names(body, half)}
-    for face, pieces in zip(outline.Faces(), parts.outer, strict=True):
-        name = face_name(body, face, half)
+    whole = outline.Faces()
+    names = step_face_names(body.step, whole, half) if body.step is not None else None
+    names = names or [face_name(body, face, half) for face in whole]
+    wanted = face_names(body, half) if body.step is None else ("base", "contact", *names)
+    named: dict[str, list[cq.Face]] = {name: [] for name in wanted}
+    for name, pieces in zip(names, parts.outer, strict=True):
         if name not in named:
             raise GeometryError(f"a face of the body was taken for its {name!r} face: it has none")
         named[name] += pieces
@@ -57,10 +64,33 @@ def face_name(body: Body, face: cq.Face, half: bool) -> str:
     bounds = face.BoundingBox(1e-7)
     if bounds.ylen < NEAR_MM and abs(bounds.ymin) < NEAR_MM:
         return "base"
-    if bounds.zlen < NEAR_MM and half and abs(bounds.zmin) < NEAR_MM:
+    if half and _in_symmetry_plane(face):
         return "symmetry"
     if bounds.xlen < NEAR_MM and abs(abs(bounds.xmin) - 0.5 * body.width_mm) < NEAR_MM:
         return "side"
     if bounds.zlen < NEAR_MM and abs(abs(bounds.zmin) - 0.5 * body.depth_mm) < NEAR_MM:
         return "end"
     return "contact"
+
+
+def step_face_names(step: StepFile, faces: list[cq.Face], half: bool) -> list[str]:
+    """Names of the faces of a STEP body's outline (of its half), as the rules of its table say.
+
+    Each goes by a place in its middle, where exactly one of the file's faces is near.
+    """
+    from fingerdesign.design.step_facts import step_facts
+
+    places = []
+    for face in faces:
+        place, uv = gp_Pnt(), gp_Pnt2d()
+        if BOPTools_AlgoTools3D.PointInFace_s(face.wrapped, place, uv, IntTools_Context()) != 0:
+            raise GeometryError("the CAD kernel found no place within a face of body.step")
+        places.append(place.Coord())
+    names = [str(name) for name in step_facts(step).names(np.array(places))]
+    cut = [half and _in_symmetry_plane(face) for face in faces]
+    return ["symmetry" if own else name for own, name in zip(cut, names, strict=True)]
+
+
+def _in_symmetry_plane(face: cq.Face) -> bool:
+    bounds = face.BoundingBox(1e-7)
+    return bool(face.geomType() == "PLANE" and bounds.zlen < NEAR_MM and abs(bounds.zmin) < NEAR_MM)
