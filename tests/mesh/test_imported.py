@@ -1,0 +1,197 @@
+"""Meshes made elsewhere: read by their names, checked, and put on the design's faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign.design.io import parse_design, with_values
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.imported import imported_mesh
+from fingerdesign.mesh.io import write_mesh
+from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.types import Mesh
+
+DESIGN = """
+design.name = "t"
+body.width_mm = 12.0
+body.base_height_mm = 5.0
+body.depth_mm = 6.0
+plates.count = 2
+plates.pitch_mm = 3.0
+plates.thickness_mm = 0.3
+mesh.mesher = "extrude"
+mesh.layers = 2
+mesh.contact_size_mm = 1.2
+mesh.plate_size_mm = 1.0
+"""
+Write = Callable[..., Design]
+
+
+@pytest.fixture(scope="module")
+def made() -> Mesh:
+    return extrude(parse_design(DESIGN), 3.0)
+
+
+def linear(mesh: Mesh, path: Path, regions: dict[int, str], facets: dict[str, str]) -> None:
+    """Write the mesh's straight cells as others would: groups of their own numbers and order."""
+    import meshio
+
+    corners = np.unique(mesh.corners)
+    number = np.full(len(mesh.points), -1)
+    number[corners] = np.arange(len(corners))
+    tets = number[mesh.corners][:, [0, 2, 1, 3]]  # turned over, all of them
+    groups = {name: np.array([50 + k, 3]) for k, name in enumerate(regions.values())}
+    names = [regions[int(region)] for region in mesh.regions]
+    cells, physical = [("tetra", tets)], [np.array([groups[name][0] for name in names])]
+    for k, (name, written) in enumerate(facets.items()):
+        groups[written] = np.array([70 + k, 2])
+        cells.append(("triangle", number[mesh.facets[name][:, :3]]))
+        physical.append(np.full(len(mesh.facets[name]), 70 + k))
+    points = np.vstack([mesh.points[corners], [[99.0, 99.0, 99.0]]])  # a node of no cell
+    data = {"gmsh:physical": physical, "gmsh:geometrical": physical}
+    meshio.Mesh(points, cells, cell_data=data, field_data=groups).write(path, "gmsh22")
+
+
+REGIONS = {0: "elastomer", 1: "plate_0", 2: "plate_1"}
+FACETS = {"base": "base", "contact": "contact"}
+
+
+def of_file(path: Path, **values: object) -> Design:
+    own = {"mesh.mesher": "file", "mesh.file": str(path), **values}
+    return with_values(parse_design(DESIGN), own)
+
+
+@pytest.mark.parametrize("ending", ["msh", "vtu", "inp", "xdmf"])
+def test_our_own_mesh_comes_back(made: Mesh, ending: str, tmp_path: Path) -> None:
+    again = imported_mesh(of_file(write_mesh(made, tmp_path / f"m.{ending}")))
+    np.testing.assert_allclose(again.points, made.points, atol=1e-9)
+    np.testing.assert_array_equal(again.cells, made.cells)
+    np.testing.assert_array_equal(again.regions, made.regions)
+    assert again.symmetric
+    for name, rows in made.facets.items():
+        own, old = (np.sort(each, axis=1) for each in (again.facets[name], rows))
+        np.testing.assert_array_equal(own[np.lexsort(own.T)], old[np.lexsort(old.T)])
+
+
+def test_linear_cells_become_quadratic_on_the_surface(made: Mesh, tmp_path: Path) -> None:
+    linear(made, tmp_path / "m.msh", REGIONS, FACETS)
+    design = of_file(tmp_path / "m.msh")
+    mesh = imported_mesh(design)
+    report = assess(mesh, design)
+    assert set(mesh.facets) == {"base", "contact", "side", "end", "symmetry"}
+    assert mesh.cells.shape[1] == 10
+    assert report.body_volume_error < 1e-6 < report.body_volume_error_straight
+    assert report.contact_residual_mm < 1e-9
+    assert report.worst_plate_volume_error < 1e-9
+    assert report.inverted_elements == 0
+    assert report.worst_face_area_error < 1e-6
+    assert mesh.notes["far_facets"] == 0
+
+
+def test_a_mesh_a_little_off_the_faces_is_put_on_them(made: Mesh, tmp_path: Path) -> None:
+    design = parse_design(DESIGN)
+    scaled = replace(made, points=made.points * [1.0003, 0.9998, 1.0002])
+    assert assess(scaled, design).contact_residual_mm > 1e-4
+    own = of_file(write_mesh(scaled, tmp_path / "m.msh"))
+    report = assess(imported_mesh(own), own)
+    assert report.contact_residual_mm < 1e-9
+    assert max(report.surface_distance_mm.values()) < 1e-9
+
+
+def test_half_and_whole(made: Mesh, tmp_path: Path) -> None:
+    half = of_file(write_mesh(made, tmp_path / "half.msh"))
+    with pytest.raises(MeshError, match="holds the half z >= 0"):
+        imported_mesh(half, symmetric=False)
+    both = extrude(parse_design(DESIGN), 3.0, symmetric=False)
+    mesh = imported_mesh(of_file(write_mesh(both, tmp_path / "whole.msh")), symmetric=True)
+    assert not mesh.symmetric
+    assert "symmetry" not in mesh.facets
+
+
+@pytest.mark.parametrize(
+    ("regions", "facets", "words"),
+    [
+        ({**REGIONS, 2: "Plate2"}, FACETS, "lacks plate_1 and has plate2"),
+        ({0: "elastomer", 1: "plate_1", 2: "plate_0"}, FACETS, "only 0% of plate_0"),
+        (REGIONS, {"base": "base"}, r"no boundary named 'contact' \(found: base\)"),
+        (REGIONS, {"base": "base", "end": "contact"}, "'contact' in m.msh lie up to"),
+        (REGIONS, {}, r"no boundary named 'base' \(found: none\)"),
+    ],
+)
+def test_wrong_names_and_places_are_told(
+    regions: dict[int, str], facets: dict[str, str], words: str, made: Mesh, tmp_path: Path
+) -> None:
+    linear(made, tmp_path / "m.msh", regions, facets)
+    with pytest.raises(MeshError, match=words):
+        imported_mesh(of_file(tmp_path / "m.msh"))
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"plates.count": 3, "plates.pitch_mm": 2.0}, "lacks plate_2"),
+        ({"plates.count": 0}, "has plate_0, plate_1, which the design has not"),
+        ({"body.base_height_mm": 5.3}, "elastomer .* is it in mm"),
+        ({"plates.length_mm": 2.2}, "plate_0 .* of .* mm.3"),
+        ({"plates.offset_mm": 0.5}, "of plate_0 in m.msh lie where"),
+    ],
+)
+def test_a_mesh_of_another_design_is_refused(
+    values: dict[str, object], words: str, made: Mesh, tmp_path: Path
+) -> None:
+    linear(made, tmp_path / "m.msh", REGIONS, FACETS)
+    with pytest.raises(MeshError, match=words):
+        imported_mesh(of_file(tmp_path / "m.msh", **values))
+
+
+def test_unsound_cells_are_told(made: Mesh, tmp_path: Path) -> None:
+    nodes, inner = len(made.points), made.regions == 1
+    cells = made.cells.copy()
+    cells[inner] += nodes  # the plate has nodes of its own
+    parted = replace(made, points=np.vstack([made.points, made.points]), cells=cells)
+    with pytest.raises(MeshError, match="nodes where another one lies"):
+        imported_mesh(of_file(write_mesh(parted, tmp_path / "parted.vtu")))
+    flat = made.points.copy()
+    flat[made.cells[0, 3]] = flat[made.cells[0, :3]].mean(axis=0)
+    with pytest.raises(MeshError, match="without a volume"):
+        imported_mesh(of_file(write_mesh(replace(made, points=flat), tmp_path / "flat.vtu")))
+    wrong = made.facets | {"base": made.facets["contact"]}
+    with pytest.raises(MeshError, match="belong to another boundary too"):
+        imported_mesh(of_file(write_mesh(replace(made, facets=wrong), tmp_path / "twice.msh")))
+    outer = {tuple(sorted(row[:3])) for rows in made.facets.values() for row in rows.tolist()}
+    within = next(c for c in made.cells.tolist() if tuple(sorted(c[:3])) not in outer)
+    added = np.array([[within[k] for k in (0, 1, 2, 4, 5, 6)]])
+    inside = made.facets | {"base": np.vstack([added, made.facets["base"]])}
+    with pytest.raises(MeshError, match="mesh's outside"):
+        imported_mesh(of_file(write_mesh(replace(made, facets=inside), tmp_path / "inside.msh")))
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(DesignError, match=r"mesh\.file"):
+        imported_mesh(of_file(tmp_path / "missing.msh"))
+    (tmp_path / "words.msh").write_text("this is no mesh\n")
+    with pytest.raises(MeshError, match="could not read"):
+        imported_mesh(of_file(tmp_path / "words.msh"))
+
+
+def test_the_digest_is_of_the_content(made: Mesh, tmp_path: Path) -> None:
+    first, second = tmp_path / "a.vtk", tmp_path / "b.vtk"
+    write_mesh(made, first)
+    second.write_bytes(first.read_bytes())
+    assert of_file(first).digest() == of_file(second).digest()
+    write_mesh(replace(made, points=made.points * 1.0001), second)
+    assert of_file(first).digest() != of_file(second).digest()
+
+
+def test_a_file_is_named_where_it_is_read() -> None:
+    with pytest.raises(DesignError, match=r"mesh\.file = \(absent\)"):
+        parse_design('design.name = "t"\nmesh.mesher = "file"')
+    with pytest.raises(DesignError, match=r"m\.msh'?: must be absent"):
+        parse_design('design.name = "t"\nmesh.file = "m.msh"')
