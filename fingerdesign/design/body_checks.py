@@ -7,8 +7,9 @@ from collections.abc import Set
 import numpy as np
 
 from fingerdesign.design import clearance
+from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
-from fingerdesign.design.placing import LEAST_CLEARANCE_MM, surface_keys
+from fingerdesign.design.placing import surface_keys
 from fingerdesign.design.profile import profile_of
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import Fault

@@ -13,6 +13,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from fingerdesign.design.base import Row3, Table, refuse
 
+_ARC_RADIUS_MM = 20.0
+
 
 def _direction(value: tuple[float, float, float]) -> tuple[float, float, float]:
     if not sum(part * part for part in value) > 1e-12:
@@ -93,7 +95,7 @@ class Body(Table):
         default=10.0, ge=0.5, le=500, description="height of the straight sides; y = 0 is fixed"
     )
     arc_radius_mm: float = Field(
-        default=20.0,
+        default=_ARC_RADIUS_MM,
         ge=0.5,
         le=1e4,
         description="crest = base_height + R - sqrt(R^2 - (width/2)^2); not of a block",
@@ -174,6 +176,20 @@ class Body(Table):
                 "absent where body.shape = 'step'",
                 "round the edges in your CAD",
                 "body.edge_radius_mm",
+            )
+        if self.shape in ("block", "step") and self.arc_radius_mm != _ARC_RADIUS_MM:
+            raise refuse(
+                self.arc_radius_mm,
+                f"absent where body.shape = '{self.shape}'",
+                "remove it: there is no arc, or set body.shape = 'arc'",
+                "body.arc_radius_mm",
+            )
+        if self.edge_radius_mm is None and self.edge != "round":
+            raise refuse(
+                self.edge,
+                "absent where body.edge_radius_mm is not given",
+                "remove it or give body.edge_radius_mm",
+                "body.edge",
             )
         return self
 

@@ -10,11 +10,13 @@ from collections.abc import Set
 
 from fingerdesign.design.body_checks import body_faults, sound_outline
 from fingerdesign.design.faults import involves
+from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.placing import placing_findings, surface_keys
 from fingerdesign.design.plate_checks import gage_faults, plate_faults
 from fingerdesign.design.plate_rows import plate_rows
 from fingerdesign.design.remedies import Finding
 from fingerdesign.design.schema import Design
+from fingerdesign.design.sheet_limits import not_a_sheet
 from fingerdesign.design.spacing import spacing_findings
 from fingerdesign.errors import Fault
 
@@ -176,16 +178,15 @@ def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
         bound = "'auto', 'P2' or 'mixed' for plates as sheets"
         remedy = "linear elements do not bend; leave mesh.element out"
         faults.append(Fault("mesh.element", "P1", bound, remedy))
-    if involves(doubtful, "plates.follow", "plates.hole_diameter_mm", *surface_keys(design.body)):
+    shape = ("plates.follow", "plates.hole_diameter_mm", "plates.rows", *surface_keys(design.body))
+    if involves(doubtful, *shape) or not sound_outline(design.body):
         return faults
-    why = ""
-    if plates.hole_diameter_mm is not None:
-        why = f"plates.hole_diameter_mm = {plates.hole_diameter_mm:g}"
-    elif any(row.follow == "bent" for row in plates.all_rows) and plates.placement is None:
-        why = "follow = 'bent'"
-    if why:
-        bound = f"'solid' or 'none' where plates are not flat and whole ({why})"
-        faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))
+    for frame in plate_frames(design):
+        why = not_a_sheet(frame)
+        if why is not None:
+            bound = f"'solid' or 'none' for plate {frame.index}: {why}"
+            faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))
+            break
     return faults
 
 

@@ -1,20 +1,24 @@
 """Distances from plates and core to the body's faces, in closed form (numpy only); mm.
 
 The space below a parametric body's contact surface and between its sides is convex, so a plate is
-nearest to the surface at a corner; a step body's heights are sampled all over its plates.
+nearest to the surface at a corner; above a STEP body's faces it is sampled.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
-from fingerdesign.design.layout import Array, PlateFrame, surface_height
+from fingerdesign.design.layout import Array, PlateFrame
 from fingerdesign.design.profile import Piece, profile_of
 from fingerdesign.design.schema import Body
 
+# Thinner skins of rubber tear when the mold is opened, and no mesh of sane size resolves them.
+LEAST_CLEARANCE_MM = 0.1
 BEND_PIECES = 16  # chords of a bent plate: 2 mm long at R = 10 they stray by 0.2 micrometres
 _SAMPLES = 7  # along each edge of a plate below a step body's surface
-_STEP_GRID = 161  # heights across a step body
 
 
 def plate_points(frame: PlateFrame) -> Array:
@@ -81,26 +85,45 @@ def _dense(frame: PlateFrame) -> Array:
 
 
 def _step_clearances(body: Body, points: Array) -> Array:
-    """Distances to the tangent planes at the nearest of sampled surface points; NaN beyond it."""
-    x = np.linspace(-0.5, 0.5, _STEP_GRID) * body.width_mm
-    z = np.linspace(-0.5, 0.5, _STEP_GRID) * body.depth_mm
-    height = surface_height(body, x[:, None], z[None, :])
-    with np.errstate(invalid="ignore"):
-        slope_x, slope_z = np.gradient(height, x, z)
-    grid = np.stack(np.broadcast_arrays(x[:, None], height, z[None, :]), axis=-1)
-    normal = np.stack([-slope_x, np.ones_like(height), -slope_z], axis=-1)
-    known = np.isfinite(normal).all(axis=-1) & np.isfinite(height)
-    grid, normal = grid[known], normal[known]
-    if not len(grid):
-        return np.full(len(points), np.nan)
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    """Depths below a STEP body's contact faces, continued beyond their border; NaN: nowhere."""
+    from fingerdesign.design.cad_faces import nearest
+    from fingerdesign.design.step_facts import step_facts
+
+    assert body.step is not None
+    contact = step_facts(body.step).contact
+    return _known(points, lambda known: -nearest(contact, known)[1])
+
+
+def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
+    """Least distance of each plate to a STEP body's sides and ends, (plates,), mm; < 0: outside.
+
+    Of a plate that ends with the body, the last ``LEAST_CLEARANCE_MM`` of its span are left out: it
+    may end in a flat end face there.
+    """
+    from fingerdesign.design.cad_faces import nearest
+    from fingerdesign.design.step_facts import step_facts
+
+    assert body.step is not None
+    walls = tuple(face for face in step_facts(body.step).faces if face.name in ("side", "end"))
+    groups = []
+    for frame in frames:
+        half = 0.5 * (body.depth_mm if frame.along == "x" else body.width_mm)
+        low, high = frame.low, frame.high
+        low += LEAST_CLEARANCE_MM if abs(low + half) < 1e-6 else 0.0
+        high -= LEAST_CLEARANCE_MM if abs(high - half) < 1e-6 else 0.0
+        groups.append(_dense(replace(frame, low=low, high=high)))
+    if not groups or not walls:
+        return np.full(len(frames), np.inf)
+    away = _known(np.vstack(groups), lambda known: -nearest(walls, known)[1])
+    return least_of_each(frames, groups, away)
+
+
+def _known(points: Array, ask: Callable[[Array], Array]) -> Array:
+    """Answers for the points (n, 3) that are finite, NaN for the others."""
+    known = np.isfinite(points).all(axis=1)
     found = np.full(len(points), np.nan)
-    over = surface_height(body, points[:, 0], points[:, 2])
-    for k in np.flatnonzero(np.isfinite(over) & np.isfinite(points[:, 1])):
-        offset = grid - points[k]
-        near = int(np.argmin(np.einsum("nd,nd->n", offset, offset)))
-        found[k] = offset[near] @ normal[near]
-        found[k] = min(found[k], over[k] - points[k, 1]) if points[k, 1] > over[k] else found[k]
+    if known.any():
+        found[known] = ask(points[known])
     return found
 
 

@@ -72,9 +72,13 @@ def involves(doubtful: Iterable[str], *keys: str) -> bool:
 
     >>> involves({"body"}, "body.width_mm"), involves({"mesh.section"}, "mesh.layers")
     (True, False)
+    >>> involves({"plates.rows"}, "plates.rows[1].count")
+    True
     """
     return any(
-        key == other or key.startswith(f"{other}.") or other.startswith(f"{key}.")
+        key == other
+        or key.startswith((f"{other}.", f"{other}["))
+        or other.startswith((f"{key}.", f"{key}["))
         for key in keys
         for other in doubtful
     )
@@ -141,7 +145,11 @@ def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: obj
         return Fault(key, shown(value), "a known key", remedy)
     table = table_at(model, location[:-1]) or model
     near = difflib.get_close_matches(name, table.model_fields, 1, 0.6)
-    by_name = {known.rpartition(".")[2]: known for known in known_keys(model)}
+    by_name: dict[str, str] = {}
+    for known in known_keys(model):  # of several keys of one name, that of the outermost table
+        last = known.rpartition(".")[2]
+        if known.count(".") < by_name.get(last, "." * 99).count("."):
+            by_name[last] = known
     elsewhere = difflib.get_close_matches(name, by_name, 1, 0.8)
     if name in by_name or not near:  # the right key in the wrong table, rather than a like one
         nearest = by_name[elsewhere[0]] if elsewhere else ""

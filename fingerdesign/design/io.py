@@ -15,6 +15,7 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.design.checks import design_faults
 from fingerdesign.design.faults import fault_of, involves, shown, undexed
+from fingerdesign.design.keys import parts_of, set_value
 from fingerdesign.design.meshing import resolved_file
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -83,22 +84,12 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     >>> with_values(design, {"plates.pitch_mm": 0.9}).plates.pitch_mm
     0.9
 
-    None takes a key's value away. Raises :class:`DesignError` with every fault.
+    A further row's keys are written ``plates.rows[0].cover_mm``. None takes a key's value away.
+    Raises :class:`DesignError` with every fault.
     """
     data = without_sizes(design.model_dump(mode="json", exclude_none=True))
     for key, value in values.items():
-        *tables, last = key.split(".")
-        table = data
-        for name in tables:
-            table = table.setdefault(name, {})
-            if not isinstance(table, dict):
-                raise DesignError([Fault(key, shown(value), "a known key", f"{name} is a value")])
-        if tables[:1] == ["materials"] and last != "source":
-            table.pop("source", None)  # no longer that source's values
-        if value is None:
-            table.pop(last, None)
-        else:
-            table[last] = value
+        set_value(data, key, value)
     return _design_of(data, design.design.name)
 
 
@@ -252,7 +243,14 @@ def _caused(fault: Fault, doubtful: frozenset[str]) -> bool:
     key = undexed(fault.key)
     beside = {
         "body.dome_radius_mm": ("body.shape",),
+        "body.arc_radius_mm": ("body.shape",),
+        "body.depth_mm": ("body.shape", "body.width_mm"),
+        "body.step.file": ("body.shape", "body.step"),
+        "body.edge": ("body.edge_radius_mm",),
+        "plates.hole_pitch_mm": ("plates.hole_diameter_mm",),
+        "plates.rows": ("plates.placement",),
         "body.material": ("materials",),
+        "body.core.material": ("materials",),
         "plates.material": ("materials",),
     }
     return involves(doubtful, key, *beside.get(key, ()))
@@ -263,7 +261,7 @@ def _take_out(data: dict[str, Any], error: ErrorDetails) -> None:
     location: list[str | int] = list(error["loc"])
     named = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
     if named:
-        location = list(undexed(named).split("."))
+        location = list(parts_of(undexed(named)))
     if error["type"] == "missing":
         location = location[:-1]
     if location == ["body", "dome_radius_mm"] and "dome_radius_mm" not in data.get("body", {}):
@@ -272,10 +270,17 @@ def _take_out(data: dict[str, Any], error: ErrorDetails) -> None:
     for index, name in enumerate(location):
         if not isinstance(table, dict) or name not in table:
             return
-        if index + 1 == len(location) or not isinstance(table[name], dict):
+        inner = table[name]
+        if name == "rows" and isinstance(inner, list) and index + 2 < len(location):
+            number = location[index + 1]
+            inner = inner[number] if isinstance(number, int) and number < len(inner) else None
+            if isinstance(inner, dict):  # a row stands for itself: the others keep their numbers
+                inner.pop(location[index + 2], None)
+                return
+        if index + 1 == len(location) or not isinstance(inner, dict):
             del table[name]
             return
-        table = table[name]
+        table = inner
 
 
 def _assumed_faults(design: Design, doubtful: frozenset[str]) -> list[Fault]:
@@ -297,7 +302,12 @@ def _assumed_faults(design: Design, doubtful: frozenset[str]) -> list[Fault]:
 def _leaves(values: dict[str, Any], prefix: str = "") -> list[str]:
     keys: list[str] = []
     for name, value in values.items():
-        keys += _leaves(value, f"{prefix}{name}.") if isinstance(value, dict) else [prefix + name]
+        if isinstance(value, dict):
+            keys += _leaves(value, f"{prefix}{name}.")
+            continue
+        keys.append(prefix + name)
+        for index, row in enumerate(value if isinstance(value, list) else ()):
+            keys += _leaves(row, f"{prefix}{name}[{index}].") if isinstance(row, dict) else []
     return keys
 
 

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.design import clearance
+from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.gaps import flat_corners
 from fingerdesign.design.layout import Array
@@ -19,8 +20,6 @@ from fingerdesign.design.remedies import Change, Finding, greatest, least, set_t
 from fingerdesign.design.rows import row_frames
 from fingerdesign.design.schema import Body, Design, Plates
 
-# Thinner skins of rubber tear when the mold is opened, and no mesh of sane size resolves them.
-LEAST_CLEARANCE_MM = 0.1
 _CLOSE = 1e-9
 
 
@@ -55,6 +54,7 @@ def placing_findings(design: Design, doubtful: Set[str], whole: bool = True) -> 
         if beside or involves(doubtful, *surface_keys(body), *level):
             continue
         if not ends and not involves(doubtful, *row.spanned):
+            found += _walls(design, row)
             found += _cover(design, row, number)
         if not involves(doubtful, "body.base_height_mm"):
             found += _base(design, row, number)
@@ -97,6 +97,9 @@ def _side(design: Design, row: PlateRow, number: int, doubtful: Set[str]) -> lis
         return []
     reach, allowed = side_reaches(row), half - LEAST_CLEARANCE_MM
     worst = int(np.argmax(reach))
+    if reach[worst] <= allowed:  # a place under which the surface ends
+        reach = np.where([np.isnan(frame.y) for frame in row.frames], np.inf, reach)
+        worst = int(np.argmax(reach))
     if reach[worst] <= allowed + _CLOSE:
         return []
     frame = row.frames[worst]
@@ -242,6 +245,30 @@ def _radii(row: PlateRow) -> Array:
     """How far each plate reaches from the axis of a revolved body, (plates,)."""
     groups = [clearance.plate_points(frame) for frame in row.frames]
     return np.array([np.hypot(points[:, 0], points[:, 2]).max() for points in groups])
+
+
+def _walls(design: Design, row: PlateRow) -> list[Finding]:
+    """Plates too near to the sides of a STEP body."""
+    if design.body.shape != "step":
+        return []
+    distances = clearance.wall_clearances(design.body, row.frames)
+    distances = np.where(np.isnan(distances), -np.inf, distances)
+    worst = int(np.argmin(distances))
+    if distances[worst] >= LEAST_CLEARANCE_MM - _CLOSE:
+        return []
+    frame = row.frames[worst]
+    narrow = tuple(replace(f, low=f.middle - 0.05, high=f.middle + 0.05) for f in row.frames)
+    inside = clearance.wall_clearances(design.body, narrow)
+    name = "pitch_mm" if frame.place else "length_mm"
+    key, value = row.blame(frame.index, name)
+    if inside.min() >= LEAST_CLEARANCE_MM:
+        key, value = row.key("span_mm"), row.value("span_mm")
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the body's sides "
+        f"(plate {frame.index}: {distances[worst]:.4g})"
+    )
+    over = LEAST_CLEARANCE_MM - float(distances[worst])
+    return [Finding(key, value, bound, over, list, "lower it or move the plates inward")]
 
 
 def _cover(design: Design, row: PlateRow, number: int) -> list[Finding]:

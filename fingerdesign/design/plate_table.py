@@ -9,15 +9,27 @@ from pydantic import BeforeValidator, Field, model_validator
 from fingerdesign.design.base import Many, Table, refuse
 
 MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
+_HOLE_PITCH_MM = 2.0
 
 
 def _as_tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, list) else value
 
 
-Place = Annotated[
-    tuple[float, float, float] | tuple[float, float, float, float], BeforeValidator(_as_tuple)
-]
+def _three_or_four(rows: Any) -> Any:
+    """Refuse places of another length, each by its number."""
+    for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
+        if isinstance(row, (list, tuple)) and len(row) not in (3, 4):
+            raise refuse(
+                list(row),
+                "three or four numbers",
+                "give [x, y, angle_deg] or [x, y, angle_deg, z]",
+                f"plates.placement[{index}]",
+            )
+    return rows
+
+
+Place = Annotated[tuple[float, ...], BeforeValidator(_as_tuple)]
 
 
 class Row(Table):
@@ -89,13 +101,16 @@ class Plates(Table):
         description="perforation, through which the rubber interlocks; absent: none",
     )
     hole_pitch_mm: float = Field(
-        default=2.0, ge=0.1, le=200, description="between holes, along the plate's middle line"
+        default=_HOLE_PITCH_MM,
+        ge=0.1,
+        le=200,
+        description="between holes, along the plate's middle line",
     )
     material: str = Field(default="phosphor_bronze", description="a name known or in [materials]")
     rows: Many[Row] = Field(
         default=(), max_length=20, description="further rows, each as [plates] but for its own keys"
     )
-    placement: Many[Place] | None = Field(
+    placement: Annotated[Many[Place] | None, BeforeValidator(_three_or_four)] = Field(
         default=None,
         max_length=MAX_PLATES,
         examples=[[[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]],
@@ -126,6 +141,13 @@ class Plates(Table):
                     "remove it: plates.placement says where each plate lies",
                     f"plates.{key}",
                 )
+        if self.hole_diameter_mm is None and self.hole_pitch_mm != _HOLE_PITCH_MM:
+            raise refuse(
+                self.hole_pitch_mm,
+                "absent where plates.hole_diameter_mm is not given",
+                "remove it or give plates.hole_diameter_mm",
+                "plates.hole_pitch_mm",
+            )
         return self
 
     @property

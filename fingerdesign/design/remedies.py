@@ -39,9 +39,7 @@ class Finding:
     changes: Callable[[], list[Change]]
     otherwise: str
 
-    def fault(
-        self, design: Design, before: set[str], find: Callable[[Design], set[str]]
-    ) -> Fault:
+    def fault(self, design: Design, before: set[str], find: Callable[[Design], set[str]]) -> Fault:
         """The fault in words. ``find``: the keys of a changed design's faults; a change that does
         not end this one, or brings another than ``before``, is not told."""
 

@@ -6,9 +6,10 @@ from collections.abc import Set
 
 import numpy as np
 
+from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.gaps import PlateGap, core_gaps, least_gap, neighbour_gaps
-from fingerdesign.design.placing import LEAST_CLEARANCE_MM, row_reach, surface_keys
+from fingerdesign.design.placing import row_reach, surface_keys
 from fingerdesign.design.plate_rows import PlateRow, plate_rows
 from fingerdesign.design.remedies import Change, Finding, greatest, least, set_to, worst_by_key
 from fingerdesign.design.rows import row_frames

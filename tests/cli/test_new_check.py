@@ -159,11 +159,12 @@ def test_a_faulty_scene_leaves_no_forecast_of_another(capsys):
     assert narrow == {"file": "narrow", "sound": True, "faults": [], "notes": []}
 
 
-def test_check_says_what_three_dimensions_will_refuse(capsys):
-    Path("sheets.toml").write_text('design.name = "s"\nplates.model = "sheet"')
-    assert main(["check", "sheets.toml"]) == 0
+def test_check_says_what_plane_strain_will_refuse(capsys):
+    text = 'design.name = "s"\nplates.along = "z"\nplates.span_mm = 4\nplates.count = 5'
+    Path("across.toml").write_text(text)
+    assert main(["check", "across.toml"]) == 0
     out = capsys.readouterr().out
-    assert "note: sheets.toml: sound in plane strain only, --fidelity 3d refuses it: plates" in out
+    assert "note: across.toml: sound in three dimensions only: plates.along = z must be" in out
     Path("sheets.toml").write_text(
         'design.name = "s"\nplates.model = "sheet"\nmesh.mesher = "extrude"'
     )

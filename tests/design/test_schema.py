@@ -6,7 +6,7 @@ import pytest
 from pydantic import ValidationError
 
 from fingerdesign.design.grip import Grip
-from fingerdesign.design.io import parse_design
+from fingerdesign.design.io import dump_design, parse_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 
@@ -61,7 +61,7 @@ def test_frozen():
         ("plates.count = 15.0", "plates.count"),
         ("plates.count = -1", "plates.count"),
         ("plates.count = 100000", "plates.count"),
-        ("plates.placement = [[0, 10]]", "plates.placement[0][2]"),
+        ("plates.placement = [[0, 10]]", "plates.placement[0]"),
         ("plates.placement = 5", "plates.placement"),
         ("plates.placement = [[0, nan, 1]]", "plates.placement[0][1]"),
         ('gages.face = "uper"', "gages.face"),
@@ -92,19 +92,43 @@ def test_name_is_required():
     assert faults("body.width_mm = 20")["design.name"].bound == "given"
 
 
+def test_what_comes_later_is_named_as_such():
+    assert "not offered yet" in faults(NAME + "mold.wall_mm = 2")["mold"].remedy
+
+
 @pytest.mark.parametrize(
-    ("line", "key"),
+    ("lines", "key"),
     [
-        ('body.shape = "revolved"', "body.shape"),
-        ('body.shape = "step"', "body.shape"),
-        ("body.edge_radius_mm = 1.0", "body.edge_radius_mm"),
-        ("body.core = {}", "body.core"),
-        ("body.block = true", "body.block"),
-        ("mold.wall_mm = 2", "mold"),
+        ('body.shape = "block"\nbody.arc_radius_mm = 30', "body.arc_radius_mm"),
+        ('body.shape = "revolved"\nbody.depth_mm = 30', "body.depth_mm"),
+        ('body.shape = "step"', "body.step.file"),
+        ('body.step.file = "a.step"', "body.step.file"),
+        ('body.edge = "chamfer"', "body.edge"),
+        ("plates.hole_pitch_mm = 3", "plates.hole_pitch_mm"),
+        ("plates.placement = [[0, 8, 0]]\nplates.rows = [{}]", "plates.rows"),
+        ('plates.placement = [[0, 8, 0]]\nplates.follow = "bent"', "plates.follow"),
+        ("plates.placement = [[0, 8, 0]]\nplates.offset_mm = 1", "plates.offset_mm"),
+        ('body.core.material = "oak"', "body.core.material"),
     ],
 )
-def test_what_comes_later_is_named_as_such(line, key):
-    assert "not offered yet" in faults(NAME + line)[key].remedy
+def test_keys_that_change_nothing_are_refused(lines, key):
+    assert set(faults(NAME + lines)) == {key}
+
+
+def test_a_revolved_body_is_as_deep_as_wide():
+    design = parse_design(NAME + 'body.shape = "revolved"\nplates.count = 0\nbody.width_mm = 12')
+    assert design.body.depth_mm == 12.0
+    assert with_values(design, {"body.shape": "arc"}).body.depth_mm == 12.0
+    assert parse_design(dump_design(design)) == design
+
+
+def test_rows_take_what_they_do_not_say_from_the_table():
+    text = "plates.rows = [{ cover_mm = 5.0 }, { along = 'z', count = 3, cover_mm = 8 }]"
+    plates = parse_design(NAME + text).plates
+    assert plates.number == 15 + 15 + 3
+    first, second, third = plates.all_rows
+    assert (first.cover_mm, second.cover_mm, third.cover_mm) == (2.0, 5.0, 8.0)
+    assert (second.pitch_mm, third.along, second.along) == (1.0, "z", "x")
 
 
 def test_whole_numbers_are_lengths_too():
