@@ -53,10 +53,9 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
 
 def write_solid(design: Design, folder: Path) -> None:
     """finger.step, finger.stl and the parts' STL files."""
-    from fingerdesign.geometry.export import write_cad
-    from fingerdesign.geometry.solid import build_solid
+    from fingerdesign.geometry.solid_process import write_finger_cad
 
-    write_cad(build_solid(design), folder)
+    write_finger_cad(design, folder)
 
 
 def write_outputs(analysis: Analysis, folder: Path) -> Analysis:
