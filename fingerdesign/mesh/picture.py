@@ -89,7 +89,7 @@ def main(source: str, target: str) -> None:
             plotter.view_xy()
         else:
             view(plotter)
-        plotter.camera.zoom(1.5 if whole else 1.4)
+        plotter.camera.zoom(1.15)
     plotter.screenshot(target)
 
 

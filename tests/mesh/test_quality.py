@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from fingerdesign import parse_design
+from fingerdesign.design.io import parse_design
+from fingerdesign.mesh.asked import asked_sizes
 from fingerdesign.mesh.extrude import extrude
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
     cell_volumes,
     curved_areas,
+    curved_volumes,
     edge_lengths,
 )
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.types import Mesh, quadratic
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 TETRA = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
@@ -102,9 +106,141 @@ def test_a_hole_shows_in_the_volume_and_a_missing_facet_in_the_area() -> None:
     )
     mesh = extrude(design, 3.0)
     whole = assess(mesh, design)
-    from dataclasses import replace
-
     holed = replace(mesh, cells=mesh.cells[50:], regions=mesh.regions[50:])
     assert assess(holed, design).body_volume_error > 10 * whole.body_volume_error
     bare = replace(mesh, facets={**mesh.facets, "base": mesh.facets["base"][5:]})
     assert assess(bare, design).worst_face_area_error > 10 * whole.worst_face_area_error
+
+
+def test_volume_of_a_curved_tetrahedron_is_exact() -> None:
+    nodes, cells = quadratic(np.vstack([np.zeros(3), np.eye(3)]), np.arange(4)[None])
+    bent = nodes + 0.1 * np.random.default_rng(1).random(nodes.shape)
+    # Divergence theorem: a third of the flux of x through the four curved faces, by many points.
+    t, w = np.polynomial.legendre.leggauss(6)
+    t, w = 0.5 * (t + 1), 0.5 * w
+    flux = 0.0
+    for face in ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (0, 3, 2, 7, 9, 6)):
+        p = bent[cells[0, list(face)]]
+        for u, wu in zip(t, w, strict=True):
+            for v, wv in zip(t, w, strict=True):
+                b, c = u, v * (1 - u)
+                a = 1 - b - c
+                shape = [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1)]
+                shape += [4 * a * b, 4 * b * c, 4 * a * c]
+                du = [1 - 4 * a, 4 * b - 1, 0, 4 * (a - b), 4 * c, -4 * c]
+                dv = [1 - 4 * a, 0, 4 * c - 1, -4 * b, 4 * b, 4 * (a - c)]
+                normal = np.cross(np.array(du) @ p, np.array(dv) @ p)
+                flux += wu * wv * (1 - u) * float(np.array(shape) @ p @ normal) / 3
+    np.testing.assert_allclose(curved_volumes(bent, cells), [flux], rtol=1e-12)
+    np.testing.assert_allclose(curved_volumes(nodes, cells), [1 / 6], rtol=1e-14)
+
+
+def test_area_of_a_curved_triangle_in_the_plane_is_exact() -> None:
+    nodes, cells = quadratic(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), np.arange(3)[None])
+    nodes[4] += 0.1  # under the parabola: 2/3 of the sagitta times the chord
+    expected = 0.5 + 2 / 3 * 0.1 * np.sqrt(2) * np.sqrt(2)
+    np.testing.assert_allclose(curved_volumes(nodes, cells), [expected])
+
+
+CORED = """
+design.name = "cored"
+plates.count = 2
+plates.pitch_mm = 4.0
+plates.thickness_mm = 0.3
+mesh.layers = 2
+mesh.contact_size_mm = 1.0
+mesh.plate_size_mm = 1.0
+body.core.width_mm = 6.0
+body.core.height_mm = 2.0
+body.core.bottom_mm = 1.0
+"""
+
+
+@pytest.fixture(scope="module")
+def cored() -> Mesh:
+    return extrude(parse_design(CORED), 3.0)
+
+
+def test_every_region_and_face_is_held_against_the_design(cored: Mesh) -> None:
+    report = assess(cored, parse_design(CORED))
+    assert set(report.volumes) == {"elastomer", "plate_0", "plate_1", "core"}
+    assert report.volumes["core"]["wanted"] == 60.0  # half of the depth
+    for values in report.volumes.values():
+        assert values["error"] < 1e-6
+    faces = {"base", "contact", "side", "end", "symmetry", "plate_0", "plate_1", "core"}
+    assert set(report.surface_distance_mm) == faces
+    assert max(report.surface_distance_mm.values()) < 1e-9
+    for word in ("core:", "plate_", "worst of 2", "least angle"):
+        assert word in report.text()
+
+
+@pytest.mark.parametrize("name", ["base", "contact", "side", "end", "symmetry"])
+def test_a_mid_node_off_its_face_is_found(name: str, cored: Mesh) -> None:
+    points = cored.points.copy()
+    points[cored.facets[name][3, 4]] -= 0.01
+    away = assess(replace(cored, points=points), parse_design(CORED)).surface_distance_mm
+    assert 0.004 < away[name] < 0.02
+
+
+def test_a_plate_or_core_of_another_shape_is_found(cored: Mesh) -> None:
+    design = parse_design(CORED)
+    for region, name in ((1, "plate_0"), (design.core_region, "core")):
+        nodes = np.unique(cored.cells[cored.regions == region])
+        points = cored.points.copy()
+        points[nodes] += [0.02, 0.0, 0.0]
+        report = assess(replace(cored, points=points), design)
+        np.testing.assert_allclose(report.surface_distance_mm[name], 0.02, rtol=0.3)
+    regions = np.where(cored.regions == 1, 0, cored.regions)
+    report = assess(replace(cored, regions=regions), design)
+    assert report.worst_plate_volume_error == 1.0
+    assert report.volumes["plate_0"]["volume"] == 0.0
+
+
+def test_turned_cells_are_counted_and_the_worst_are_named(cored: Mesh) -> None:
+    cells = cored.cells.copy()
+    cells[7] = cells[7, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
+    report = assess(replace(cored, cells=cells), parse_design(CORED))
+    assert report.inverted_elements == 1
+    least = [row["min_dihedral_deg"] for row in report.worst]
+    assert least == sorted(least)
+    assert least[0] == report.min_dihedral_deg
+    assert sum(report.dihedral_histogram["counts"]) == 6 * report.elements
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_sizes_are_those_asked_and_coarser_ones_show(dimension: int, cored: Mesh) -> None:
+    design = parse_design(CORED)
+    mesh = mesh_section(design, 3.0) if dimension == 2 else cored
+    asked = asked_sizes(design, mesh, 3.0)
+    ratio = assess(mesh, design, asked).size_ratio
+    assert set(ratio) == {"contact", "plates", "core", "rest"}
+    for values in ratio.values():
+        assert 0.3 < values["mean"] < 1.6
+        assert values["p5"] <= values["mean"] <= values["p95"]
+    finer = design.model_copy(
+        update={
+            "mesh": design.mesh.model_copy(
+                update={
+                    "contact_size_mm": 0.25,
+                    "section": design.mesh.section.model_copy(update={"contact_size_mm": 0.025}),
+                }
+            )
+        }
+    )
+    again = assess(mesh, finer, asked_sizes(finer, mesh, 3.0)).size_ratio
+    assert again["contact"]["mean"] > 1.3 * ratio["contact"]["mean"]
+
+
+def test_sheets_are_slots_and_no_plates_are_no_fault() -> None:
+    for model in ("sheet", "none"):
+        design = parse_design(
+            CORED.replace("plates.count", f'plates.model = "{model}"\nplates.count')
+        )
+        report = assess(extrude(design, 3.0), design)
+        assert set(report.volumes) == {"elastomer", "core"}
+        assert report.body_volume_error < 1e-6
+        assert report.worst_plate_volume_error == 0.0
+        assert report.worst_face_area_error < 1e-6
+        slots = {name for name in report.surface_distance_mm if name.endswith("_upper")}
+        assert slots == ({"plate_0_upper", "plate_1_upper"} if model == "sheet" else set())
+        assert max(report.surface_distance_mm.values()) < 1e-9
