@@ -39,7 +39,7 @@ from fingerdesign.design.cad_faces import CadFace
 from fingerdesign.design.face_border import Border
 from fingerdesign.design.nurbs import Nurbs
 from fingerdesign.design.quadrics import Cone, Plane, Shape, Sphere, Torus
-from fingerdesign.geometry.step_shape import parts, refused
+from fingerdesign.geometry.step_shape import INTEGRALS, parts, refused
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,7 @@ def describe(face: Any, name: str) -> CadFace:
     natural = shape.normal(triple(place)[None])[0]
     sign = 1.0 if float(natural @ triple(outward)) > 0.0 else -1.0
     area = GProp_GProps()
-    BRepGProp.SurfaceProperties_s(face, area)
+    BRepGProp.SurfaceProperties_s(face, area, INTEGRALS, False)
     return CadFace(shape, sign, _border(face, shape, sign), "", -1, float(area.Mass()))
 
 

@@ -1,0 +1,245 @@
+"""STEP bodies read back: heights, distances, normals, volumes and areas against closed forms."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign.design import step_facts as facts_module
+from fingerdesign.design.body_table import Body, StepFile
+from fingerdesign.design.step_facts import content_of, step_facts
+from fingerdesign.design.volume import outline_volume
+from fingerdesign.geometry.cad_surface import CadSurface, step_carriers, step_outline
+from fingerdesign.geometry.surface import ContactSurface
+
+BODIES = {
+    "arc": Body(),
+    "pin": Body(shape="revolved", width_mm=10.0, base_height_mm=8.0, arc_radius_mm=5.0),
+    "dome, a torus": Body(shape="dome", dome_radius_mm=25.0),
+    "dome, a spindle": Body(shape="dome", dome_radius_mm=12.0),
+}
+
+
+def write(work, path: Path) -> str:
+    from cadquery import exporters
+
+    exporters.export(work, str(path), exporters.ExportTypes.STEP)
+    return str(path)
+
+
+def section(width=20.0, depth=10.0):
+    import cadquery as cq
+
+    corner = cq.Workplane("XY", origin=(0, 0, -depth / 2)).moveTo(-width / 2, 0)
+    return corner.lineTo(width / 2, 0)
+
+
+def arc_finger():
+    top = 10 + 20 - np.sqrt(300)
+    return section().lineTo(10, 10).threePointArc((0, top), (-10, 10)).close().extrude(10)
+
+
+def pin():
+    import cadquery as cq
+
+    side = cq.Workplane("XY").lineTo(5, 0).lineTo(5, 8)
+    top = side.threePointArc((5 * np.sqrt(0.5), 8 + 5 * np.sqrt(0.5)), (0, 13)).close()
+    return top.revolve(360, (0, 0, 0), (0, 1, 0))
+
+
+def dome(radius):
+    import cadquery as cq
+
+    crest = 10 + 20 - np.sqrt(300)
+    block = section().lineTo(10, crest + 1).lineTo(-10, crest + 1).close().extrude(10)
+    above = cq.Workplane("XY").moveTo(-11, 10).lineTo(-10, 10)
+    above = above.threePointArc((0, crest), (10, 10)).lineTo(11, 10)
+    above = above.lineTo(11, crest + 10).lineTo(-11, crest + 10).close()
+    axis = ((0, crest - radius, 0), (1, crest - radius, 0))
+    return block.cut(above.revolve(100, *axis).rotate(*axis, -50))
+
+
+def spline_finger():
+    over = [(5, 12), (0, 13), (-5, 11.5), (-10, 8)]
+    return section().lineTo(10, 8).spline(over, includeCurrent=True).close().extrude(10)
+
+
+def tapered():
+    """A loft between ellipses, its walls one closed NURBS face."""
+    import cadquery as cq
+
+    return cq.Workplane("XZ").ellipse(8, 5).workplane(offset=-10).ellipse(6, 4).loft()
+
+
+MAKES = {
+    "arc": arc_finger,
+    "pin": pin,
+    "dome, a torus": lambda: dome(25.0),
+    "dome, a spindle": lambda: dome(12.0),
+    "spline": spline_finger,
+    "loft": tapered,
+}
+
+
+@pytest.fixture(scope="module")
+def steps(tmp_path_factory):
+    """Each body as [body.step], read by the worker's code in this process."""
+    from fingerdesign.geometry.step_worker import answer
+
+    folder = tmp_path_factory.mktemp("steps")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FINGERDESIGN_CACHE", str(folder / "cache"))
+        patch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+        yield {
+            name: StepFile(file=write(make(), folder / f"{name}.step"), mirrors_in_z=name != "pin")
+            for name, make in MAKES.items()
+        }
+
+
+def near(body: Body, count: int = 400):
+    rng = np.random.default_rng(4)
+    x = rng.uniform(-0.49, 0.49, count) * body.width_mm
+    z = rng.uniform(-0.49, 0.49, count) * body.depth_mm
+    if body.shape == "revolved":
+        inside = np.hypot(x, z) < 0.49 * body.width_mm
+        x, z = x[inside], z[inside]
+    y = ContactSurface.of(body).height(x, z)
+    return np.column_stack([x, y + rng.uniform(-1, 1, len(x)), z]), y
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_a_body_read_back_is_the_closed_form(steps, name):
+    known, found = ContactSurface.of(BODIES[name]), CadSurface.of(steps[name])
+    points, y = near(BODIES[name])
+    np.testing.assert_allclose(found.height(points[:, 0], points[:, 2]), y, atol=1e-9)
+    np.testing.assert_allclose(found.distance(points), known.distance(points), atol=1e-9)
+    np.testing.assert_allclose(found.normal(points), known.normal(points), atol=1e-9)
+    np.testing.assert_allclose(found.project(points), known.project(points), atol=1e-9)
+    np.testing.assert_allclose(found.curvatures, known.curvatures, atol=1e-9)
+    assert found.crest == pytest.approx(known.crest, abs=1e-9)
+    assert found.lowest == pytest.approx(known.lowest, abs=1e-9)
+    facts = step_facts(steps[name])
+    assert facts.volume == pytest.approx(outline_volume(BODIES[name]), rel=1e-9)
+    below = points[:, 1] < y
+    assert np.array_equal(found.encloses(points), below)
+
+
+def test_areas_by_name(steps):
+    areas = step_facts(steps["arc"]).area
+    arc = 2 * 20 * np.arcsin(0.5)
+    end = 200 + 400 * np.arcsin(0.5) - 10 * np.sqrt(300)
+    expected = {"base": 200, "side": 200, "contact": 10 * arc, "end": 2 * end}
+    assert areas == pytest.approx(expected, rel=1e-9)
+    sphere = step_facts(steps["pin"]).area
+    expected = {"base": 25 * np.pi, "side": 80 * np.pi, "contact": 50 * np.pi}
+    assert sphere == pytest.approx(expected, rel=1e-9)
+
+
+def test_heights_end_with_the_surface(steps):
+    pin_facts = step_facts(steps["pin"])
+    x = np.array([0.0, 4.999999, 5.0, 5.00001, 9.0])
+    found = pin_facts.height(x)
+    np.testing.assert_allclose(found[:2], 8 + np.sqrt(25 - x[:2] ** 2), atol=1e-9)
+    assert found[2] == pytest.approx(8.0, abs=1e-6)
+    assert np.isnan(found[3:]).all()
+    assert np.isnan(step_facts(steps["arc"]).height(0.0, 5.001))
+    assert step_facts(steps["arc"]).height(np.nan).shape == ()
+    assert np.isnan(step_facts(steps["arc"]).height(np.nan))
+
+
+def test_a_spline_surface_is_the_kernels_own(steps):
+    """Points and normals from the kernel, moved along the normal by a known distance."""
+    import cadquery as cq
+
+    solid = cq.importers.importStep(steps["spline"].file)
+    face = max(solid.faces().vals(), key=lambda f: f.geomType() != "PLANE")
+    rng, surface = np.random.default_rng(5), CadSurface.of(steps["spline"])
+    edge = next(e for e in face.Edges() if e.geomType() == "BSPLINE")
+    places, normals = [], []
+    for share in rng.uniform(0.02, 0.98, 200):
+        where = edge.positionAt(share)
+        places.append(where.toTuple())
+        normals.append(face.normalAt(where).toTuple())
+    places, normals = np.array(places), np.array(normals)
+    places[:, 2] = rng.uniform(-4.9, 4.9, 200)
+    away = rng.uniform(-0.5, 0.5, 200)
+    points = places + away[:, None] * normals
+    np.testing.assert_allclose(surface.distance(points), away, atol=1e-7)
+    np.testing.assert_allclose(surface.normal(points), normals, atol=1e-7)
+    np.testing.assert_allclose(surface.project(points), places, atol=1e-7)
+    np.testing.assert_allclose(surface.height(places[:, 0], places[:, 2]), places[:, 1], atol=1e-7)
+    assert np.abs(surface.distance(points[:, :2]) - surface.distance(points * [1, 1, 0])).max() == 0
+
+
+def test_a_lofts_walls(steps):
+    """Straight rules between like points of two ellipses."""
+    wall = next(c for c in step_carriers(steps["loft"]) if c.name == "side")
+    angle, share = np.random.default_rng(6).uniform(0, [2 * np.pi, 1.0], (300, 2)).T
+    low = np.column_stack([8 * np.cos(angle), 0 * angle, 5 * np.sin(angle)])
+    high = np.column_stack([6 * np.cos(angle), 10 + 0 * angle, 4 * np.sin(angle)])
+    points = low + share[:, None] * (high - low)
+    # The kernel fits the ellipses by a polynomial; the file says that one.
+    assert np.abs(wall.distance(points)).max() < 2e-4
+    off = points + 0.3 * wall.normal(points)
+    np.testing.assert_allclose(wall.distance(off), wall.distance(points) + 0.3, atol=1e-7)
+    assert np.all(wall.normal(points)[:, 1] > 0.0)  # it narrows toward the top
+
+
+def test_carriers_of_an_arc_finger(steps):
+    carriers = {
+        (c.name, tuple(np.round(c.normal(np.zeros((1, 3)))[0]))): c
+        for c in step_carriers(steps["arc"])
+    }
+    assert sorted(name for name, _ in carriers) == [
+        *("base", "contact", "end", "end", "side", "side")
+    ]
+    base = carriers["base", (0.0, -1.0, 0.0)]
+    points = np.array([[0.0, -1.0, 0.0], [12.0, 0.0, 0.0], [0.0, 2.0, 0.0]])
+    np.testing.assert_allclose(base.distance(points), [1.0, 0.0, -2.0], atol=1e-12)
+    np.testing.assert_allclose(base.misfit(points), [1.0, 2.0, 2.0], atol=1e-9)
+    assert base.flat
+    assert not base.mixed
+
+
+def test_smooth_neighbours_are_one_carrier_that_tells_them_apart(steps):
+    (base, pin_wall) = sorted(step_carriers(steps["pin"]), key=lambda c: c.name)
+    assert base.name == "base"
+    assert pin_wall.name == "contact"
+    assert pin_wall.mixed
+    points = np.array([[5.0, 7.9, 0.0], [0.0, 5.0, 6.0], [0.0, 13.1, 0.0], [4.9, 9.0, 0.5]])
+    assert pin_wall.names(points).tolist() == ["side", "side", "contact", "contact"]
+    assert pin_wall.on_contact(points).tolist() == [False, False, True, True]
+    np.testing.assert_allclose(pin_wall.distance(points)[:3], [0.0, 1.0, 0.1], atol=1e-12)
+    # Across the joint distance and normal go on.
+    rim = np.array([[5.2, 8.0 - 1e-7, 0.0], [5.2, 8.0 + 1e-7, 0.0]])
+    np.testing.assert_allclose(pin_wall.distance(rim), 0.2, atol=1e-12)
+    assert np.ptp(pin_wall.normal(rim), axis=0).max() < 1e-7
+
+
+def test_the_kept_solid_is_the_body_again(steps):
+    solid = step_outline(steps["dome, a torus"])
+    assert solid.isValid()
+    assert solid.Volume() == pytest.approx(step_facts(steps["dome, a torus"]).volume, rel=1e-8)
+
+
+def test_a_second_reading_takes_what_was_kept(steps, monkeypatch):
+    first = step_facts(steps["spline"])
+    facts_module._outcome.cache_clear()
+    monkeypatch.setattr(facts_module, "run_module", None)
+    again = step_facts(steps["spline"])
+    assert again is not first
+    assert again.volume == first.volume
+    np.testing.assert_array_equal(
+        again.height(np.arange(-9.0, 9.0)), first.height(np.arange(-9.0, 9.0))
+    )
+
+
+def test_content_counts_not_place_nor_time_of_writing(steps, tmp_path):
+    text = Path(steps["arc"].file).read_text("utf-8")
+    other = tmp_path / "elsewhere.stp"
+    other.write_text(text.replace("Open CASCADE Shape Model", "Another name", 1), "utf-8")
+    assert content_of(str(other)) == content_of(steps["arc"].file)
+    other.write_text(text.replace("20.,", "20.5,", 1), "utf-8")
+    assert content_of(str(other)) != content_of(steps["arc"].file)
