@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from fingerdesign.report.figures_contact import force_figure, traction_figure
 from fingerdesign.report.figures_gage import area_figure, response_figure, strain_figure
 from fingerdesign.report.figures_grip import paths_figure, rule_figure
@@ -38,9 +36,7 @@ def report_figures(analysis: Analysis) -> dict[str, list[ReportFigure]]:
             shown = spread(len(analysis.slip_studies), RESPONSES)
             figures["gages"] += [response_figure(analysis.slip_studies[i]) for i in shown]
         if result.increments and result.increments[0].gages:
-            centres = np.array([plate.x for plate in analysis.plates])
-            fits = len(centres) == len(result.increments[0].gages)
-            figures["gages"].append(strain_figure(result, centres if fits else None))
+            figures["gages"].append(strain_figure(result, analysis.plates))
         traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
         if traces:
             figures["grips"] += [paths_figure(traces), rule_figure(traces)]

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from fingerdesign.design.layout import PlateFrame
+from fingerdesign.report.finger_words import plate_rows
 from fingerdesign.report.numbers import cleaned, under_load
 from fingerdesign.report.style import (
     BLUE,
@@ -20,60 +25,78 @@ from fingerdesign.report.style import (
 from fingerdesign.report.verdict import GOOD_CORRELATION, UNDEFINED
 from fingerdesign.results import Result, SlipStudy
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 SAME_PATH = (
     "Other friction coefficients run the same approach, and the shear scaled by μ / μ of the scene."
 )
 
 
-def strain_figure(result: Result, gage_x_mm: np.ndarray | None = None) -> ReportFigure:
-    """Membrane and bending strain of every gage at a few increments.
+def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFigure:
+    """Membrane and bending strain of every gage at a few increments, a pair of panels a row.
 
-    gage_x_mm: plate centres, (gages,); without them the plate's number is the abscissa.
+    plates: the plates' frames, (gages,); without them the plate's number is the abscissa. Rows
+    along x are drawn over x, rows along z over z.
     """
     rows = result.increments
     shown = under_load(rows) or list(range(len(rows)))
     chosen = [shown[i] for i in spread(len(shown), 4)]
-    plates = np.array([gage.plate for gage in rows[0].gages])
-    x = plates if gage_x_mm is None else gage_x_mm
-    figure = canvas(7.2, 3.2)
-    panels = figure.subplots(1, 2, sharex=True)
+    numbers = np.array([gage.plate for gage in rows[0].gages])
+    known = len(plates) == len(numbers)
+    placed = result.parameters.get("plates.placement") is not None
+    groups = plate_rows(plates, placed) if known else (tuple(range(len(numbers))),)
     both = ("membrane", "bending")
     strains = cleaned(
         np.array([[[getattr(g, part) for g in row.gages] for row in rows] for part in both])
     )
-    for axes, values in zip(panels, strains, strict=True):
-        for number, (colour, dashes, marker) in zip(chosen, SERIES, strict=False):
-            axes.plot(
-                x,
-                values[number],
-                color=colour,
-                ls=dashes,
-                marker=marker,
-                ms=3.5,
-                label=f"increment {number + 1}",
-            )
-        axes.axhline(0.0, color=MUTED, lw=0.8)
-        if not values[chosen].any():
-            axes.set_ylim(-1.0, 1.0)
-        axes.set_xlabel("plate" if gage_x_mm is None else "plate centre x (mm)")
-    panels[0].set(ylabel="strain (microstrain)", title="Membrane: mean of both faces")
-    panels[1].set(title="Bending: half their difference")
-    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure = canvas(7.2, 0.6 + 2.6 * len(groups))
+    panels = figure.subplots(len(groups), 2, squeeze=False)
+    titles = ("Membrane: mean of both faces", "Bending: half their difference")
+    for number, (group, pair) in enumerate(zip(groups, panels, strict=True)):
+        order = np.array(group)
+        x, label = numbers[order], "plate"
+        if known:
+            x = np.array([plates[k].place for k in group])
+            label = f"plate centre {plates[group[0]].along} (mm)"
+            order, x = order[np.argsort(x, kind="stable")], np.sort(x)
+        for axes, values, title in zip(pair, strains, titles, strict=True):
+            _draw_strains(axes, x, values[:, order], chosen)
+            axes.set_xlabel(label)
+            row = f"Row {number + 1}. " if len(groups) > 1 else ""
+            axes.set_title(row + title)
+        pair[0].set_ylabel("strain (microstrain)")
+    lines = panels[0, 0].get_legend_handles_labels()
+    figure.legend(*lines, loc="outside lower center", ncols=4)
     last = strains[:, chosen[-1]]
     most, bent = (int(np.abs(values).argmax()) for values in last)
     alternative = (
         f"At increment {chosen[-1] + 1} the largest membrane strain is {last[0, most]:.3g} "
-        f"microstrain (plate {plates[most]}) and the largest bending strain {last[1, bent]:.3g} "
-        f"microstrain (plate {plates[bent]})."
+        f"microstrain (plate {numbers[most]}) and the largest bending strain {last[1, bent]:.3g} "
+        f"microstrain (plate {numbers[bent]})."
     )
+    reading = (
+        "Strain along each plate, tension positive. A single gage on one face reads membrane plus "
+        "or minus bending; a two-gage bridge reads the membrane part alone."
+    )
+    if known and any(plate.along == "z" for plate in plates):
+        reading += " Plates of rows along z are strained by shear in z, not in x."
     return ReportFigure(
         "strains",
         "What the gages read",
         to_svg(figure, "strains", alternative),
-        "Strain along each plate, tension positive. A single gage on one face reads membrane plus "
-        "or minus bending; a two-gage bridge reads the membrane part alone.",
+        reading,
         alternative,
     )
+
+
+def _draw_strains(axes: Axes, x: np.ndarray, values: np.ndarray, chosen: list[int]) -> None:
+    for number, (colour, dashes, marker) in zip(chosen, SERIES, strict=False):
+        label = f"increment {number + 1}"
+        axes.plot(x, values[number], color=colour, ls=dashes, marker=marker, ms=3.5, label=label)
+    axes.axhline(0.0, color=MUTED, lw=0.8)
+    if not values[chosen].any():
+        axes.set_ylim(-1.0, 1.0)
 
 
 def response_figure(study: SlipStudy) -> ReportFigure:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.report.style import (
     BLUE,
+    GREEN,
     INK,
     MUTED,
     PAPER,
@@ -16,6 +17,7 @@ from fingerdesign.report.style import (
     canvas,
     to_svg,
 )
+from fingerdesign.report.surfaces import region_of
 from fingerdesign.results import Result
 
 
@@ -40,13 +42,14 @@ def least_angles(mesh: Mesh) -> NDArray[np.float64]:
 
 
 def quality_figure(mesh: Mesh) -> ReportFigure:
-    """Histogram of the cells' least angles, elastomer and plates apart."""
+    """Histogram of the cells' least angles, elastomer, plates and core apart."""
     angles = least_angles(mesh)
     what = "least angle" if mesh.dimension == 2 else "least dihedral angle"
     bins = np.arange(0.0, 75.1, 2.5)
     parts = [
         ("elastomer", mesh.regions == 0, BLUE, ""),
-        ("plates", mesh.regions > 0, VERMILION, "//"),
+        ("plates", region_of(mesh, "plates"), VERMILION, "//"),
+        ("core", region_of(mesh, "core"), GREEN, ""),
     ]
     parts = [part for part in parts if part[1].any()]
     figure = canvas(7.2, 2.4)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.report.figures import SECTIONS, report_figures
+from fingerdesign.report.finger_words import finger_text
 from fingerdesign.report.picture import Picture, PictureError, PictureJob
 from fingerdesign.report.style import COLOURS, png_element
 from fingerdesign.report.tables import (
@@ -84,6 +85,7 @@ def _render(
         design=design_table(result),
         scene=scene_table(result),
         rigid=object_text(result),
+        finger=finger_text(result),
         points=points_table(result),
         colours=COLOURS,
         style=_safe((TEMPLATES / "report.css").read_text(encoding="utf-8")),

@@ -20,7 +20,15 @@ import numpy as np
 import fingerdesign.report.picture_worker as picture_worker
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.report.surfaces import Array, Surface, gage_quads, surface_of
+from fingerdesign.report.finger_words import count_text
+from fingerdesign.report.surfaces import (
+    Array,
+    Surface,
+    gage_quads,
+    plate_boxes,
+    region_of,
+    surface_of,
+)
 from fingerdesign.results import OPEN, Analysis, FieldHistory
 
 TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer
@@ -113,17 +121,26 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
     everything = np.ones(len(mesh.cells), dtype=bool)
     body = surface_of(mesh, everything, analysis.depth_mm)
     arrays: dict[str, Any] = {"body_points": body.points, "body_triangles": body.triangles}
-    inside = mesh.regions > 0
-    if inside.any():
-        plates = surface_of(mesh, inside, analysis.depth_mm)
+    count = len(analysis.plates)
+    solid, core = region_of(mesh, "plates"), region_of(mesh, "core")
+    if solid.any():
+        plates = surface_of(mesh, solid, analysis.depth_mm)
+        count = len(set(mesh.regions[solid].tolist()))
+    else:  # sheets, or left out: drawn as they are cast
+        plates = plate_boxes(analysis.plates)
+    if len(plates.triangles):
         arrays |= {"plate_points": plates.points, "plate_triangles": plates.triangles}
+    if core.any():
+        drawn = surface_of(mesh, core, analysis.depth_mm)
+        arrays |= {"core_points": drawn.points, "core_triangles": drawn.triangles}
     if analysis.gages is not None and analysis.plates:
         arrays["gages"] = gage_quads(analysis.plates, analysis.gages)
     touched = _contact_zone(analysis)
     arrays |= touched
-    count = len(set(mesh.regions[inside].tolist()))
     words["inside"] = (
-        f"The finger seen from the front, above: a translucent body, {_counted(count)} inside it"
+        "The finger seen from the front, above: a translucent body, "
+        f"{count_text(count, 'plate')} inside it"
+        + (", a green core" if core.any() else "")
         + (", the gages on them blue" if "gages" in arrays else "")
         + (", and the surface that touched the object tinted." if touched else ".")
     )
@@ -155,10 +172,6 @@ def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array | Non
         f"by the length of its displacement: up to {size.max():.3g} mm at the surface."
     )
     return moved, words
-
-
-def _counted(plates: int) -> str:
-    return f"{plates or 'no'} plate{'' if plates == 1 else 's'}"
 
 
 def _contact_zone(analysis: Analysis) -> dict[str, Any]:

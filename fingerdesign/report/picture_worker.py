@@ -14,6 +14,7 @@ import numpy as np
 SIZE = (940, 640)
 VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that may be used
 BODY, PLATE, GAGE, ZONE = "#8fb4cf", "#c07f36", "#0d3b66", "#d2560a"
+CORE = "#5f8f4e"
 
 
 def main(path: str) -> None:
@@ -39,6 +40,10 @@ def _inside(scene: dict[str, Any]) -> Any:
         zone = zone.clip_scalar("touched", value=0.5, invert=False)
         if zone.n_cells:
             plotter.add_mesh(zone, color=ZONE, opacity=0.45, show_scalar_bar=False)
+    if "core_points" in scene:
+        core = _surface(scene["core_points"], scene["core_triangles"])
+        plotter.add_mesh(core, color=CORE, opacity=0.55, smooth_shading=False, ambient=0.2)
+        _add_outline(plotter, core, "#3d5135")
     if "plate_points" in scene:
         plates = _surface(scene["plate_points"], scene["plate_triangles"])
         plotter.add_mesh(plates, color=PLATE, smooth_shading=False, ambient=0.25)

@@ -18,6 +18,8 @@ from fingerdesign.results import GageLayout
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
+_BENT_PIECES = 6
 _OUTWARD_SIDES = ((0, 1), (1, 2), (2, 0))
 _OUTWARD_FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
 
@@ -67,19 +69,57 @@ def boundary(cells: IntArray) -> IntArray:
 
 
 def gage_quads(plates: tuple[PlateFrame, ...], gages: GageLayout) -> Array:
-    """Corners of the gages, a hair above the plate faces that carry them: (q, 4, 3), mm."""
+    """Corners of the gages, a hair above the plate faces that carry them: (q, 4, 3), mm.
+
+    On a bent plate a gage is several quads, one beside the other.
+    """
     sides = {"upper": (1.0,), "lower": (-1.0,)}.get(gages.face, (1.0, -1.0))
     quads = []
     for plate in plates:
-        along = 0.5 * gages.length_mm * plate.axis
+        pieces = 1 if plate.bend_radius is None else _BENT_PIECES
+        along = np.linspace(-0.5, 0.5, pieces + 1) * gages.length_mm
+        low, high = (plate.middle + gages.z_mm + sign * 0.5 * gages.width_mm for sign in (-1, 1))
         for side in sides:
-            lift = side * (0.5 * plate.thickness + 0.02) * plate.normal
-            centre = np.array([plate.x, plate.y]) + lift
-            ends = (centre - along, centre + along)
-            low, high = (gages.z_mm + sign * 0.5 * gages.width_mm for sign in (-1, 1))
-            order = ((ends[0], low), (ends[1], low), (ends[1], high), (ends[0], high))
-            quads.append([[*end, z] for end, z in order])
+            line = plate.from_local(along, side * (0.5 * plate.thickness + _LIFT))
+            near, far = plate.to_space(line, low), plate.to_space(line, high)
+            quads += [[near[k], near[k + 1], far[k + 1], far[k]] for k in range(pieces)]
     return np.array(quads, dtype=float).reshape(-1, 4, 3)
+
+
+def plate_boxes(plates: tuple[PlateFrame, ...]) -> Surface:
+    """The plates as they are cast, from their frames alone; holes are left out."""
+    points, triangles, count = [], [], 0
+    for plate in plates:
+        ring = plate.outline()
+        n = len(ring)
+        flat = np.array([[k, k + 1, n - 2 - k] for k in range(n // 2 - 1)])
+        other = np.array([[k, n - 2 - k, n - 1 - k] for k in range(n // 2 - 1)])
+        cap = np.concatenate([flat, other])
+        k = np.arange(n)
+        after = np.roll(k, -1)
+        walls = np.concatenate(
+            [np.stack([k, after, after + n], 1), np.stack([k, after + n, k + n], 1)]
+        )
+        points += [plate.to_space(ring, w) for w in (plate.low, plate.high)]
+        whole = np.concatenate([cap[:, ::-1], cap + n, walls])
+        if plate.along == "z":  # (z, y) against x is the other hand
+            whole = whole[:, ::-1]
+        triangles.append(whole + count)
+        count += 2 * n
+    none = np.zeros(0, dtype=np.int64)
+    if not points:
+        return Surface(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), none)
+    return Surface(np.concatenate(points), np.concatenate(triangles), np.zeros(count, dtype=int))
+
+
+def region_of(mesh: Mesh, name: str) -> NDArray[np.bool_]:
+    """Which cells (c,) are of the region ``name``, or of any plate: "plates"."""
+    named = {number: mesh.region_name(number) for number in np.unique(mesh.regions).tolist()}
+    if name == "plates":
+        chosen = [number for number, said in named.items() if said.startswith("plate_")]
+    else:
+        chosen = [number for number, said in named.items() if said == name]
+    return np.asarray(np.isin(mesh.regions, chosen))
 
 
 def _extruded(points: Array, cells: IntArray, depth: float) -> Surface:

@@ -236,7 +236,7 @@ def plate_frames():
     return tuple(
         PlateFrame(
             index=i,
-            x=float(x),
+            place=float(x),
             y=float(CREST - RADIUS + np.sqrt(RADIUS**2 - x**2) - 2.0),
             angle_deg=45.0,
             length=2.0,

@@ -105,6 +105,7 @@ def test_what_does_not_move_is_not_coloured(plane_strain) -> None:
         plane_strain,
         fields=fields,
         mesh=dataclasses.replace(plane_strain.mesh, regions=0 * plane_strain.mesh.regions),
+        plates=(),
     )
     job = PictureJob(still)
     assert list(job.words) == ["inside"]
