@@ -75,6 +75,22 @@ def verification(folder: Path | None, quiet: bool, as_json: bool) -> int:
     return _show("verification", "Against analytic solutions", checks, folder, quiet, as_json)
 
 
+@click.command("agreement", short_help="One finger meshed in several ways, one answer (4 min).")
+@_table_option
+@output_options
+def agreement(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """One finger meshed in several ways gives one answer: what differs, what each mesh costs.
+
+    The reference finger extruded and by fTetWild, its plates as solids and as sheets, and fTetWild
+    once more.
+    """
+    from fingerdesign.bench.agreement import agreement_checks
+
+    with progress("bench agreement", quiet or as_json) as tell:
+        checks = agreement_checks(tell)
+    return _show("agreement", "One finger, several meshes", checks, folder, quiet, as_json)
+
+
 @click.command("whole", short_help="A whole `analyse` from cold caches (1.5 min).")
 @click.option(
     "--fidelity",
@@ -120,4 +136,4 @@ def _show(
     return show_checks(title, checks, paths, quiet, as_json)
 
 
-COMMANDS = (reference, condensation, verification, whole)
+COMMANDS = (reference, condensation, verification, agreement, whole)
