@@ -154,9 +154,10 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
 
 def _stands_for(face: Carrier, name: str) -> bool:
     """Whether a CAD face is (part of) a named one: side and contact may join without an edge."""
-    return face.name == name or (
-        isinstance(face, Chain) and face.side is not None and name in ("side", "contact")
-    )
+    if face.name == name:
+        return True
+    joined = isinstance(face, Chain) and face.side is not None
+    return name in ("side", "contact") and (joined or bool(getattr(face, "mixed", False)))
 
 
 def _greatest(mesh: Mesh, nodes: IntArray, faces: list[Carrier]) -> float:

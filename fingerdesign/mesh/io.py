@@ -10,28 +10,21 @@ inside). Gmsh and CalculiX files carry both as groups and sets with names instea
 from __future__ import annotations
 
 import os
-import re
 import secrets
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.calculix import read_calculix, write_calculix
-from fingerdesign.mesh.named import NamedMesh, to_mesh
-from fingerdesign.mesh.sheets import FACES
+from fingerdesign.mesh.blocks import CELL_TYPES, named_of_blocks
+from fingerdesign.mesh.calculix import write_calculix
+from fingerdesign.mesh.calculix_reader import read_calculix
+from fingerdesign.mesh.named import NamedMesh, facet_number, to_mesh
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.mesh.xdmf import read_xdmf, write_xdmf
 
-IntArray = NDArray[np.int64]
-
-FACET_NUMBERS = {"base": 1, "contact": 2, "side": 3, "end": 4, "symmetry": 5}
-FIRST_SLOT, LAST_SLOT = 1000, 4000
 FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
-CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
-LINEAR = {"tetra10": "tetra", "triangle6": "triangle", "line3": "line"}
 
 
 def to_meshio(mesh: Mesh) -> Any:
@@ -41,7 +34,7 @@ def to_meshio(mesh: Mesh) -> Any:
     cell_type, facet_type = CELL_TYPES[mesh.dimension]
     points = np.zeros((len(mesh.points), 3))
     points[:, : mesh.dimension] = mesh.points
-    number_of = {name: _facet_number(name) for name in mesh.facets}
+    number_of = {name: facet_number(name) for name in mesh.facets}
     names = sorted(number_of, key=lambda name: number_of[name])
     rows = [mesh.facets[name] for name in names]
     numbers = [np.full(len(mesh.facets[name]), number_of[name]) for name in names]
@@ -69,24 +62,6 @@ def to_meshio(mesh: Mesh) -> Any:
         },
         field_data=groups,
     )
-
-
-def _facet_number(name: str) -> int:
-    if name in FACET_NUMBERS:
-        return FACET_NUMBERS[name]
-    slot = re.fullmatch(rf"plate_([0-9]+)_({'|'.join(FACES)})", name)
-    number = FIRST_SLOT + 3 * int(slot[1]) + FACES.index(slot[2]) if slot else LAST_SLOT
-    if number >= LAST_SLOT:
-        raise MeshError(f"facet name '{name}' has no number: not in FACET_NUMBERS, no slot's face")
-    return number
-
-
-def _facet_name(number: int) -> str:
-    """The name of a facet number; "" for none."""
-    if FIRST_SLOT <= number < LAST_SLOT:
-        plate, face = divmod(number - FIRST_SLOT, 3)
-        return f"plate_{plate}_{FACES[face]}"
-    return next((name for name, known in FACET_NUMBERS.items() if known == number), "")
 
 
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:
@@ -130,7 +105,7 @@ def _write_meshio(mesh: Mesh, path: Path) -> None:
 
 def _write_xdmf(mesh: Mesh, path: Path) -> None:
     content = to_meshio(mesh)
-    names = {f"facet {_facet_number(name)}": name for name in mesh.facets}
+    names = {f"facet {facet_number(name)}": name for name in mesh.facets}
     for number in np.unique(mesh.regions).tolist():
         names[f"region {number}"] = mesh.region_name(number)
     data = {
@@ -170,7 +145,7 @@ def read_named(path: Path | str) -> NamedMesh:
             raise MeshError(f"{path} could not be read: {error}") from error
     if path.suffix == ".xdmf":
         points, blocks, data = read_xdmf(path)
-        return _named(path, points, blocks, data, {}, {})
+        return named_of_blocks(path, points, blocks, data, {}, {})
     import meshio
 
     try:
@@ -186,91 +161,6 @@ def read_named(path: Path | str) -> NamedMesh:
         if all(np.ndim(part) == 1 for part in parts)
     }
     sets = {} if found.field_data else dict(found.cell_sets)
-    return _named(path, np.asarray(found.points, dtype=float), blocks, data, found.field_data, sets)
-
-
-def _named(
-    path: Path,
-    points: Any,
-    blocks: list[tuple[str, IntArray]],
-    data: dict[str, list[IntArray]],
-    groups: dict[str, Any],
-    sets: dict[str, Any],
-) -> NamedMesh:
-    kinds = {kind for kind, _ in blocks}
-    cell_type, facet_type = _types(path, kinds)
-    dimension = 3 if cell_type.startswith("tetra") else 2
-    cells, names = list[IntArray](), list[Any]()
-    facets: dict[str, list[IntArray]] = {}
-    for number, (kind, rows) in enumerate(blocks):
-        if kind not in (cell_type, facet_type) or not len(rows):
-            continue
-        inner = kind == cell_type
-        own = _names_of_block(number, len(rows), inner, data, groups, sets, dimension)
-        if inner:
-            cells.append(rows)
-            names.append(own)
-        else:
-            for name in np.unique(own[own != ""]).tolist():
-                facets.setdefault(name, []).append(rows[own == name, :dimension])
-    return NamedMesh(
-        points[:, :dimension],
-        np.vstack(cells),
-        np.concatenate(names).astype(str),
-        {name: np.vstack(rows) for name, rows in facets.items()},
+    return named_of_blocks(
+        path, np.asarray(found.points, dtype=float), blocks, data, found.field_data, sets
     )
-
-
-def _types(path: Path, kinds: set[str]) -> tuple[str, str]:
-    """The types of cells and facets to read: of the highest dimension, of one order."""
-    other = sorted(kind for kind in kinds if kind.startswith(("hexa", "wedge", "pyramid")))
-    if other:
-        raise MeshError(f"{path} holds {', '.join(other)}: only tetrahedra can be read")
-    for dimension in (3, 2):
-        cell, facet = CELL_TYPES[dimension]
-        if {cell, LINEAR[cell]} <= kinds:
-            raise MeshError(f"{path} holds {LINEAR[cell]} and {cell}: cells of one order, please")
-        if cell in kinds:
-            return cell, facet
-        if LINEAR[cell] in kinds:
-            return LINEAR[cell], LINEAR[facet]
-    raise MeshError(
-        f"{path} holds no quadratic cells (tetra10 or triangle6) nor linear ones, but "
-        f"{sorted(kinds)}"
-    )
-
-
-def _names_of_block(
-    number: int,
-    count: int,
-    inner: bool,
-    data: dict[str, list[IntArray]],
-    groups: dict[str, Any],
-    sets: dict[str, Any],
-    dimension: int,
-) -> NDArray[np.object_]:
-    """The name (count,) of each cell of a block, or "": by its numbers, its groups or sets."""
-    found = np.full(count, "", dtype=object)
-    if "region" in data or "facet" in data:
-        key = "region" if inner else "facet"
-        values = np.rint(data[key][number]).astype(int) if key in data else np.zeros(count, int)
-        if inner and values.min(initial=0) < 0:
-            raise MeshError("there are cells in negative regions; 0 is the elastomer")
-        for value in np.unique(values).tolist():
-            if inner:
-                found[values == value] = "elastomer" if value == 0 else f"plate_{value - 1}"
-            else:
-                found[values == value] = _facet_name(value)
-        if inner and "core" in data:
-            found[np.rint(data["core"][number]) == 1] = "core"
-    elif "gmsh:physical" in data and groups:
-        values = np.asarray(data["gmsh:physical"][number])
-        level = dimension if inner else dimension - 1
-        for name, (group, of_dimension) in groups.items():
-            if int(of_dimension) == level:
-                found[values == int(group)] = name
-    for name, members in sets.items():
-        own = members[number] if number < len(members) else None
-        if own is not None and len(own):
-            found[np.asarray(own, dtype=int)] = name
-    return found

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.sheets import FACES
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 StringArray = NDArray[np.str_]
+
+FACET_NUMBERS = {"base": 1, "contact": 2, "side": 3, "end": 4, "symmetry": 5}
+FIRST_SLOT, LAST_SLOT = 1000, 4000
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,25 @@ def region_number(name: str) -> int | None:
         return 0
     plate = re.fullmatch(r"plate_([0-9]{1,4})", name)
     return int(plate[1]) + 1 if plate else None
+
+
+def facet_number(name: str) -> int:
+    """The number that stands for a boundary's name in files that hold no names."""
+    if name in FACET_NUMBERS:
+        return FACET_NUMBERS[name]
+    slot = re.fullmatch(rf"plate_([0-9]+)_({'|'.join(FACES)})", name)
+    number = FIRST_SLOT + 3 * int(slot[1]) + FACES.index(slot[2]) if slot else LAST_SLOT
+    if number >= LAST_SLOT:
+        raise MeshError(f"facet name '{name}' has no number: not in FACET_NUMBERS, no slot's face")
+    return number
+
+
+def facet_name(number: int) -> str:
+    """The name of a facet number; "" for none."""
+    if FIRST_SLOT <= number < LAST_SLOT:
+        plate, face = divmod(number - FIRST_SLOT, 3)
+        return f"plate_{plate}_{FACES[face]}"
+    return next((name for name, known in FACET_NUMBERS.items() if known == number), "")
 
 
 def to_mesh(found: NamedMesh, mesher: str) -> Mesh:

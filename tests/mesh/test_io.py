@@ -11,8 +11,9 @@ import pytest
 
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.calculix import cell_faces
 from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.io import read_mesh, to_meshio, write_mesh
+from fingerdesign.mesh.io import read_mesh, read_named, to_meshio, write_mesh
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 
@@ -82,3 +83,148 @@ def test_unknown_formats_and_linear_meshes_are_refused(mesh: Mesh, tmp_path: Pat
     linear.write(tmp_path / "linear.vtu")
     with pytest.raises(MeshError, match="no quadratic cells"):
         read_mesh(tmp_path / "linear.vtu")
+
+
+CORED = Design.model_validate(
+    tomllib.loads("""
+    design.name = "t"
+    plates.count = 2
+    plates.pitch_mm = 4.0
+    plates.thickness_mm = 0.3
+    mesh.layers = 2
+    mesh.contact_size_mm = 1.5
+    mesh.plate_size_mm = 1.0
+    body.core.bottom_mm = 0.5
+    """)
+)
+
+
+@pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp", "xdmf"])
+@pytest.mark.parametrize("model", ["solid", "sheet"])
+def test_cores_and_slots_keep_their_names(model: str, ending: str, tmp_path: Path) -> None:
+    plates = CORED.plates.model_copy(update={"model": model})
+    mesh = extrude(CORED.model_copy(update={"plates": plates}), 3.0)
+    again = read_mesh(write_mesh(mesh, tmp_path / f"m.{ending}"))
+    assert set(again.facets) == set(mesh.facets)
+    regions = {mesh.region_name(int(n)) for n in np.unique(mesh.regions)}
+    assert {again.region_name(int(n)) for n in np.unique(again.regions)} == regions
+    core = [number for number, name in mesh.region_names.items() if name == "core"]
+    own = [number for number, name in again.region_names.items() if name == "core"]
+    np.testing.assert_array_equal(again.regions == own[0], mesh.regions == core[0])
+
+
+def test_calculix_has_a_set_and_a_surface_for_each_name(mesh: Mesh, tmp_path: Path) -> None:
+    text = write_mesh(mesh, tmp_path / "m.inp").read_text()
+    kind = "C3D10" if mesh.dimension == 3 else "CPE6"
+    assert f"*ELEMENT, TYPE={kind}, ELSET=elastomer\n" in text
+    assert f"*ELEMENT, TYPE={kind}, ELSET=plate_0\n" in text
+    cards = text.split("*")
+    for name, facets in mesh.facets.items():
+        nodes = next(card for card in cards if card.startswith(f"NSET, NSET={name}\n"))
+        numbers = [int(part) for part in nodes.split("\n", 1)[1].replace("\n", "").split(",")[:-1]]
+        np.testing.assert_array_equal(np.array(numbers) - 1, np.unique(facets))
+        surface = next(card for card in cards if card.startswith(f"SURFACE, NAME={name},"))
+        assert len(surface.strip().splitlines()) - 1 == len(facets)
+    assert max(len(line) for line in text.splitlines()) < 256
+
+
+def test_faces_are_numbered_as_calculix_does(mesh: Mesh) -> None:
+    # CalculiX: C3D10 S1 1-2-3, S2 1-4-2, S3 2-4-3, S4 3-4-1; CPE6 S1 1-2, S2 2-3, S3 3-1.
+    solid = ({1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1})
+    faces = solid if mesh.dimension == 3 else ({1, 2}, {2, 3}, {3, 1})
+    cells, numbers = cell_faces(mesh, mesh.facets["contact"])
+    for row, cell, number in zip(mesh.facets["contact"], cells, numbers, strict=True):
+        corners = {
+            int(np.flatnonzero(mesh.cells[cell] == node)[0]) + 1 for node in row[: mesh.dimension]
+        }
+        assert corners == faces[number]
+    with pytest.raises(MeshError, match="no faces of any cell"):
+        cell_faces(mesh, np.array([[0, 0, 0]]))
+
+
+DECK = """** made by hand
+*Heading
+a tetrahedron and its mirror image
+*NODE
+10, 0., 0., 0.
+20, 1., 0., 0.
+30, 0., 1., 0.
+40, 0., 0., 1.
+50, 0., 0., -1.
+*ELEMENT, TYPE=C3D4
+7, 10, 20, 30,
+40
+8, 10, 30, 20, 50
+*ELSET, ELSET=Elastomer, GENERATE
+7, 8, 1
+*ELSET, ELSET=all
+Elastomer, 7
+*Surface, Name=CONTACT
+7, S3
+*NSET, NSET=base
+10, 20, 40
+*MATERIAL, NAME=x
+"""
+
+
+def test_a_deck_made_by_hand_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "hand.inp"
+    path.write_text(DECK)
+    found = read_named(path)
+    assert found.region.tolist() == ["elastomer", "elastomer"]
+    assert found.cells.tolist() == [[0, 1, 2, 3], [0, 2, 1, 4]]
+    assert {name: np.sort(rows).tolist() for name, rows in found.facets.items()} == {
+        "contact": [[1, 2, 3]],
+        "base": [[0, 1, 3]],
+    }
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("C3D4", "C3D8", "C3D8 are no tetrahedra"),
+        ("7, 10, 20", "7, 11, 20", "node 11 is not defined"),
+        ("1., 0., 0.", "one, 0., 0.", "not the numbers"),
+        ("*ELEMENT, TYPE=C3D4", "*ELEMENTS", "no tetrahedra or triangles"),
+        ("Elastomer, 7", "elastomers, 7", "elastomers"),
+    ],
+)
+def test_decks_that_cannot_be_understood(old: str, new: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "hand.inp"
+    assert old in DECK
+    path.write_text(DECK.replace(old, new))
+    with pytest.raises(MeshError, match=words):
+        read_named(path)
+
+
+def test_other_xdmf_files(tmp_path: Path) -> None:
+    path = tmp_path / "m.xdmf"
+    item = '<DataItem Dimensions="4 3" Format="{}">{}</DataItem>'
+    text = (
+        '<Xdmf Version="3.0"><Domain><Grid><Geometry GeometryType="XYZ">{}</Geometry>'
+        '<Topology TopologyType="{}">{}</Topology></Grid></Domain></Xdmf>'
+    )
+    places = item.format("XML", "0 0 0 1 0 0 0 1 0 0 0 1")
+    path.write_text(text.format(places, "Tetrahedron", item.format("XML", "0 1 2 3")))
+    assert read_named(path).cells.tolist() == [[0, 1, 2, 3]]
+    for kind, cells, words in (
+        ("Hexahedron", item.format("XML", "0 1 2 3"), "cells of type Hexahedron"),
+        ("Mixed", item.format("XML", "9 0 1 2 3 0 1 2 3"), "XDMF's type 9"),
+        ("Tetrahedron", item.format("HDF", "m.h5:/cells"), "lie in another file"),
+    ):
+        path.write_text(text.format(places, kind, cells))
+        with pytest.raises(MeshError, match=words):
+            read_named(path)
+
+
+def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path: Path) -> None:
+    points = np.random.default_rng(3).random((18, 3))
+    tet, whole = np.arange(4)[None], np.arange(10)[None]
+    for cells, words in (
+        ([("tetra", tet), ("hexahedron", np.arange(8)[None])], "hexahedron"),
+        ([("tetra", tet), ("tetra10", whole + 4)], "one order"),
+        ([("line", np.array([[0, 1]]))], "no quadratic cells"),
+    ):
+        meshio.Mesh(points, cells).write(tmp_path / "m.vtu")
+        with pytest.raises(MeshError, match=words):
+            read_named(tmp_path / "m.vtu")
