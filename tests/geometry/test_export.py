@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import cadquery as cq
@@ -9,20 +10,23 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fingerdesign import parse_design
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.schema import Design
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import GeometryError
-from fingerdesign.geometry.checks import (
-    plate_volume,
+from fingerdesign.geometry.checks import core_volume, plate_volume
+from fingerdesign.geometry.export import (
+    check_watertight,
+    enclosed_volume,
+    write_cad,
+    write_step,
+    write_stl,
 )
-from fingerdesign.geometry.export import check_watertight, enclosed_volume, write_cad, write_stl
+from fingerdesign.geometry.kernel import volume_of
 from fingerdesign.geometry.solid import build_solid
-from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.geometry.tessellation import merge_vertices, triangulate
+from fingerdesign.geometry.tessellation import triangulate
 
-CASES = ["plates.count = 3", 'plates.count = 0\nbody.shape = "dome"\nbody.dome_radius_mm = 12.0']
+Make = Callable[..., Design]
 
 
 def read_stl(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
@@ -35,53 +39,52 @@ def read_stl(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return points, inverse.reshape(-1, 3)
 
 
-def design_of(keys: str) -> Design:
-    return parse_design(f'design.name = "t"\n{keys}')
-
-
-@pytest.mark.parametrize("keys", CASES)
-def test_files_are_watertight_and_true_to_the_design(keys: str, tmp_path: Path) -> None:
-    design = design_of(keys)
-    files = write_cad(build_solid(design), tmp_path, chord_tolerance_mm=0.01)
+def assert_files_are_true(design: Design, folder: Path) -> None:
+    files = write_cad(build_solid(design), folder, chord_tolerance_mm=0.01)
     metal = sum(plate_volume(frame) for frame in plate_frames(design))
+    core = core_volume(design)
     volumes = {"finger.stl": outline_volume(design.body)}
-    volumes["body.stl"] = volumes["finger.stl"] - metal
-    if metal:
-        volumes["plates.stl"] = metal
+    volumes["body.stl"] = volumes["finger.stl"] - metal - core
+    volumes |= {"plates.stl": metal} if metal else {}
+    volumes |= {"core.stl": core} if core else {}
     assert set(files) == {"finger.step", *volumes}
-    assert {path.name for path in tmp_path.iterdir()} == set(files)  # nothing left aside
+    assert {path.name for path in folder.iterdir()} == set(files)  # nothing left aside
     for name, wanted in volumes.items():
         points, triangles = read_stl(files[name])
         check_watertight(name, points, triangles)
-        assert enclosed_volume(points, triangles) == pytest.approx(wanted, rel=1e-3)
+        # Chords of plates as thin as these, bent and drilled, take a little more off.
+        assert enclosed_volume(points, triangles) == pytest.approx(wanted, rel=4e-3)
 
 
-def test_the_chord_tolerance_is_absolute(tmp_path: Path) -> None:
-    design = design_of("plates.count = 0")
-    surface = ContactSurface.of(design.body)
+def test_files_of_every_body(body: str, design_of: Make, tmp_path: Path) -> None:
+    assert_files_are_true(design_of(body), tmp_path)
+
+
+def test_files_of_every_kind_of_plates(plates: str, design_of: Make, tmp_path: Path) -> None:
+    assert_files_are_true(design_of("arc, rounded", plates), tmp_path)
+
+
+def test_files_of_every_kind_of_core(core: str, design_of: Make, tmp_path: Path) -> None:
+    assert_files_are_true(design_of("arc", "full span", core), tmp_path)
+
+
+def test_step_is_an_assembly_of_named_parts(design_of: Make, tmp_path: Path) -> None:
+    design = design_of("dome, rounded", "bent, perforated", "standing on the base")
     solid = build_solid(design)
-    for tolerance in (0.05, 0.01, 0.002):
-        points, triangles = read_stl(write_stl([solid.outline], tmp_path / "finger.stl", tolerance))
-        middles = points[triangles].mean(axis=1)
-        top = np.abs(surface.distance(points[triangles].reshape(-1, 3))).reshape(-1, 3) < 1e-5
-        chord = -surface.distance(middles[top.all(axis=1)])
-        assert 0.0 < chord.max() <= tolerance
-
-
-def test_step_is_an_assembly_of_named_parts(tmp_path: Path) -> None:
-    design = design_of("plates.count = 3")
-    path = write_cad(build_solid(design), tmp_path)["finger.step"]
+    path = write_step(solid, tmp_path / "finger.step")
+    names = ["body", "plate_0", "plate_1", "plate_2", "core"]
     text = path.read_text()
-    for name in ("body", "plate_0", "plate_1", "plate_2"):
-        assert f"'{name}'" in text
+    assert all(f"'{name}'" in text for name in names)
     solids = cq.importers.importStep(str(path)).solids().vals()
-    assert len(solids) == 4
-    assert sum(s.Volume() for s in solids) == pytest.approx(outline_volume(design.body), rel=1e-6)
+    assert len(solids) == len(names)
+    for part, read in zip(solid.parts, solids, strict=True):
+        assert read.isValid()
+        assert volume_of(read) == pytest.approx(volume_of(part), rel=1e-7)
 
 
-def test_a_half_is_not_exported(tmp_path: Path) -> None:
+def test_a_half_is_not_exported(design_of: Make, tmp_path: Path) -> None:
     with pytest.raises(GeometryError, match="whole finger"):
-        write_cad(build_solid(design_of("plates.count = 0"), half=True), tmp_path)
+        write_cad(build_solid(design_of("arc"), half=True), tmp_path)
 
 
 def test_holes_and_wrong_winding_are_found() -> None:
@@ -102,11 +105,3 @@ def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
         write_stl([cq.Workplane().box(1, 1, 1).val()], target, 0.01)
     with pytest.raises(GeometryError, match="no solid"):
         write_stl([], tmp_path / "plates.stl", 0.01)
-
-
-def test_near_vertices_become_one() -> None:
-    base = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    doubled = np.vstack([base, base + 3e-9])
-    points, triangles = merge_vertices(doubled, np.array([[0, 1, 2], [3, 4, 5], [0, 3, 1]]))
-    assert len(points) == 3
-    assert len(triangles) == 2  # the third has collapsed
