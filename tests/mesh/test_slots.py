@@ -1,0 +1,230 @@
+"""Slots in tetrahedra: faces that pair, volume, orientation, angles, and what is refused."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from fingerdesign import parse_design
+from fingerdesign.design.layout import PlateFrame, plate_frames
+from fingerdesign.design.sheet_limits import not_a_sheet
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.improve import least_dihedral
+from fingerdesign.mesh.sheets import boundary_facets
+from fingerdesign.mesh.slot_cut import outer_facets
+from fingerdesign.mesh.slots import Slots, carrier_frames, open_slots
+from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.types import quadratic
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Boxes of the grid below are 1 x 0.5 x 1 mm: mid-surfaces lie between its cells.
+INSIDE = PlateFrame(0, 0.0, 2.5, 0.0, 2.0, 0.1, -1.0, 1.0)
+FLUSH = PlateFrame(0, 0.0, 2.5, 0.0, 2.0, 0.1, -3.0, 3.0)
+CROSSWISE = PlateFrame(0, 0.0, 2.5, 180.0, 2.0, 0.1, -1.0, 1.0, "z")
+CASES = {"inside": INSIDE, "flush": FLUSH, "crosswise": CROSSWISE}
+SHORT = replace(INSIDE, length=1.0)
+PAIR = (replace(SHORT, place=-1.5), replace(SHORT, index=1, place=1.5, y=3.0))
+
+
+def grid(half: bool = False, seed: int = 0) -> tuple[Array, IntArray]:
+    """A box of 6 x 5 x 6 mm in tetrahedra; nodes off the planes of INSIDE are shaken."""
+    steps = [np.linspace(-3, 3, 7), np.linspace(0, 5, 11), np.linspace(0 if half else -3, 3, 7)]
+    if half:
+        steps[2] = steps[2][::2]
+    x, y, z = np.meshgrid(*steps, indexing="ij")
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    number = np.arange(len(points)).reshape(x.shape)
+    corners = [
+        number[i : i - 1 or None, j : j - 1 or None, k : k - 1 or None].ravel()
+        for i in (0, 1)
+        for j in (0, 1)
+        for k in (0, 1)
+    ]
+    ways = ((4, 6), (4, 5), (2, 6), (2, 3), (1, 5), (1, 3))
+    tets = np.vstack(
+        [np.stack([corners[0], corners[a], corners[b], corners[7]], axis=1) for a, b in ways]
+    )
+    negative = tet_volumes(points, tets) < 0.0
+    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
+    shaken = (np.abs(points) < [2.9, 4.9, 2.9]).all(axis=1) & (points[:, 1] > 0.1)
+    shaken &= ~np.isin(points[:, 1], [2.5, 3.0]) & (points[:, 2] > 0.01 if half else True)
+    rng = np.random.default_rng(seed)
+    points[shaken] += rng.uniform(-0.08, 0.08, (shaken.sum(), 3))
+    return points, tets
+
+
+def carriers(points: Array, tets: IntArray, frames: tuple[PlateFrame, ...]) -> IntArray:
+    """Regions: the cells above each mid-surface."""
+    middle = points[tets].mean(axis=1)
+    regions = np.zeros(len(tets), dtype=np.int64)
+    for frame in frames:
+        s, v = frame.local(middle).T
+        w = frame.across(middle)
+        own = (np.abs(s) < 0.5 * frame.length) & (v > 0.0) & (v < 0.5 - 0.08)
+        near = (w > frame.low) & (w < frame.high)
+        regions[own & near] = frame.index + 1
+    return regions
+
+
+def opened(frames: tuple[PlateFrame, ...], half: bool = False) -> tuple[Slots, Array, IntArray]:
+    points, tets = grid(half)
+    return open_slots(points, tets, carriers(points, tets, frames), frames), points, tets
+
+
+@pytest.fixture(scope="module", params=list(CASES))
+def case(request: pytest.FixtureRequest) -> tuple[PlateFrame, Slots, Array, IntArray]:
+    frame = CASES[request.param]
+    return frame, *opened((frame,))
+
+
+def area(points: Array, facets: IntArray) -> float:
+    a, b, c = (points[facets[:, k]] for k in range(3))
+    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+
+
+def test_the_slot_is_the_plate(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+    frame, slots, points, tets = case
+    lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
+    assert lost == pytest.approx(frame.length * frame.thickness * frame.span, rel=1e-9)
+    for side, sign in (("upper", 0.5), ("lower", -0.5)):
+        facets = slots.facets[f"plate_0_{side}"]
+        assert area(slots.points, facets) == pytest.approx(frame.length * frame.span, rel=1e-9)
+        v = frame.local(slots.points[np.unique(facets)])[:, 1]
+        np.testing.assert_allclose(v, sign * frame.thickness, atol=1e-12)
+    ends = area(slots.points, slots.facets["plate_0_end"])
+    rim = 2.0 * frame.span + (0.0 if frame is FLUSH else 2.0 * frame.length)
+    assert ends == pytest.approx(rim * frame.thickness, rel=1e-9)
+
+
+def test_sound_tetrahedra(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+    _, slots, _, _ = case
+    assert tet_volumes(slots.points, slots.tets).min() > 0.0
+    assert least_dihedral(slots.points[slots.tets]).min() > 5.0
+    assert (slots.regions == 0).all()
+    assert len(np.unique(slots.tets)) == len(slots.points)
+
+
+def test_nothing_is_open_but_the_slot(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+    """The outside is what it was, and else the slot's faces alone bound the mesh."""
+    frame, slots, points, tets = case
+    named = np.vstack([*slots.facets.values()])
+    outer = {tuple(sorted(f)) for f in outer_facets(slots.tets).tolist()}
+    faces = {tuple(sorted(f)) for f in named.tolist()}
+    assert faces < outer
+    rest = np.array(sorted(outer - faces))
+    before = area(points, outer_facets(tets))
+    flush = 2.0 * frame.length * frame.thickness if frame is FLUSH else 0.0
+    assert area(slots.points, rest) == pytest.approx(before - flush, rel=1e-9)
+
+
+def test_faces_pair_node_by_node(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+    """Corner and mid-nodes alike; lower facets list the nodes below those of the upper ones."""
+    frame, slots, _, _ = case
+    upper, lower = slots.facets["plate_0_upper"], slots.facets["plate_0_lower"]
+    assert (slots.origin[upper] == slots.origin[lower]).all()
+    apart = slots.points[upper] - slots.points[lower]
+    wanted = frame.thickness * frame.direction(frame.normal)
+    np.testing.assert_allclose(apart, np.broadcast_to(wanted, apart.shape), atol=1e-12)
+    nodes, cells = quadratic(slots.points, slots.tets)
+    outer = boundary_facets(cells, 3)
+    s, v = frame.local(nodes).T
+    found = [
+        np.unique(outer[(np.abs(v[outer] - sign * frame.thickness) < 1e-9).all(axis=1)])
+        for sign in (0.5, -0.5)
+    ]
+    across = frame.across(nodes)
+    one, two = (sorted(zip(s[f].round(9), across[f].round(9), strict=True)) for f in found)
+    assert one == two
+    assert len(one) > len(np.unique(upper))
+
+
+def test_what_lies_far_stays(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+    _, slots, points, _ = case
+    np.testing.assert_array_equal(slots.origin[: len(points)], np.arange(len(points)))
+    shift = np.linalg.norm(slots.points - points[slots.origin], axis=1)
+    assert np.median(shift) < 0.02
+    assert (shift > 0.06).mean() < 0.1  # a few flat tetrahedra are mended
+    low, high = points.min(axis=0), points.max(axis=0)
+    for axis in range(3):
+        for bound in (low[axis], high[axis]):
+            face = np.abs(points[:, axis] - bound) < 1e-12
+            assert (slots.points[: len(points)][face, axis] == bound).all()
+
+
+def test_half_a_plate_opens_in_the_symmetry_plane() -> None:
+    slots, points, tets = opened((INSIDE,), half=True)
+    lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
+    assert lost == pytest.approx(0.5 * 2.0 * 0.1 * 2.0, rel=1e-9)
+    ends = area(slots.points, slots.facets["plate_0_end"])
+    assert ends == pytest.approx((2.0 * 1.0 + 2.0) * 0.1, rel=1e-9)
+
+
+def test_two_plates_and_another_region() -> None:
+    points, tets = grid()
+    regions = carriers(points, tets, PAIR)
+    core = points[tets].mean(axis=1)[:, 1] < 1.0
+    regions[core] = 3
+    slots = open_slots(points, tets, regions, PAIR)
+    assert len(slots.facets) == 6
+    lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
+    assert lost == pytest.approx(2 * 1.0 * 0.1 * 2.0, rel=1e-9)
+    assert set(np.unique(slots.regions)) == {0, 3}
+    kept = tet_volumes(slots.points, slots.tets)[slots.regions == 3].sum()
+    assert kept == pytest.approx(tet_volumes(points, tets)[core].sum(), rel=1e-12)
+
+
+def test_a_mid_surface_that_is_missing_is_refused() -> None:
+    points, tets = grid()
+    regions = carriers(points, tets, (INSIDE,))
+    above = (np.abs(points[tets, 1] - 2.5) < 1e-9).sum(axis=1) == 3
+    regions[np.flatnonzero(above & (regions > 0))[0]] = 0
+    with pytest.raises(MeshError, match=r"follows .* of 4 mm\^2 of plate 0's mid-surface"):
+        open_slots(points, tets, regions, (INSIDE,))
+
+
+def test_a_plate_too_thick_for_its_place_is_refused() -> None:
+    points, tets = grid()
+    thick = replace(INSIDE, thickness=6.0)
+    with pytest.raises(MeshError, match="turned over"):
+        open_slots(points, tets, carriers(points, tets, (thick,)), (thick,))
+
+
+TEXT = """
+    design.name = "carriers"
+    body.depth_mm = 8.0
+    plates.count = 5
+    plates.model = "sheet"
+"""
+
+
+def test_carriers_begin_at_the_mid_surface_and_keep_their_distance() -> None:
+    design = parse_design(TEXT)
+    frames = plate_frames(design)
+    boxes = carrier_frames(frames, design)
+    for frame, box in zip(frames, boxes, strict=True):
+        at = frame.local(box.to_space(box.corners(), 0.0))
+        np.testing.assert_allclose(np.abs(at[:, 0]), 0.5 * frame.length, rtol=1e-9)
+        assert np.abs(at[:, 1]).min() == pytest.approx(0.0, abs=1e-12)
+        assert np.abs(at[:, 1]).max() == pytest.approx(box.thickness)
+        assert (box.low, box.high, box.index) == (frame.low, frame.high, frame.index)
+        assert box.thickness > 2.0 * frame.thickness
+    crowded = parse_design(TEXT + "plates.pitch_mm = 0.4")
+    thin = carrier_frames(plate_frames(crowded), crowded)
+    assert 0.1 < thin[2].thickness < 0.4 * np.sin(np.pi / 4)
+
+
+def test_what_cannot_be_a_sheet() -> None:
+    bent = replace(INSIDE, bend_radius=20.0)
+    upright = replace(CROSSWISE, angle_deg=90.0)
+    assert "bent" in str(not_a_sheet(bent))
+    assert "symmetry plane" in str(not_a_sheet(upright, half=True))
+    assert not_a_sheet(upright) is None
+    assert not_a_sheet(INSIDE, half=True) is None
+    design = parse_design(TEXT)
+    with pytest.raises(MeshError, match="plate 0 cannot be a sheet: it is bent"):
+        carrier_frames((bent,), design)
