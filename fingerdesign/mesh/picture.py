@@ -81,7 +81,7 @@ def main(source: str, target: str) -> None:
         plotter.subplot(0, column)
         plotter.set_background("white")
         for number, colour in enumerate((SILICONE, BRONZE, CORE)):
-            rows = shown & (part == number)
+            rows = (shown | (part > 0)) & (part == number)  # plates and core stand out of the cut
             if rows.any():
                 grid = pyvista.UnstructuredGrid({kind: cells[rows]}, points)
                 plotter.add_mesh(grid, color=colour, show_edges=True, edge_color=EDGES, ambient=0.3)

@@ -27,6 +27,8 @@ from fingerdesign.mesh.worker import run_module
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
+IntArray = NDArray[np.int64]
+
 SIZE = (1500, 1100)  # pixels of the view in space
 MARKED = 10  # worst elements in the picture
 _SATURATED = 40.0  # degrees: what is better looks the same
@@ -50,11 +52,13 @@ def draw_quality(
     """
     path = Path(path)
     least = cell_angles(mesh.points, mesh.corners).min(axis=1)
+    where, nodes = _interest(mesh, design)
     arrays: dict[str, Any] = {
         "points": placed(mesh),
         "cells": mesh.corners,
         "least": least,
-        "parts": mesh.regions > 0,
+        "inner": mesh.regions > 0,
+        "close": placed(mesh)[nodes],
         "worst": np.array([row["element"] for row in report.worst[:MARKED]], dtype=np.int64),
         "counts": np.array(report.dihedral_histogram["counts"]),
         "edges": np.array(report.dihedral_histogram["edges_deg"]),
@@ -69,6 +73,7 @@ def draw_quality(
         f"{report.dofs} dofs",
         "angle": "dihedral angle" if report.dimension == 3 else "angle",
         "inverted": report.inverted_elements,
+        "where": where,
     }
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".quality-") as name:
         folder = Path(name)
@@ -79,6 +84,17 @@ def draw_quality(
             raise MeshError(f"the picture {path} could not be drawn: {error}") from error
         os.replace(folder / "out.png", path)
     return path
+
+
+def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
+    """What to look at closely, in words, and its nodes: plates or their slots, or the core."""
+    core = (mesh.regions == design.core_region) & (design.body.core is not None)
+    slots = [rows for name, rows in mesh.facets.items() if name.startswith("plate_")]
+    plates = [mesh.cells[(mesh.regions > 0) & ~core].reshape(-1)]
+    nodes = np.unique(np.concatenate(plates + [rows.reshape(-1) for rows in slots]))
+    if len(nodes):
+        return "close to the plates", nodes
+    return ("close to the core" if core.any() else "at the crest"), np.unique(mesh.cells[core])
 
 
 def main(source: str, target: str) -> None:
@@ -94,7 +110,7 @@ def main(source: str, target: str) -> None:
     ratios = {name[6:]: values for name, values in data.items() if name.startswith("ratio_")}
     figure = plt.figure(figsize=(14.0, 8.2), dpi=110, layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=[1.6, 1.0], height_ratios=[1.25, 1.0])
-    titles = (about["title"], "close to the plates" if data["parts"].any() else "at the crest")
+    titles = (about["title"], about["where"])
     for row, (close, title) in enumerate(zip((False, True), titles, strict=True)):
         scene = figure.add_subplot(grid[row, 0])
         image, marks = _cut_open(data, close)
@@ -138,6 +154,12 @@ def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any],
         show_scalar_bar=False,
         ambient=0.45,
     )
+    inner = data["inner"] & behind
+    if inner.any():
+        parts = pyvista.UnstructuredGrid({kind: cells[inner]}, points).extract_surface()
+        lines = parts.extract_feature_edges(30.0)
+        if lines.n_cells:
+            plotter.add_mesh(lines, color="black", line_width=2.0)
     if flat or close:
         plotter.view_xy()
     else:
@@ -162,10 +184,8 @@ def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any],
 
 
 def _close_box(data: dict[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Lowest and highest (x, y) of the plates and core or, without them, of what is at the crest,
-    up to the surface."""
-    points, cells = data["points"], data["cells"]
-    chosen = points[cells[data["parts"]]].reshape(-1, points.shape[1])
+    """Lowest and highest (x, y) of what to look at closely, up to the crest; or a box there."""
+    chosen, points = data["close"], data["points"]
     crest = float(points[:, 1].max())
     if not len(chosen):
         reach = 0.2 * float(np.ptp(points[:, 0]))
