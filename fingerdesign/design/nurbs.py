@@ -22,6 +22,7 @@ IntArray = NDArray[np.int64]
 
 SAMPLES = 4000  # of a face, from which Newton starts
 BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border
+POLE_MM = 1e-5  # a border smaller than this is a point: CAD files are good to 1e-7 mm
 _PASSES = 60  # six from a near start; more at a border or where the curvature changes
 
 
@@ -43,32 +44,38 @@ class Nurbs:
 
     def at(self, u: Array, v: Array) -> Array:
         """Points (n, 3) at parameters (n,)."""
-        return self.derivatives(u, v)[0]
+        found = self._sums(u, v, 0)[:, 0, 0]
+        return np.asarray(found[:, :3] / found[:, 3:])
 
     def derivatives(self, u: Array, v: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
         """S, S_u, S_v, S_uu, S_uv, S_vv, each (n, 3); continued by its end polynomials."""
+        sums = self._sums(u, v, 2)
+        s, w = sums[..., :3], sums[..., 3:]
+        point = s[:, 0, 0] / w[:, 0, 0]
+        wu, wv, weight = w[:, 1, 0], w[:, 0, 1], w[:, 0, 0]
+        by_u, by_v = (s[:, 1, 0] - wu * point) / weight, (s[:, 0, 1] - wv * point) / weight
+        by_uu = (s[:, 2, 0] - 2.0 * wu * by_u - w[:, 2, 0] * point) / weight
+        by_uv = (s[:, 1, 1] - wu * by_v - wv * by_u - w[:, 1, 1] * point) / weight
+        by_vv = (s[:, 0, 2] - 2.0 * wv * by_v - w[:, 0, 2] * point) / weight
+        return point, by_u, by_v, by_uu, by_uv, by_vv
+
+    def _sums(self, u: Array, v: Array, order: int) -> Array:
+        """Derivatives up to ``order`` along u and v of (w S, w), (n, order + 1, order + 1, 4)."""
         p, q = self.degrees
-        first, in_u = basis(self.knots_u, p, u)
-        second, in_v = basis(self.knots_v, q, v)
+        first, in_u = basis(self.knots_u, p, u, order)
+        second, in_v = basis(self.knots_v, q, v, order)
         rows = first[:, None] + np.arange(p + 1)
         columns = second[:, None] + np.arange(q + 1)
-        weights = self.weights[rows[:, :, None], columns[:, None, :]]
-        poles = self.poles[rows[:, :, None], columns[:, None, :]]
-        full = np.concatenate([weights[..., None] * poles, weights[..., None]], axis=3)
-        along_v = np.einsum("dnj,nijc->dnic", in_v, full)
+        near = self._weighted[rows[:, None, :], columns[:, :, None]]  # (n, q + 1, p + 1, 4)
+        n = len(u)
+        along_v = in_v.transpose(1, 0, 2) @ near.reshape(n, q + 1, 4 * (p + 1))
+        turned = along_v.reshape(n, order + 1, p + 1, 4).transpose(0, 2, 1, 3)
+        both = in_u.transpose(1, 0, 2) @ turned.reshape(n, p + 1, 4 * (order + 1))
+        return np.asarray(both.reshape(n, order + 1, order + 1, 4))
 
-        def mixed(a: int, b: int) -> tuple[Array, Array]:
-            total = np.einsum("ni,nic->nc", in_u[a], along_v[b])
-            return total[:, :3], total[:, 3:]
-
-        (s, w), (su, wu), (sv, wv) = mixed(0, 0), mixed(1, 0), mixed(0, 1)
-        (suu, wuu), (suv, wuv), (svv, wvv) = mixed(2, 0), mixed(1, 1), mixed(0, 2)
-        point = s / w
-        by_u, by_v = (su - wu * point) / w, (sv - wv * point) / w
-        by_uu = (suu - 2.0 * wu * by_u - wuu * point) / w
-        by_uv = (suv - wu * by_v - wv * by_u - wuv * point) / w
-        by_vv = (svv - 2.0 * wv * by_v - wvv * point) / w
-        return point, by_u, by_v, by_uu, by_uv, by_vv
+    @cached_property
+    def _weighted(self) -> Array:
+        return np.concatenate([self.weights[..., None] * self.poles, self.weights[..., None]], 2)
 
     def sampled(self) -> Array:
         """Points (n, 3) all over the part within ``bounds``."""
@@ -80,6 +87,7 @@ class Nurbs:
         tree, where = self._samples
         _, nearest = tree.query(points)
         uv, damping = where[nearest].copy(), np.zeros(len(points))
+        least = self._away(points, uv)
         size = float(np.ptp(self.poles.reshape(-1, 3), axis=0).max())
         open_rows = np.arange(len(points))
         for _ in range(_PASSES):
@@ -87,14 +95,14 @@ class Nurbs:
                 break
             here = uv[open_rows]
             step, slope = self._newton(points[open_rows], here, damping[open_rows])
-            new = self._kept(here + step)
-            before, after = (self._away(points[open_rows], each) for each in (here, new))
-            worse = after > before * (1.0 + 1e-14) + 1e-15 * size
+            new = self._kept(here, step)
+            after = self._away(points[open_rows], new)
+            worse = after > least[open_rows] * (1.0 + 1e-14) + 1e-15 * size
             damping[open_rows] = np.where(
                 worse, np.maximum(4.0 * damping[open_rows], 1e-2), 0.1 * damping[open_rows]
             )
             moved = np.linalg.norm(step * slope, axis=1)
-            uv[open_rows[~worse]] = new[~worse]
+            uv[open_rows[~worse]], least[open_rows[~worse]] = new[~worse], after[~worse]
             open_rows = open_rows[worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)]
         if len(open_rows):
             raise GeometryError(
@@ -127,19 +135,25 @@ class Nurbs:
         tiny = 1e-300
         du = np.where(held_u, 0.0, (b * h - c * g) / np.maximum(det, tiny))
         dv = np.where(held_v, 0.0, (b * g - a * h) / np.maximum(det, tiny))
-        step = np.column_stack([du, dv])
-        longest = 0.25 * (high - low)
-        step = np.clip(step, -longest, longest)
-        bounded = ~np.array(self.closed)
-        step = np.where(bounded, np.clip(uv + step, low, high) - uv, step)
+        step = self._bounded(uv, np.column_stack([du, dv]))
         return step, np.sqrt(np.column_stack([metric[0], metric[2]]))
 
-    def _kept(self, uv: Array) -> Array:
-        """Parameters (n, 2) within the limits: cut off, or once around where closed."""
+    def _bounded(self, uv: Array, step: Array) -> Array:
+        """A step (n, 2) that stays within the limits, and goes nine tenths of the way to a pole at
+        most: in the pole itself one parameter means nothing."""
         low, high = self._limits
+        longest = 0.25 * (high - low)
+        step = np.clip(step, -longest, longest)
+        share = np.where(self._poles, 0.9, 1.0)
+        inside = np.clip(step, share[0] * (low - uv), share[1] * (high - uv))
+        return np.where(np.array(self.closed), step, inside)
+
+    def _kept(self, uv: Array, step: Array) -> Array:
+        """Parameters (n, 2) after a step, once around where the surface is closed."""
         start, end = np.array(self.bounds).reshape(2, 2).T
-        around = start + np.mod(uv - start, end - start)
-        return np.where(np.array(self.closed), around, np.clip(uv, low, high))
+        around = start + np.mod(uv + step - start, end - start)
+        low, high = self._limits
+        return np.where(np.array(self.closed), around, np.clip(uv + step, low, high))
 
     def normal_at(self, uv: Array) -> Array:
         """Unit normals (n, 3) at parameters (n, 2)."""
@@ -179,7 +193,7 @@ class Nurbs:
                 det = np.where(np.abs(det) < 1e-12, np.copysign(1e-12, det), det)
                 du = (miss[:, 0] * sv[:, 2] - miss[:, 1] * sv[:, 0]) / det
                 dv = (su[:, 0] * miss[:, 1] - su[:, 2] * miss[:, 0]) / det
-                new = self._kept(uv + np.column_stack([du, dv]))
+                new = self._kept(uv, self._bounded(uv, np.column_stack([du, dv])))
                 still = np.abs(new - uv).max() < 1e-14 * np.ptp(self.bounds)
                 uv = new
                 if still:
@@ -193,8 +207,17 @@ class Nurbs:
     def _limits(self) -> tuple[Array, Array]:
         u0, u1, v0, v1 = self.bounds
         low, high = np.array([u0, v0]), np.array([u1, v1])
-        margin = BEYOND * (high - low)
-        return low - margin, high + margin
+        margin = BEYOND * (high - low) * ~self._poles  # beyond a pole it would turn inside out
+        return low - margin[0], high + margin[1]
+
+    @cached_property
+    def _poles(self) -> NDArray[np.bool_]:
+        """Whether the surface is a point at least and greatest (rows) u and v (columns)."""
+        u0, u1, v0, v1 = self.bounds
+        u, v, full = np.linspace(u0, u1, 9), np.linspace(v0, v1, 9), np.ones(9)
+        borders = (u0 * full, v), (u, v0 * full), (u1 * full, v), (u, v1 * full)
+        sizes = [float(np.ptp(self.at(*border), axis=0).max()) for border in borders]
+        return np.array(sizes).reshape(2, 2) < POLE_MM
 
     @cached_property
     def _samples(self) -> tuple[Any, Array]:
@@ -208,8 +231,11 @@ class Nurbs:
         tall = self.at(np.broadcast_to(middle[0], 33), v0 + (v1 - v0) * line)
         lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1).sum() + 1e-9 for p in (wide, tall)]
         number = int(np.clip(np.sqrt(SAMPLES * lengths[0] / lengths[1]), 16, SAMPLES // 16))
+        across = SAMPLES // number
         u, v = np.meshgrid(
-            np.linspace(u0, u1, number), np.linspace(v0, v1, SAMPLES // number), indexing="ij"
+            u0 + (u1 - u0) * (np.arange(number) + 0.5) / number,
+            v0 + (v1 - v0) * (np.arange(across) + 0.5) / across,
+            indexing="ij",
         )
         where = np.column_stack([u.ravel(), v.ravel()])
         return cKDTree(self.at(*where.T)), where
@@ -220,9 +246,9 @@ def dot(first: Array, second: Array) -> Array:
     return np.asarray(np.einsum("ij,ij->i", first, second))
 
 
-def basis(knots: Array, degree: int, t: Array) -> tuple[IntArray, Array]:
-    """The B-splines that are not 0 at t (n,): number of the first, (n,); values, first and second
-    derivatives, (3, n, degree + 1). Beyond the knots the end spans' polynomials go on.
+def basis(knots: Array, degree: int, t: Array, order: int = 2) -> tuple[IntArray, Array]:
+    """The B-splines that are not 0 at t (n,): number of the first, (n,); values and derivatives up
+    to ``order``, (order + 1, n, degree + 1). Beyond the knots the end spans' polynomials go on.
     """
     last = len(knots) - degree - 2
     span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
@@ -234,13 +260,13 @@ def basis(knots: Array, degree: int, t: Array) -> tuple[IntArray, Array]:
     values = [np.ones((len(t), 1))]
     for p in range(1, degree + 1):
         values.append(_raise(knots, span, p, values[-1], t))
-    found = np.zeros((3, len(t), degree + 1))
+    found = np.zeros((order + 1, len(t), degree + 1))
     found[0] = values[degree]
-    for order in range(1, min(2, degree) + 1):
-        lower = values[degree - order]
-        for p in range(degree - order + 1, degree + 1):
+    for times in range(1, min(order, degree) + 1):
+        lower = values[degree - times]
+        for p in range(degree - times + 1, degree + 1):
             lower = _slope(knots, span, p, lower)
-        found[order] = lower
+        found[times] = lower
     return np.asarray(span - degree, dtype=np.int64), found
 
 

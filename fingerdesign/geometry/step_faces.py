@@ -45,6 +45,7 @@ from fingerdesign.geometry.step_shape import INTEGRALS, parts, refused
 Array = NDArray[np.float64]
 
 NURBS_MISFIT_MM = 1e-6  # between a surface and the NURBS made of it; exact but for offset surfaces
+FLAT_MM = 1e-7  # CAD files give places to that
 PIECES = 600  # of a face's border
 LEAST_PIECES = 24  # of a curved edge: 1e-7 mm on a quarter circle of 0.5 mm
 
@@ -145,14 +146,17 @@ def _circle_revolved(seen: Any, place: Array) -> Torus | None:
     return _torus(centre, axis, float(np.linalg.norm(radial)), circle.Radius(), place)
 
 
-def _nurbs(surface: Any, bounds: tuple[float, float, float, float], name: str) -> Nurbs:
-    """The NURBS form of any surface. DesignError where it misses the surface."""
+def _nurbs(surface: Any, bounds: tuple[float, float, float, float], name: str) -> Nurbs | Plane:
+    """The NURBS form of any surface, or the plane that it is. DesignError where it misses it."""
     u0, u1, v0, v1 = bounds
     part = surface
     if not isinstance(surface, Geom_BSplineSurface):
         part = Geom_RectangularTrimmedSurface(surface, u0, u1, v0, v1, True, True)
     made = GeomConvert.SurfaceToBSplineSurface_s(part)
     found = _as_arrays(made, bounds)
+    plane = _plane_of(found)
+    if plane is not None:
+        return plane
     if _misfit(found, surface, bounds) > NURBS_MISFIT_MM:
         close = GeomConvert_ApproxSurface(
             part, 0.1 * NURBS_MISFIT_MM, GeomAbs_C2, GeomAbs_C2, 14, 14, 400, 0
@@ -168,6 +172,16 @@ def _nurbs(surface: Any, bounds: tuple[float, float, float, float], name: str) -
             f"one ({kind}) is missed by {misfit:.1e} mm; convert it into NURBS in your CAD",
         )
     return found
+
+
+def _plane_of(found: Nurbs) -> Plane | None:
+    """The plane that all poles lie in; some CAD programs write every face as a spline."""
+    poles = found.poles.reshape(-1, 3)
+    middle = poles.mean(axis=0)
+    direction = np.linalg.svd(poles - middle, full_matrices=False)[2][2]
+    if np.abs((poles - middle) @ direction).max() > FLAT_MM:
+        return None
+    return Plane(direction, float(direction @ middle))
 
 
 def _as_arrays(made: Any, bounds: tuple[float, float, float, float]) -> Nurbs:

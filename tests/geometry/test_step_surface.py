@@ -17,6 +17,7 @@ from fingerdesign.geometry.surface import ContactSurface
 BODIES = {
     "arc": Body(),
     "pin": Body(shape="revolved", width_mm=10.0, base_height_mm=8.0, arc_radius_mm=5.0),
+    "pin of splines": Body(shape="revolved", width_mm=10.0, base_height_mm=8.0, arc_radius_mm=5.0),
     "dome, a torus": Body(shape="dome", dome_radius_mm=25.0),
     "dome, a spindle": Body(shape="dome", dome_radius_mm=12.0),
 }
@@ -49,6 +50,14 @@ def pin():
     return top.revolve(360, (0, 0, 0), (0, 1, 0))
 
 
+def pin_of_splines():
+    """Every face a NURBS surface, the base too; the crest is a pole of the parameters."""
+    import cadquery as cq
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
+
+    return cq.Workplane(cq.Shape.cast(BRepBuilderAPI_NurbsConvert(pin().val().wrapped).Shape()))
+
+
 def dome(radius):
     import cadquery as cq
 
@@ -76,6 +85,7 @@ def tapered():
 MAKES = {
     "arc": arc_finger,
     "pin": pin,
+    "pin of splines": pin_of_splines,
     "dome, a torus": lambda: dome(25.0),
     "dome, a spindle": lambda: dome(12.0),
     "spline": spline_finger,
@@ -93,7 +103,9 @@ def steps(tmp_path_factory):
         patch.setenv("FINGERDESIGN_CACHE", str(folder / "cache"))
         patch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
         yield {
-            name: StepFile(file=write(make(), folder / f"{name}.step"), mirrors_in_z=name != "pin")
+            name: StepFile(
+                file=write(make(), folder / f"{name}.step"), mirrors_in_z="pin" not in name
+            )
             for name, make in MAKES.items()
         }
 
