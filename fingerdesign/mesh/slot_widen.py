@@ -23,6 +23,7 @@ _ALIGNED = 1e-9
 _STIFFER = 0.0  # power of the volume in an element's stiffness; 1: all alike
 _CLOSE = 1e-3  # of the load: where nodes come to lie need not be exact
 _MOST = 2000
+_MENDABLE = 20  # tetrahedra turned over that moving single nodes may still mend
 
 
 def widened(
@@ -48,15 +49,21 @@ def widened(
     moved = points + shift
     moved[placed] = goal[placed]
     whole = np.vstack([tets, fill])
+    _refuse_turned(moved, whole, max(_MENDABLE, len(fill) // 20))
     fixed = np.repeat(held.any(axis=1)[:, None], 3, axis=1)  # as by three faces, at a corner
     moved = improve(moved, whole, fixed, Carriers((), (), {}))
-    turned = int((tet_volumes(moved, whole) <= 0.0).sum())
-    if turned:
+    _refuse_turned(moved, whole, 0)
+    return moved
+
+
+def _refuse_turned(points: Array, tets: IntArray, most: int) -> None:
+    """MeshError where more than ``most`` tetrahedra are turned over."""
+    turned = int((tet_volumes(points, tets) <= 0.0).sum())
+    if turned > most:
         raise MeshError(
             f"{turned} tetrahedra were turned over where plates were opened to their thickness: "
             "make mesh.plate_size_mm smaller, or plates.model = 'solid'"
         )
-    return moved
 
 
 def held_on_faces(points: Array, tets: IntArray, regions: IntArray, outer: IntArray) -> BoolArray:
