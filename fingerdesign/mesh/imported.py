@@ -15,21 +15,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.meshing import mesh_file_faults
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.mesh.boundary import BoundaryFacets, boundary_facets
-from fingerdesign.mesh.carriers import Carriers, carriers_of, in_core
-from fingerdesign.mesh.fit import face_distances, region_name, volumes_by_region
+from fingerdesign.mesh.carriers import Carriers, carriers_of
+from fingerdesign.mesh.import_checks import (
+    check_faces,
+    check_places,
+    oriented,
+    regions_of,
+    used_nodes,
+)
 from fingerdesign.mesh.io import read_named
 from fingerdesign.mesh.measures import cell_volumes, edge_lengths
 from fingerdesign.mesh.named import NamedMesh, with_mid_nodes
-from fingerdesign.mesh.snap import (
-    curve_facets,
-    least_jacobian_ratio,
-    quadratic_facets,
-    snap_to_carriers,
-)
+from fingerdesign.mesh.sheets import FACES
+from fingerdesign.mesh.snap import curve_facets, quadratic_facets, snap_to_carriers
 from fingerdesign.mesh.types import TETRA_EDGES, Mesh, quadratic
 
 if TYPE_CHECKING:
@@ -38,8 +40,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-VOLUME_ERROR = 1e-2  # of body, plates, core: chords of a coarse mesh miss less
-PLACED = 0.95  # of a part's volume that must lie where the design has that part
 NEAR = 0.1  # of the mean edge: nodes this near to a CAD face are put on it
 _HALF = 1e-6  # mm below z = 0 that rounding may put a half model's nodes
 
@@ -56,8 +56,8 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     if faults or design.mesh.file is None:
         raise DesignError(faults, design.design.name)
     path = Path(design.mesh.file)
-    found = _oriented(_used(read_named(path)), path)
-    regions = _regions(found, design, path)
+    found = oriented(used_nodes(read_named(path)), path)
+    regions = regions_of(found, design, path)
     half = bool(found.points[:, 2].min() > -_HALF)
     if half and not symmetric:
         raise MeshError(
@@ -67,85 +67,36 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     frames = plate_frames(design) if design.plates.model == "solid" else ()
     carriers = carriers_of(design, frames, half)
     corners, places = found.cells[:, :4], found.points
-    slots = {n: rows for n, rows in found.facets.items() if n.startswith("plate_")}
+    slots = _slots(found, design, path)
     besides = np.vstack([np.zeros((0, 3), dtype=np.int64), *slots.values()])
     faces = boundary_facets(places, corners, regions, carriers, besides)
     named = _named_facets(found, faces, path)
     mesh = Mesh(*_nodes(found), regions, {}, "file", half)
     if design.body.core is not None:
         mesh = replace(mesh, region_names={design.core_region: "core"})
-    _check_places(mesh, design, path)
+    check_places(mesh, design, path)
     mesh = _fitted(mesh, faces, carriers)
     facets = {name: with_mid_nodes(mesh.cells, rows, name) for name, rows in named.items()}
     facets |= {name: with_mid_nodes(mesh.cells, rows, name) for name, rows in slots.items()}
     mesh = replace(mesh, facets=facets, notes=mesh.notes | {"file": path.name})
-    _check_contact(mesh, design, path)
+    check_faces(mesh, design, path)
     return mesh
 
 
-def _used(found: NamedMesh) -> NamedMesh:
-    """Without nodes that no cell has: their dofs would be free."""
-    used, cells = np.unique(found.cells, return_inverse=True)
-    number = np.full(len(found.points), -1)
-    number[used] = np.arange(len(used))
-    facets = {name: number[rows] for name, rows in found.facets.items()}
-    for name, rows in facets.items():
-        if len(rows) and rows.min() < 0:
-            raise MeshError(f"facets of {name!r} have nodes that no cell has")
-    return NamedMesh(found.points[used], cells.reshape(found.cells.shape), found.region, facets)
-
-
-def _oriented(found: NamedMesh, path: Path) -> NamedMesh:
-    """Every cell positively oriented: those that are not are turned."""
-    if found.dimension != 3:
-        raise MeshError(f"{path.name} holds triangles in the plane, no tetrahedra")
-    if not np.isfinite(found.points).all():
-        raise MeshError(f"{path.name} has nodes that are not finite")
-    volumes = cell_volumes(found.points, found.cells[:, :4])
-    apart = len(np.unique(np.round(found.points, 7), axis=0))
-    if apart < len(found.points):
+def _slots(found: NamedMesh, design: Design, path: Path) -> dict[str, IntArray]:
+    """Facets (f, 3) of the slots of plates that are sheets, by name. MeshError where one lacks."""
+    if design.plates.model != "sheet":
+        return {}
+    given = {name.lower(): rows for name, rows in found.facets.items()}
+    names = [f"plate_{k}_{face}" for k in range(design.plates.number) for face in FACES]
+    lacking = [name for name in names if name not in given]
+    if lacking:
         raise MeshError(
-            f"{path.name} has {len(found.points) - apart} nodes where another one lies: its parts "
-            "are not joined (in Gmsh: fragment the volumes before meshing)"
+            f"{path.name} has no boundary named {lacking[0]!r} ({len(lacking)} of {len(names)} "
+            "lack): plates as sheets are slots whose upper, lower and end faces have names; or set "
+            "plates.model = 'solid'"
         )
-    flat = np.abs(volumes) <= 1e-12 * np.abs(volumes).max()
-    if flat.any():
-        raise MeshError(f"{path.name} has {int(flat.sum())} tetrahedra without a volume")
-    turned = [0, 2, 1, 3, *([6, 5, 4, 7, 9, 8] if found.quadratic else [])]
-    cells = np.where((volumes < 0.0)[:, None], found.cells[:, turned], found.cells)
-    return replace(found, cells=cells)
-
-
-def _regions(found: NamedMesh, design: Design, path: Path) -> IntArray:
-    """The number of each cell's region. MeshError where names are missing or unknown."""
-    wanted = {"elastomer": 0}
-    if design.plates.model == "solid":
-        wanted |= {f"plate_{k}": k + 1 for k in range(design.plates.number)}
-    if design.body.core is not None:
-        wanted["core"] = design.core_region
-    lower = np.char.lower(found.region)
-    names = set(np.unique(lower).tolist())
-    said = ", ".join(sorted(names - {""})) or "none"
-    if "" in names:
-        raise MeshError(
-            f"{path.name} has {int((lower == '').sum())} cells in no named region (named: {said}); "
-            f"name regions {_listed(wanted)} (in Gmsh: physical volumes)"
-        )
-    if names != set(wanted):
-        lack, strange = sorted(set(wanted) - names), sorted(names - set(wanted))
-        parts = [f"lacks {_listed(lack)}"] if lack else []
-        parts += [f"has {_listed(strange)}, which the design has not"] if strange else []
-        raise MeshError(
-            f"of the regions that {design.design.name} needs, {path.name} {' and '.join(parts)} "
-            f"(found: {said})"
-        )
-    order, inverse = np.unique(lower, return_inverse=True)
-    return np.array([wanted[str(name)] for name in order])[inverse.reshape(-1)].astype(np.int64)
-
-
-def _listed(names: object) -> str:
-    every = list(names) if isinstance(names, (list, dict)) else []
-    return ", ".join(every if len(every) < 8 else [*every[:3], "...", every[-1]])
+    return {name: given[name] for name in names}
 
 
 def _named_facets(found: NamedMesh, faces: BoundaryFacets, path: Path) -> dict[str, IntArray]:
@@ -193,39 +144,6 @@ def _nodes(found: NamedMesh) -> tuple[Array, IntArray]:
     return quadratic(found.points, found.cells)
 
 
-def _check_places(mesh: Mesh, design: Design, path: Path) -> None:
-    """MeshError unless volumes are the design's, and plates and core lie where it has them."""
-    fit = volumes_by_region(mesh, design)
-    whole = sum(row["volume"] for row in fit.regions.values())
-    wanted = sum(row["wanted"] for row in fit.regions.values())
-    wrong = [
-        f"{name} {row['volume']:.6g} of {row['wanted']:.6g} mm^3"
-        for name, row in fit.regions.items()
-        if not row["error"] <= VOLUME_ERROR
-    ]
-    if wrong or not fit.body_error <= VOLUME_ERROR:
-        parts = wrong or [f"the body {whole:.6g} of {wanted:.6g} mm^3"]
-        raise MeshError(
-            f"{path.name} is not {design.design.name} (more than {VOLUME_ERROR:.0%} off): "
-            + "; ".join(parts[:4])
-            + "; is it in mm, and of this design?"
-        )
-    volumes = cell_volumes(mesh.points, mesh.corners)
-    centroids = mesh.points[mesh.corners].mean(axis=1)
-    for region in np.unique(mesh.regions[mesh.regions > 0]).tolist():
-        own = mesh.regions == region
-        if region == design.core_region and design.body.core is not None:
-            inside = in_core(design.body, centroids[own])
-        else:
-            inside = plate_frames(design)[region - 1].holds(centroids[own])
-        share = float(volumes[own][inside].sum() / volumes[own].sum())
-        if share < PLACED:
-            raise MeshError(
-                f"only {share:.0%} of {region_name(design, region)} in {path.name} lie where "
-                f"{design.design.name} has it: place, angle or number is another"
-            )
-
-
 def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
     """Corners near to the design's faces moved onto them, mid-nodes straight or on curved faces.
 
@@ -264,16 +182,17 @@ def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
     )
 
 
-def _check_contact(mesh: Mesh, design: Design, path: Path) -> None:
-    """MeshError where the base or the contact surface is not the design's, or a cell folds."""
-    away = face_distances(mesh, design)
-    most = VOLUME_ERROR * crest_height(design.body)
-    for name in ("base", "contact"):
-        if not away[name] <= most:
-            raise MeshError(
-                f"nodes of {name!r} in {path.name} lie up to {away[name]:.3g} mm off the design's "
-                f"(more than {most:.2g} mm)"
-            )
-    folded = int((least_jacobian_ratio(mesh.points, mesh.cells) <= 0.0).sum())
-    if folded:
-        raise MeshError(f"{folded} quadratic tetrahedra of {path.name} fold over")
+def import_words(mesh: Mesh) -> list[str]:
+    """What became of a mesh that was read from a file, in sentences for its user."""
+    if mesh.mesher != "file":
+        return []
+    name, far = mesh.notes.get("file", "the file"), mesh.notes.get("far_facets", 0)
+    found = [f"the mesh was read from {name}, its nodes put on the design's faces"]
+    if "left_as_it_came" in mesh.notes:
+        found = [f"the mesh of {name} is as it came: {mesh.notes['left_as_it_came']}"]
+    elif far:
+        found.append(f"{far} of its facets lie too far off the design's faces and stayed there")
+    if mesh.notes.get("straightened_nodes", 0):
+        count = mesh.notes["straightened_nodes"]
+        found.append(f"{count} mid-nodes stayed straight, or their cells would fold")
+    return found

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.asked import AskedSizes
 from fingerdesign.mesh.fit import face_distances, volumes_by_region, worst_area_error
+from fingerdesign.mesh.imported import import_words
 from fingerdesign.mesh.measures import aspects, cell_angles, cell_volumes, edge_lengths
 from fingerdesign.mesh.snap import least_jacobian_ratio
 from fingerdesign.mesh.types import Mesh
@@ -46,6 +47,7 @@ class QualityReport:
                               "wanted" (closed form) and "error"
     size_ratio                by zone: mean edge over the size asked for there (5 %, mean, 95 %)
     worst                     the cells of least angle: place, angle, region
+    remarks                   what became of a mesh that was read from a file
     """
 
     mesher: str
@@ -71,6 +73,7 @@ class QualityReport:
     dihedral_histogram: dict[str, list[float]] = field(default_factory=dict)
     aspect_percentiles: dict[str, float] = field(default_factory=dict)
     worst: list[dict[str, Any]] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
     def to_dict(self) -> dict[str, Any]:
         """As plain values, for JSON."""
@@ -139,6 +142,7 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
         },
         aspect_percentiles=_percentiles(aspect, (50, 95, 99)),
         worst=_worst(mesh, least),
+        remarks=import_words(mesh),
     )
 
 

@@ -55,6 +55,7 @@ def quality_text(report: QualityReport) -> str:
     distances = {name: {"mm": value} for name, value in report.surface_distance_mm.items()}
     for name, values in _few(distances, "mm").items():
         lines.append(f"  {name + ':':<22} {values['mm']:.1e}")
+    lines += report.remarks
     if report.worst:
         lines.append("elements of least angle:")
     for row in report.worst[:5]:

@@ -13,7 +13,7 @@ from fingerdesign.design.io import parse_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.imported import imported_mesh
+from fingerdesign.mesh.imported import import_words, imported_mesh
 from fingerdesign.mesh.io import write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.types import Mesh
@@ -93,6 +93,7 @@ def test_linear_cells_become_quadratic_on_the_surface(made: Mesh, tmp_path: Path
     assert report.inverted_elements == 0
     assert report.worst_face_area_error < 1e-6
     assert mesh.notes["far_facets"] == 0
+    assert "read from m.msh, its nodes put on the design's faces" in report.text()
 
 
 def test_a_mesh_a_little_off_the_faces_is_put_on_them(made: Mesh, tmp_path: Path) -> None:
@@ -103,6 +104,52 @@ def test_a_mesh_a_little_off_the_faces_is_put_on_them(made: Mesh, tmp_path: Path
     report = assess(imported_mesh(own), own)
     assert report.contact_residual_mm < 1e-9
     assert max(report.surface_distance_mm.values()) < 1e-9
+
+
+def test_a_face_far_from_the_designs_stays_as_it_came(made: Mesh, tmp_path: Path) -> None:
+    points = made.points.copy()
+    points[:, 2] += 0.05 * points[:, 2] * np.sin(9.0 * points[:, 0])  # wavy free end
+    own = of_file(write_mesh(replace(made, points=points), tmp_path / "m.msh"))
+    mesh = imported_mesh(own)
+    assert int(mesh.notes["far_facets"]) > 10
+    assert "stayed there" in " ".join(import_words(mesh))
+    report = assess(mesh, own)
+    assert report.surface_distance_mm["end"] > 0.1
+    assert report.contact_residual_mm < 1e-9
+    assert report.inverted_elements == 0
+
+
+def test_slots_of_sheets_come_back_and_must_have_names(tmp_path: Path) -> None:
+    sheets = parse_design(DESIGN + 'plates.model = "sheet"\n')
+    made = extrude(sheets, 3.0)
+    own = with_values(
+        sheets, {"mesh.mesher": "file", "mesh.file": str(write_mesh(made, tmp_path / "m.msh"))}
+    )
+    mesh = imported_mesh(own)
+    np.testing.assert_allclose(mesh.points, made.points, atol=1e-9)
+    assert set(mesh.facets) == set(made.facets)
+    bare = {name: rows for name, rows in made.facets.items() if name != "plate_1_end"}
+    write_mesh(replace(made, facets=bare), tmp_path / "m.msh")
+    with pytest.raises(MeshError, match=r"no boundary named 'plate_1_end' \(1 of 6 lack\)"):
+        imported_mesh(own)
+
+
+def test_the_answer_is_that_of_the_same_mesh(tmp_path: Path) -> None:
+    from fingerdesign.case import Case
+    from fingerdesign.design.io import parse_scene
+    from fingerdesign.pipeline import analyse, make_mesh, zone_of
+
+    design, scene = parse_design(DESIGN), parse_scene("path.increments_mm = [[0.2, 0.05]]")
+    mesh = make_mesh(design, "3d", zone_of(Case(design, scene), scene), True)
+    first = analyse(design, scene)
+    again = analyse(of_file(write_mesh(mesh, tmp_path / "m.inp")), scene)
+    for old, new in zip(first.increments, again.increments, strict=True):
+        np.testing.assert_allclose(new.normal_force_N, old.normal_force_N, rtol=1e-9)
+        np.testing.assert_allclose(
+            [gage.reading for gage in new.gages], [gage.reading for gage in old.gages], rtol=1e-6
+        )
+    assert again.mesh is not None
+    assert again.mesh.mesher == "file"
 
 
 def test_half_and_whole(made: Mesh, tmp_path: Path) -> None:
