@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+_LEAST_DEG = 1.1  # issue 4 asks 1 degree of extruded layers; snapped nodes may take a little of it
+_END = 0.25  # of the plates' size: no smaller elements at the ends of thin plates
 _GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane
 
 
@@ -37,10 +39,13 @@ def extrude(
             f"{design.design.name} is not of constant section; use mesh.mesher = 'tetwild'"
         )
     section = mesh_section(design, zone_half_width, sizes or _section_sizes(design))
-    heights = layer_heights(0.5 * design.body.depth_mm, design.mesh.layers)
     used, triangles = np.unique(section.corners, return_inverse=True)
     triangles = triangles.reshape(section.corners.shape)
     flat = section.points[used]
+    half = 0.5 * design.body.depth_mm
+    heights = layer_heights(half, design.mesh.layers)
+    tallest = float(np.diff(heights).max())
+    heights = layer_heights(half, design.mesh.layers, tallest_layer(flat, triangles, tallest))
     layers = len(heights)
     points = np.column_stack([np.tile(flat, (layers, 1)), np.repeat(heights, len(flat))])
     tets = np.vstack([_prisms(triangles, len(flat), k) for k in range(layers - 1)])
@@ -60,10 +65,48 @@ def extrude(
     )
 
 
-def layer_heights(half_depth: float, layers: int) -> Array:
-    """Layer borders from z = 0 to the free end, thinning toward it."""
-    steps = _GROWTH ** np.arange(layers)[::-1]
-    return np.asarray(np.concatenate([[0.0], np.cumsum(steps)]) * (half_depth / steps.sum()))
+def layer_heights(half_depth: float, layers: int, most: float = np.inf) -> Array:
+    """Layer borders from z = 0 to the free end, thinning toward it; mm.
+
+    ``layers`` of them, or more where none may be taller than ``most`` (mm): from the free end they
+    then grow as they would and stop at that height.
+    """
+    steps = _GROWTH ** np.arange(layers)
+    steps *= half_depth / steps.sum()
+    if steps[-1] > most:
+        grown = np.minimum(steps, most)
+        missing = int(np.ceil((half_depth - grown.sum()) / most - 1e-9))
+        steps = np.concatenate([grown, np.full(missing, most)])
+        steps *= half_depth / steps.sum()
+    return np.asarray(np.concatenate([[0.0], np.cumsum(steps[::-1])]))
+
+
+def tallest_layer(points: Array, triangles: IntArray, tallest: float) -> float:
+    """Greatest height (mm) of a layer whose tetrahedra keep dihedral angles of _LEAST_DEG.
+
+    points (n, 2), triangles (t, 3) of the section; tallest: the greatest height that is wanted.
+    Prisms far taller than their triangles are cut into tetrahedra as flat as the triangles are
+    small: where plates are thin, and nowhere else.
+    """
+    angle = _least_dihedral(points, triangles, tallest)
+    for _ in range(8):
+        if angle >= _LEAST_DEG:
+            break
+        tallest *= float(np.clip(0.98 * angle / _LEAST_DEG, 0.2, 0.98))
+        angle = _least_dihedral(points, triangles, tallest)
+    return tallest
+
+
+def _least_dihedral(points: Array, triangles: IntArray, height: float) -> float:
+    """Least dihedral angle, degrees, of a layer of ``height`` (mm) cut into tetrahedra."""
+    both = np.column_stack([np.tile(points, (2, 1)), np.repeat([0.0, height], len(points))])
+    corners = both[_prisms(triangles, len(points), 0)]
+    gradients = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
+    gradients = np.concatenate([-gradients.sum(axis=1, keepdims=True), gradients], axis=1)
+    gradients /= np.linalg.norm(gradients, axis=2, keepdims=True)
+    first, second = np.triu_indices(4, k=1)
+    cosine = -np.einsum("tij,tij->ti", gradients[:, first], gradients[:, second])
+    return float(np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0))))
 
 
 def _section_sizes(design: Design) -> SectionMesh:
@@ -72,7 +115,7 @@ def _section_sizes(design: Design) -> SectionMesh:
         update={
             "contact_size_mm": mesh.contact_size_mm,
             "plate_size_mm": mesh.plate_size_mm,
-            "plate_end_size_mm": design.plates.thickness_mm,
+            "plate_end_size_mm": max(design.plates.thickness_mm, _END * mesh.plate_size_mm),
             "far_size_mm": mesh.far_size_mm,
         }
     )

@@ -8,7 +8,7 @@ from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.geometry.surface import surface_of
-from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.extrude import extrude, layer_heights
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.section_plates import section_frames
 
@@ -42,6 +42,8 @@ def design_of(name, **more):
     for change in (KINDS.get(name, {}), more):
         for table, values in change.items():
             tables[table] = tables[table] | values
+    if tables["body"].get("shape") == "block":
+        del tables["body"]["arc_radius_mm"]
     return Design.model_validate(tables)
 
 
@@ -110,3 +112,27 @@ def test_a_step_body_has_no_section():
     design = Design.model_validate({"design": {"name": "s"}, "body": body, "plates": {"count": 0}})
     with pytest.raises(MeshError, match="3-D"):
         mesh_section(design, 2.0)
+
+
+def test_thin_plates_get_lower_layers():
+    """The least dihedral angle of an extruded mesh stays over a degree however thin the plates."""
+    from fingerdesign.mesh.quality import cell_angles
+
+    thin = design_of("plain", plates={"thickness_mm": 0.02}, mesh={"plate_size_mm": 0.4})
+    layers = []
+    for design in (design_of("plain"), thin):
+        mesh = extrude(design, 2.0)
+        assert cell_angles(mesh.points, mesh.corners).min() >= 1.0
+        layers.append(mesh.notes["layers"])
+    assert layers[0] == 2
+    assert layers[1] > 2
+
+
+def test_layers_stop_growing_at_the_height_given():
+    heights = layer_heights(5.0, 4, 0.8)
+    steps = np.diff(heights)
+    assert heights[0] == 0.0
+    assert heights[-1] == pytest.approx(5.0)
+    assert steps.max() <= 0.8
+    assert (np.diff(steps) < 1e-12).all()
+    assert len(layer_heights(5.0, 4)) == 5
