@@ -8,6 +8,7 @@ holes are cut along the normal at their middle. Importing this module loads the 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import cadquery as cq
@@ -63,7 +64,14 @@ def core_solid(body: Body, half: bool = False) -> cq.Solid:
 
 
 def _whole(frame: PlateFrame) -> cq.Solid:
-    return _flat(frame) if frame.bend_radius is None else _bent(frame, frame.bend_radius)
+    radius = frame.bend_radius
+    if radius is None:
+        return _flat(frame)
+    if not 0.5 * frame.thickness < radius or not 0.5 * frame.length < np.pi * radius:
+        raise GeometryError(
+            f"plate {frame.index}: it cannot be bent to a radius of {radius:.4g} mm"
+        )
+    return _moved_there(frame) if frame.holes else _bent(frame)
 
 
 def _flat(frame: PlateFrame) -> cq.Solid:
@@ -81,12 +89,9 @@ def _flat(frame: PlateFrame) -> cq.Solid:
     return extruded(flat_face(polygon(corners), holes), frame.thickness * upward)
 
 
-def _bent(frame: PlateFrame, radius: float) -> cq.Solid:
+def _bent(frame: PlateFrame) -> cq.Solid:
+    radius = float(frame.bend_radius or 0.0)
     s, v = 0.5 * frame.length, 0.5 * frame.thickness
-    if not v < radius or not s < np.pi * radius:
-        raise GeometryError(
-            f"plate {frame.index}: it cannot be bent to a radius of {radius:.4g} mm"
-        )
     centre = frame.to_space(frame.from_local(0.0, -radius), frame.low)[0]
     # About this direction, going from -s to +s is clockwise: the centre lies below.
     about = np.cross(frame.direction(frame.axis), frame.direction(frame.normal))
@@ -96,11 +101,25 @@ def _bent(frame: PlateFrame, radius: float) -> cq.Solid:
     lower, upper = Arc(a, b, centre, -about, radius - v), Arc(c, d, centre, about, radius + v)
     section = flat_face([lower, Line(b, c), upper, Line(d, a)])
     across = frame.to_space(frame.centre, 1.0)[0] - frame.to_space(frame.centre, 0.0)[0]
-    plate = extruded(section, frame.span * across)
-    if not frame.holes:
-        return plate
+    return extruded(section, frame.span * across)
+
+
+@lru_cache(maxsize=32)
+def _drilled(frame: PlateFrame) -> cq.Solid:
+    """A bent plate about the origin with its holes: drilled once for all plates of a row."""
     drills = [_drill(frame, hole.s, hole.w, hole.radius) for hole in frame.holes]
-    return one_solid(plate.cut(*drills), f"plate {frame.index} with its holes")
+    return one_solid(_bent(frame).cut(*drills), "a bent plate with its holes")
+
+
+def _moved_there(frame: PlateFrame) -> cq.Solid:
+    """A drilled bent plate, moved from the origin to its place."""
+    holes = tuple(replace(hole, w=round(hole.w - frame.middle, 12)) for hole in frame.holes)
+    half = round(0.5 * frame.span, 12)
+    middle = replace(frame, index=0, place=0.0, y=0.0, angle_deg=0.0, low=-half, high=half)
+    plate = _drilled(replace(middle, holes=holes))
+    first, second = (frame.direction(np.eye(2)[k]) for k in (0, 1))
+    turned = plate.rotate(cq.Vector(0, 0, 0), cq.Vector(*np.cross(first, second)), frame.angle_deg)
+    return turned.translate(cq.Vector(*frame.to_space(frame.centre, frame.middle)[0]))
 
 
 def _drill(frame: PlateFrame, s: float, w: float, radius: float) -> cq.Solid:
