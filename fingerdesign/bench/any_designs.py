@@ -218,3 +218,10 @@ def _of_kind(chance: Generator, kind: str, plates: Data) -> Data:
     if kind == "sheet":
         return {"model": "sheet", "thickness_mm": min(plates["thickness_mm"], 0.25)}
     return {"model": "none"} if kind == "none" else {}
+
+
+def spoiled_design(seed: int) -> tuple[Data, str]:
+    """A valid design with one fault put in, as TOML data, and the key that must be named."""
+    from fingerdesign.bench.spoiled_designs import spoiled_design as spoiled
+
+    return spoiled(seed)

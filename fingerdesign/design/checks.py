@@ -47,7 +47,8 @@ def _plates_faults(design: Design, doubtful: Doubt, unsound: Doubt) -> list[Faul
     whole = not involves(doubtful, "body.arc_radius_mm")
     if whole and sound_outline(design.body) and not involves(doubtful, "body.dome_radius_mm"):
         own = plate_faults(design, doubtful) + gage_faults(design, doubtful)
-        return own + placing_faults(design, doubtful)
+        told = {fault.key for fault in own}
+        return own + [f for f in placing_faults(design, doubtful) if f.key not in told]
     # What is told must hold whatever the sound body: below the roundest arc and the flattest one.
     body = design.body.model_copy(update={"edge_radius_mm": None})
     if body.dome_radius_mm is not None:

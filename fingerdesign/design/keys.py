@@ -40,7 +40,7 @@ def set_value(data: dict[str, Any], key: str, value: object) -> None:
 
     *places, last = parts_of(key)
     table: Any = data
-    for place, following in zip(places, [*places[1:], last], strict=True):
+    for place, following in zip(places, parts_of(key)[1:], strict=True):
         table = _entered(table, place, [] if isinstance(following, int) else {}, refused)
     if isinstance(table, list):
         if not isinstance(last, int) or last > len(table) or (value is None and last == len(table)):

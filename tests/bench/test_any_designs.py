@@ -1,14 +1,35 @@
 """Random designs: sound, of every kind, the same for the same seed; spoiled ones: the key named."""
 
 from collections import Counter
+from pathlib import Path
 
 import pytest
 import tomlkit
 
-from fingerdesign.bench.any_designs import BODIES, PLATES, RANGES, kinds, random_design
+from fingerdesign.bench.any_designs import (
+    BODIES,
+    PLATES,
+    RANGES,
+    kinds,
+    random_design,
+    spoiled_design,
+)
+from fingerdesign.bench.any_finger import refuse_faults
+from fingerdesign.bench.spoiled_designs import FAULTS
+from fingerdesign.design import step_facts
 from fingerdesign.design.io import parse_design
 
 COUNT = 200
+
+
+@pytest.fixture
+def step_in_this_process(monkeypatch, tmp_path):
+    """STEP files are read without a process of their own: fast, and what is said is the same."""
+    from fingerdesign.geometry.step_worker import answer
+
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    monkeypatch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    step_facts._outcome.cache_clear()
 
 
 def test_each_kind_is_a_tenth_of_the_designs():
@@ -39,3 +60,24 @@ def test_random_designs_are_sound_and_of_their_kind(shape):
         assert (first.stagger_mm != 0.0) == (plates == "staggered")
         low, high = RANGES["body.width_mm"]
         assert low <= design.body.width_mm <= high
+
+
+@pytest.mark.usefixtures("step_in_this_process")
+def test_a_random_design_may_be_a_step_file():
+    seed = next(seed for seed in range(COUNT) if kinds(seed)[0] == "step")
+    design = parse_design(tomlkit.dumps(random_design(seed)))
+    assert design.body.step is not None
+    assert design.body.shape == "step"
+
+
+@pytest.mark.usefixtures("step_in_this_process")
+def test_every_spoiled_design_is_refused_by_the_key_to_blame():
+    assert len(FAULTS) <= COUNT
+    found = refuse_faults(COUNT)
+    assert [each for each in found if not each["named"]] == []
+    assert len({each["key"] for each in found}) > 60
+
+
+def test_spoiling_is_repeatable():
+    assert spoiled_design(0) == spoiled_design(0)
+    assert spoiled_design(0) != spoiled_design(len(FAULTS))
