@@ -60,17 +60,22 @@ def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
     return Fused(rest[0], found, outer)
 
 
+def said(name: str) -> str:
+    """How a sentence calls a part: "plate 0" for "plate_0"."""
+    return name.replace("_", " ")
+
+
 def _refuse_overlaps(pieces: dict[str, list[int]], inside: Set[int]) -> None:
     """GeometryError unless each insert is one piece of its own within the body."""
     for name, own in pieces.items():
         sharing = [other for other in pieces if other != name and set(pieces[other]) & set(own)]
         if sharing:
-            raise GeometryError(f"{name} and {sharing[0]} overlap")
+            raise GeometryError(f"{said(name)} and {said(sharing[0])} overlap")
     for name, own in pieces.items():
         if not set(own) <= inside:
-            raise GeometryError(f"{name} leaves the body")
+            raise GeometryError(f"{said(name)} leaves the body")
         if len(own) != 1:
-            raise GeometryError(f"{name} is in {len(own)} pieces; one is wanted")
+            raise GeometryError(f"{said(name)} is in {len(own)} pieces; one is wanted")
 
 
 def _images(fuse: BOPAlgo_Builder, shape: cq.Shape) -> list[cq.Shape]:

@@ -2,7 +2,9 @@
 
 All go through OpenCASCADE's general fuse without glue, so a plate and the body share the *same*
 faces. (Imprinting with glue returns a wrong topology that calls itself valid where plate ends are
-coplanar with the body's.) Importing this module loads the CAD kernel.
+coplanar with the body's.) What runs here runs in this process, however long it takes: the mesher's
+triangles and the CAD files of a run come from a process with a time limit (solid_process.py).
+Importing this module loads the CAD kernel.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.bodies import outline_solid
 from fingerdesign.geometry.checks import check_volume, core_volume, plate_volume
 from fingerdesign.geometry.faces import named_faces
-from fingerdesign.geometry.fuse import Fused, fused
+from fingerdesign.geometry.fuse import Fused, fused, said
 from fingerdesign.geometry.kernel import volume_of
 from fingerdesign.geometry.plates import core_solid, plate_solid
 
@@ -110,7 +112,7 @@ def _check_volumes(
     check_volume("body outline", volume_of(outline), whole, 1e-6 if loose else 1e-9)
     for name, volume in wanted.items():
         found = volume_of(parts.inserts[name])
-        check_volume(name, found, volume, 1e-6 if name in drilled else 1e-9)
+        check_volume(said(name), found, volume, 1e-6 if name in drilled else 1e-9)
     rest = whole - sum(wanted.values())
     loose = loose or bool(drilled)
     check_volume("body without its inserts", volume_of(parts.body), rest, 1e-6 if loose else 1e-9)

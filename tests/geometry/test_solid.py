@@ -111,11 +111,11 @@ def test_frames_of_others_can_be_built(design_of: Make) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"pitch_mm": 0.1}, "plate_0 and plate_1 overlap"),
-        ({"cover_mm": 0.5}, "plate_0 leaves the body"),
-        ({"cover_mm": 12.9}, "plate_0 leaves the body"),
-        ({"span_mm": 11.0}, "plate_0 leaves the body"),
-        ({"span_mm": 6.0, "span_offset_mm": 50.0}, "plate_0 leaves the body"),
+        ({"pitch_mm": 0.1}, "plate 0 and plate 1 overlap"),
+        ({"cover_mm": 0.5}, "plate 0 leaves the body"),
+        ({"cover_mm": 12.9}, "plate 0 leaves the body"),
+        ({"span_mm": 11.0}, "plate 0 leaves the body"),
+        ({"span_mm": 6.0, "span_offset_mm": 50.0}, "plate 0 leaves the body"),
         ({"pitch_mm": 40.0, "follow": "turned"}, "plate 0 lies beyond the contact surface"),
     ],
 )
@@ -128,7 +128,7 @@ def test_what_cannot_be_is_named(changes: dict[str, float], message: str, design
 
 def test_a_core_across_plates_or_through_the_body_is_named(design_of: Make) -> None:
     design = design_of("arc", "full span", "standing on the base")
-    for height, message in ((11.0, "plate_0 and core overlap"), (30.0, "overlap|leaves the body")):
+    for height, message in ((11.0, "plate 0 and core overlap"), (30.0, "overlap|leaves the body")):
         assert design.body.core is not None
         tall = design.body.core.model_copy(update={"height_mm": height})
         body = design.body.model_copy(update={"core": tall})

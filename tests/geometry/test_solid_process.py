@@ -42,7 +42,7 @@ def test_files_are_written_from_a_process(design_of: Make, tmp_path: Path) -> No
 def test_what_cannot_be_built_is_said(design_of: Make) -> None:
     design = design_of("arc", "full span")
     crossing = design.plates.model_copy(update={"pitch_mm": 0.1})
-    with pytest.raises(GeometryError, match="plate_0 and plate_1 overlap"):
+    with pytest.raises(GeometryError, match="plate 0 and plate 1 overlap"):
         finger_triangles(design.model_copy(update={"plates": crossing}), 0.02)
 
 
