@@ -23,6 +23,7 @@ _LEAST = 0.75  # times the plate's thickness: half of it is the slot's
 _ENOUGH = 0.6  # of what is wanted: then the box lies on the upper side
 # What stays between a box and whatever is near: of its thickness, and of the plate's.
 _FREE, _FREE_LEAST = 0.5, 0.7
+_ENDS = 0.7  # of a plate's thickness: the elements at a sheet's ends
 _FLUSH = 1e-6  # mm
 _STEPS = 0.9 ** np.arange(32)
 
@@ -51,6 +52,16 @@ def carrier_frames(frames: tuple[PlateFrame, ...], design: Design) -> tuple[Plat
             )
         boxes[k] = _box(frame, thickness)
     return tuple(boxes)
+
+
+def sized_frames(frames: tuple[PlateFrame, ...]) -> tuple[PlateFrame, ...]:
+    """Boxes around the mid-surfaces of plates as sheets, for a mesh's size field.
+
+    It asks for elements of half a box's thickness at its ends: _ENDS of the plate's. On maeno2000,
+    fifteen plates 0.1 mm thick, worst error of membrane strain over five increments up to complete
+    slip against a fine extruded model: 0.5: 1.2 % (192k dofs), 0.7: 1.8 % (128k), 1: 3.8 % (94k).
+    """
+    return tuple(replace(frame, thickness=2.0 * _ENDS * frame.thickness) for frame in frames)
 
 
 def _box(frame: PlateFrame, thickness: float) -> PlateFrame:

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.slot_carriers import carrier_frames
+from fingerdesign.mesh.slot_carriers import carrier_frames, sized_frames
 from fingerdesign.mesh.slot_cut import Cut, Stars, outer_facets, plan_cut, sheet_facets_of
 from fingerdesign.mesh.slot_widen import widened
 from fingerdesign.mesh.types import TETRA_FACETS
 
-__all__ = ["Slots", "carrier_frames", "open_slots"]
+__all__ = ["Slots", "carrier_frames", "open_slots", "sized_frames"]
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
