@@ -19,7 +19,6 @@ from fingerdesign.mesh.carriers import (
     carriers_of,
     core_faces,
     plate_faces,
-    smooth_sides,
 )
 from fingerdesign.mesh.measures import cell_volumes, curved_areas, curved_volumes
 from fingerdesign.mesh.sheets import boundary_facets
@@ -135,7 +134,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
         if slot and int(slot[1]) in frames:
             faces = plate_faces(frames[int(slot[1])])
         else:
-            faces = [face for face in outer if _stands_for(face, name)]
+            faces = [face for face in outer if name in _boundaries(face)]
         if faces:
             found[name] = _greatest(mesh, np.unique(facets), faces)
     cut: list[Carrier] = [Plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
@@ -152,12 +151,13 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
     return found
 
 
-def _stands_for(face: Carrier, name: str) -> bool:
-    """Whether a CAD face is (part of) a named one: side and contact may join without an edge."""
-    if face.name == name:
-        return True
-    joined = isinstance(face, Chain) and face.side is not None
-    return name in ("side", "contact") and (joined or bool(getattr(face, "mixed", False)))
+def _boundaries(face: Carrier) -> set[str]:
+    """Names of the boundaries that a CAD face carries: several where they join without an edge."""
+    if isinstance(face, Chain) and face.side is not None:
+        return {"contact", "side"}
+    if getattr(face, "mixed", False):
+        return {part.name for part in getattr(face, "faces", ())}
+    return {face.name}
 
 
 def _greatest(mesh: Mesh, nodes: IntArray, faces: list[Carrier]) -> float:
@@ -178,10 +178,17 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
         else 0.0
         for name in wanted
     }
-    if smooth_sides(design.body):  # no edge tells where one ends and the other begins
-        for areas in (wanted, found):
-            areas["contact"] += areas.pop("side")
-    return max(abs(found[name] / area - 1.0) for name, area in wanted.items() if area > 0.0)
+    groups = [{name} for name in wanted]
+    for face in carriers_of(design, (), mesh.symmetric, core=False).faces:
+        joined = [group for group in groups if group & _boundaries(face)]
+        if len(joined) > 1:  # no edge tells where one ends and the next begins
+            groups = [group for group in groups if group not in joined] + [set().union(*joined)]
+    errors = []
+    for group in groups:
+        area = sum(wanted[name] for name in group)
+        if area > 0.0:
+            errors.append(abs(sum(found[name] for name in group) / area - 1.0))
+    return max(errors)
 
 
 def _outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
