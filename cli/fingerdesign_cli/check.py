@@ -102,7 +102,8 @@ def _show(summaries: list[Summary], scene: str) -> None:
     rows = [
         [
             item.name,
-            str(item.plates),
+            item.body,
+            "; ".join(item.rows) or "0",
             number(item.least_cover_mm),
             number(item.least_gap_mm),
             number(item.least_side_mm),
@@ -112,7 +113,7 @@ def _show(summaries: list[Summary], scene: str) -> None:
         ]
         for item in summaries
     ]
-    headings = ["sound design", "plates", "surface mm", "gap mm", "side mm", "base mm"]
+    headings = ["sound design", "body", "plates", "surface mm", "gap mm", "side mm", "base mm"]
     headings += [f"{scene or 'fundamental'}: approach -> half-width mm (forecast)", "volume mm3"]
     title = "Least distances from the plates to: contact surface, next plate, sides, base"
     print_table(title, headings, rows)

@@ -10,7 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign.design.forecast import contact_half_width
+from fingerdesign.design.forecast import (
+    contact_half_width,
+    crest_curvatures,
+    flat_half_extents,
+)
 from fingerdesign.design.layout import crest_height
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Design
@@ -57,37 +61,54 @@ def candidate_zone(
 def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:
     """Forecast half-extents of the contact along x and z, mm; infinite where z has no end to it."""
     across, along = _object_curvatures(rigid)
-    body = design.body
-    dome = 0.0 if body.dome_radius_mm is None else 1.0 / body.dome_radius_mm
-    if dome + along == 0.0:
+    own = crest_curvatures(design.body)
+    tilted = rigid.shape == "plane" and bool(rigid.tilt_deg)
+    if own == (0.0, 0.0) and tilted:
+        return _wedge(rigid, approach), math.inf
+    if own[1] + along == 0.0:
         return contact_half_width(design, approach, across), math.inf
-    if rigid.shape == "plane" and not rigid.tilt_deg:
+    if rigid.shape == "plane" and not tilted:
         return (contact_half_width(design, approach),) * 2
-    own = np.diag([1.0 / body.arc_radius_mm, dome])
-    wide, deep = _overlap_reaches(own + _curvature_matrix(rigid), approach)
-    return wide, math.inf if rigid.tilt_deg else deep
+    wide, deep = _overlap_reaches(np.diag(own) + _curvature_matrix(rigid), approach)
+    return wide, math.inf if tilted else deep
+
+
+def _wedge(rigid: SceneObject, approach: float) -> float:
+    """How far a tilted plane reaches over a flat top from the edge that it touched first, mm."""
+    turn = math.radians(rigid.turn_deg)
+    slope = math.tan(math.radians(abs(rigid.tilt_deg))) * abs(math.cos(turn))
+    return max(approach, 0.0) / slope if slope > 1e-9 else math.inf
 
 
 def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> float:
     """Approach, mm, at which the object presses about ``normal_force`` N; Hertz's formulas.
 
     Line contact on a layer as in contact_half_width, else a round point contact of the mean
-    curvature (Johnson, Contact Mechanics, 1985, eqs 4.23, 4.45, 5.56). At most half of the height.
+    curvature (Johnson, Contact Mechanics, 1985, eqs 4.23, 4.45, 5.56); a flat top under a plane is
+    pressed as a column. At most half of the height.
     """
     material, body = design.material_of("body"), design.body
     modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
     across, along = _object_curvatures(rigid)
-    across += 1.0 / body.arc_radius_mm
-    along += 0.0 if body.dome_radius_mm is None else 1.0 / body.dome_radius_mm
+    own = crest_curvatures(body)
+    across, along = across + own[0], along + own[1]
     height = float(crest_height(body))
+    wide, deep = flat_half_extents(body)
+    length = 2.0 * deep
+    if across == 0.0 < along:  # a cylinder along x on a flat top: a line along x
+        across, along, length = along, 0.0, 2.0 * wide
     if along > 0.0:
         radius = 2.0 / (across + along)
         approach = math.pow(0.75 * normal_force / (modulus * math.sqrt(radius)), 2.0 / 3.0)
-    else:
-        half = math.sqrt(4.0 * normal_force / (body.depth_mm * math.pi * modulus * across))
+    elif across > 0.0:
+        half = math.sqrt(4.0 * normal_force / (length * math.pi * modulus * across))
         nu = material.poissons_ratio
         layer = 2.0 * math.log(max(2.0 * height / half, 1.0 + 1e-9)) - nu / (1.0 - nu)
         approach = half * half * across / 4.0 * max(layer, 0.5)
+    elif rigid.tilt_deg:  # a wedge: half the pressure of the flat top at the same depth
+        approach = 2.0 * normal_force * height / (modulus * 4.0 * wide * deep)
+    else:
+        approach = normal_force * height / (modulus * 4.0 * wide * deep)
     return min(approach, 0.5 * height)
 
 
@@ -129,9 +150,12 @@ def _overlap_reaches(
 ) -> tuple[float, float]:
     """Half-extents along x and z of the ellipse q . K q / 2 = approach, lessened."""
     if np.linalg.det(matrix) <= 1e-12 * max(float(np.trace(matrix)), 1e-300) ** 2:
-        first = float(matrix[0, 0])
-        level = 2.0 * max(approach, 0.0)
-        return (_OVERLAP * math.sqrt(level / first) if first else math.inf), math.inf
+        level, turned = 2.0 * max(approach, 0.0), abs(float(matrix[0, 1])) > 1e-12
+        first, second = (
+            _OVERLAP * math.sqrt(level / each) if each and not turned else math.inf
+            for each in (float(matrix[0, 0]), float(matrix[1, 1]))
+        )
+        return first, second
     inverse = np.linalg.inv(matrix)
     x, z = (_OVERLAP * math.sqrt(2.0 * max(approach, 0.0) * inverse[k, k]) for k in (0, 1))
     return x, z

@@ -6,6 +6,7 @@ from collections.abc import Set
 
 import numpy as np
 
+from fingerdesign.design.body_checks import sound_outline
 from fingerdesign.design.faults import involves
 from fingerdesign.design.layout import crest_height, surface_height
 from fingerdesign.design.scene import Scene
@@ -25,9 +26,10 @@ def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset())
     ``doubtful``: keys of either that were faulty; no fault that involves one of them is told.
     """
     profile = ("body.width_mm", "body.arc_radius_mm", "body.base_height_mm")
-    if involves(doubtful, *profile):
+    if involves(doubtful, *profile) or not sound_outline(design.body):
         return []
-    box = ("body.shape", "body.depth_mm", "body.dome_radius_mm", "readout.points_mm")
+    names = ("shape", "depth_mm", "dome_radius_mm", "edge_radius_mm", "edge", "step")
+    box = (*(f"body.{name}" for name in names), "readout.points_mm")
     points = [] if involves(doubtful, *box) else _point_faults(scene, design)
     if involves(doubtful, "path.increments_mm", "path.increments_N", "path.control"):
         return points
@@ -61,16 +63,24 @@ def _point_faults(scene: Scene, design: Design) -> list[Fault]:
     across, along = 0.5 * body.width_mm, 0.5 * body.depth_mm
     x, y, z = points.T
     over = np.maximum(np.abs(x) - across, np.abs(z) - along)
-    top = surface_height(body, np.clip(x, -across, across), np.clip(z, -along, along))
-    over = np.maximum(over, np.maximum(-y, y - top))
+    x, z = np.clip(x, -across, across), np.clip(z, -along, along)
+    if body.shape == "revolved":
+        radius = np.hypot(points[:, 0], points[:, 2])
+        over = radius - across
+        x, z = points[:, 0::2].T * np.minimum(1.0, across / np.maximum(radius, 1e-12))
+    top = surface_height(body, x, z)
+    beside = np.isnan(top)  # where a STEP body has no top
+    top = np.where(beside, 0.0, top)
+    over = np.maximum(np.maximum(over, np.where(beside, 1e-3, 0.0)), np.maximum(-y, y - top))
     outside = np.flatnonzero(over > 1e-9)
     if not len(outside):
         return []
     worst = int(np.argmax(over))
     others = [str(index) for index in outside if index != worst]
     also = f"; so are {', '.join(others[:8])}{' ...' if len(others) > 8 else ''}" if others else ""
-    bound = (
-        f"inside the body: |x| <= {across:g}, |z| <= {along:g}, 0 <= y <= {top[worst]:.4f} there"
-    )
+    sides = f"|x| <= {across:g}, |z| <= {along:g}"
+    if body.shape == "revolved":
+        sides = f"x^2 + z^2 <= {across:g}^2"
+    bound = f"inside the body: {sides}, 0 <= y <= {top[worst]:.4f} there"
     remedy = f"move it inside: it is {over[worst]:.4g} mm outside{also}"
     return [Fault(f"readout.points_mm[{worst}]", points[worst].tolist(), bound, remedy)]
