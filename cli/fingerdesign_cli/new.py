@@ -24,7 +24,7 @@ def command(file: Path, source: str | None, scene: bool, force: bool, quiet: boo
 
     Beside it goes design.schema.json (scene.schema.json), with which editors complete and explain
     keys. Nothing is overwritten without --force. Shipped designs: maeno2000, homogeneous, narrow,
-    wide, domed.
+    wide, domed, pin, block, both_ways, boned.
     """
     from fingerdesign.design import starter
 

@@ -54,7 +54,10 @@ class StepFile(Table):
     """
 
     file: str = Field(
-        min_length=1, max_length=4096, description="STEP file, beside the design file or absolute"
+        min_length=1,
+        max_length=4096,
+        examples=["finger.step"],
+        description="STEP file, beside the design file or absolute",
     )
     up: Literal["x", "y", "z", "-x", "-y", "-z"] = Field(
         default="y", description="the file's axis that points from the base to the contact surface"

@@ -10,6 +10,7 @@ from fingerdesign.design.base import Many, Table, refuse
 
 MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
 _HOLE_PITCH_MM = 2.0
+_AS_PLATES = "as in [plates], for this row"
 
 
 def _as_tuple(value: Any) -> Any:
@@ -35,17 +36,17 @@ Place = Annotated[tuple[float, ...], BeforeValidator(_as_tuple)]
 class Row(Table):
     """A further row of plates: what is not given is as in ``[plates]``."""
 
-    count: int | None = Field(default=None, ge=0, le=MAX_PLATES)
-    length_mm: float | None = Field(default=None, ge=0.05, le=200)
-    angle_deg: float | None = Field(default=None, ge=-180, le=180)
-    pitch_mm: float | None = Field(default=None, ge=0.01, le=200)
-    cover_mm: float | None = Field(default=None, ge=0.01, le=500)
-    offset_mm: float | None = Field(default=None, ge=-250, le=250)
-    span_mm: float | None = Field(default=None, ge=0.1, le=500)
-    span_offset_mm: float | None = Field(default=None, ge=-250, le=250)
-    stagger_mm: float | None = Field(default=None, ge=-250, le=250)
-    along: Literal["x", "z"] | None = Field(default=None)
-    follow: Literal["level", "turned", "bent"] | None = Field(default=None)
+    count: int | None = Field(default=None, ge=0, le=MAX_PLATES, description=_AS_PLATES)
+    length_mm: float | None = Field(default=None, ge=0.05, le=200, description=_AS_PLATES)
+    angle_deg: float | None = Field(default=None, ge=-180, le=180, description=_AS_PLATES)
+    pitch_mm: float | None = Field(default=None, ge=0.01, le=200, description=_AS_PLATES)
+    cover_mm: float | None = Field(default=None, ge=0.01, le=500, description=_AS_PLATES)
+    offset_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
+    span_mm: float | None = Field(default=None, ge=0.1, le=500, description=_AS_PLATES)
+    span_offset_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
+    stagger_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
+    along: Literal["x", "z"] | None = Field(default=None, description=_AS_PLATES)
+    follow: Literal["level", "turned", "bent"] | None = Field(default=None, description=_AS_PLATES)
 
 
 class Plates(Table):
@@ -108,7 +109,12 @@ class Plates(Table):
     )
     material: str = Field(default="phosphor_bronze", description="a name known or in [materials]")
     rows: Many[Row] = Field(
-        default=(), max_length=20, description="further rows, each as [plates] but for its own keys"
+        default=(),
+        max_length=20,
+        examples=[[{"along": "z", "count": 5, "cover_mm": 4.0, "span_mm": 6.0}]],
+        description="further rows, each as [plates] but for its own keys: count, length_mm, "
+        "angle_deg, pitch_mm, cover_mm, offset_mm, span_mm, span_offset_mm, stagger_mm, along, "
+        "follow; [[plates.rows]] tables say the same",
     )
     placement: Annotated[Many[Place] | None, BeforeValidator(_three_or_four)] = Field(
         default=None,

@@ -217,14 +217,42 @@ def _table(title: str, table: BaseModel, without: AbstractSet[str] = frozenset()
         value = getattr(table, key)
         if key in without:
             continue
+        optional = _table_of(info.annotation)
         if hasattr(value, "model_fields_set"):
             inner.append(_table(f"{title}.{key}", value))
+        elif optional is not None and value is None:
+            inner.append(_example(f"{title}.{key}", optional, info.description or ""))
+        elif value == () and info.examples:
+            lines.append(_line(key, info.examples[0], info.description or "", off="# "))
         elif value is None:
             example = info.examples[0] if info.examples else 0.0
             lines.append(_line(key, example, info.description or "", off="# "))
         else:
             lines.append(_line(key, value, info.description or ""))
     return "\n".join([*lines, "", *inner])
+
+
+def _table_of(annotation: Any) -> type[BaseModel] | None:
+    """The table that an optional field may hold."""
+    from typing import get_args
+
+    from pydantic import BaseModel
+
+    for part in get_args(annotation):
+        if isinstance(part, type) and issubclass(part, BaseModel):
+            return part
+    return None
+
+
+def _example(title: str, table: type[BaseModel], meaning: str) -> str:
+    """A table that is absent, every key commented out."""
+    lines = [f"# [{title}]   # {meaning}; absent: none"]
+    for key, info in table.model_fields.items():
+        value = info.default
+        if info.is_required() or value is None:
+            value = info.examples[0] if info.examples else ""
+        lines.append(_line(key, value, info.description or "", off="# "))
+    return "\n".join([*lines, ""])
 
 
 def _line(key: str, value: Any, meaning: str, off: str = "") -> str:
@@ -241,5 +269,8 @@ def _toml(value: Any) -> str:
 
     if isinstance(value, (tuple, list)):
         value = [list(row) if isinstance(row, tuple) else row for row in value]
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        rows = [", ".join(f"{key} = {_toml(inner)}" for key, inner in row.items()) for row in value]
+        return f"[{', '.join(f'{{ {row} }}' for row in rows)}]"
     text: str = tomlkit.item(value).as_string()
     return text

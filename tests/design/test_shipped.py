@@ -127,6 +127,31 @@ def test_starter_holds_every_key_with_its_default():
     assert text.startswith("#:schema ./design.schema.json")
 
 
+@pytest.mark.parametrize("table", ["body.core", "body.step"])
+def test_what_stands_commented_out_in_the_starter_is_sound(table):
+    text = starter_text("mine")
+    first = text.index(f"# [{table}]")
+    block = text[first : text.index("\n\n", first)]
+    lines = [line for line in block.splitlines() if re.match(r"# (\[|\w+ = )", line)]
+    opened = text.replace(block, "\n".join(line[2:] for line in lines))
+    if table == "body.core":
+        assert parse_design(opened).body.core.depth_mm == 6.0
+    else:
+        opened = opened.replace('shape = "arc"', 'shape = "step"')
+        with pytest.raises(DesignError) as caught:  # there is no such file here
+            parse_design(opened)
+        assert [fault.key for fault in caught.value.faults] == ["body.step.file"]
+
+
+def test_the_starters_rows_and_holes_are_sound():
+    text = starter_text("mine")
+    for key in ("rows", "hole_diameter_mm", "edge_radius_mm"):
+        text = re.sub(rf"(?m)^# ({key} = )", r"\1", text)
+    plates = parse_design(text).plates
+    assert plates.number == 20
+    assert plates.all_rows[1].along == "z"
+
+
 def test_starter_from_a_shipped_design_keeps_its_comments():
     text = starter_text("mine", "narrow")
     assert text.splitlines()[0] == shipped_text("narrow").splitlines()[0]
@@ -137,7 +162,7 @@ def test_starter_from_a_shipped_design_keeps_its_comments():
 
 
 def test_unknown_shipped_design_names_the_nearest():
-    assert set(shipped_designs()) >= {"maeno2000", "homogeneous", "narrow", "wide", "domed"}
+    assert set(shipped_designs()) >= {"maeno2000", "narrow", "domed", "pin", "block", "boned"}
     with pytest.raises(DesignError, match="did you mean narrow"):
         starter_text("mine", "narow")
 
