@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,6 +15,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.solid_process import finger_triangles, write_finger_cad
+from fingerdesign.process import environment
 
 Make = Callable[..., Design]
 
@@ -53,3 +56,9 @@ def test_a_kernel_that_does_not_come_back_is_ended(design_of: Make) -> None:
     assert '"design"' in kept.read_text()
     kept.unlink()
     kept.parent.rmdir()
+
+
+def test_this_process_loads_no_cad_kernel() -> None:
+    words = "import sys, fingerdesign.geometry.solid_process as p; print('OCP' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", words], env=environment(), capture_output=True)
+    assert done.stdout.split() == [b"False"], done.stderr
