@@ -103,7 +103,7 @@ def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
         regions,
         _error(float(curved.sum()), whole),
         _error(float(straight.sum()), whole),
-        float("inf") if strange else max(plates, default=0.0),
+        1.0 if strange else max(plates, default=0.0),
     )
 
 

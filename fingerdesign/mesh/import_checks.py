@@ -14,9 +14,8 @@ from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.carriers import in_core
 from fingerdesign.mesh.fit import face_distances, region_name, volumes_by_region
-from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.measures import cell_volumes, least_jacobian_ratios
 from fingerdesign.mesh.named import NamedMesh
-from fingerdesign.mesh.snap import least_jacobian_ratio
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
@@ -136,6 +135,6 @@ def check_faces(mesh: Mesh, design: Design, path: Path) -> None:
                 f"nodes of {name!r} in {path.name} lie up to {away[name]:.3g} mm off the design's "
                 f"(more than {most:.2g} mm)"
             )
-    folded = int((least_jacobian_ratio(mesh.points, mesh.cells) <= 0.0).sum())
+    folded = int((least_jacobian_ratios(mesh.points, mesh.cells) <= 0.0).sum())
     if folded:
         raise MeshError(f"{folded} quadratic tetrahedra of {path.name} fold over")

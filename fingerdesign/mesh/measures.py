@@ -53,20 +53,46 @@ def curved_volumes(points: Array, cells: IntArray) -> Array:
     else:
         samples = [(eye[i], 1.0 / 40.0) for i in range(4)]
         samples += [((1.0 - eye[i]) / 3.0, 9.0 / 40.0) for i in range(4)]
-    pairs = TRIANGLE_EDGES if dim == 2 else TETRA_EDGES
-    to_local = np.vstack([-np.ones(dim), np.eye(dim)])  # barycentric coordinates by local ones
     nodes = points[cells[bent]]
-    total = np.zeros(len(nodes))
-    for place, weight in samples:
-        gradient = np.zeros((cells.shape[1], dim + 1))
-        gradient[: dim + 1] = np.diag(4.0 * place - 1.0)
-        for edge, (i, j) in enumerate(pairs):
-            gradient[dim + 1 + edge, i] = 4.0 * place[j]
-            gradient[dim + 1 + edge, j] = 4.0 * place[i]
-        jacobian = np.einsum("cni,nj->cij", nodes, gradient @ to_local)
-        total += weight * np.linalg.det(jacobian)
+    total = sum(weight * jacobians(nodes, place) for place, weight in samples)
     volumes[bent] = total / (2.0 if dim == 2 else 6.0)
     return volumes
+
+
+def jacobians(nodes: Array, place: Array) -> Array:
+    """Jacobian determinants (c,) of quadratic triangles or tetrahedra at one place in them.
+
+    nodes (c, 6, 2) or (c, 10, 3); place (dim + 1,): barycentric coordinates. Of straight-sided
+    cells: 2 or 6 times their area or volume.
+    """
+    dim = nodes.shape[2]
+    gradient = np.zeros((nodes.shape[1], dim + 1))
+    gradient[: dim + 1] = np.diag(4.0 * place - 1.0)
+    for edge, (i, j) in enumerate(TRIANGLE_EDGES if dim == 2 else TETRA_EDGES):
+        gradient[dim + 1 + edge, i] = 4.0 * place[j]
+        gradient[dim + 1 + edge, j] = 4.0 * place[i]
+    to_local = np.vstack([-np.ones(dim), np.eye(dim)])  # barycentric coordinates by local ones
+    return np.asarray(np.linalg.det(np.einsum("cni,nj->cij", nodes, gradient @ to_local)))
+
+
+def least_jacobian_ratios(points: Array, cells: IntArray) -> Array:
+    """Least Jacobian of quadratic triangles or tetrahedra over the straight one's, (c,).
+
+    Sampled at corners, edges' middles and centroid; 1 for straight edges, <= 0 folded; 0 for cells
+    that have no volume.
+    """
+    dim = points.shape[1]
+    ratio = np.ones(len(cells))
+    bent = curved_cells(points, cells)
+    nodes = points[cells[bent]]
+    straight = (2.0 if dim == 2 else 6.0) * cell_volumes(points, cells[bent][:, : dim + 1])
+    corners = np.eye(dim + 1)
+    pairs = TRIANGLE_EDGES if dim == 2 else TETRA_EDGES
+    places = [*corners, *(0.5 * (corners[i] + corners[j]) for i, j in pairs)]
+    places.append(np.full(dim + 1, 1.0 / (dim + 1)))
+    least = np.min([jacobians(nodes, place) for place in places], axis=0)
+    ratio[bent] = np.divide(least, straight, out=np.zeros(len(least)), where=straight != 0.0)
+    return ratio
 
 
 def cell_angles(points: Array, cells: IntArray) -> Array:

@@ -12,8 +12,13 @@ from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.asked import AskedSizes
 from fingerdesign.mesh.fit import face_distances, volumes_by_region, worst_area_error
 from fingerdesign.mesh.imported import import_words
-from fingerdesign.mesh.measures import aspects, cell_angles, cell_volumes, edge_lengths
-from fingerdesign.mesh.snap import least_jacobian_ratio
+from fingerdesign.mesh.measures import (
+    aspects,
+    cell_angles,
+    cell_volumes,
+    edge_lengths,
+    least_jacobian_ratios,
+)
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
@@ -99,7 +104,7 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
     corners = contact[:, : mesh.dimension]
     lengths = edge_lengths(mesh.points, corners) if len(corners) else np.zeros(1)
     least = angles.min(axis=1)
-    ratio = least_jacobian_ratio(mesh.points, mesh.cells) if mesh.dimension == 3 else np.ones(1)
+    ratio = least_jacobian_ratios(mesh.points, mesh.cells)
     straight = cell_volumes(mesh.points, cells)
     inverted = (straight <= 0.0) | (ratio <= 0.0)
     fit = volumes_by_region(mesh, design)

@@ -13,8 +13,8 @@ def quality_text(report: QualityReport) -> str:
     percentiles = ", ".join(f"{k} % {v:.1f}" for k, v in report.dihedral_percentiles_deg.items())
     aspect = ", ".join(f"{k} % {v:.1f}" for k, v in report.aspect_percentiles.items())
     edge = report.contact_edge_mm
-    angle = "dihedral angle" if report.dimension == 3 else "angle"
-    volume = "volume" if report.dimension == 3 else "area"
+    in_space = report.dimension == 3
+    angle, volume = ("dihedral angle", "volume") if in_space else ("angle", "area")
     lines = [
         f"mesher                   {report.mesher} ({report.dimension}-D, quadratic)",
         f"elements, nodes, dofs    {report.elements}, {report.nodes}, {report.dofs}",
@@ -26,7 +26,7 @@ def quality_text(report: QualityReport) -> str:
         f"{report.body_volume_error_straight:.1e} by straight ones",
         f"{'worst plate ' + volume + ' error':<24} {report.worst_plate_volume_error:.1e} by curved "
         "cells",
-        f"worst face area error    {report.worst_face_area_error:.1e}",
+        *([f"worst face area error    {report.worst_face_area_error:.1e}"] if in_space else []),
         f"contact residual         {report.contact_residual_mm:.1e} mm",
         f"edges at the contact     mean {edge['mean']:.3f}, greatest {edge['max']:.3f} mm",
     ]
@@ -44,7 +44,7 @@ def quality_text(report: QualityReport) -> str:
             f"  {where + ':':<22} {values['p5']:.2f}, {values['mean']:.2f}, {values['p95']:.2f}; "
             f"asked {values['asked_mm']:.3f} mm on the mean"
         )
-    unit = "mm^3" if report.dimension == 3 else "mm^2"
+    unit = "mm^3" if in_space else "mm^2"
     lines.append(f"{volume}s by curved cells, {unit}:")
     for name, values in _few(report.volumes, "error").items():
         lines.append(

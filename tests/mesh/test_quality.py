@@ -18,6 +18,7 @@ from fingerdesign.mesh.measures import (
     curved_areas,
     curved_volumes,
     edge_lengths,
+    least_jacobian_ratios,
 )
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section import mesh_section
@@ -140,6 +141,18 @@ def test_area_of_a_curved_triangle_in_the_plane_is_exact() -> None:
     nodes[4] += 0.1  # under the parabola: 2/3 of the sagitta times the chord
     expected = 0.5 + 2 / 3 * 0.1 * np.sqrt(2) * np.sqrt(2)
     np.testing.assert_allclose(curved_volumes(nodes, cells), [expected])
+
+
+def test_folded_cells_have_a_jacobian_below_zero() -> None:
+    for dimension in (2, 3):
+        corners = np.vstack([np.zeros(dimension), np.eye(dimension)])
+        nodes, cells = quadratic(corners, np.arange(dimension + 1)[None])
+        assert least_jacobian_ratios(nodes, cells)[0] == 1.0
+        first = cells[0, dimension + 1]  # in the middle of the edge along x: (1/2, 0)
+        for shift, least in ((0.1, 0.6), (0.3, -0.2)):  # at the corner 1 - 4 shift
+            moved = nodes.copy()
+            moved[first, 0] += shift
+            np.testing.assert_allclose(least_jacobian_ratios(moved, cells), [least])
 
 
 CORED = """
