@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -23,15 +24,18 @@ IntArray = NDArray[np.int64]
 # A vertical line that meets the surface this near outside of a face's border counts as meeting it:
 # CAD files give places to 1e-7 mm.
 ON_BORDER_MM = 1e-6
+_SAMPLES = 400  # of a face's inside, for a bound of the distance to it
+_SLACK_MM = 1e-5  # of that bound: samples lie on their face to 1e-7 mm
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CadFace:
     """One face: ``sign`` +1 where its shape's outside is the solid's outside, else -1.
 
-    name   "base" | "contact" | "side" | "end"
-    group  faces of one number join smoothly, or lie in one plane
-    area   mm^2
+    name       "base" | "contact" | "side" | "end"
+    group      faces of one number join smoothly, or lie in one plane
+    area       mm^2
+    low, high  corners (3,) of a box that holds the face
     """
 
     shape: Shape
@@ -40,6 +44,24 @@ class CadFace:
     name: str
     group: int
     area: float
+    low: Array
+    high: Array
+
+    @cached_property
+    def samples(self) -> Array:
+        """Points (n, 3) on the face: of its border, and of its inside."""
+        if isinstance(self.shape, Nurbs):
+            inner = self.shape.sampled()
+        else:
+            share = np.random.default_rng(0).uniform(0.0, 1.0, (_SAMPLES, 3))
+            inner = self.low + share * (self.high - self.low)
+            inner = inner - self.shape.distance(inner)[:, None] * self.shape.normal(inner)
+        return np.vstack([self.border.start, inner[self.border.beyond(inner) == 0.0]])
+
+    def apart(self, points: Array) -> Array:
+        """A lower bound (n,) of the distance from points to the face: that to its box."""
+        out = np.maximum(np.maximum(self.low - points, points - self.high), 0.0)
+        return np.asarray(np.linalg.norm(out, axis=1))
 
     @property
     def flat(self) -> bool:
@@ -87,21 +109,36 @@ def nearest(faces: Sequence[CadFace], points: Array) -> tuple[IntArray, Array, A
     owner = np.zeros(len(points), dtype=np.int64)
     away, misfit = np.zeros(len(points)), np.full(len(points), np.inf)
     normal = np.zeros((len(points), 3))
+    at_most = _tree(tuple(faces)).query(points)[0] + _SLACK_MM
     for number, face in enumerate(faces):
-        each, direction, apart = face.nearness(points)
-        # Where two are equally near (at their common edge) the farther inside one plane: convex.
-        better = apart < misfit - 1e-12
-        owner[better], away[better], misfit[better] = number, each[better], apart[better]
-        normal[better] = direction[better]
+        rows = np.flatnonzero(face.apart(points) <= np.minimum(misfit, at_most))
+        if not len(rows):
+            continue
+        each, direction, apart = face.nearness(points[rows])
+        better = apart < misfit[rows] - 1e-12
+        rows = rows[better]
+        owner[rows], away[rows], misfit[rows] = number, each[better], apart[better]
+        normal[rows] = direction[better]
     return owner, away, normal, misfit
+
+
+@lru_cache(maxsize=64)
+def _tree(faces: tuple[CadFace, ...]) -> Any:
+    """A tree of points on the faces: the nearest bounds the distance to the faces from above."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(np.vstack([face.samples for face in faces]))
 
 
 def top_height(faces: Sequence[CadFace], x: Array, z: Array) -> Array:
     """Greatest height (n,) at which a vertical line meets one of the faces; NaN where none."""
-    best = np.full(len(x), -np.inf)
+    best = np.full(len(x), np.nan)
     for face in faces:
-        best = np.fmax(best, np.fmax.reduce(face.heights(x, z)))
-    return np.where(np.isfinite(best), best, np.nan)
+        rows = (x >= face.low[0] - ON_BORDER_MM) & (x <= face.high[0] + ON_BORDER_MM)
+        rows &= (z >= face.low[2] - ON_BORDER_MM) & (z <= face.high[2] + ON_BORDER_MM)
+        if rows.any():
+            best[rows] = np.fmax(best[rows], np.fmax.reduce(face.heights(x[rows], z[rows])))
+    return best
 
 
 def arrays_of(faces: Sequence[CadFace]) -> tuple[list[dict[str, Any]], dict[str, Array]]:
@@ -115,6 +152,8 @@ def arrays_of(faces: Sequence[CadFace]) -> tuple[list[dict[str, Any]], dict[str,
             "name": face.name,
             "group": face.group,
             "area": face.area,
+            "low": face.low.tolist(),
+            "high": face.high.tolist(),
             "values": {},
         }
         for table, owner in (("border", face.border), ("shape", face.shape)):
@@ -154,6 +193,8 @@ def faces_of(about: Sequence[Mapping[str, Any]], arrays: Mapping[str, Array]) ->
                 str(words["name"]),
                 int(words["group"]),
                 float(words["area"]),
+                np.array(words["low"]),
+                np.array(words["high"]),
             )
         )
     return faces

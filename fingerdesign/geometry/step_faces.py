@@ -40,7 +40,7 @@ from fingerdesign.design.cad_faces import CadFace
 from fingerdesign.design.face_border import Border
 from fingerdesign.design.nurbs import Nurbs
 from fingerdesign.design.quadrics import Cone, Plane, Shape, Sphere, Torus
-from fingerdesign.geometry.step_shape import INTEGRALS, parts, refused
+from fingerdesign.geometry.step_shape import INTEGRALS, box_of, parts, refused
 
 Array = NDArray[np.float64]
 
@@ -65,7 +65,8 @@ def describe(face: Any, name: str) -> CadFace:
     natural = shape.normal(triple(place)[None])[0]
     sign = 1.0 if float(natural @ triple(outward)) > 0.0 else -1.0
     area = _area(face, isinstance(shape, Nurbs))
-    return CadFace(shape, sign, _border(face, shape, sign), "", -1, area)
+    low, high = box_of(face)
+    return CadFace(shape, sign, _border(face, shape, sign), "", -1, area, low, high)
 
 
 def _area(face: Any, spline: bool) -> float:

@@ -107,14 +107,18 @@ def moved(solid: Any, turn: tuple[tuple[int, int, int], ...], shift: Array) -> A
     return TopoDS.Solid_s(BRepBuilderAPI_Transform(solid, place, True).Shape())
 
 
+def box_of(shape: Any) -> tuple[Array, Array]:
+    """Corners (3,) of a box that holds a shape, 1e-7 mm wider than it."""
+    box = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, box, False, False)
+    values = np.array(box.Get())
+    return values[:3], values[3:]
+
+
 def extent(solid: Any) -> tuple[Array, Array]:
     """Least and greatest coordinates (3,), mm: those of vertices where they are the extremes, else
     to 1e-6 mm: the kernel's box is wider by its tolerance of 1e-7."""
-    box = Bnd_Box()
-    BRepBndLib.AddOptimal_s(solid, box, False, False)
-    box.SetGap(0.0)
-    values = np.array(box.Get())
-    low, high = np.round(values[:3], 6), np.round(values[3:], 6)
+    low, high = (np.round(corner, 6) for corner in box_of(solid))
     corners = [BRep_Tool.Pnt_s(TopoDS.Vertex_s(v)) for v in parts(solid, TopAbs_VERTEX)]
     if corners:
         places = np.array([(p.X(), p.Y(), p.Z()) for p in corners])
