@@ -11,6 +11,7 @@ from collections.abc import Set
 from fingerdesign.design.body_checks import body_faults, sound_outline
 from fingerdesign.design.faults import involves
 from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.meshing import mesh_file_faults
 from fingerdesign.design.placing import placing_findings, surface_keys
 from fingerdesign.design.plate_checks import gage_faults, plate_faults
 from fingerdesign.design.plate_rows import plate_rows
@@ -35,6 +36,7 @@ def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
     faults = body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
     unsound = {fault.key for fault in faults if fault.key.startswith("body.")}
     faults += _grip_faults(design, doubtful)
+    faults += [] if involves(doubtful, "mesh.file") else mesh_file_faults(design.mesh)
     many = ("plates.count", "plates.placement", "plates.rows")
     if not any(key in doubtful or "plates" in doubtful for key in many) and design.plates.number:
         faults += _plates_faults(design, doubtful, frozenset(unsound))
