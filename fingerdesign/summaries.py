@@ -5,6 +5,7 @@ from __future__ import annotations
 import resource
 from typing import TYPE_CHECKING
 
+from fingerdesign.design.step_files import portable
 from fingerdesign.results import MeshSummary, ModelSummary
 
 if TYPE_CHECKING:
@@ -100,7 +101,7 @@ def parameters(design: Design, scene: Scene) -> dict[str, object]:
 
     walk("", design.model_dump(mode="json", exclude={"assumed"}))
     walk("scene", scene.model_dump(mode="json"))
-    return flat
+    return portable(flat)
 
 
 def peak_memory_MB() -> float:

@@ -92,18 +92,20 @@ def without_sizes(data: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def portable(parameters: Mapping[str, object]) -> dict[str, object]:
-    """Dotted parameters of a design for records: the STEP file by its name and content, not by its
+    """Dotted parameters of a design for records: files by their name and content, not by their
     place on this machine."""
-    out = dict(parameters)
-    file = out.get("body.step.file")
-    if isinstance(file, str):
-        from fingerdesign.design.step_facts import content_of
+    from fingerdesign.design.meshing import mesh_file_digest
+    from fingerdesign.design.step_facts import content_of
 
-        out["body.step.file"] = Path(file).name
-        try:
-            out["body.step.content"] = content_of(file)
-        except DesignError:
-            out["body.step.content"] = "absent"
+    out = dict(parameters)
+    for key, digest in (("body.step", content_of), ("mesh", mesh_file_digest)):
+        file = out.get(f"{key}.file")
+        if isinstance(file, str):
+            out[f"{key}.file"] = Path(file).name
+            try:
+                out[f"{key}.content"] = digest(file)
+            except DesignError:
+                out[f"{key}.content"] = "absent"
     return out
 
 
