@@ -94,6 +94,43 @@ def test_wrong_options_are_bad_input_before_any_meshing(
     assert not (design.parent / "out").exists()
 
 
+def test_a_mesh_made_elsewhere_is_read_beside_its_design(
+    design: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "out"
+    options = ["--no-picture", "--quiet", "--format", "inp", "--format", "inp"]
+    assert main(["mesh", str(design), "--out", str(out), *options]) == 0
+    assert not (out / "quality.png").exists()
+    own = out / "again.toml"
+    own.write_text(DESIGN.replace('"extrude"', '"file"\nmesh.file = "mesh.inp"'))
+    monkeypatch.chdir("/")
+    assert main(["mesh", str(own), "--out", str(tmp_path / "again"), *options[:2], "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["mesher"] == "file"
+    assert report["remarks"] == [
+        "the mesh was read from mesh.inp, its nodes put on the design's faces"
+    ]
+    assert report["volumes"]["plate_0"]["error"] < 1e-9
+    (out / "mesh.inp").unlink()
+    assert main(["mesh", str(own), "--out", str(tmp_path / "third")]) == 2
+    assert "mesh.file" in capsys.readouterr().err
+    assert not (tmp_path / "third").exists()
+
+
+def test_a_mesh_of_another_design_fails_and_says_why(
+    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    assert main(["mesh", str(design), "--out", str(out), "--no-picture", "--format", "msh"]) == 0
+    text = DESIGN.replace('"extrude"', '"file"\nmesh.file = "out/mesh.msh"')
+    design.write_text(text.replace("plates.count = 1", "plates.count = 2\nplates.pitch_mm = 3.0"))
+    assert main(["mesh", str(design), "--out", str(out)]) == 1
+    assert "lacks plate_1 (found: elastomer, plate_0)" in capsys.readouterr().err
+
+
 def test_a_shipped_scene_is_found_by_name(
     design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
