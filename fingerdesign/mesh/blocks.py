@@ -47,6 +47,11 @@ def named_of_blocks(
         else:
             for name in np.unique(own[own != ""]).tolist():
                 facets.setdefault(name, []).append(rows[own == name, :dimension])
+    if not cells:
+        raise MeshError(f"{path} holds no {cell_type} cells")
+    every = [*cells, *(rows for parts in facets.values() for rows in parts)]
+    if min(rows.min() for rows in every) < 0 or max(rows.max() for rows in every) >= len(points):
+        raise MeshError(f"{path} has cells with nodes that it does not hold")
     return NamedMesh(
         points[:, :dimension],
         np.vstack(cells),

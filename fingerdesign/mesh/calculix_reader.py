@@ -30,11 +30,11 @@ def read_calculix(path: Path) -> NamedMesh:
         with path.open(encoding="utf-8", errors="replace") as file:
             for keyword, options, lines in _cards(file):
                 deck.take(keyword, options, lines)
+        return deck.mesh(path)
     except (ValueError, IndexError) as error:
         raise MeshError(f"{path}: not the numbers that its keywords announce: {error}") from error
     except KeyError as error:
         raise MeshError(f"{path}: {error} is used but not defined (before)") from error
-    return deck.mesh(path)
 
 
 def _cards(lines: IO[str]) -> Iterator[tuple[str, dict[str, str], list[list[str]]]]:

@@ -9,6 +9,8 @@ inside). Gmsh and CalculiX files carry both as groups and sets with names instea
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import secrets
 from pathlib import Path
@@ -149,11 +151,14 @@ def read_named(path: Path | str) -> NamedMesh:
     import meshio
 
     try:
-        found = meshio.read(path)
-    except (meshio.ReadError, OSError, KeyError, ValueError, IndexError, ImportError) as error:
-        raise MeshError(f"meshio could not read {path}: {error}") from error
-    except SystemExit as error:  # meshio ends the process over some unknown files
-        raise MeshError(f"meshio could not read {path}: its format is unknown") from error
+        said = io.StringIO()  # it prints what formats it has tried
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            found = meshio.read(path)
+    except SystemExit as error:  # so it answers some files that it cannot read
+        raise MeshError(f"meshio could not read {path}: not what its ending says") from error
+    except Exception as error:  # its readers raise whatever the file's content leads them to
+        why = str(error).strip() or type(error).__name__
+        raise MeshError(f"meshio could not read {path}: {why}") from error
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells]
     data = {
         name: [np.asarray(part) for part in parts]
