@@ -100,7 +100,7 @@ def to_mesh(found: NamedMesh, mesher: str) -> Mesh:
     names, inverse = np.unique(found.region, return_inverse=True)
     known = {str(name): region_number(str(name) or "elastomer") for name in names}
     after = max((n for n in known.values() if n is not None), default=0) + 1
-    own = {}
+    own: dict[str, int] = {}
     for name, number in known.items():
         if number is None:
             own[name] = after + len(own)
