@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _WIDEST = 0.22  # of the plate's length or span: on maeno2000 0.2 mm did better than 0.3
-_LEAST = 0.75  # times the plate's thickness: half of it is the slot's
+_WANTED, _LEAST = 1.5, 0.75  # times the plate's thickness: half of it is the slot's
 _ENOUGH = 0.6  # of what is wanted: then the box lies on the upper side
 # What stays between a box and whatever is near: of its thickness, and of the plate's.
 _FREE, _FREE_LEAST = 0.5, 0.7
@@ -41,7 +41,8 @@ def carrier_frames(frames: tuple[PlateFrame, ...], design: Design) -> tuple[Plat
     boxes = list(frames)
     for k, frame in enumerate(frames):
         least = _LEAST * frame.thickness
-        most = max(min(design.mesh.plate_size_mm, _WIDEST * min(frame.length, frame.span)), least)
+        wanted = min(design.mesh.plate_size_mm, _WIDEST * min(frame.length, frame.span))
+        most = max(wanted, _WANTED * frame.thickness)
         near = _near(frame, [*boxes[:k], *boxes[k + 1 :]], 3.0 * most)
         upper, lower = (_thickest(frame, side * most, near, design) for side in (1.0, -1.0))
         thickness = lower if abs(lower) > max(abs(upper), _ENOUGH * most) else upper

@@ -40,8 +40,7 @@ class Cut:
     """Where a mesh is to be opened for one plate, by numbers of its nodes.
 
     sheet (f, 3): F, its normal to the plate's upper side; wings (w, 3): two rim nodes, then the far
-    one; flaps (p, 3): a rim node, then two far ones; above (f + w + p,): the tetrahedron on the
-    upper side of each facet of sheet, wings, flaps; all with their normal to that side.
+    one; flaps (p, 3): a rim node, then two far ones.
     """
 
     sheet: IntArray
@@ -151,6 +150,12 @@ def plan_cut(
     edges = np.sort(sheet[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     edges, uses = np.unique(edges, axis=0, return_counts=True)
     rim = edges[uses == 1]
+    both = np.sort(np.vstack([outer, sheet]), axis=1)
+    if len(np.unique(both, axis=0)) < len(both):
+        raise MeshError(
+            f"the mid-surface of plate {frame.index} lies on the outside of what is meshed (a "
+            "symmetry plane?): as a sheet it would be cut in its own plane"
+        )
     outside = {
         (int(a), int(b)) for a, b in np.sort(outer[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
     }
@@ -168,14 +173,13 @@ def plan_cut(
         wings.append((a, b, far))
     if not wings:
         raise MeshError(f"plate {frame.index} has no free edge inside the body")
-    outer_nodes = np.unique(outer)
     flaps: list[Triple] = []
     for node, ends in ends_at.items():
         if len(ends) > 2:
             raise MeshError(f"plate {frame.index}'s mid-surface touches itself in a node")
         goals = {ends[1]} if len(ends) == 2 else set()
         if len(ends) == 1:
-            goals = _on_outside(points, outer, outer_nodes, node, taken)
+            goals = _on_outside(outer, node, taken)
         path = _path(points, stars, node, ends[0], goals, normal, taken)
         if path is None:
             raise MeshError(f"no facets lead on around the rim of plate {frame.index}")
@@ -213,10 +217,8 @@ def _wing(
     return int(nodes[np.argmin(steep)])
 
 
-def _on_outside(
-    points: Array, outer: IntArray, outer_nodes: IntArray, node: int, taken: BoolArray
-) -> set[int]:
-    """Neighbours of a node along the body's outside, those of the mid-surface left out."""
+def _on_outside(outer: IntArray, node: int, taken: BoolArray) -> set[int]:
+    """Neighbours of a node along the body's outside, those of mid-surfaces left out."""
     near = np.unique(outer[(outer == node).any(axis=1)])
     return {int(n) for n in near if n != node and not taken[n]}
 

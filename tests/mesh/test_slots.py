@@ -187,6 +187,15 @@ def test_a_mid_surface_that_is_missing_is_refused() -> None:
         open_slots(points, tets, regions, (INSIDE,))
 
 
+def test_a_mid_surface_in_the_symmetry_plane_is_refused() -> None:
+    points, tets = grid(half=True)
+    upright = replace(CROSSWISE, angle_deg=90.0, y=2.0, low=-1.0, high=1.0)
+    middle = points[tets].mean(axis=1)
+    box = (np.abs(middle[:, 0]) < 1.0) & (np.abs(middle[:, 1] - 2.0) < 1.0) & (middle[:, 2] < 0.9)
+    with pytest.raises(MeshError, match="lies on the outside of what is meshed"):
+        open_slots(points, tets, box.astype(np.int64), (upright,))
+
+
 def test_a_plate_too_thick_for_its_place_is_refused() -> None:
     points, tets = grid()
     thick = replace(INSIDE, thickness=6.0)
