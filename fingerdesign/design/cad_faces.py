@@ -88,7 +88,9 @@ class CadFace:
         else:
             away, normal = self.distance(points), self.normal(points)
             place, apart = points - away[:, None] * normal, np.abs(away)
-        return away, normal, np.hypot(apart, self.border.beyond(place))
+        outside = np.flatnonzero(self.border.beyond(place) > 0.0)
+        apart[outside] = self.border.distance(points[outside])
+        return away, normal, apart
 
     def heights(self, x: Array, z: Array) -> Array:
         """Heights (k, n) at which vertical lines meet the face; NaN where they do not."""
@@ -111,11 +113,13 @@ def nearest(faces: Sequence[CadFace], points: Array) -> tuple[IntArray, Array, A
     normal = np.zeros((len(points), 3))
     at_most = _tree(tuple(faces)).query(points)[0] + _SLACK_MM
     for number, face in enumerate(faces):
-        rows = np.flatnonzero(face.apart(points) <= np.minimum(misfit, at_most))
+        rows = np.flatnonzero(face.apart(points) <= np.minimum(misfit + 1e-9, at_most))
         if not len(rows):
             continue
         each, direction, apart = face.nearness(points[rows])
-        better = apart < misfit[rows] - 1e-12
+        # At a sharp edge both faces are as near; the one seen more from outside tells the side.
+        tie = np.abs(apart - misfit[rows]) <= 1e-9
+        better = np.where(tie, np.abs(each) > np.abs(away[rows]) + 1e-12, apart < misfit[rows])
         rows = rows[better]
         owner[rows], away[rows], misfit[rows] = number, each[better], apart[better]
         normal[rows] = direction[better]

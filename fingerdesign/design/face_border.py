@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.nurbs import dot
-from fingerdesign.design.quadrics import unit
+from fingerdesign.design.quadrics import dot, unit
 
 Array = NDArray[np.float64]
 
@@ -42,6 +41,27 @@ class Border:
         """
         if not len(self.start) or not len(points):
             return np.zeros(len(points))
+        flat, t, place, away = self._near(points)
+        k = away.shape[1]
+        slope, weight = self._curve(flat, t)[1], t[:, None]
+        inward = (1.0 - weight) * self.inward_start[flat] + weight * self.inward_end[flat]
+        inward = unit(inward - dot(inward, unit(slope))[:, None] * unit(slope))
+        # Where two pieces meet in the nearest point, the sum of their directions tells inside.
+        best = np.argmin(away, axis=1) + k * np.arange(len(points))
+        apart = np.linalg.norm(place.reshape(len(points), k, 3) - place[best][:, None], axis=2)
+        toward = ((apart < _CORNER_MM)[..., None] * inward.reshape(len(points), k, 3)).sum(axis=1)
+        within = dot(points - place[best], toward) >= 0.0
+        return np.asarray(np.where(within, 0.0, away.min(axis=1)))
+
+    def distance(self, points: Array) -> Array:
+        """Distance (n,) from any points (n, 3) to the border; infinite where there is none."""
+        if not len(self.start) or not len(points):
+            return np.full(len(points), np.inf)
+        return np.asarray(self._near(points)[3].min(axis=1))
+
+    def _near(self, points: Array) -> tuple[NDArray[Any], Array, Array, Array]:
+        """Of k near pieces for each point: their numbers, the parameters (n k,) and places (n k, 3)
+        nearest to it, and the distances (n, k)."""
         _, near = self._tree.query(points, k=min(_NEAR, len(self.start)))
         near = near.reshape(len(points), -1)
         k = near.shape[1]
@@ -52,18 +72,8 @@ class Border:
             place, slope = self._curve(flat, t)
             t = t + dot(p - place, slope) / np.maximum(dot(slope, slope), 1e-300)
             t = np.clip(t, 0.0, 1.0)
-        place, slope = self._curve(flat, t)
-        weight = t[:, None]
-        inward = (1.0 - weight) * self.inward_start[flat] + weight * self.inward_end[flat]
-        inward = unit(inward - dot(inward, unit(slope))[:, None] * unit(slope))
-        away = np.linalg.norm(p - place, axis=1).reshape(len(points), k)
-        # Where two pieces meet in the nearest point, the sum of their directions tells inside.
-        best = np.argmin(away, axis=1) + k * np.arange(len(points))
-        least = away.min(axis=1)
-        apart = np.linalg.norm(place.reshape(len(points), k, 3) - place[best][:, None], axis=2)
-        toward = ((apart < _CORNER_MM)[..., None] * inward.reshape(len(points), k, 3)).sum(axis=1)
-        within = dot(points - place[best], toward) >= 0.0
-        return np.asarray(np.where(within, 0.0, least))
+        place = self._curve(flat, t)[0]
+        return flat, t, place, np.linalg.norm(p - place, axis=1).reshape(len(points), k)
 
     def _curve(self, rows: NDArray[Any], t: Array) -> tuple[Array, Array]:
         """Places and derivatives (n, 3) of pieces at parameters (n,)."""

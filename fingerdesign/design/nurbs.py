@@ -1,8 +1,8 @@
 """A NURBS surface: points, derivatives, nearest points, heights (numpy; scipy for first guesses).
 
-S(u, v) = sum N_i(u) N_j(v) w_ij P_ij / sum N_i(u) N_j(v) w_ij with the B-spline bases of Piegl and
-Tiller, The NURBS Book (2nd ed.), eqs. 2.5, 2.7 and 4.15. Nearest points by Newton's method on the
-squared distance, from the nearest of many samples. Lengths in mm.
+S(u, v) = sum N_i(u) N_j(v) w_ij P_ij / sum N_i(u) N_j(v) w_ij with B-spline bases N (Piegl and
+Tiller, The NURBS Book, 2nd ed., eq. 4.15). Nearest points by Newton's method on the squared
+distance, from the nearest of many samples. Lengths in mm.
 """
 
 from __future__ import annotations
@@ -14,16 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.quadrics import unit
+from fingerdesign.design.bsplines import basis
+from fingerdesign.design.quadrics import dot, unit
 from fingerdesign.errors import GeometryError
 
 Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SAMPLES = 4000  # of a face, from which Newton starts
 BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border
 POLE_MM = 1e-5  # a border smaller than this is a point: CAD files are good to 1e-7 mm
-_PASSES = 60  # six from a near start; more at a border or where the curvature changes
+_PASSES = 300  # six from a near start; more near a centre of curvature
+_STALL = 30  # passes after which a distance that changes no more will do
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,7 @@ class Nurbs:
         least = self._away(points, uv)
         size = float(np.ptp(self.poles.reshape(-1, 3), axis=0).max())
         open_rows = np.arange(len(points))
-        for _ in range(_PASSES):
+        for turn in range(_PASSES):
             if not len(open_rows):
                 break
             here = uv[open_rows]
@@ -99,11 +100,14 @@ class Nurbs:
             after = self._away(points[open_rows], new)
             worse = after > least[open_rows] * (1.0 + 1e-14) + 1e-15 * size
             damping[open_rows] = np.where(
-                worse, np.maximum(4.0 * damping[open_rows], 1e-2), 0.1 * damping[open_rows]
+                worse, np.maximum(4.0 * damping[open_rows], 1e-2), 0.25 * damping[open_rows]
             )
             moved = np.linalg.norm(step * slope, axis=1)
+            # Near a centre of curvature the foot hardly matters, and is hardly to be found.
+            stalled = (turn > _STALL) & (np.abs(after - least[open_rows]) < 1e-14 * size)
             uv[open_rows[~worse]], least[open_rows[~worse]] = new[~worse], after[~worse]
-            open_rows = open_rows[worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)]
+            going = worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)
+            open_rows = open_rows[going & ~stalled]
         if len(open_rows):
             raise GeometryError(
                 f"a face of the STEP body has no nearest point found for {len(open_rows)} points, "
@@ -120,21 +124,20 @@ class Nurbs:
         away = s - points
         metric = np.stack([dot(su, su), dot(su, sv), dot(sv, sv)])
         hessian = metric + np.stack([dot(away, suu), dot(away, suv), dot(away, svv)])
-        det = hessian[0] * hessian[2] - hessian[1] ** 2
-        sound = (det > 1e-8 * metric[0] * metric[2]) & (hessian[0] > 0.0)
-        a, b, c = np.where(sound, hessian, metric)
-        a, c = a + damping * metric[0], c + damping * metric[2]
-        g, h = dot(away, su), dot(away, sv)
         low, high = self._limits
+        g, h = dot(away, su), dot(away, sv)
         # At a limit that the descent pushes against, the step runs along it.
         held_u = ((uv[:, 0] <= low[0]) & (g > 0)) | ((uv[:, 0] >= high[0]) & (g < 0))
         held_v = ((uv[:, 1] <= low[1]) & (h > 0)) | ((uv[:, 1] >= high[1]) & (h < 0))
         held_u, held_v = held_u & (not self.closed[0]), held_v & (not self.closed[1])
-        b = np.where(held_u | held_v, 0.0, b)
-        det = a * c - b * b
-        tiny = 1e-300
-        du = np.where(held_u, 0.0, (b * h - c * g) / np.maximum(det, tiny))
-        dv = np.where(held_v, 0.0, (b * g - a * h) / np.maximum(det, tiny))
+        g, h = np.where(held_u, 0.0, g), np.where(held_v, 0.0, h)
+        hessian[1] = np.where(held_u | held_v, 0.0, hessian[1])
+        metric[1] = np.where(held_u | held_v, 0.0, metric[1])
+        hessian[0] = np.where(held_u, metric[0], hessian[0])
+        hessian[2] = np.where(held_v, metric[2], hessian[2])
+        a, b, c = hessian + (_lift(hessian, metric) + damping) * metric
+        det = np.maximum(a * c - b * b, 1e-300)
+        du, dv = (b * h - c * g) / det, (b * g - a * h) / det
         step = self._bounded(uv, np.column_stack([du, dv]))
         return step, np.sqrt(np.column_stack([metric[0], metric[2]]))
 
@@ -241,51 +244,15 @@ class Nurbs:
         return cKDTree(self.at(*where.T)), where
 
 
-def dot(first: Array, second: Array) -> Array:
-    """Row by row."""
-    return np.asarray(np.einsum("ij,ij->i", first, second))
+def _lift(hessian: Array, metric: Array) -> Array:
+    """How much metric (n,) makes a Hessian positive: (3, n) each, the entries 11, 12, 22.
 
-
-def basis(knots: Array, degree: int, t: Array, order: int = 2) -> tuple[IntArray, Array]:
-    """The B-splines that are not 0 at t (n,): number of the first, (n,); values and derivatives up
-    to ``order``, (order + 1, n, degree + 1). Beyond the knots the end spans' polynomials go on.
+    None where its least eigenvalue, relative to the metric, is positive; else so much that this
+    keeps its size and loses its sign: beyond a centre of curvature Newton's step would climb.
     """
-    last = len(knots) - degree - 2
-    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
-    while True:  # an empty span at the end
-        empty = (knots[span + 1] <= knots[span]) & (span > degree)
-        if not empty.any():
-            break
-        span = np.where(empty, span - 1, span)
-    values = [np.ones((len(t), 1))]
-    for p in range(1, degree + 1):
-        values.append(_raise(knots, span, p, values[-1], t))
-    found = np.zeros((order + 1, len(t), degree + 1))
-    found[0] = values[degree]
-    for times in range(1, min(order, degree) + 1):
-        lower = values[degree - times]
-        for p in range(degree - times + 1, degree + 1):
-            lower = _slope(knots, span, p, lower)
-        found[times] = lower
-    return np.asarray(span - degree, dtype=np.int64), found
-
-
-def _raise(knots: Array, span: IntArray, p: int, lower: Array, t: Array) -> Array:
-    """Values of degree p (n, p + 1) from those of degree p - 1 (n, p); eq. 2.5."""
-    out = np.zeros((len(t), p + 1))
-    for j in range(p):  # B-spline number span - p + 1 + j of degree p - 1
-        left, right = knots[span - p + 1 + j], knots[span + 1 + j]
-        share = lower[:, j] / (right - left)
-        out[:, j] += (right - t) * share
-        out[:, j + 1] += (t - left) * share
-    return out
-
-
-def _slope(knots: Array, span: IntArray, p: int, lower: Array) -> Array:
-    """Derivatives of degree p (n, p + 1) from those of one order less at degree p - 1; eq. 2.7."""
-    out = np.zeros((len(lower), p + 1))
-    for j in range(p):
-        share = p * lower[:, j] / (knots[span + 1 + j] - knots[span - p + 1 + j])
-        out[:, j] -= share
-        out[:, j + 1] += share
-    return out
+    size = np.maximum(metric[0] * metric[2] - metric[1] ** 2, 1e-300)
+    half = hessian[0] * metric[2] - 2.0 * hessian[1] * metric[1] + hessian[2] * metric[0]
+    half = 0.5 * half / size
+    product = (hessian[0] * hessian[2] - hessian[1] ** 2) / size
+    least = half - np.sqrt(np.maximum(half**2 - product, 0.0))
+    return np.where(least > 1e-3, 0.0, np.maximum(np.abs(least), 0.05) - least)

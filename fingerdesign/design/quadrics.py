@@ -193,3 +193,8 @@ def roots(a: Array, b: Array, c: Array, scale: Array | float) -> Array:
 def unit(vectors: Array) -> Array:
     """Vectors (n, 3) at length 1; one of no length is left as it is."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None])
+
+
+def dot(first: Array, second: Array) -> Array:
+    """Row by row."""
+    return np.asarray(np.einsum("ij,ij->i", first, second))

@@ -20,7 +20,7 @@ from OCP.TopoDS import TopoDS
 
 from fingerdesign.design.cad_faces import CadFace
 from fingerdesign.design.quadrics import Plane
-from fingerdesign.geometry.step_faces import edge_samples, triple
+from fingerdesign.geometry.step_border import edge_samples, triple
 from fingerdesign.geometry.step_shape import parts
 
 Array = NDArray[np.float64]

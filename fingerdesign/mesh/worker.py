@@ -1,58 +1,19 @@
-"""Run a module of this package in a process of its own, with a time limit.
-
-Native code (mesher, graphics) can crash or hang; there it harms nobody.
-"""
+"""Run a module of this package in a process of its own; how it failed is a MeshError."""
 
 from __future__ import annotations
 
-import os
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
+from fingerdesign import process
 from fingerdesign.errors import MeshError
+from fingerdesign.process import die_with_parent, environment
 
-_PARENT = "FINGERDESIGN_PARENT"  # process number
-
-
-def die_with_parent() -> None:
-    """End this process when the one that started it ends, however that ends (Linux)."""
-    if sys.platform == "linux":
-        import ctypes
-
-        pr_set_pdeathsig = 1
-        ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
-        if os.environ.get(_PARENT, str(os.getppid())) != str(os.getppid()):
-            os._exit(1)  # it had ended already (in a container the parent itself may be process 1)
-
-
-def environment() -> dict[str, str]:
-    """The environment in which a Python process finds this package and knows who started it."""
-    root = str(Path(__file__).resolve().parents[2])
-    path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
-    return os.environ | {"PYTHONPATH": path, _PARENT: str(os.getpid())}
+__all__ = ["die_with_parent", "environment", "run_module"]
 
 
 def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: float) -> None:
     """Run ``python -m module arguments`` in ``folder``; MeshError says how it failed."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", module, *arguments],
-            cwd=folder,
-            env=environment(),
-            timeout=time_limit_s,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-            errors="replace",
-            check=False,
-        )
-    except subprocess.TimeoutExpired as error:
-        raise MeshError(f"it did not finish in {time_limit_s:g} s") from error
-    if done.returncode < 0:
-        raise MeshError(f"its process was ended by {signal.Signals(-done.returncode).name}")
-    if done.returncode > 0:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise MeshError(f"it failed with exit code {done.returncode}: {last[:300]}")
+        process.run_module(module, arguments, folder, time_limit_s)
+    except process.ProcessError as error:
+        raise MeshError(str(error)) from error

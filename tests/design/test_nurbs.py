@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from fingerdesign.design.nurbs import Nurbs, basis
+from fingerdesign.design.bsplines import basis
+from fingerdesign.design.nurbs import Nurbs
 
 HALF = np.sqrt(0.5)
 

@@ -9,6 +9,7 @@ import pytest
 
 from fingerdesign.design import step_facts as facts_module
 from fingerdesign.design.body_table import Body, StepFile
+from fingerdesign.design.cad_faces import nearest
 from fingerdesign.design.step_facts import content_of, step_facts
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.geometry.cad_surface import CadSurface, step_carriers, step_outline
@@ -82,6 +83,14 @@ def tapered():
     return cq.Workplane("XZ").ellipse(8, 5).workplane(offset=-10).ellipse(6, 4).loft()
 
 
+def rounded():
+    """20 x 12 x 10 with vertical edges of 2 mm and upper edges of 1.5 mm radius."""
+    import cadquery as cq
+
+    block = cq.Workplane("XY").box(20, 12, 10).translate((0, 6, 0)).edges("|Y").fillet(2)
+    return block.faces(">Y").edges().fillet(1.5)
+
+
 MAKES = {
     "arc": arc_finger,
     "pin": pin,
@@ -90,6 +99,7 @@ MAKES = {
     "dome, a spindle": lambda: dome(12.0),
     "spline": spline_finger,
     "loft": tapered,
+    "rounded": rounded,
 }
 
 
@@ -255,3 +265,19 @@ def test_content_counts_not_place_nor_time_of_writing(steps, tmp_path):
     assert content_of(str(other)) == content_of(steps["arc"].file)
     other.write_text(text.replace("20.,", "20.5,", 1), "utf-8")
     assert content_of(str(other)) != content_of(steps["arc"].file)
+
+
+def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
+    facts = step_facts(steps["rounded"])
+    assert len(facts.faces) == 18
+    points = np.random.default_rng(7).uniform(-1.2, 1.2, (3000, 3)) * [10, 7, 5] + [0, 6, 0]
+    _, away, normal, misfit = nearest(facts.faces, points)
+    each = np.stack([face.nearness(points)[2] for face in facts.faces])
+    np.testing.assert_allclose(misfit, each.min(axis=0), atol=1e-12)
+    # A rounded box: its distance is that to a smaller box, less the radius, above the edges' foot.
+    above = (points[:, 1] > 6.0) & (away > 0.0)
+    inner = np.maximum(np.abs(points - [0, 6, 0]) - [8, 4.5, 3], 0.0)
+    top = np.linalg.norm(inner[above], axis=1) - 1.5 - 0.5 * (inner[above, 1] == 0.0)
+    side = inner[above, 1] == 0.0
+    np.testing.assert_allclose(away[above][side], top[side], atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-12)
