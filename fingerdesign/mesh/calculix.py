@@ -34,7 +34,7 @@ def write_calculix(mesh: Mesh, path: Path) -> None:
         points = np.zeros((len(mesh.points), 3))
         points[:, : mesh.dimension] = mesh.points
         for number, (x, y, z) in enumerate(points.tolist(), start=1):
-            file.write(f"{number}, {x!r}, {y!r}, {z!r}\n")
+            file.write(f"{number}, {_short(x)}, {_short(y)}, {_short(z)}\n")
         for region in np.unique(mesh.regions):
             rows = np.flatnonzero(mesh.regions == region)
             file.write(f"*ELEMENT, TYPE={kind}, ELSET={mesh.region_name(int(region))}\n")
@@ -49,6 +49,12 @@ def write_calculix(mesh: Mesh, path: Path) -> None:
             file.write(f"*SURFACE, NAME={name}, TYPE=ELEMENT\n")
             for cell, face in zip(cells.tolist(), faces.tolist(), strict=True):
                 file.write(f"{cell + 1}, S{face + 1}\n")
+
+
+def _short(value: float) -> str:
+    """A number in the 20 characters that CalculiX reads; more exist with an exponent only."""
+    text = repr(value)
+    return text if len(text) <= 20 else f"{value:.13e}"
 
 
 def cell_faces(mesh: Mesh, facets: IntArray, name: str = "facets") -> tuple[IntArray, IntArray]:

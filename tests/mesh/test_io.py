@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 
 import meshio
@@ -126,6 +127,15 @@ def test_calculix_has_a_set_and_a_surface_for_each_name(mesh: Mesh, tmp_path: Pa
         surface = next(card for card in cards if card.startswith(f"SURFACE, NAME={name},"))
         assert len(surface.strip().splitlines()) - 1 == len(facets)
     assert max(len(line) for line in text.splitlines()) < 256
+
+
+def test_calculix_numbers_have_at_most_twenty_characters(mesh: Mesh, tmp_path: Path) -> None:
+    points = mesh.points.copy()
+    points[:3, 0] = [-8.881784197001252e-16, -1.2345678901234567e-05, 1.2345678901234567e100]
+    path = write_mesh(replace(mesh, points=points), tmp_path / "m.inp")
+    lines = path.read_text().split("*ELEMENT")[0].splitlines()[2:]
+    assert max(len(part.strip()) for line in lines for part in line.split(",")) <= 20
+    np.testing.assert_allclose(read_mesh(path).points, points, rtol=1e-13)
 
 
 def test_faces_are_numbered_as_calculix_does(mesh: Mesh) -> None:
