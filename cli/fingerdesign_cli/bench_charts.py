@@ -168,9 +168,45 @@ def any_finger(folder: Path, quick: bool, count: int | None, quiet: bool, as_jso
     return show_checks("Any finger", found.checks(), paths, quiet, as_json)
 
 
+@click.command(
+    "hexahedra", short_help="Tetrahedra or hexahedra for extruded fingers (4 min; --quick 30 s)."
+)
+@out_option
+@quick_option
+@output_options
+def hexahedra(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
+    """Tetrahedra or hexahedra for extruded fingers: errors against arithmetic.
+
+    One finger under a given traction, quadratic cells of both kinds, with pressures of their own
+    and without.
+    """
+    from fingerdesign.bench.hexahedra import measure_hexahedra, write_hexahedra
+
+    with progress("bench hexahedra", quiet or as_json) as tell:
+        found = measure_hexahedra(tell, quick)
+    say_busy(found.machine, quiet)
+    paths = write_hexahedra(found, folder)
+    if as_json:
+        print_json([asdict(point) for point in found.points])
+    elif not quiet:
+        headings = ["cells", "equations", "Gflop", "s", "approach", "shear", "gages"]
+        rows = [
+            [
+                point.line,
+                str(point.dofs),
+                f"{point.gigaflop:.1f}",
+                f"{point.assemble_s + point.condense_s:.1f}",
+                *(f"{error:.1e}" for error in found.errors(point)),
+            ]
+            for point in found.points
+        ]
+        print_table("Errors against the finest mixed mesh of the other cell", headings, rows)
+        _name(paths)
+
+
 def _name(paths: Sequence[Path]) -> None:
     for path in paths:
         click.echo(str(path))
 
 
-COMMANDS = (precision, speed, stability, any_finger)
+COMMANDS = (precision, speed, stability, any_finger, hexahedra)

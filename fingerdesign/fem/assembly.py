@@ -65,7 +65,7 @@ def stiffness_blocks(
     straight = straight_cells(points, cells)
     inverse, determinant = inverse_jacobians(points, cells, straight)
     unit = np.einsum("c,cak,cbl->abckl", determinant, inverse, inverse, optimize=True)
-    unit = _isotropic(unit, first, shear).reshape(len(constant.T), -1)
+    unit = isotropic(unit, first, shear).reshape(len(constant.T), -1)
     blocks = (constant @ unit).reshape(len(rows), len(cells), -1)
     curved = np.flatnonzero(~straight)
     for start in range(0, len(curved), _CHUNK):
@@ -76,13 +76,13 @@ def stiffness_blocks(
         size = len(table.value)
         product = product.reshape(len(part), size, dimension, size, dimension)
         pairs = product[:, rows, :, columns, :]  # (pairs, c, d, d)
-        blocks[:, part] = _isotropic(pairs, first[part], shear[part]).reshape(
+        blocks[:, part] = isotropic(pairs, first[part], shear[part]).reshape(
             len(rows), len(part), -1
         )
     return rows, columns, blocks
 
 
-def _isotropic(product: Array, first: Array, shear: Array) -> Array:
+def isotropic(product: Array, first: Array, shear: Array) -> Array:
     """lame T + mu T^T + mu tr T for products T (..., c, d, d)."""
     trace = np.einsum("...kk->...", product)
     result = first[:, None, None] * product

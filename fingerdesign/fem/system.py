@@ -88,7 +88,7 @@ def assemble_system(
         every = sp.kron(spread, sp.identity(mesh.dimension), format="csr")
     if attached is not None:
         whole = (whole + _attached(attached, every)).tocsr()
-    system = _hold(whole, fixed, mesh.dimension)
+    system = held_system(whole, fixed, mesh.dimension)
     if every is not None:
         system = replace(system, lift=every @ system.lift, held=every @ system.held)
     if not inside.any():
@@ -96,7 +96,7 @@ def assemble_system(
     part = pressure_coupling(
         mesh.points, cells[inside], youngs_modulus[inside], poissons_ratio[inside], thickness
     )
-    return _with_pressures(system, part, float(np.median((shear / first)[inside])))
+    return with_pressures(system, part, float(np.median((shear / first)[inside])))
 
 
 def check_material(
@@ -151,7 +151,7 @@ def _attached(upper: sp.csr_matrix, spread: sp.csr_matrix | None) -> sp.csr_matr
     return sp.triu(spread.T @ full @ spread, format="csr")
 
 
-def _hold(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
+def held_system(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
     """The system on the free dofs of an upper-triangular stiffness of all."""
     free = np.flatnonzero(~fixed)
     if len(free) == 0:
@@ -170,7 +170,7 @@ def _hold(whole: sp.csr_matrix, fixed: BoolArray, dimension: int) -> System:
     return System(stiffness, lift, sp.csr_matrix(total[free].T), sp.csr_matrix(marks))
 
 
-def _with_pressures(system: System, part: Pressures, ratio: float) -> System:
+def with_pressures(system: System, part: Pressures, ratio: float) -> System:
     """The system with pressures among its dofs, each behind the displacements of its node.
 
     ratio: mu / lame of the material; the pressures are scaled so that their pivots are of the
