@@ -31,6 +31,8 @@ def model_summary(
     model: FiniteElementModel, case: Case, zone: Zone, notes: list[str]
 ) -> ModelSummary:
     """What was modelled, and a sentence for each choice."""
+    from fingerdesign.mesh.imported import import_words
+
     mesh, design = model.mesh, case.design
     kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
     reasons = [f"contact candidates: {zone}, from the scene's greatest approach"]
@@ -61,7 +63,7 @@ def model_summary(
         dofs=model.dofs,
         contact_nodes=model.reduced.nodes,
         symmetry=mesh.symmetric,
-        reasons=(*reasons, *notes),
+        reasons=(*reasons, *import_words(mesh), *notes),
     )
 
 

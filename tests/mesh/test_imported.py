@@ -148,6 +148,7 @@ def test_the_answer_is_that_of_the_same_mesh(tmp_path: Path) -> None:
         np.testing.assert_allclose(
             [gage.reading for gage in new.gages], [gage.reading for gage in old.gages], rtol=1e-6
         )
+    assert any("read from m.inp" in reason for reason in again.model.reasons)
     assert again.mesh is not None
     assert again.mesh.mesher == "file"
 
