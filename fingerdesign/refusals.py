@@ -22,7 +22,7 @@ def refuse(case: Case, scene: Scene) -> None:
             Fault("--fidelity", case.fidelity, f"one of {', '.join(FIDELITIES)}", "choose one")
         )
     if case.fidelity == "3d":
-        faults += _space_faults(case)
+        faults += _space_faults(case, scene)
     if case.fidelity == "plane-strain":
         faults += plane_strain_faults(case.design)
         if steps_sideways(scene):
@@ -38,11 +38,11 @@ def refuse(case: Case, scene: Scene) -> None:
         raise DesignError(faults)
 
 
-def _space_faults(case: Case) -> list[Fault]:
+def _space_faults(case: Case, scene: Scene) -> list[Fault]:
     """What the design's mesher cannot do."""
     mesher = case.design.mesh.mesher
     if mesher == "tetwild":
-        return tetwild_faults(case.design)
+        return tetwild_faults(case.design, case.design.mirrors_in_z and scene.mirrors_in_z)
     if mesher == "extrude" and not case.design.extruded:
         return [
             Fault(

@@ -9,7 +9,7 @@ import numpy as np
 from fingerdesign.design import clearance
 from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
-from fingerdesign.design.placing import surface_keys
+from fingerdesign.design.plate_rows import surface_keys
 from fingerdesign.design.profile import profile_of
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import Fault

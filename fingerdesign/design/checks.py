@@ -12,9 +12,9 @@ from fingerdesign.design.body_checks import body_faults, sound_outline
 from fingerdesign.design.faults import involves
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.meshing import mesh_file_faults
-from fingerdesign.design.placing import placing_findings, surface_keys
+from fingerdesign.design.placing import placing_findings
 from fingerdesign.design.plate_checks import gage_faults, plate_faults
-from fingerdesign.design.plate_rows import plate_rows
+from fingerdesign.design.plate_rows import plate_rows, surface_keys
 from fingerdesign.design.remedies import Finding
 from fingerdesign.design.schema import Design
 from fingerdesign.design.sheet_limits import not_a_sheet
@@ -206,8 +206,16 @@ def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     return faults
 
 
-def tetwild_faults(design: Design) -> list[Fault]:
-    """What tetwild cannot mesh of a sound design: nothing that is known."""
+def tetwild_faults(design: Design, symmetric: bool) -> list[Fault]:
+    """What tetwild cannot mesh of a sound design, or (``symmetric``) of its half z >= 0: a sheet
+    that stands in the symmetry plane."""
+    if design.plates.model != "sheet":
+        return []
+    for frame in plate_frames(design):
+        why = not_a_sheet(frame, half=symmetric)
+        if why is not None:
+            bound = f"'solid' or 'none' for plate {frame.index}: {why}"
+            return [Fault("plates.model", "sheet", bound, "set plates.model = 'solid'")]
     return []
 
 

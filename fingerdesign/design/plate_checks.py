@@ -7,8 +7,7 @@ from collections.abc import Set
 import numpy as np
 
 from fingerdesign.design.faults import at_least, at_most, involves
-from fingerdesign.design.placing import surface_keys
-from fingerdesign.design.plate_rows import PlateRow, plate_rows
+from fingerdesign.design.plate_rows import PlateRow, plate_rows, surface_keys
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 

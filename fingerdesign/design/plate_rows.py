@@ -68,6 +68,14 @@ class PlateRow:
         return self.keys("span_mm", "span_offset_mm", "stagger_mm", "along", "count") | {across}
 
 
+def surface_keys(body: Body) -> set[str]:
+    """The keys that the contact surface's shape rests on."""
+    names = {"shape", "width_mm", "arc_radius_mm", "edge_radius_mm", "edge", "step"}
+    if body.shape == "dome":
+        names |= {"dome_radius_mm", "depth_mm"}
+    return {f"body.{name}" for name in names}
+
+
 def plate_rows(design: Design) -> tuple[PlateRow, ...]:
     """The rows that hold any plate, each with its frames; a placement is one row."""
     frames = plate_frames(design)

@@ -9,11 +9,11 @@ import numpy as np
 from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.gaps import PlateGap, core_gaps, least_gap, neighbour_gaps
-from fingerdesign.design.placing import row_reach, surface_keys
-from fingerdesign.design.plate_rows import PlateRow, plate_rows
+from fingerdesign.design.plate_rows import PlateRow, plate_rows, surface_keys
 from fingerdesign.design.remedies import Change, Finding, greatest, least, set_to, worst_by_key
 from fingerdesign.design.rows import row_frames
 from fingerdesign.design.schema import Design
+from fingerdesign.design.sides import row_reach
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5

@@ -10,8 +10,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fingerdesign.design.checks import design_faults
+from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.io import _design_of
-from fingerdesign.design.placing import LEAST_CLEARANCE_MM
 from fingerdesign.design.schema import Design
 from fingerdesign.design.spacing import LEAST_GAP
 from fingerdesign.errors import DesignError
