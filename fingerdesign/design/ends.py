@@ -12,7 +12,7 @@ from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.layout import Array
 from fingerdesign.design.plate_rows import PlateRow
-from fingerdesign.design.remedies import Change, Finding
+from fingerdesign.design.remedies import Change, Finding, greatest
 from fingerdesign.design.schema import Design
 from fingerdesign.design.sides import CLOSE, limits, side_reaches
 
@@ -99,9 +99,18 @@ def _round(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
         room = np.sqrt(max(allowed**2 - along**2, 0.0)) - sideways
         raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
         found = [Change.to("raise body.width_mm to at least", "body.width_mm", raised)]
-        if room > 0.05:
-            found.insert(0, Change.to(f"set {key} to at most", key, at_most(2.0 * room)))
+        narrow = greatest(covered, 0.1, 2.0 * room) if room > 0.05 else None
+        if narrow is not None:
+            found.insert(0, Change.to(f"set {key} to at most", key, at_most(narrow)))
         return found
+
+    def covered(span: float) -> bool:
+        """Toward the border the surface comes down: it may be what limits the span."""
+        frames = tuple(
+            replace(each, low=each.middle - 0.5 * span, high=each.middle + 0.5 * span)
+            for each in row.frames
+        )
+        return bool(clearance.cover_clearances(design.body, frames).min() >= LEAST_CLEARANCE_MM)
 
     bound = (
         f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the round section of radius "
