@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +110,19 @@ def _names(
             used, inverse = np.unique(corners[rows], return_inverse=True)
             above = face.on_contact(points[used])[inverse.reshape(-1, 3)].all(axis=1)
             names[rows] = np.where(above, "contact", "side")
+        elif getattr(face, "mixed", False):
+            names[carrier == number] = _mixed_names(points, corners[carrier == number], face)
     return names
+
+
+def _mixed_names(points: Array, corners: IntArray, face: Any) -> NDArray[np.str_]:
+    """Names of facets (f, 3) on a STEP body's carrier that joins several boundaries smoothly: the
+    contact's are those with all corners on it, the others their middle's."""
+    used, inverse = np.unique(corners, return_inverse=True)
+    touching = (face.names(points[used]) == "contact")[inverse.reshape(-1, 3)].all(axis=1)
+    middle = face.names(points[corners].mean(axis=1))
+    other = next(each.name for each in face.faces if each.name != "contact")
+    return np.where(touching, "contact", np.where(middle == "contact", other, middle))
 
 
 def _outward(points: Array, corners: IntArray, apex: IntArray) -> IntArray:

@@ -22,14 +22,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerdesign import __version__
-from fingerdesign.design.layout import PlateFrame
+from fingerdesign.design.layout import plate_frames
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-FORMAT = 3  # raise it when the way from CAD to mesh changes
+FORMAT = 4  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first
 
 
@@ -45,7 +45,6 @@ def cache_folder() -> Path:
 
 def mesh_key(
     design: Design,
-    frames: tuple[PlateFrame, ...],
     sizes: MeshSizes,
     zone_mm: tuple[float, float | None],
     symmetric: bool,
@@ -60,8 +59,8 @@ def mesh_key(
         "format": FORMAT,
         "versions": [__version__, version("pytetwild")],
         "body": content_digest(bare),
-        "plates": [asdict(frame) for frame in frames],
-        "sheets": design.plates.model == "sheet",
+        "plates": [asdict(frame) for frame in plate_frames(design)],
+        "model": design.plates.model,
         "sizes": asdict(sizes),
         "zone_mm": zone_mm,
         "symmetric": symmetric,

@@ -133,6 +133,8 @@ class Carriers:
         names = {self.faces[number].name for number in self.outside}
         if any(isinstance(f, Chain) and f.side is not None for f in self.faces):
             names |= {"side"}
+        for face in self.faces:  # a STEP body's may join several boundaries
+            names |= {each.name for each in getattr(face, "faces", ())}
         return tuple(sorted(names))
 
 

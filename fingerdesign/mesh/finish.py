@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import PlateFrame
+from fingerdesign.design.layout import plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.boundary import BoundaryFacets, boundary_facets, regions_by_centroid
 from fingerdesign.mesh.carriers import Carriers, carriers_of, in_core
 from fingerdesign.mesh.improve import improve
 from fingerdesign.mesh.inside import enclosed
+from fingerdesign.mesh.plate_ways import PlateWay
 from fingerdesign.mesh.refine import refine
 from fingerdesign.mesh.sizing import SizeField
+from fingerdesign.mesh.slot_fill import fill_slots
+from fingerdesign.mesh.slots import open_slots
 from fingerdesign.mesh.snap import curve_facets, quadratic_facets, snap_to_carriers, tet_volumes
 from fingerdesign.mesh.types import Mesh, quadratic
 
@@ -28,7 +31,7 @@ NONE = np.zeros((0, 3), dtype=np.int64)
 
 def finish(
     design: Design,
-    frames: tuple[PlateFrame, ...],
+    way: PlateWay,
     points: Array,
     tets: IntArray,
     outside: tuple[Array, IntArray],
@@ -39,14 +42,14 @@ def finish(
     """Keep what is inside, tag it, snap it to the CAD faces, make it quadratic, name its facets.
 
     points (n, 3) and tets (t, 4) fill more than the body, whose closed outside has the vertices and
-    triangles ``outside``; ``frames``: its plates as they were meshed (as sheets: their carriers).
+    triangles ``outside``; ``way``: how its plates were meshed.
     Edges longer than ``field`` asks at the contact are split, up to ``most`` tetrahedra. MeshError
     where snapping would invert a tetrahedron or a face of the body has no facet.
     """
     points, tets = _inside(points, tets, outside)
-    regions = regions_by_centroid(points, tets, frames)
+    regions = regions_by_centroid(points, tets, way.meshed)
     regions[in_core(design.body, points[tets].mean(axis=1))] = design.core_region
-    carriers = carriers_of(design, frames, symmetric)
+    carriers = carriers_of(design, way.meshed, symmetric)
     found = boundary_facets(points, tets, regions, carriers, NONE)
     points = snap_to_carriers(points, found.on_carriers(len(points), carriers), carriers)
     made = len(tets)
@@ -58,9 +61,9 @@ def finish(
     points = snap_to_carriers(points, on_carriers, carriers)
     points = improve(points, tets, on_carriers, carriers)
     slots: dict[str, IntArray] = {}
-    if frames and design.plates.model == "sheet":
-        points, tets, regions, slots = _opened(design, points, tets, regions)
-        carriers = carriers_of(design, (), symmetric)
+    if way.cut:
+        points, tets, regions, slots = _opened(design, points, tets, regions, way.filled)
+        carriers = carriers_of(design, plate_frames(design) if way.filled else (), symmetric)
         besides = np.vstack([NONE, *slots.values()])
         found = boundary_facets(points, tets, regions, carriers, besides)
     volumes = tet_volumes(points, tets)
@@ -68,7 +71,7 @@ def finish(
         raise MeshError(
             f"snapping to the CAD faces inverted {int((volumes <= 0).sum())} tetrahedra"
         )
-    return _quadratic(design, points, tets, regions, carriers, found, slots, symmetric)
+    return _quadratic(design, way, points, tets, regions, carriers, found, slots, symmetric)
 
 
 def _inside(
@@ -86,19 +89,19 @@ def _inside(
 
 
 def _opened(
-    design: Design, points: Array, tets: IntArray, regions: IntArray
+    design: Design, points: Array, tets: IntArray, regions: IntArray, filled: bool
 ) -> tuple[Array, IntArray, IntArray, dict[str, IntArray]]:
-    """Plates as sheets: their carriers become elastomer again, cut open at the mid-surface."""
-    from fingerdesign.design.layout import plate_frames
-    from fingerdesign.mesh.slots import open_slots
-
-    opened = open_slots(points, tets, regions, plate_frames(design))
-    core = in_core(design.body, opened.points[opened.tets].mean(axis=1))
-    return opened.points, opened.tets, np.where(core, design.core_region, 0), opened.facets
+    """Carriers become elastomer, cut open at the mid-surfaces; ``filled``: with solid plates."""
+    frames = plate_frames(design)
+    slots = open_slots(points, tets, regions, frames)
+    if not filled:
+        return slots.points, slots.tets, slots.regions, slots.facets
+    return slots.points, *fill_slots(slots, frames), {}
 
 
 def _quadratic(
     design: Design,
+    way: PlateWay,
     points: Array,
     tets: IntArray,
     regions: IntArray,
@@ -120,6 +123,7 @@ def _quadratic(
     notes: dict[str, float | int | str] = {
         "straightened_contact_nodes": int(on_contact.sum()),
         "straightened_nodes": len(curved.straightened),
+        "plates": way.name,
     }
     names_of = {design.core_region: "core"} if design.body.core is not None else {}
     return Mesh(curved.points, cells, regions, facets, "tetwild", symmetric, notes, names_of)

@@ -159,10 +159,14 @@ def _filled(points: Array, cut: Cut, lower: IntArray, up: IntArray) -> tuple[Int
     wings[turned[:count]] = wings[turned[:count]][:, [1, 0, 2]]
     flaps[turned[count:]] = flaps[turned[count:]][:, [0, 2, 1]]
     (a, b, c), (n, x, y) = wings.T, flaps.T
-    tets = [
-        np.column_stack([lower[a], lower[b], c, a]),
-        np.column_stack([a, lower[b], c, b]),
-        np.column_stack([lower[n], x, y, n]),
+    # The ends' diagonals start above at the node of lower number, as those of slot_fill.py do.
+    first = (a < b)[:, None]
+    la, lb = lower[a], lower[b]
+    one = np.where(first, np.column_stack([la, lb, c, a]), np.column_stack([la, lb, c, b]))
+    two = np.where(first, np.column_stack([a, lb, c, b]), np.column_stack([la, b, c, a]))
+    tets = [one, two, np.column_stack([lower[n], x, y, n])]
+    ends = [
+        np.where(first, np.column_stack([a, la, lb]), np.column_stack([la, lb, b])),
+        np.where(first, np.column_stack([a, lb, b]), np.column_stack([a, la, b])),
     ]
-    ends = [np.column_stack([a, lower[a], lower[b]]), np.column_stack([a, lower[b], b])]
     return np.vstack(tets), np.vstack(ends)

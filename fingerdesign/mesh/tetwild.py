@@ -1,4 +1,4 @@
-"""Tetrahedra for any finger, plates as solids: CAD surface -> fTetWild -> snapped quadratic mesh.
+"""Tetrahedra for any finger: CAD surface -> fTetWild -> snapped quadratic mesh.
 
 fTetWild takes triangles and keeps them within an envelope of ``epsilon``. It is not deterministic,
 so its answer must pass the gate (``Gate``) or is made again, and what passed is kept.
@@ -11,22 +11,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.design.layout import PlateFrame, plate_frames
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
+from fingerdesign.geometry.solid_process import finger_triangles
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
 from fingerdesign.mesh.finish import finish
 from fingerdesign.mesh.inside import check_closed
+from fingerdesign.mesh.plate_ways import PlateWay, plate_ways
 from fingerdesign.mesh.quality import QualityReport, assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, expected_elements
 from fingerdesign.mesh.tetwild_process import Attempt, run_tetwild
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
-    import cadquery as cq
-
     from fingerdesign.design.schema import Body, Design
-    from fingerdesign.geometry.solid import Solid
 
 # Edges come out longer than asked where the field is steep: at the contact 1.33 times (0.28 mm for
 # 0.21, 0.39 for 0.30), at plates 1.0 to 1.08 times.
@@ -34,6 +33,7 @@ CONTACT_OVERSHOOT = 1.33
 # fTetWild made 0.87 to 0.97 times the expected tetrahedra, 2 times where plates were very thin;
 # where its optimisation went astray (a stop energy of 20) 3 to 8 times.
 MOST_ELEMENTS_RATIO = 2.5
+FEW_ELEMENTS = 40_000  # never too many: holes and bends ask for elements that no size names
 MOST_ELEMENTS = 600_000  # about 2.5 million dofs: no machine this is for factors more
 
 
@@ -80,64 +80,60 @@ def tetrahedralise(
     sizes: by default the design's ``[mesh]`` table. Meshes that passed the gate are kept by content
     and returned again unless ``use_cache`` is False. MeshError when no attempt passes.
     """
-    from fingerdesign.geometry.solid import build_solid
-    from fingerdesign.geometry.tessellation import triangulate
-
     zone = (zone_half_width_mm, zone_half_depth_mm)
     sizes = sizes or MeshSizes.of(design, *zone)
-    frames = meshed_frames(design)
-    key = mesh_key(design, frames, sizes, zone, symmetric)
+    key = mesh_key(design, sizes, zone, symmetric)
     kept = load_mesh(key) if use_cache else None
     if kept is not None and not Gate().faults(assess(kept, design)):
         return kept
-    solid = build_solid(design, half=symmetric, frames=frames)
-    epsilon, chord = envelope_mm(design, frames), chord_mm(design.body)
-    vertices, triangles = triangulate(_parts(solid), chord)
-    outside = triangulate([solid.outline], chord)
-    check_closed(*outside)
-    expected = _expected(design, size_field(design, frames, sizes, *zone), symmetric)
-    attempts = _attempts(epsilon, int(design.mesh.attempts))
     complaints = []
-    for number, attempt in enumerate(attempts, start=1):
-        field = size_field(design, frames, sizes.scaled(attempt.size_factor), *zone)
+    tries = _tries(plate_ways(design, symmetric), int(design.mesh.attempts))
+    for number, (way, attempt) in enumerate(tries, start=1):
         try:
-            points, tets = run_tetwild(
-                vertices, triangles, field, attempt, float(design.mesh.time_limit_s)
-            )
-            wanted = replace(field, sizes=sizes.scaled(attempt.size_factor))
-            most = int(MOST_ELEMENTS_RATIO * expected / attempt.size_factor**3)
-            mesh = finish(design, frames, points, tets, outside, symmetric, wanted, most)
+            mesh = _attempted(design, way, attempt, sizes, zone, symmetric)
         except MeshError as error:
-            complaints.append(f"attempt {number}: {error}")
+            complaints.append(f"attempt {number} ({way.name}): {error}")
             continue
-        mesh.notes["attempts"] = number
         faults = Gate().faults(assess(mesh, design))
-        if len(mesh.cells) > most:
-            faults.append(f"{len(mesh.cells)} tetrahedra where about {expected:.0f} were asked for")
         if not faults:
+            mesh.notes["attempts"] = number
             if use_cache:
                 keep_mesh(key, mesh)
             return mesh
-        complaints.append(f"attempt {number}: {', '.join(faults)}")
+        complaints.append(f"attempt {number} ({way.name}): {', '.join(faults)}")
     raise MeshError(
-        f"no tetrahedral mesh of {design.design.name} passed the gate in {len(attempts)} attempts; "
+        f"no tetrahedral mesh of {design.design.name} passed the gate in {len(tries)} attempts; "
         + "; ".join(complaints)
     )
 
 
-def meshed_frames(design: Design) -> tuple[PlateFrame, ...]:
-    """The boxes that are meshed for a design's plates: themselves, carriers of sheets, or none."""
-    if design.plates.model == "none" or not design.plates.number:
-        return ()
-    if design.plates.model == "solid":
-        return plate_frames(design)
-    from fingerdesign.mesh.slots import carrier_frames
-
-    return carrier_frames(plate_frames(design), design)
-
-
-def _parts(solid: Solid) -> tuple[cq.Shape, ...]:
-    return (solid.body, *solid.plates, *([solid.core] if solid.core is not None else []))
+def _attempted(
+    design: Design,
+    way: PlateWay,
+    attempt: Attempt,
+    sizes: MeshSizes,
+    zone: tuple[float, float | None],
+    symmetric: bool,
+) -> Mesh:
+    """One try: CAD, fTetWild, and what follows. MeshError says what failed."""
+    scaled = sizes.scaled(attempt.size_factor)
+    field = size_field(design, way.sized, scaled, *zone)
+    most = max(int(MOST_ELEMENTS_RATIO * _expected(design, field, symmetric)), FEW_ELEMENTS)
+    cad = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
+    outside = (cad.outer_vertices, cad.outer_triangles)
+    check_closed(*outside)
+    epsilon = attempt.envelope * envelope_mm(design, way.meshed)
+    points, tets = run_tetwild(
+        cad.vertices,
+        cad.triangles,
+        field,
+        replace(attempt, envelope=epsilon),
+        float(design.mesh.time_limit_s),
+    )
+    mesh = finish(design, way, points, tets, outside, symmetric, replace(field, sizes=scaled), most)
+    if len(mesh.cells) > most:
+        raise MeshError(f"{len(mesh.cells)} tetrahedra, and at most {most} were to be expected")
+    return mesh
 
 
 def envelope_mm(design: Design, frames: tuple[PlateFrame, ...]) -> float:
@@ -187,18 +183,19 @@ def _expected(design: Design, field: SizeField, symmetric: bool) -> float:
     return expected
 
 
-def _attempts(epsilon: float, count: int) -> list[Attempt]:
-    """Settings to try in turn; fTetWild is not deterministic: the same again may pass.
+def _tries(ways: tuple[PlateWay, ...], count: int) -> list[tuple[PlateWay, Attempt]]:
+    """Ways and settings to try in turn; fTetWild is not deterministic: the same again may pass.
 
-    A fifth of the thickness is faster where plates are very thin (0.02 mm: 60 s, not over 120), but
-    where they are not, snapping may invert tetrahedra. A stop energy above 10 is no remedy: it
-    yields many times the elements.
+    A fifth of the thickness as envelope is faster where plates are very thin (0.02 mm: 60 s, not
+    over 120), but where they are not, snapping may invert tetrahedra. A stop energy above 10 is no
+    remedy: it yields many times the elements.
     """
     settings = (
-        Attempt(epsilon),
-        Attempt(2.0 * epsilon),
-        Attempt(epsilon),
-        Attempt(0.6 * epsilon, iterations=120, stop_energy=8.0),
-        Attempt(0.6 * epsilon, size_factor=0.85),
+        Attempt(1.0),
+        Attempt(2.0),
+        Attempt(1.0, size_factor=0.8),
+        Attempt(0.6, iterations=120, stop_energy=8.0),
+        Attempt(0.6, size_factor=0.85),
     )
-    return [settings[i % len(settings)] for i in range(max(1, count))]
+    order = [(way, setting) for setting in settings for way in ways]
+    return [order[i % len(order)] for i in range(max(1, count))]

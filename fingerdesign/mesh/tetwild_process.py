@@ -30,9 +30,10 @@ LONGEST_EDGE = 0.12
 
 @dataclass(frozen=True)
 class Attempt:
-    """One setting of fTetWild: envelope in mm, iterations, energy to stop at, size factor."""
+    """One setting of fTetWild: envelope (mm when it runs; before, a factor on the usual one),
+    iterations, energy to stop at, size factor."""
 
-    epsilon_mm: float
+    envelope: float
     iterations: int = 80
     stop_energy: float = 10.0
     size_factor: float = 1.0
@@ -74,8 +75,8 @@ def run_tetwild(
     by the time limit only: an address-space limit makes the threads' allocator fail at random.
     """
     validate_surface(vertices, triangles)
-    if not (np.isfinite(attempt.epsilon_mm) and attempt.epsilon_mm > 0.0):
-        raise MeshError(f"fTetWild's epsilon = {attempt.epsilon_mm} mm must be above 0: it hangs")
+    if not (np.isfinite(attempt.envelope) and attempt.envelope > 0.0):
+        raise MeshError(f"fTetWild's epsilon = {attempt.envelope} mm must be above 0: it hangs")
     if not time_limit_s > 0.0:
         raise MeshError(f"mesh.time_limit_s = {time_limit_s} must be above 0")
     grid_points, grid_tets, grid_values = background_grid(
@@ -88,7 +89,7 @@ def run_tetwild(
     longest = min(field.sizes.far, LONGEST_EDGE * diagonal)
     options = {
         "edge_length_abs": longest,
-        "epsilon": attempt.epsilon_mm / diagonal,
+        "epsilon": attempt.envelope / diagonal,
         "stop_energy": attempt.stop_energy,
         "num_opt_iter": attempt.iterations,
         "disable_filtering": True,  # its inside test is by winding number; ours is exact
