@@ -85,3 +85,50 @@ def _section_field(design: Design, sizes: SectionMesh, zone: float) -> Callable[
         return np.asarray(found)
 
     return wanted
+
+
+def parts_of(mesh: Mesh, design: Design) -> dict[str, NDArray[np.bool_]]:
+    """Which cells (c,) belong to the elastomer, to plates, to the core."""
+    core = mesh.regions == design.core_region
+    return {
+        "elastomer": mesh.regions == 0,
+        "plates": (mesh.regions > 0) & ~core,
+        "core": core,
+    }
+
+
+def size_zones(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, NDArray[np.bool_]]:
+    """Which cells (c,) lie at the contact zone, in plates, in the core, elsewhere in the elastomer.
+
+    The contact zone: cells that touch contact facets where the size asked for is nearly the least
+    of all such facets.
+    """
+    parts = parts_of(mesh, design)
+    contact = mesh.facets.get("contact", np.zeros((0, 3), dtype=np.int64))
+    at_contact = np.zeros(len(mesh.cells), dtype=bool)
+    if len(contact):
+        nodes = np.unique(contact[:, : mesh.dimension])
+        wanted = asked.at(mesh.points[nodes])
+        fine = nodes[wanted <= 1.2 * wanted.min()]
+        at_contact = np.isin(mesh.corners, fine).any(axis=1) & parts["elastomer"]
+    rest = parts["elastomer"] & ~at_contact
+    return {"contact": at_contact, "plates": parts["plates"], "core": parts["core"], "rest": rest}
+
+
+def size_ratios(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, dict[str, float]]:
+    """By zone: elements, mean size asked and found (mm), and their ratio: 5 %, mean, 95 %."""
+    ratios = asked.ratios(mesh.points, mesh.corners)
+    edges = edge_lengths(mesh.points, mesh.corners).mean(axis=1)
+    wanted = asked.at(mesh.points[mesh.corners].mean(axis=1))
+    return {
+        zone: {
+            "elements": float(rows.sum()),
+            "asked_mm": float(wanted[rows].mean()),
+            "edge_mm": float(edges[rows].mean()),
+            "p5": float(np.percentile(ratios[rows], 5)),
+            "mean": float(ratios[rows].mean()),
+            "p95": float(np.percentile(ratios[rows], 95)),
+        }
+        for zone, rows in size_zones(mesh, design, asked).items()
+        if rows.any()
+    }

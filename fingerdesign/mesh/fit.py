@@ -1,4 +1,4 @@
-"""How well a mesh fits its design: volumes, areas of faces, distances of nodes to the CAD faces."""
+"""How well a mesh fits its design: volumes of regions, distances of nodes to the CAD faces."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.volume import outline_volume, section_area
-from fingerdesign.geometry.checks import core_volume, face_areas, plate_volume
+from fingerdesign.geometry.checks import core_volume, plate_volume
+from fingerdesign.mesh.area_fit import boundaries_of
 from fingerdesign.mesh.carriers import (
     Carrier,
-    Chain,
     Plane,
     carriers_of,
     core_faces,
     plate_faces,
 )
-from fingerdesign.mesh.measures import cell_volumes, curved_areas, curved_volumes
+from fingerdesign.mesh.measures import cell_volumes, curved_volumes
 from fingerdesign.mesh.sheets import boundary_facets
 from fingerdesign.mesh.types import Mesh
 
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-_TOUCHES = 1e-6  # mm: a plate that ends in a face of the body
 
 
 @dataclass(frozen=True)
@@ -134,7 +132,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
         if slot and int(slot[1]) in frames:
             faces = plate_faces(frames[int(slot[1])])
         else:
-            faces = [face for face in outer if name in _boundaries(face)]
+            faces = [face for face in outer if name in boundaries_of(face)]
         if faces:
             found[name] = _greatest(mesh, np.unique(facets), faces)
     cut: list[Carrier] = [Plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
@@ -151,89 +149,8 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
     return found
 
 
-def _boundaries(face: Carrier) -> set[str]:
-    """Names of the boundaries that a CAD face carries: several where they join without an edge."""
-    if isinstance(face, Chain) and face.side is not None:
-        return {"contact", "side"}
-    if getattr(face, "mixed", False):
-        return {part.name for part in getattr(face, "faces", ())}
-    return {face.name}
-
-
 def _greatest(mesh: Mesh, nodes: IntArray, faces: list[Carrier]) -> float:
     points = np.zeros((len(nodes), 3))
     points[:, : mesh.dimension] = mesh.points[nodes]
     away = np.min([np.abs(face.misfit(points)) for face in faces], axis=0)
     return float(away.max(initial=0.0))
-
-
-def worst_area_error(mesh: Mesh, design: Design) -> float:
-    """Greatest relative error of an outer face's area, by the curved facets; 0 in the section."""
-    if mesh.dimension == 2:
-        return 0.0
-    wanted = _outer_areas(mesh, design)
-    found = {
-        name: float(curved_areas(mesh.points, mesh.facets[name]).sum())
-        if name in mesh.facets
-        else 0.0
-        for name in wanted
-    }
-    groups = [{name} for name in wanted]
-    for face in carriers_of(design, (), mesh.symmetric, core=False).faces:
-        joined = [group for group in groups if group & _boundaries(face)]
-        if len(joined) > 1:  # no edge tells where one ends and the next begins
-            groups = [group for group in groups if group not in joined] + [set().union(*joined)]
-    errors = []
-    for group in groups:
-        area = sum(wanted[name] for name in group)
-        if area > 0.0:
-            errors.append(abs(sum(found[name] for name in group) / area - 1.0))
-    return max(errors)
-
-
-def _outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
-    """Areas of the outer faces by name, mm^2, less the mouths of sheets' slots."""
-    body = design.body
-    if body.step is not None:
-        wanted = _step_areas(design, mesh)
-    else:
-        wanted = dict(face_areas(body, mesh.symmetric))
-    if design.plates.model != "sheet":
-        return wanted
-    for frame in plate_frames(design):
-        mouth = frame.length * frame.thickness
-        for name, area in _mouths(frame, design, mesh.symmetric, mouth):
-            if name in wanted:
-                wanted[name] -= area
-    return wanted
-
-
-def _mouths(
-    frame: PlateFrame, design: Design, symmetric: bool, mouth: float
-) -> list[tuple[str, float]]:
-    """Where a slot opens in the body's outside, and how much of it."""
-    body = design.body
-    if frame.along == "x":
-        low, high = -0.5 * body.depth_mm, 0.5 * body.depth_mm
-        found = [("end", mouth)] if frame.high > high - _TOUCHES else []
-        if symmetric:
-            return [*found, ("symmetry", mouth)]
-        return [*found, ("end", mouth)] if frame.low < low + _TOUCHES else found
-    half = 0.5 * body.width_mm
-    share = 0.5 if symmetric else 1.0
-    sides = (frame.high > half - _TOUCHES) + (frame.low < -half + _TOUCHES)
-    found = [("side", share * mouth * sides)] if sides else []
-    if symmetric:
-        level = abs(frame.axis[0]) > 0.5  # along z: cut across; upright: cut along its mid-surface
-        found.append(("symmetry", frame.span * (frame.thickness if level else frame.length)))
-    return found
-
-
-def _step_areas(design: Design, mesh: Mesh) -> dict[str, float]:
-    """Areas of a STEP body's faces; of a half model's the halves, without "symmetry"."""
-    from fingerdesign.design.step_facts import step_facts
-
-    assert design.body.step is not None
-    share = 0.5 if mesh.symmetric else 1.0
-    areas = step_facts(design.body.step).area
-    return {str(name): share * float(value) for name, value in areas.items()}

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.geometry.surface import surface_of
-from fingerdesign.mesh.asked import AskedSizes
-from fingerdesign.mesh.fit import face_distances, volumes_by_region, worst_area_error
+from fingerdesign.mesh.area_fit import worst_area_error
+from fingerdesign.mesh.asked import AskedSizes, parts_of, size_ratios
+from fingerdesign.mesh.fit import face_distances, volumes_by_region
 from fingerdesign.mesh.imported import import_words
 from fingerdesign.mesh.measures import (
     aspects,
@@ -137,10 +138,10 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
                 "max_aspect": float(aspect[rows].max()),
                 "volume": float(straight[rows].sum()),
             }
-            for name, rows in _parts(mesh, design).items()
+            for name, rows in parts_of(mesh, design).items()
             if rows.any()
         },
-        size_ratio=_size_ratios(mesh, design, asked) if asked is not None else {},
+        size_ratio=size_ratios(mesh, design, asked) if asked is not None else {},
         dihedral_histogram={
             "edges_deg": ANGLE_EDGES.tolist(),
             "counts": np.histogram(angles, ANGLE_EDGES)[0].astype(float).tolist(),
@@ -153,51 +154,6 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
 
 def _percentiles(values: Array, which: tuple[int, ...]) -> dict[str, float]:
     return {str(p): float(np.percentile(values, p)) for p in which}
-
-
-def _parts(mesh: Mesh, design: Design) -> dict[str, NDArray[np.bool_]]:
-    core = mesh.regions == design.core_region
-    return {
-        "elastomer": mesh.regions == 0,
-        "plates": (mesh.regions > 0) & ~core,
-        "core": core,
-    }
-
-
-def size_zones(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, NDArray[np.bool_]]:
-    """Which cells (c,) lie at the contact zone, in plates, in the core, elsewhere in the elastomer.
-
-    The contact zone: cells that touch contact facets where the size asked for is nearly the least
-    of all such facets.
-    """
-    parts = _parts(mesh, design)
-    contact = mesh.facets.get("contact", np.zeros((0, 3), dtype=np.int64))
-    at_contact = np.zeros(len(mesh.cells), dtype=bool)
-    if len(contact):
-        nodes = np.unique(contact[:, : mesh.dimension])
-        wanted = asked.at(mesh.points[nodes])
-        fine = nodes[wanted <= 1.2 * wanted.min()]
-        at_contact = np.isin(mesh.corners, fine).any(axis=1) & parts["elastomer"]
-    rest = parts["elastomer"] & ~at_contact
-    return {"contact": at_contact, "plates": parts["plates"], "core": parts["core"], "rest": rest}
-
-
-def _size_ratios(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, dict[str, float]]:
-    ratios = asked.ratios(mesh.points, mesh.corners)
-    edges = edge_lengths(mesh.points, mesh.corners).mean(axis=1)
-    wanted = asked.at(mesh.points[mesh.corners].mean(axis=1))
-    return {
-        zone: {
-            "elements": float(rows.sum()),
-            "asked_mm": float(wanted[rows].mean()),
-            "edge_mm": float(edges[rows].mean()),
-            "p5": float(np.percentile(ratios[rows], 5)),
-            "mean": float(ratios[rows].mean()),
-            "p95": float(np.percentile(ratios[rows], 95)),
-        }
-        for zone, rows in size_zones(mesh, design, asked).items()
-        if rows.any()
-    }
 
 
 def _worst(mesh: Mesh, least: Array) -> list[dict[str, Any]]:

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.asked import AskedSizes
+from fingerdesign.mesh.asked import AskedSizes, parts_of, size_zones
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, placed, view
-from fingerdesign.mesh.quality import QualityReport, size_zones
+from fingerdesign.mesh.quality import QualityReport
+from fingerdesign.mesh.quality_histograms import draw_angles, draw_ratios
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.mesh.worker import run_module
 
@@ -32,9 +33,6 @@ IntArray = NDArray[np.int64]
 SIZE = (1500, 1100)  # pixels of the view in space
 MARKED = 10  # worst elements in the picture
 _SATURATED = 40.0  # degrees: what is better looks the same
-_NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
-_COLOURS = {"contact": "#0b6fb0", "plates": "#d2560a", "core": "#b0569a", "rest": "#0a8f6b"}
-_STYLES = {"contact": "-", "plates": "--", "core": "-.", "rest": ":"}
 
 
 def draw_quality(
@@ -88,12 +86,13 @@ def draw_quality(
 
 def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
     """What to look at closely, in words, and its nodes: plates or their slots, or the core."""
-    core = (mesh.regions == design.core_region) & (design.body.core is not None)
+    parts = parts_of(mesh, design)
     slots = [rows for name, rows in mesh.facets.items() if name.startswith("plate_")]
-    plates = [mesh.cells[(mesh.regions > 0) & ~core].reshape(-1)]
+    plates = [mesh.cells[parts["plates"]].reshape(-1)]
     nodes = np.unique(np.concatenate(plates + [rows.reshape(-1) for rows in slots]))
     if len(nodes):
         return "close to the plates", nodes
+    core = parts["core"]
     return ("close to the core" if core.any() else "at the crest"), np.unique(mesh.cells[core])
 
 
@@ -123,9 +122,9 @@ def main(source: str, target: str) -> None:
         f"least {about['angle']} of an element, degrees; red rings: the {len(data['worst'])} worst"
     )
     figure.colorbar(scale, ax=scene, location="bottom", aspect=40, extend="max", label=label)
-    _draw_angles(figure.add_subplot(grid[0, 1]), data, about)
+    draw_angles(figure.add_subplot(grid[0, 1]), data, about)
     if ratios:
-        _draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
+        draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
     figure.savefig(target)
 
 
@@ -203,49 +202,6 @@ def _pixels(plotter: Any, places: NDArray[Any], shape: tuple[int, ...]) -> NDArr
         x, y, _ = plotter.renderer.GetDisplayPoint()
         found[row] = x, shape[0] - y
     return found
-
-
-def _draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any]) -> None:
-    edges, counts, least = data["edges"], data["counts"], data["least"]
-    width = np.diff(edges)
-    share = 100.0 * counts / max(counts.sum(), 1.0)
-    axes.bar(edges[:-1], share, width, align="edge", color="#cfd8e3", edgecolor="#33475b", lw=0.5)
-    own = np.histogram(least, edges)[0]
-    axes.stairs(100.0 * own / len(least), edges, color="#0b6fb0", lw=1.6)
-    axes.axvline(float(least.min()), color="#e0102a", lw=1.2)
-    axes.set_xlim(0.0, 180.0)
-    axes.set_xticks(np.arange(0, 181, 30))
-    axes.set_xlabel("degrees")
-    axes.set_ylabel("per cent")
-    axes.set_title(
-        f"{about['angle']}s: all (grey), the least of each element (blue)\n"
-        f"least of all {least.min():.1f} deg (red), {about['inverted']} inverted",
-        loc="left",
-        fontsize=9.5,
-    )
-
-
-def _draw_ratios(axes: Any, ratios: dict[str, NDArray[Any]]) -> None:
-    edges = np.geomspace(0.25, 4.0, 49)
-    for zone, values in ratios.items():
-        counts = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
-        axes.stairs(
-            100.0 * counts / len(values),
-            edges,
-            color=_COLOURS[zone],
-            linestyle=_STYLES[zone],
-            lw=1.5,
-            label=f"{_NAMES.get(zone, 'in the ' + zone)} (mean {values.mean():.2f})",
-        )
-    axes.axvline(1.0, color="#6c6f73", lw=0.8)
-    axes.set_xscale("log")
-    axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
-    axes.minorticks_off()
-    axes.set_xlabel("mean edge over the size asked for there")
-    axes.set_ylabel("per cent of the zone's elements")
-    axes.set_ylim(0.0, 1.4 * axes.get_ylim()[1])
-    axes.legend(fontsize=8.5, frameon=False, loc="upper left")
-    axes.set_title("sizes against those asked", loc="left", fontsize=9.5)
 
 
 if __name__ == "__main__":
