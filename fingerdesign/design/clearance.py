@@ -85,13 +85,8 @@ def _dense(frame: PlateFrame) -> Array:
 
 
 def _step_clearances(body: Body, points: Array) -> Array:
-    """Depths below a STEP body's contact faces, continued beyond their border; NaN: nowhere."""
-    from fingerdesign.design.cad_faces import nearest
-    from fingerdesign.design.step_facts import step_facts
-
-    assert body.step is not None
-    contact = step_facts(body.step).contact
-    return _known(points, lambda known: -nearest(contact, known)[1])
+    """Depths below a STEP body's contact faces; negative above them; NaN: nowhere."""
+    return _to_faces(body, ("contact",), points)
 
 
 def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
@@ -100,11 +95,6 @@ def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
     Of a plate that ends with the body, the last ``LEAST_CLEARANCE_MM`` of its span are left out: it
     may end in a flat end face there.
     """
-    from fingerdesign.design.cad_faces import nearest
-    from fingerdesign.design.step_facts import step_facts
-
-    assert body.step is not None
-    walls = tuple(face for face in step_facts(body.step).faces if face.name in ("side", "end"))
     groups = []
     for frame in frames:
         half = 0.5 * (body.depth_mm if frame.along == "x" else body.width_mm)
@@ -112,10 +102,29 @@ def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
         low += LEAST_CLEARANCE_MM if abs(low + half) < 1e-6 else 0.0
         high -= LEAST_CLEARANCE_MM if abs(high - half) < 1e-6 else 0.0
         groups.append(_dense(replace(frame, low=low, high=high)))
-    if not groups or not walls:
+    if not groups:
         return np.full(len(frames), np.inf)
-    away = _known(np.vstack(groups), lambda known: -nearest(walls, known)[1])
+    away = _to_faces(body, ("side", "end"), np.vstack(groups))
     return least_of_each(frames, groups, away)
+
+
+def _to_faces(body: Body, names: tuple[str, ...], points: Array) -> Array:
+    """Distances (n,) to a STEP body's faces of these names as they end; negative beyond them."""
+    from fingerdesign.design.cad_faces import nearest
+    from fingerdesign.design.step_facts import step_facts
+
+    assert body.step is not None
+    faces = step_facts(body.step).faces
+    asked = tuple(face for face in faces if face.name in names)
+
+    among = np.array([face.name in names for face in faces])
+
+    def ask(known: Array) -> Array:
+        owner, signed, _, _ = nearest(faces, known)  # the nearest face of all tells the side
+        away = nearest(asked, known)[3] if asked else np.full(len(known), np.inf)
+        return np.where((signed > 1e-6) & among[owner], -away, away)
+
+    return _known(points, ask)
 
 
 def _known(points: Array, ask: Callable[[Array], Array]) -> Array:
