@@ -177,8 +177,8 @@ def any_finger(folder: Path, quick: bool, count: int | None, quiet: bool, as_jso
 def hexahedra(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
     """Tetrahedra or hexahedra for extruded fingers: errors against arithmetic.
 
-    One finger under a given traction, quadratic cells of both kinds, with pressures of their own
-    and without.
+    One finger pressed and sheared, quadratic cells of both kinds, with pressures of their own and
+    without.
     """
     from fingerdesign.bench.hexahedra import measure_hexahedra, write_hexahedra
 
@@ -189,7 +189,7 @@ def hexahedra(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
     if as_json:
         print_json([asdict(point) for point in found.points])
     elif not quiet:
-        headings = ["cells", "equations", "Gflop", "s", "approach", "shear", "gages"]
+        headings = ["cells", "equations", "Gflop", "s", "forces", "stick", "gages"]
         rows = [
             [
                 point.line,

@@ -11,11 +11,7 @@ from fingerdesign.report.style import GRID, PAPER, SERIES, canvas, house_style
 if TYPE_CHECKING:
     from fingerdesign.bench.hexahedra import Hexahedra
 
-_WHAT = (
-    (0, "approach under the pressure"),
-    (1, "motion under the shear"),
-    (2, "largest gage strain"),
-)
+_WHAT = ((0, "forces, of the normal force"), (1, "stick ratio"), (2, "gages, of the largest"))
 _ACROSS = (("gigaflop", "factorisation and condensation (Gflop)"), ("dofs", "equations"))
 
 
@@ -44,10 +40,10 @@ def draw_hexahedra(found: Hexahedra, path: Path) -> None:
                 axes.set_xscale("log")
                 axes.set_yscale("log")
                 axes.axhspan(axes.get_ylim()[0], max(band[which], 1e-6), color=GRID, zorder=0)
-                axes.set(xlabel=words, ylabel="relative error", title=title)
+                axes.set(xlabel=words, ylabel="worst error over the increments", title=title)
         panels[0, 0].legend(loc="best", fontsize=8)
         text = (
-            "Half of an extruded finger with three plates, nu = 0.49, under a given traction. Each "
+            "Half of an extruded finger with three plates, nu = 0.49, pressed and sheared. Each "
             "line is measured against the finest mixed mesh of the other\nkind of cell; in the "
             "grey these two references differ, and nothing can be read.\n" + caption(found.machine)
         )

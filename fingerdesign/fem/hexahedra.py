@@ -18,7 +18,9 @@ from numpy.typing import NDArray
 from fingerdesign.fem.assembly import isotropic, lame_parameters, sum_blocks
 from fingerdesign.fem.mixed import Pressures
 from fingerdesign.fem.system import System, held_system, with_pressures
+from fingerdesign.fem.trace import ContactTrace
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.reduced import SurfaceQuadrature
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -190,15 +192,16 @@ def _pressures(mesh: HexMesh, chosen: BoolArray, first: Array) -> Pressures:
     return Pressures(nodes, sp.coo_matrix(entries, shape=shape).tocsr(), compliance.tocsr())
 
 
-def hex_trace(mesh: HexMesh, faces: IntArray) -> tuple[IntArray, Array, sp.csr_matrix]:
-    """Corner nodes (m,) of contact faces, their areas, and the trace (3 m, n 3) with bilinear hats.
+def hex_trace(points: Array, faces: IntArray) -> ContactTrace:
+    """The trace of contact faces (f, 9) with bilinear hats at their corners.
 
-    As :func:`fingerdesign.fem.trace.contact_trace` has it of triangles.
+    As :func:`fingerdesign.fem.trace.contact_trace` has it of triangles; each face is told as two
+    triangles, of half its area, to what measures areas.
     """
     places, weights = gauss(2, 4)
     value, slope = shapes(places, 2)
     hats = shapes(places, 2, degree=1)[0]
-    tangents = np.einsum("fna,nbq->fqab", mesh.points[faces], slope, optimize=True)
+    tangents = np.einsum("fna,nbq->fqab", points[faces], slope, optimize=True)
     measure = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=2) * weights
     corners = faces[:, [0, 2, 6, 8]]
     nodes, local = np.unique(corners, return_inverse=True)
@@ -209,5 +212,20 @@ def hex_trace(mesh: HexMesh, faces: IntArray) -> tuple[IntArray, Array, sp.csr_m
     blocks /= areas[local][:, :, None]
     row = np.broadcast_to(local[:, :, None], blocks.shape).ravel()
     column = np.broadcast_to(faces[:, None, :], blocks.shape).ravel()
-    scalar = sp.coo_matrix((blocks.ravel(), (row, column)), shape=(len(nodes), len(mesh.points)))
-    return nodes, areas, sp.kron(scalar, sp.identity(3), format="csr")
+    scalar = sp.coo_matrix((blocks.ravel(), (row, column)), shape=(len(nodes), len(points)))
+    entry = (hats[None] * measure[:, None, :]) / areas[local][:, :, None]
+    number = np.arange(measure.size).reshape(len(faces), 1, -1)
+    surface = SurfaceQuadrature(
+        points=np.einsum("nq,fna->fqa", value, points[faces]).reshape(-1, 3),
+        node=np.broadcast_to(local[:, :, None], entry.shape).ravel(),
+        point=np.broadcast_to(number, entry.shape).ravel(),
+        weight=entry.ravel(),
+    )
+    return ContactTrace(
+        nodes=nodes,
+        facets=np.vstack([local[:, [0, 1, 2]], local[:, [1, 3, 2]]]),
+        facet_areas=np.tile(0.5 * measure.sum(axis=1), 2),
+        areas=areas,
+        operator=sp.kron(scalar, sp.identity(3), format="csr"),
+        surface=surface,
+    )

@@ -56,8 +56,9 @@ def quality_figure(mesh: Mesh) -> ReportFigure:
     panels = np.atleast_1d(figure.subplots(1, len(parts), sharex=True))
     for axes, (name, own, colour, hatch) in zip(panels, parts, strict=True):
         axes.hist(angles[own], bins=bins, color=colour, hatch=hatch, edgecolor=PAPER, lw=0.3)
-        axes.set(xlabel=f"{what} of a cell (degrees)", title=f"{name}: {own.sum():,} cells")
+        axes.set_title(f"{name}: {own.sum():,} cells")
         axes.axvline(angles[own].min(), color=INK, ls=":", lw=1.2)
+    figure.supxlabel(f"{what} of a cell (degrees)", fontsize="medium")
     panels[0].set_ylabel("cells")
     worst = "; ".join(f"{name} {angles[own].min():.1f} degrees" for name, own, *_ in parts)
     alternative = f"Worst {what}: {worst}. Median over all cells {np.median(angles):.1f} degrees."

@@ -98,12 +98,15 @@ def test_the_cells_fill_the_body(arched):
 
 def test_traces_take_constants_as_they_are(arched):
     _, mesh = arched
-    nodes, areas, trace = hex_trace(mesh, mesh.contact)
-    moved = trace @ np.tile([0.1, -0.2, 0.3], len(mesh.points))
+    trace = hex_trace(mesh.points, mesh.contact)
+    moved = trace.operator @ np.tile([0.1, -0.2, 0.3], len(mesh.points))
     assert np.allclose(moved.reshape(-1, 3), [0.1, -0.2, 0.3])
     arc = 2.0 * 6.0 * np.arcsin(0.5)
-    assert areas.sum() == pytest.approx(arc * 2.0, rel=1e-4)
-    assert len(areas) == len(nodes)
+    assert trace.areas.sum() == pytest.approx(arc * 2.0, rel=1e-4)
+    assert trace.facet_areas.sum() == pytest.approx(trace.areas.sum())
+    assert len(trace.areas) == len(trace.nodes)
+    own = (trace.operator @ mesh.points.reshape(-1)).reshape(-1, 3)
+    assert np.allclose(trace.surface.mean(trace.surface.points, len(own)), own)
 
 
 def test_pressures_change_little_where_nothing_locks(arched):
@@ -111,12 +114,12 @@ def test_pressures_change_little_where_nothing_locks(arched):
     _, mesh = arched
     fixed = (mesh.points[:, 1] < 1e-9).repeat(3)
     young, poisson = materials(mesh)
-    _, areas, trace = hex_trace(mesh, mesh.contact)
-    force = (areas[:, None] * [0.0, -1.0, 0.0]).reshape(-1)
+    trace = hex_trace(mesh.points, mesh.contact)
+    force = (trace.areas[:, None] * [0.0, -1.0, 0.0]).reshape(-1)
     found = []
     for pressures in (None, mesh.regions == 0):
         system = hex_system(mesh, young, np.full_like(poisson, 0.3), fixed, pressures)
-        q = spsolve(full(system).tocsc(), system.lift.T @ (trace.T @ force))
-        found.append(float(force @ (trace @ (system.lift @ q))))
+        q = spsolve(full(system).tocsc(), system.lift.T @ (trace.operator.T @ force))
+        found.append(float(force @ (trace.operator @ (system.lift @ q))))
         assert (system.pressures > 0) == (pressures is not None)
     assert found[1] == pytest.approx(found[0], rel=0.02)
