@@ -24,6 +24,9 @@ SAMPLES = 4000  # of a face, from which Newton starts
 BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border
 POLE_MM = 1e-5  # a border smaller than this is a point: CAD files are good to 1e-7 mm
 _PASSES = 300  # six from a near start; more near a centre of curvature
+_FALLS = 40  # along vertical lines; a pole is neared tenfold each time
+_PATIENCE = 4  # passes that bring a line no nearer
+_STARTS = 3
 _STALL = 30  # passes after which a distance that changes no more will do
 
 
@@ -179,32 +182,69 @@ class Nurbs:
         return self.normal_at(self.foot(points)[0])
 
     def heights(self, x: Array, z: Array) -> Array:
-        """Heights (k, n) at which vertical lines meet the surface, from the nearest samples."""
-        _, where = self._samples
+        """Heights (k, n) at which vertical lines meet the surface, by Newton's method from the
+        nearest samples, and from others near that lie at another height (an overhang)."""
+        where, tree, flat = self._seen_from_above
+        targets = np.column_stack([x, z])
+        apart, nearest = tree.query(targets, k=min(_STARTS, len(flat)))
+        spacing = 3.0 * self._spacing
+        found = np.full(nearest.shape, np.nan).T
+        for k in range(len(found)):
+            rows = apart[:, k] < spacing
+            if k:  # the first start's answer will do, unless this one lies on another sheet
+                same = np.abs(flat[nearest[:, k], 1] - found[0]) < spacing
+                rows &= ~same
+            rows = np.flatnonzero(rows)
+            found[k, rows] = self._height_from(where[nearest[rows, k]], targets[rows])
+        return found
+
+    def _height_from(self, uv: Array, targets: Array) -> Array:
+        """Heights (n,) over (x, z) targets (n, 2) from starts uv (n, 2); NaN where none is met."""
+        found = np.full(len(uv), np.nan)
+        alive, uv = np.arange(len(uv)), uv.copy()
+        before, idle = np.full(len(uv), np.inf), np.zeros(len(uv), dtype=int)
+        for _ in range(_FALLS):
+            if not len(alive):
+                break
+            s, su, sv, *_ = self.derivatives(*uv[alive].T)
+            miss = targets[alive] - s[:, [0, 2]]
+            away = np.linalg.norm(miss, axis=1)
+            hit = away < 1e-13 * (1.0 + np.abs(targets[alive]).max(axis=1))
+            idle[alive] = np.where(away > 0.9 * before[alive], idle[alive] + 1, 0)
+            before[alive] = away
+            found[alive[hit]] = s[hit, 1]
+            det = su[:, 0] * sv[:, 2] - su[:, 2] * sv[:, 0]
+            det = np.where(np.abs(det) < 1e-12, np.copysign(1e-12, det), det)
+            du = (miss[:, 0] * sv[:, 2] - miss[:, 1] * sv[:, 0]) / det
+            dv = (su[:, 0] * miss[:, 1] - su[:, 2] * miss[:, 0]) / det
+            step = self._bounded(uv[alive], np.column_stack([du, dv]))
+            new = self._kept(uv[alive], step)
+            # A line that is met comes nearer by half at least; one met 1e-13 mm beside may stay.
+            going = ~hit & (idle[alive] < _PATIENCE)
+            going &= (np.abs(step) > 1e-15 * np.ptp(self.bounds)).any(axis=1)
+            ended = ~hit & ~going & (away < 1e-9)
+            found[alive[ended]] = s[ended, 1]
+            uv[alive] = new
+            alive = alive[going]
+        if len(alive):
+            s = self.at(*uv[alive].T)
+            met = np.linalg.norm(s[:, [0, 2]] - targets[alive], axis=1) < 1e-9
+            found[alive[met]] = s[met, 1]
+        return found
+
+    @cached_property
+    def _seen_from_above(self) -> tuple[Array, Any, Array]:
+        """Parameters (n, 2) of samples, a tree of their (x, z), and their points (n, 3)."""
         from scipy.spatial import cKDTree
 
-        targets = np.column_stack([x, z])
-        flat = self.at(*where.T)[:, [0, 2]]
-        _, nearest = cKDTree(flat).query(targets, k=min(3, len(flat)))
-        found = []
-        for starts in np.atleast_2d(nearest.T):
-            uv = where[starts].copy()
-            for _ in range(_PASSES):
-                s, su, sv, *_ = self.derivatives(*uv.T)
-                miss = targets - s[:, [0, 2]]
-                det = su[:, 0] * sv[:, 2] - su[:, 2] * sv[:, 0]
-                det = np.where(np.abs(det) < 1e-12, np.copysign(1e-12, det), det)
-                du = (miss[:, 0] * sv[:, 2] - miss[:, 1] * sv[:, 0]) / det
-                dv = (su[:, 0] * miss[:, 1] - su[:, 2] * miss[:, 0]) / det
-                new = self._kept(uv, self._bounded(uv, np.column_stack([du, dv])))
-                still = np.abs(new - uv).max() < 1e-14 * np.ptp(self.bounds)
-                uv = new
-                if still:
-                    break
-            s = self.at(*uv.T)
-            hit = np.linalg.norm(s[:, [0, 2]] - targets, axis=1) < 1e-9
-            found.append(np.where(hit, s[:, 1], np.nan))
-        return np.stack(found)
+        points = self.sampled()
+        return self._samples[1], cKDTree(points[:, [0, 2]]), points
+
+    @cached_property
+    def _spacing(self) -> float:
+        """Greatest distance of a sample from its eighth neighbour, mm."""
+        tree, where = self._samples
+        return float(tree.query(self.at(*where.T), k=9)[0].max())
 
     @cached_property
     def _limits(self) -> tuple[Array, Array]:

@@ -82,7 +82,9 @@ class StepFacts:
         x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
         known = np.isfinite(x) & np.isfinite(z)
         found = np.full(x.shape, np.nan)
-        found[known] = top_height(self.contact, x[known], z[known])
+        # Grids of points share their lines.
+        lines, back = np.unique(np.column_stack([x[known], z[known]]), axis=0, return_inverse=True)
+        found[known] = top_height(self.contact, *lines.T)[back.reshape(-1)]
         return found
 
     def names(self, points: Array) -> NDArray[np.str_]:
