@@ -25,9 +25,10 @@ microstrain on 3, 6, 10 layers: sheets 18.0, 18.7, 19.0, solid plates 16.3, 17.9
 In tetrahedra, five increments up to complete slip, worst errors of the largest reading (membrane),
 then of one face. A dome's five plates, twenty times as long as thick, spans free: 155k dofs against
 solid plates on 200k: 0.7 and 1.7 %; 71k dofs: 0.6 and 4.9 %. maeno2000, 140k dofs against extruded
-sheets on 211k: 2.1 and 7.1 %; against solid plates cut into a mesh of the same sizes: 1.8 and 7.9 %,
-forces 3e-4. Faces are worse there: the gage ends two thicknesses from the plate's square ends,
-where sections warp; extruded sheets are off by 3.5 and, in complete slip, 6.3 % from solid plates.
+sheets on 211k: 2.1 and 7.1 %; against solid plates cut into a mesh of the same sizes: 1.8 and
+7.9 %, forces 3e-4. Faces are worse there: the gage ends two thicknesses from the plate's square
+ends, where sections warp; extruded sheets are off by 3.5 and, in complete slip, 6.3 % from extruded
+solid plates, and by 1.4 % in the membrane strain.
 
 Tried and left: a sheet at the mid-surface without a slot, its bending by an interior penalty on w
 (Engel et al., CMAME 191 (2002) 3669), was off by 17 to 32 % in membrane strain and 2 % in F_n; the

@@ -78,7 +78,7 @@ def _near(frame: PlateFrame, others: list[PlateFrame], reach: float) -> list[Pla
         return 0.5 * float(np.linalg.norm([one.length, one.thickness, one.span]))
 
     def centre(one: PlateFrame) -> Array:
-        return one.to_space(one.centre, one.middle)[0]
+        return np.asarray(one.to_space(one.centre, one.middle)[0])
 
     return [
         one

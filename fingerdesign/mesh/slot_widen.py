@@ -50,7 +50,7 @@ def widened(
     moved[placed] = goal[placed]
     whole = np.vstack([tets, fill])
     _refuse_turned(moved, whole, max(_MENDABLE, len(fill) // 20))
-    fixed = np.repeat(held.any(axis=1)[:, None], 3, axis=1)  # as by three faces, at a corner
+    fixed = np.repeat(held.any(axis=1, keepdims=True), 3, axis=1)  # as by three faces, at a corner
     moved = improve(moved, whole, fixed, Carriers((), (), {}))
     _refuse_turned(moved, whole, 0)
     return moved

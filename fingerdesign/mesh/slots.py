@@ -2,9 +2,9 @@
 
 fTetWild keeps closed surfaces, so each plate is meshed as one face, its mid-surface, of a box of
 rubber, the *carrier*, thicker than the plate by far. Then the mesh is cut along that face
-(slot_cut.py), the two sides are moved t/2 apart, and what opens beyond the plate's square ends is
-filled with tetrahedra. So the rubber has its true shape, and the plate is the slot, which
-structural elements fill (fem/sheet.py).
+(slot_cut.py, slot_rim.py), the two sides are moved t/2 apart, and what opens beyond the plate's
+square ends is filled with tetrahedra. So the rubber has its true shape, and the plate is the slot,
+which structural elements fill (fem/sheet.py), or prisms for a solid plate (slot_fill.py).
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.slot_carriers import carrier_frames, sized_frames
-from fingerdesign.mesh.slot_cut import Cut, Stars, outer_facets, plan_cut, sheet_facets_of
+from fingerdesign.mesh.slot_cut import Cut, Stars, outer_facets, sheet_facets_of
+from fingerdesign.mesh.slot_rim import plan_cut
 from fingerdesign.mesh.slot_widen import widened
 from fingerdesign.mesh.types import TETRA_FACETS
 
