@@ -133,15 +133,15 @@ def draw_growth(
             axes.set_title(words)
             axes.set_xlabel(against.replace("_", " "))
             axes.legend(loc="best", fontsize=8)
-            _tick(axes.xaxis)
-            _tick(axes.yaxis)
+            tick(axes.xaxis)
+            tick(axes.yaxis)
         foot = [part for line in (_TIMED, *notes) for part in textwrap.wrap(line, 215)]
         text = "\n".join([*foot, caption(machine)])
         bottom.text(0.008, 0.98, text, va="top", fontsize=7.5, linespacing=1.3)
         figure.savefig(path, dpi=110, facecolor=PAPER)
 
 
-def _tick(axis: Axis) -> None:
+def tick(axis: Axis) -> None:
     """Plain numbers at 1, 2 and 5 of each decade, or at 1 alone where there are many."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 

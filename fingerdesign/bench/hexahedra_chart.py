@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.bench.growth import tick
 from fingerdesign.bench.machine import caption
 from fingerdesign.report.style import GRID, PAPER, SERIES, canvas, house_style
 
@@ -40,6 +41,7 @@ def draw_hexahedra(found: Hexahedra, path: Path) -> None:
                 axes.set_xscale("log")
                 axes.set_yscale("log")
                 axes.axhspan(axes.get_ylim()[0], max(band[which], 1e-6), color=GRID, zorder=0)
+                tick(axes.xaxis)
                 axes.set(xlabel=words, ylabel="worst error over the increments", title=title)
         panels[0, 0].legend(loc="best", fontsize=8)
         text = (
