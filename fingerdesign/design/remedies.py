@@ -86,7 +86,7 @@ def least(holds: Callable[[float], bool], low: float, high: float) -> float | No
         return low
     while not holds(high):  # too far may be as wrong as too near
         high = 0.5 * (low + high)
-        if high - low < 1e-3:
+        if not high - low >= 1e-3:  # nor for NaN
             return None
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
