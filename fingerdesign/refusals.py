@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 from fingerdesign.case import FIDELITIES, Case
 from fingerdesign.design.checks import plane_strain_faults, tetwild_faults
 from fingerdesign.design.scene_checks import scene_faults
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.scene_contact import steps_sideways
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
 
 
 def refuse(case: Case, scene: Scene) -> None:
@@ -24,7 +25,7 @@ def refuse(case: Case, scene: Scene) -> None:
     if case.fidelity == "3d":
         faults += _space_faults(case, scene)
     if case.fidelity == "plane-strain":
-        faults += plane_strain_faults(case.design)
+        faults += plane_strain_faults(case.design) or sheet_room_faults(case.design)
         if steps_sideways(scene):
             faults.append(
                 Fault(
@@ -52,4 +53,21 @@ def _space_faults(case: Case, scene: Scene) -> list[Fault]:
                 "set mesh.mesher = 'tetwild'",
             )
         ]
+    return sheet_room_faults(case.design) if mesher == "extrude" else []
+
+
+def sheet_room_faults(design: Design) -> list[Fault]:
+    """Plates too close to each other or to a face to be opened as sheets in a section."""
+    from fingerdesign.mesh.section_plates import section_frames
+    from fingerdesign.mesh.sheets import room_around
+
+    if design.plates.model != "sheet":
+        return []
+    frames = section_frames(design)
+    for frame in frames:
+        try:
+            room_around(frame, frames, design.body)
+        except MeshError as error:
+            bound = f"'solid' where plates lie as close as here ({str(error).partition(';')[0]})"
+            return [Fault("plates.model", "sheet", bound, "set plates.model = 'solid'")]
     return []

@@ -88,3 +88,15 @@ def test_the_edge_of_a_turned_body_is_round():
     turned = design_of(body={"shape": "revolved", "depth_mm": 12.0})
     assert _at_side(turned, points).tolist() == [True, True, False]
     assert _at_side(design_of(), points).tolist() == [True, False, False]
+
+
+def test_sheets_without_room_are_refused_before_meshing():
+    """Two plates end to end, 0.1 mm apart: as sheets in a section each needs more to itself."""
+    plates = {"count": 2, "length_mm": 2.0, "pitch_mm": 2.1, "angle_deg": 0.0, "model": "sheet"}
+    flat = {"shape": "block"}
+    for fidelity in ("plane-strain", "3d"):
+        close = design_of(body=flat, plates=plates, mesh={"mesher": "extrude"})
+        with pytest.raises(DesignError, match=r"plates\.model = sheet.*plate 0 has 0\.05 mm"):
+            refuse(Case(close, SCENE, fidelity), SCENE)
+        apart = design_of(body=flat, plates=plates | {"pitch_mm": 2.5}, mesh={"mesher": "extrude"})
+        refuse(Case(apart, SCENE, fidelity), SCENE)

@@ -111,7 +111,7 @@ def _check_areas(
             "in [mesh.section] smaller"
         )
     parts = [
-        (f"plate {f.index}", f.index + 1, f.length * f.thickness, 5e-3 if f.bend_radius else 1e-6)
+        (f"plate {f.index}", f.index + 1, f.length * f.thickness, 2e-2 if f.bend_radius else 1e-6)
         for f in frames
     ]
     core = design.body.core

@@ -107,6 +107,17 @@ def test_bent_faces_are_bent_and_no_triangle_is_flat():
     assert (2.0 * area / longest**2).min() > 0.05
 
 
+def test_a_strongly_bent_plate_is_whole():
+    """Its chords leave 0.7 % of it out; with its faces bent nothing is missing."""
+    body = {"arc_radius_mm": 6.0, "base_height_mm": 8.0}
+    plates = {"count": 1, "thickness_mm": 0.26, "length_mm": 1.8, "cover_mm": 3.9}
+    design = design_of("bent", body=body, plates=plates)
+    mesh = extrude(design, 2.0)
+    _, weights = physical_gradients(mesh.points, mesh.cells, 4)
+    volume = np.bincount(mesh.regions, weights.sum(axis=1))[1]
+    assert volume == pytest.approx(1.8 * 0.26 * 2.0, rel=1e-5)
+
+
 def test_a_step_body_has_no_section():
     body = {"shape": "step", "step": {"file": "finger.step"}}
     design = Design.model_validate({"design": {"name": "s"}, "body": body, "plates": {"count": 0}})
