@@ -6,6 +6,7 @@ import pytest
 from fingerdesign import analyse, load_design, parse_scene, with_values
 from fingerdesign.design.contact_zone import approach_for, candidate_zone
 from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
 from fingerdesign.design.starter import shipped_path
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.geometry.surface import ContactSurface
@@ -124,6 +125,27 @@ def test_objects_touch_the_crest_and_no_more(design):
     ):
         rigid = object_at_touch(SceneObject(**given), design.body)
         assert -1e-9 < rigid.distance(points).min() < 1e-3
+
+
+def test_a_turned_body_is_touched_where_it_is():
+    """Its square's corners have no surface: a tilted plane meets the round cap, not a corner."""
+    body = Design.model_validate(
+        {
+            "design": {"name": "pin"},
+            "body": {"shape": "revolved", "width_mm": 12.0, "arc_radius_mm": 9.0},
+            "plates": {"count": 0},
+        }
+    ).body
+    rigid = SceneObject(tilt_deg=4.0, turn_deg=45.0)
+    x, z = touch_point(rigid, body)
+    reach = 9.0 * np.sin(np.radians(4.0))  # of a sphere: where its normal is the plane's
+    assert np.hypot(x, z) == pytest.approx(reach, rel=1e-4)
+    surface = ContactSurface.of(body)
+    grid = np.linspace(-6.0, 6.0, 121)
+    across, along = (each.ravel() for each in np.meshgrid(grid, grid))
+    inside = np.hypot(across, along) < 6.0
+    points = np.column_stack([across, surface.height(across, along), along])[inside]
+    assert -1e-9 < object_at_touch(rigid, body).distance(points).min() < 1e-2
 
 
 def test_zones_follow_the_object(design):

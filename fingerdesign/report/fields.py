@@ -19,10 +19,11 @@ _CELL_NAMES = {2: "triangle6", 3: "tetra10"}  # their mid-edge nodes stand in ou
 def write_fields(folder: Path, mesh: Mesh, fields: FieldHistory | None) -> list[Path]:
     """Write fields_NN.vtu (NN: increment, from 1) into an existing folder; returns the files.
 
-    Point data: displacement_mm (three components). Cell data: region (0 elastomer, k + 1 plate k)
-    and strain_xx_microstrain and so on, at the centroid, for xx, yy, zz, xy, xz, yz (engineering
-    shear). Without fields one file, fields_mesh.vtu, holds the mesh and its regions. Quadratic
-    cells; a half model is written as the half z >= 0 that it is (ParaView: Reflect).
+    Point data: displacement_mm (three components). Cell data: region (0 elastomer, k + 1 plate k,
+    a core's after the last plate's) and strain_xx_microstrain and so on, at the centroid, for xx,
+    yy, zz, xy, xz, yz (engineering shear). Without fields one file, fields_mesh.vtu, holds the
+    mesh and its regions. Quadratic cells; a half model is written as the half z >= 0 that it is
+    (ParaView: Reflect).
     """
     if fields is None:
         return [_write(folder / "fields_mesh.vtu", mesh, None)]
