@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _WIDEST = 0.22  # of the plate's length or span: on maeno2000 0.2 mm did better than 0.3
-_WANTED, _LEAST = 1.5, 0.75  # times the plate's thickness: half of it is the slot's
+_WANTED, _LEAST = 1.5, 0.6  # times the plate's thickness: half of it is the slot's
 _ENOUGH = 0.6  # of what is wanted: then the box lies on the upper side
 # What stays between a box and whatever is near: of its thickness, and of the plate's.
-_FREE, _FREE_LEAST = 0.5, 0.7
-_ENDS = 0.7  # of a plate's thickness: the elements at a sheet's ends
+_FREE, _FREE_LEAST = 0.5, 0.2
+_ENDS = 0.6  # of a plate's thickness: the elements at a sheet's ends
 _FLUSH = 1e-6  # mm
 _STEPS = 0.9 ** np.arange(32)
 
@@ -43,7 +43,7 @@ def carrier_frames(frames: tuple[PlateFrame, ...], design: Design) -> tuple[Plat
         least = _LEAST * frame.thickness
         wanted = min(design.mesh.plate_size_mm, _WIDEST * min(frame.length, frame.span))
         most = max(wanted, _WANTED * frame.thickness)
-        near = _near(frame, [*boxes[:k], *boxes[k + 1 :]], 3.0 * most)
+        near = _near(frame, [*boxes[:k], *frames[:k], *frames[k + 1 :]], 3.0 * most)
         upper, lower = (_thickest(frame, side * most, near, design) for side in (1.0, -1.0))
         thickness = lower if abs(lower) > max(abs(upper), _ENOUGH * most) else upper
         if abs(thickness) < least:
