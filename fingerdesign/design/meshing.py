@@ -56,7 +56,7 @@ class MeshOptions(Table):
     time_limit_s: float = Field(
         default=120.0, ge=1, le=36_000, description="for one attempt of the mesher"
     )
-    attempts: int = Field(default=3, ge=1, le=20, description="before the mesher gives up")
+    attempts: int = Field(default=4, ge=1, le=20, description="before the mesher gives up")
     section: SectionMesh = Field(default_factory=SectionMesh)
 
     @model_validator(mode="after")

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.design.checks import tetwild_faults
 from fingerdesign.design.layout import PlateFrame
-from fingerdesign.errors import MeshError
+from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.geometry.solid_process import finger_triangles
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
@@ -78,8 +79,12 @@ def tetrahedralise(
     and, where given, |z| <= zone half depth.
 
     sizes: by default the design's ``[mesh]`` table. Meshes that passed the gate are kept by content
-    and returned again unless ``use_cache`` is False. MeshError when no attempt passes.
+    and returned again unless ``use_cache`` is False. MeshError when no attempt passes,
+    DesignError for what cannot be meshed so.
     """
+    faults = tetwild_faults(design, symmetric)
+    if faults:
+        raise DesignError(faults, design.design.name)
     zone = (zone_half_width_mm, zone_half_depth_mm)
     sizes = sizes or MeshSizes.of(design, *zone)
     key = mesh_key(design, sizes, zone, symmetric)
@@ -94,13 +99,13 @@ def tetrahedralise(
         except MeshError as error:
             complaints.append(f"attempt {number} ({way.name}): {error}")
             continue
-        faults = Gate().faults(assess(mesh, design))
-        if not faults:
+        short = Gate().faults(assess(mesh, design))
+        if not short:
             mesh.notes["attempts"] = number
             if use_cache:
                 keep_mesh(key, mesh)
             return mesh
-        complaints.append(f"attempt {number} ({way.name}): {', '.join(faults)}")
+        complaints.append(f"attempt {number} ({way.name}): {', '.join(short)}")
     raise MeshError(
         f"no tetrahedral mesh of {design.design.name} passed the gate in {len(tries)} attempts; "
         + "; ".join(complaints)
