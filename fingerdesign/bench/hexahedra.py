@@ -298,6 +298,7 @@ def write_hexahedra(found: Hexahedra, folder: Path) -> list[Path]:
         "references_differ_by": found.band(),
         "points": [{**asdict(point), "errors": found.errors(point)} for point in found.points],
     }
+    folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / "hexahedra.json", folder / "hexahedra.png"]
     paths[0].write_text(json.dumps(record, indent=1), encoding="utf-8")
     draw_hexahedra(found, paths[1])

@@ -58,6 +58,6 @@ def test_numbers_and_chart_are_written(measured, tmp_path):
     from fingerdesign.bench.machine import machine
 
     measured.machine = machine()
-    paths = write_hexahedra(measured, tmp_path)
+    paths = write_hexahedra(measured, tmp_path / "new" / "folder")
     assert [path.name for path in paths] == ["hexahedra.json", "hexahedra.png"]
     assert all(path.stat().st_size > 500 for path in paths)
