@@ -12,11 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.clearance import BEND_PIECES
 from fingerdesign.design.layout import Array, PlateFrame
 from fingerdesign.design.schema import Core
 
 IntArray = NDArray[np.int64]
+MOST_PIECES = 16  # of a bent plate
+_STRAY_MM = 1e-3  # by which its pieces may
 _CHUNK = 4000  # pairs judged at a time, nearest first
 
 
@@ -105,8 +106,10 @@ def flat_corners(frames: tuple[PlateFrame, ...]) -> Array:
 def _quads(frame: PlateFrame) -> Array:
     if frame.bend_radius is None:
         return frame.corners()[None]
-    outline = frame.outline(BEND_PIECES)
-    lower, upper = outline[: BEND_PIECES + 1], outline[:BEND_PIECES:-1]
+    enough = np.sqrt(frame.length**2 / (8.0 * max(frame.bend_radius, 1e-3) * _STRAY_MM))
+    pieces = int(np.clip(np.ceil(enough), 1, MOST_PIECES))
+    outline = frame.outline(pieces)
+    lower, upper = outline[: pieces + 1], outline[:pieces:-1]
     return np.stack([lower[:-1], lower[1:], upper[1:], upper[:-1]], axis=1)
 
 

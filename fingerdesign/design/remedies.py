@@ -9,7 +9,7 @@ from fingerdesign.design.plate_rows import with_key
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 
-_HALVINGS = 30  # 10 mm to 1e-8
+_HALVINGS = 18  # 10 mm to 0.04 micrometres
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from fingerdesign.design.sides import row_reach
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5
+_MOST_PAIRS = 120  # of plates of two rows, for which a remedy is sought: about a second
 _SHORTER = "shorten, thin or turn the plates, or lower plates.count"
 
 
@@ -121,6 +122,8 @@ def _between(
         return between is not None and between.distance >= wanted
 
     def changes() -> list[Change]:
+        if len(first.frames) * len(second.frames) > _MOST_PAIRS:
+            return []
         cover = second.table.cover_mm
         lowest = min(frame.y for frame in second.frames)
         deeper = least(lambda c: set_to(design, key, c, clear), cover, cover + max(lowest, wanted))

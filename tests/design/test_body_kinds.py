@@ -249,3 +249,10 @@ def test_rows_are_set_and_changed_by_their_keys():
         with pytest.raises(DesignError) as caught:
             with_values(design, {wrong: 1.0})
         assert caught.value.faults[0].key.startswith("plates")
+
+
+def test_rows_that_leave_the_surface_are_refused_not_searched_for_ever():
+    """A place beyond the surface has no height: no remedy can be sought there."""
+    rows = [{"along": "z", "follow": "bent", "angle_deg": 0.0, "pitch_mm": 9.0, "count": 5}]
+    found = keys(plates={"follow": "turned", "pitch_mm": 9.0, "rows": rows})
+    assert {"plates.pitch_mm", "plates.rows[0].pitch_mm"} <= set(found)
