@@ -15,8 +15,8 @@ from fingerdesign.errors import MeshError
 from fingerdesign.geometry.surface import ContactSurface
 from fingerdesign.mesh.plate_ways import plate_ways
 from fingerdesign.mesh.quality import assess
-from fingerdesign.mesh.tetwild import Gate, envelope_mm, tetrahedralise
 from fingerdesign.mesh.sizing import MeshSizes
+from fingerdesign.mesh.tetwild import Gate, envelope_mm, tetrahedralise
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
 
 COARSE = """
