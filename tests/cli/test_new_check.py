@@ -30,7 +30,9 @@ def test_new_then_check(capsys):
     assert Path("design.schema.json").is_file()
 
 
-@pytest.mark.parametrize("name", ["maeno2000", "homogeneous", "narrow", "wide", "domed", "pin", "boned"])
+@pytest.mark.parametrize(
+    "name", ["maeno2000", "homogeneous", "narrow", "wide", "domed", "pin", "boned"]
+)
 def test_new_from_a_shipped_design(name):
     assert main(["new", "sub/mine.toml", "--from", name, "-q"]) == 0
     assert main(["check", "sub/mine.toml", "--quiet"]) == 0
