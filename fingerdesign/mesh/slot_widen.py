@@ -20,7 +20,8 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 
 _ALIGNED = 1e-9
-_STIFFER = 0.0  # power of the volume in an element's stiffness; 1: all alike
+_STIFFEST = 200.0  # of an element's stiffness times its edges' length squared; an even one has 6
+_FLAT = 1e-18  # of the mesh's extent cubed: the least volume reckoned with
 _CLOSE = 1e-3  # of the load: where nodes come to lie need not be exact
 _MOST = 2000
 _MENDABLE = 20  # tetrahedra turned over that moving single nodes may still mend
@@ -93,10 +94,13 @@ def _harmonic(points: Array, tets: IntArray, wanted: Array, held: BoolArray) -> 
 
     corners = points[tets]
     edges = corners[:, 1:] - corners[:, :1]
-    slopes = np.linalg.inv(edges).transpose(0, 2, 1)
+    volume = np.maximum(np.abs(np.linalg.det(edges)) / 6.0, _FLAT * np.ptp(points) ** 3)
+    slopes = _normals(edges) / (6.0 * volume[:, None, None])
     slopes = np.concatenate([-slopes.sum(axis=1, keepdims=True), slopes], axis=1)
-    volume = np.abs(np.linalg.det(edges)) / 6.0
-    block = np.einsum("tia,tja->tij", slopes, slopes) * (volume**_STIFFER)[:, None, None]
+    block = np.einsum("tia,tja->tij", slopes, slopes)
+    # A flat tetrahedron on a face of a carrier is free to be mended from now on: it must not bind.
+    most = _STIFFEST / (edges**2).sum(axis=2).mean(axis=1)
+    block *= np.minimum(1.0, most / np.einsum("tii->t", block))[:, None, None]
     rows, columns = np.repeat(tets, 4, axis=1).ravel(), np.tile(tets, (1, 4)).ravel()
     size = len(points)
     matrix = coo_matrix((block.ravel(), (rows, columns)), shape=(size, size)).tocsr()
@@ -113,3 +117,9 @@ def _harmonic(points: Array, tets: IntArray, wanted: Array, held: BoolArray) -> 
             raise MeshError("the nodes around the plates could not be moved out of their way")
         shift[free, axis] = found
     return shift
+
+
+def _normals(edges: Array) -> Array:
+    """Volume gradients (t, 3, 3) times six of the last three corners; edges (t, 3, 3) to them."""
+    a, b, c = (edges[:, k] for k in range(3))
+    return np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)

@@ -178,6 +178,18 @@ def test_two_plates_and_another_region() -> None:
     assert kept == pytest.approx(tet_volumes(points, tets)[core].sum(), rel=1e-12)
 
 
+def test_a_flat_tetrahedron_elsewhere_is_mended() -> None:
+    """Snapping to a carrier's outer faces may flatten one; once opened, its nodes are free."""
+    points, tets = grid()
+    regions = carriers(points, tets, (INSIDE,))
+    node = int(np.argmin(np.linalg.norm(points - [0.0, 3.5, 0.0], axis=1)))
+    cell = tets[np.flatnonzero((tets == node).any(axis=1))[0]]
+    points[node] = points[cell[cell != node]].mean(axis=0)
+    assert tet_volumes(points, tets).min() < 1e-12
+    slots = open_slots(points, tets, regions, (INSIDE,))
+    assert least_dihedral(slots.points[slots.tets]).min() > 5.0
+
+
 def test_a_mid_surface_that_is_missing_is_refused() -> None:
     points, tets = grid()
     regions = carriers(points, tets, (INSIDE,))
