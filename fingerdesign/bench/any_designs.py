@@ -47,8 +47,8 @@ RANGES: dict[str, tuple[float, float]] = {
     "plates.rows.cover_mm - cover_mm": (0.8, 3.0),
     "plates.hole_diameter_mm": (0.4, 0.9),
     "plates.hole_pitch_mm": (1.5, 2.5),
-    "mesh.contact_size_mm / width_mm": (0.03, 0.05),
-    "mesh.far_size_mm / width_mm": (0.12, 0.18),
+    "mesh.contact_size_mm / width_mm": (0.05, 0.08),
+    "mesh.far_size_mm / width_mm": (0.15, 0.25),
 }
 MOST_DRAWS = 3000
 _DRAWS_OF_A_STEP_BODY = 150  # of its plates: it takes seconds to make
