@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text("utf-8")
-PAGES = ("README.md", "docs/method.md", "docs/benchmarks.md")
+PAGES = ("README.md", "docs/method.md", "docs/benchmarks.md", "docs/fingers.md")
 
 
 def blocks(kind: str) -> list[str]:
@@ -47,6 +47,24 @@ def test_the_tour_runs(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert float(done.stdout.split()[0]) > 0
+
+
+def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
+    tmp_path, monkeypatch, capsys
+):
+    from fingerdesign import parse_design
+    from fingerdesign.design.layout import plate_frames
+
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    text = (ROOT / "docs/fingers.md").read_text("utf-8")
+    designs = [parse_design(block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
+    assert [design.design.name for design in designs] == ["pad", "rows", "skin"]
+    assert designs[0].body.core is not None
+    assert {frame.along for frame in plate_frames(designs[1])} == {"x", "z"}
+    assert all(frame.holes and frame.bend_radius for frame in plate_frames(designs[2]))
+    (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    exec(compile(block, "fingers.md", "exec"), {"__name__": "fingers"})
+    assert [float(value) for value in capsys.readouterr().out.split()] == pytest.approx([12.0, 9.0])
 
 
 def test_python_of_the_method_page_runs(capsys):
