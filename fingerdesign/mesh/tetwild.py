@@ -102,6 +102,8 @@ def tetrahedralise(
         short = Gate().faults(assess(mesh, design))
         if not short:
             mesh.notes["attempts"] = number
+            if complaints:
+                mesh.notes["failed_attempts"] = "; ".join(complaints)
             if use_cache:
                 keep_mesh(key, mesh)
             return mesh
