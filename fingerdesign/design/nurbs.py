@@ -28,6 +28,7 @@ _FALLS = 40  # along vertical lines; a pole is neared tenfold each time
 _PATIENCE = 4  # passes that bring a line no nearer
 _STARTS = 3
 _STALL = 30  # passes after which a distance that changes no more will do
+_CREEP = 1e-9  # of the size: by so little may a distance fall in the last _STALL passes
 
 
 @dataclass(frozen=True)
@@ -87,16 +88,20 @@ class Nurbs:
 
     def foot(self, points: Array) -> tuple[Array, Array]:
         """Parameters (n, 2) and place (n, 3) of the nearest points; the surface is continued a
-        little (``BEYOND``). Raises GeometryError where Newton's method does not end."""
+        little (``BEYOND``). Raises GeometryError where Newton's method does not end and the
+        distance still falls."""
         tree, where = self._samples
         _, nearest = tree.query(points)
         uv, damping = where[nearest].copy(), np.zeros(len(points))
         least = self._away(points, uv)
+        late = least
         size = float(np.ptp(self.poles.reshape(-1, 3), axis=0).max())
         open_rows = np.arange(len(points))
         for turn in range(_PASSES):
             if not len(open_rows):
                 break
+            if turn == _PASSES - _STALL:
+                late = least.copy()
             here = uv[open_rows]
             step, slope = self._newton(points[open_rows], here, damping[open_rows])
             new = self._kept(here, step)
@@ -111,6 +116,8 @@ class Nurbs:
             uv[open_rows[~worse]], least[open_rows[~worse]] = new[~worse], after[~worse]
             going = worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)
             open_rows = open_rows[going & ~stalled]
+        # Beside a centre of curvature a foot creeps along what is as near everywhere.
+        open_rows = open_rows[late[open_rows] - least[open_rows] > _CREEP * size]
         if len(open_rows):
             raise GeometryError(
                 f"a face of the STEP body has no nearest point found for {len(open_rows)} points, "

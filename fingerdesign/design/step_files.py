@@ -34,7 +34,7 @@ class Resolved:
 def resolved(data: Mapping[str, Any], folder: Path | str | None = None) -> Resolved:
     """Resolve ``[body.step]`` of a design's raw table; ``folder``: the design file's, else here.
 
-    A table that is no sound [body.step] is left as it is: its own faults are told elsewhere.
+    The file is read only where every key of [body.step] is sound.
     """
     out = deepcopy(dict(data))
     body = out.get("body")
@@ -48,11 +48,18 @@ def resolved(data: Mapping[str, Any], folder: Path | str | None = None) -> Resol
     from pydantic import ValidationError
 
     from fingerdesign.design.body_table import StepFile
+    from fingerdesign.design.faults import fault_of
+    from fingerdesign.design.schema import Design
 
     try:
         step = StepFile.model_validate(table)
-    except ValidationError:
-        return Resolved(out)
+    except ValidationError as error:
+        # Judged by a stand-in's value of the faulty key, the file would seem wrong.
+        own = [
+            fault_of({**each, "loc": ("body", "step", *each["loc"])}, Design)
+            for each in error.errors()
+        ]
+        return Resolved(_plain(out), tuple(own), frozenset({"body"}))
     try:
         sizes = step_sizes(step)
     except DesignError as error:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.cad_faces import CadFace, nearest, top_height
+from fingerdesign.design.faults import at_most
 from fingerdesign.design.nurbs import Nurbs
 from fingerdesign.errors import DesignError, Fault
 
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 
 BASE_DEG = 0.01  # a base is flat and clamped: 0.01 degrees of 20 mm are 3 micrometres
 SIZES_MM = (1.0, 500.0)  # of an extent along x or z: those of every body
+FACING_DEG = 60.0  # a base within it of contact_direction looks where the object comes from
 MIRROR_MM = 1e-5  # between the solid and its mirror image
 _TOLD = 8  # faces named in a fault
 
@@ -55,24 +57,36 @@ def picks(
     wanted = _unit(rules["contact_direction"])
     angle = np.degrees(np.arccos(np.clip(normals @ wanted, -1.0, 1.0)))
     close = angle <= rules["contact_angle_deg"] + 1e-9
+    if any(close[k] and angle[k] <= FACING_DEG for k in base):
+        raise refused(
+            "base_direction",
+            list(rules["base_direction"]),
+            "the outward normal of a face that looks away from contact_direction = "
+            f"{list(rules['contact_direction'])}: base and contact pick the same face",
+            "leave it out where the base looks down, as the body lies after body.step.up, or name "
+            "the flat face that is fixed",
+        )
     above = middles[:, 1] > rules["contact_above_mm"]
     contact = [k for k in np.flatnonzero(close & above).tolist() if k not in base]
     if contact:
         return base, contact
     free = [k for k in range(len(faces)) if k not in base]
-    told = _told([faces[k] for k in free], normals[free], middles[free])
-    if any(close[k] for k in free):
+    fit = [k for k in free if close[k]]
+    if fit:
+        highest = at_most(float(middles[fit, 1].max()))
         raise refused(
             "contact_above_mm",
             rules["contact_above_mm"],
-            "below the middle of a face that points along contact_direction",
-            f"lower it; the faces' middles are {told}",
+            "below the middle of a face that looks along contact_direction",
+            f"lower it to less than {highest}: the highest such middle is at y = {highest}",
         )
+    told = _told([faces[k] for k in free], normals[free], middles[free])
     raise refused(
         "contact_direction",
         list(rules["contact_direction"]),
         f"within contact_angle_deg = {rules['contact_angle_deg']:g} of a face's outward normal",
-        f"turn the body with body.step.up, or widen the angle; the faces' middles are {told}",
+        "turn the body with body.step.up, or widen the angle; the faces look, at their middles, "
+        f"along {told}",
     )
 
 

@@ -247,4 +247,18 @@ def test_tables_that_are_no_step_body_are_left_alone():
     for data in ({}, {"body": 3}, {"body": {"shape": "arc"}}, {"body": {"shape": "step"}}):
         assert resolved(data).data == data
     odd = {"body": {"shape": "step", "step": {"file": "x.step", "up": "w"}}}
-    assert not resolved(odd).faults
+    assert [fault.key for fault in resolved(odd).faults] == ["body.step.up"]
+
+
+def test_base_and_contact_look_apart(tmp_path):
+    fault = fault_of(write(block(), tmp_path / "b.step"), base_direction=(0.0, 1.0, 0.0))
+    assert fault.key == "body.step.base_direction"
+    assert "same face" in fault.bound
+
+
+def test_a_faulty_rule_keeps_the_file_unread(tmp_path):
+    write(block(), tmp_path / "body.step")
+    text = TEXT + 'up = "w"\ncontact_above_mm = 50'
+    with pytest.raises(DesignError) as caught:
+        parse_design(text, folder=tmp_path)
+    assert [fault.key for fault in caught.value.faults] == ["body.step.up"]

@@ -281,3 +281,29 @@ def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
     side = inner[above, 1] == 0.0
     np.testing.assert_allclose(away[above][side], top[side], atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(normal, axis=1), 1.0, atol=1e-12)
+
+
+def test_points_beside_a_centre_of_curvature_have_a_distance(tmp_path, monkeypatch):
+    """Within an ellipsoid, where a nearest point hardly differs from its neighbours."""
+    import cadquery as cq
+
+    from fingerdesign.geometry.step_worker import answer
+
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    axes = np.array([9.0, 5.0, 7.0])
+    stretch = cq.Matrix([[*row, 0.0] for row in np.diag(axes)] + [[0.0, 0.0, 0.0, 1.0]])
+    ball = cq.Workplane("XY").sphere(1).val().transformGeometry(stretch)
+    upper = cq.Workplane("XY").box(40, 40, 40).translate((0, 20, 0))
+    shank = cq.Workplane("XZ").ellipse(9, 7).extrude(8)
+    work = cq.Workplane(ball).intersect(upper).union(shank)
+    facts = step_facts(StepFile(file=write(work, tmp_path / "ellipsoid.step")))
+    (cap,) = facts.contact
+    points = np.random.default_rng(0).uniform(facts.low, facts.high, (1500, 3))
+    points = np.vstack([points * [1.0, 1.0, 0.0], [[-3.4222, 6.5084, 0.0]]])
+    _, foot = cap.shape.foot(points)
+    away = np.linalg.norm(points - foot, axis=1)
+    np.testing.assert_allclose(np.sum(((foot - [0, 8, 0]) / axes) ** 2, axis=1), 1.0, atol=1e-6)
+    samples = cap.shape.sampled()
+    nearest_sample = np.array([np.linalg.norm(samples - p, axis=1).min() for p in points])
+    assert (away <= nearest_sample + 1e-9).all()
