@@ -25,7 +25,7 @@ def refuse(case: Case, scene: Scene) -> None:
     if case.fidelity == "3d":
         faults += _space_faults(case, scene)
     if case.fidelity == "plane-strain":
-        faults += plane_strain_faults(case.design) or sheet_room_faults(case.design)
+        faults += _section_faults(case.design)
         if steps_sideways(scene):
             faults.append(
                 Fault(
@@ -37,6 +37,15 @@ def refuse(case: Case, scene: Scene) -> None:
             )
     if faults:
         raise DesignError(faults)
+
+
+def _section_faults(design: Design) -> list[Fault]:
+    """What one section cannot show, and a mesh's file that would not be read."""
+    faults = plane_strain_faults(design) or sheet_room_faults(design)
+    if design.mesh.mesher == "file":
+        bound = "'tetwild' or 'extrude' for --fidelity plane-strain, which reads no mesh.file"
+        faults = [*faults, Fault("mesh.mesher", "file", bound, "take --fidelity 3d")]
+    return faults
 
 
 def _space_faults(case: Case, scene: Scene) -> list[Fault]:

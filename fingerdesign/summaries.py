@@ -41,8 +41,10 @@ def model_summary(
         reasons += _section_reasons(design)
     elif mesh.symmetric:
         reasons.append("half of the finger: body, plates, object and path mirror in z = 0")
+    elif design.body.step is not None and not design.body.step.mirrors_in_z:
+        reasons.append("the whole finger: body.step.mirrors_in_z is false")
     elif not design.mirrors_in_z:
-        reasons.append("the whole finger: body or plates do not mirror in z = 0")
+        reasons.append("the whole finger: the plates do not mirror in z = 0")
     elif not case.path_scene.mirrors_in_z:
         reasons.append("the whole finger: object or path does not mirror in z = 0")
     else:

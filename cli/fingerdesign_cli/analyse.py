@@ -31,7 +31,8 @@ _FILE = click.Path(path_type=Path)
     type=click.Choice(["plane-strain", "3d"]),
     default="3d",
     show_default=True,
-    help="3d meshes the half finger with pytetwild unless the design says mesh.mesher.",
+    help="3d meshes half of the finger where design and scene mirror in z = 0, else all of it; "
+    "with pytetwild unless the design says mesh.mesher.",
 )
 @output_options
 def command(

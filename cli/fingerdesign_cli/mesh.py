@@ -87,9 +87,10 @@ def command(
     """
     from fingerdesign.mesh.asked import asked_sizes
     from fingerdesign.mesh.quality import assess
-    from fingerdesign.pipeline import make_mesh
+    from fingerdesign.pipeline import Case, fundamental_scene, make_mesh, refuse
 
     finger, scene = read_case(design, scene_file)
+    refuse(Case(finger, scene, fidelity), scene or fundamental_scene())
     with progress(finger.design.name, quiet) as tell:
         tell(f"meshing ({fidelity})")
         symmetric = finger.mirrors_in_z and (scene is None or scene.mirrors_in_z)

@@ -94,6 +94,29 @@ def test_wrong_options_are_bad_input_before_any_meshing(
     assert not (design.parent / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('plates.along = "z"\nplates.cover_mm = 4.0', "plates.along = z: must be 'x'"),
+        ('mesh.mesher = "file"\nmesh.file = "along.toml"', "which reads no mesh.file"),
+    ],
+)
+def test_a_section_that_analyse_refuses_is_not_meshed(
+    text: str,
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("fingerdesign.pipeline.make_mesh", refuse)
+    path, out = tmp_path / "along.toml", tmp_path / "out"
+    path.write_text(f'design.name = "along"\nplates.count = 1\n{text}\n')
+    options = ["--out", str(out), "--fidelity", "plane-strain"]
+    assert main(["mesh", str(path), *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not out.exists()
+
+
 def test_a_mesh_made_elsewhere_is_read_beside_its_design(
     design: Path,
     tmp_path: Path,
