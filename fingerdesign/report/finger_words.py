@@ -83,18 +83,12 @@ def _core(keys: Mapping[str, Any]) -> str:
 
 
 def _plates(keys: Mapping[str, Any]) -> str:
-    plates = {
-        key.removeprefix("plates."): value
-        for key, value in keys.items()
-        if key.startswith("plates.")
-    }
+    plates = _plate_keys(keys)
     placement = plates.get("placement")
     if placement is not None:
         told = [f"{count_text(len(placement), 'plate')} placed one by one"]
     else:
-        rows = [{}, *(plates.get("rows") or [])]
-        tables = [plates | {k: v for k, v in row.items() if v is not None} for row in rows]
-        told = [_row(table) for table in tables if table.get("count")]
+        told = [_row(table) for table in _rows(plates)]
     if not told:
         return "It has no plates."
     words = f"Inside lie {'; '.join(told)}." if len(told) > 1 else f"Inside: {told[0]}."
@@ -107,6 +101,39 @@ def _plates(keys: Mapping[str, Any]) -> str:
     if model == "none":
         words += " The model leaves them out."
     return words
+
+
+def read_plates_text(keys: Mapping[str, Any]) -> str:
+    """Which plates slip study and grips read, a sentence after a space; empty where all are.
+
+    >>> read_plates_text({"plates.count": 5, "plates.rows": [{"count": 3, "along": "z"}]})
+    ' Of 8 plates the 5 in the row along x are read.'
+    """
+    plates = _plate_keys(keys)
+    if plates.get("placement") is not None:
+        return ""
+    rows = _rows(plates)
+    most = max((int(row["count"]) for row in rows if row.get("along", "x") == "x"), default=0)
+    number = sum(int(row["count"]) for row in rows)
+    several = sum(row.get("along", "x") == "x" for row in rows) > 1
+    which = "one row" if several else "the row"
+    return f" Of {number} plates the {most} in {which} along x are read." if most < number else ""
+
+
+def _plate_keys(keys: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of ``[plates]`` without its name."""
+    return {
+        key.removeprefix("plates."): value
+        for key, value in keys.items()
+        if key.startswith("plates.")
+    }
+
+
+def _rows(plates: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Every row of plates with the keys that it takes from ``[plates]``; those of no plate not."""
+    rows = [{}, *(plates.get("rows") or [])]
+    tables = [{**plates, **{k: v for k, v in row.items() if v is not None}} for row in rows]
+    return [table for table in tables if table.get("count")]
 
 
 def _row(row: Mapping[str, Any]) -> str:

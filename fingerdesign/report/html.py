@@ -72,7 +72,7 @@ def _render(
     result = analysis.result
     return environment.get_template("report.html.j2").render(
         result=result,
-        findings=findings(result),
+        findings=findings(result, analysis.grip_traces),
         figures=figures,
         sections=SECTIONS,
         pictures=pictures,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -137,15 +137,26 @@ def work_table(result: Result) -> Table:
 
 
 def design_table(result: Result) -> Table:
-    """Every key of the design; those that the source did not give are marked."""
+    """Every key of the design that does something; those that the source did not give marked."""
     assumed = set(result.assumed)
+    idle = _idle_keys(result.parameters)
     rows = tuple(
-        (key, value_text(value), "assumed" if key in assumed else "given or default")
+        (key, value_text(value), "assumed" if key in assumed else "")
         for key, value in result.parameters.items()
-        if value is not None and not key.startswith(SCENE)
+        if value is not None and key not in idle and not key.startswith(SCENE)
     )
     texts = frozenset({0, 1, 2})
-    return Table("design", "The design, key by key", ("key", "value", "where from"), rows, texts)
+    return Table("design", "The design, key by key", ("key", "value", "remark"), rows, texts)
+
+
+def _idle_keys(keys: Mapping[str, Any]) -> set[str]:
+    """Keys of the body that have a default but do nothing for its shape."""
+    idle = set()
+    if keys.get("body.shape") in ("block", "step"):
+        idle.add("body.arc_radius_mm")
+    if keys.get("body.edge_radius_mm") is None:
+        idle.add("body.edge")
+    return idle
 
 
 def scene_table(result: Result) -> Table:
@@ -228,6 +239,10 @@ def value_text(value: Any) -> str:
         return f"{value:g}"
     if value is None:
         return "not set"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} = {value_text(v)}" for k, v in value.items() if v is not None)
+    if isinstance(value, list | tuple) and value and isinstance(value[0], Mapping):
+        return "; ".join(value_text(table) for table in value)
     if isinstance(value, list | tuple):
         return "[" + ", ".join(value_text(item) for item in value) + "]"
     return str(value)

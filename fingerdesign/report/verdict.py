@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from fingerdesign.report.finger_words import read_plates_text
 from fingerdesign.report.motion import leaves_section
 from fingerdesign.report.numbers import under_load
+from fingerdesign.result_arrays import GripTrace
 from fingerdesign.results import GripResult, Result
 
 GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
 UNDEFINED = "too little force or the area never changes"
+NOT_JUDGED = (
+    "Not judged: plates are left out (plates.model = none), so the readings that slip study and "
+    "rule rest on are not a gage's."
+)
 HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
 
 
@@ -23,15 +30,21 @@ class Finding:
     detail: str
 
 
-def findings(result: Result) -> list[Finding]:
-    """The report's verdict. What was not computed is answered "open", not left out."""
+def findings(result: Result, traces: Sequence[GripTrace] = ()) -> list[Finding]:
+    """The report's verdict. What was not computed is answered "open", not left out.
+
+    ``traces``: of the grips, where they are at hand: they tell what was lifted without the rule.
+    """
     if result.status == "failed":
         return [
             Finding("no", "Did the analysis succeed?", f"It failed: {result.failure}"),
         ]
     if result.increments and not result.slip_studies and not result.grips:
         return [_touches(result)]
-    return [_follows(result), _lifts(result.grips), *_needed(result.grips)]
+    found = [_follows(result), _lifts(result.grips), *_needed(result.grips, traces)]
+    if result.parameters.get("plates.model") == "none":
+        return [Finding("open", each.question, NOT_JUDGED) for each in found]
+    return found
 
 
 def _touches(result: Result) -> Finding:
@@ -113,7 +126,8 @@ def _follows(result: Result) -> Finding:
     return Finding(
         answer,
         question,
-        f"{words}. Rank correlation of the compensated gage area with the stick area: "
+        f"{words}.{read_plates_text(result.parameters)} Rank correlation of the compensated gage "
+        f"area with the stick area: "
         f"{values}.{why} At least {GOOD_CORRELATION:g} counts as following. The gage area is where "
         f"the response is over {studies[0].threshold_microstrain_per_N:.3g} microstrain/N, half of "
         "this finger's largest response at full stick.",
@@ -146,8 +160,8 @@ def _lifts(grips: tuple[GripResult, ...]) -> Finding:
     return Finding(answer, question, words)
 
 
-def _needed(grips: tuple[GripResult, ...]) -> list[Finding]:
-    """Whether the rule earned its keep: the same path without it."""
+def _needed(grips: tuple[GripResult, ...], traces: Sequence[GripTrace]) -> list[Finding]:
+    """Whether the rule earned its keep: the same grip without it."""
     tried = [grip for grip in grips if grip.slips_without_rule is not None]
     if not tried:
         return []
@@ -168,8 +182,25 @@ def _needed(grips: tuple[GripResult, ...]) -> list[Finding]:
         )
     if harmed:
         words += f" At μ = {_listed(harmed)} the grip slips completely only with the rule."
+    lifting = {
+        (trace.friction_coefficient, trace.object_mass_g)
+        for trace in traces
+        if trace.without_rule is not None and trace.without_rule.lift_step is not None
+    }
+    unlifted = [grip for grip in tried if not grip.lifted and not grip.slips_without_rule]
+    stopped = [
+        grip for grip in unlifted if (grip.friction_coefficient, grip.object_mass_g) in lifting
+    ]
+    unsure = [] if traces else [grip for grip in unlifted if not grip.gross_slip]
+    if stopped:
+        words += f" At μ = {_listed(stopped)} the rule stopped a lift that succeeds without it."
+    if unsure:
+        words += (
+            f" At μ = {_listed(unsure)} the object is not lifted with the rule, though without it "
+            "nothing slips completely."
+        )
     answer: Literal["yes", "no", "partly"] = (
-        "no" if not needed else "partly" if vain or harmed else "yes"
+        "no" if not needed else "partly" if vain or harmed or stopped or unsure else "yes"
     )
     return [Finding(answer, "Was the rule needed?", words)]
 

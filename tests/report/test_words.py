@@ -129,6 +129,56 @@ def test_a_rule_that_does_harm_is_said(plane_strain) -> None:
     assert "At μ = 0.3 the grip slips completely only with the rule." in found.detail
 
 
+def test_nothing_is_judged_where_plates_are_left_out(plane_strain) -> None:
+    keys = plane_strain.result.parameters | {"plates.model": "none"}
+    found = findings(dataclasses.replace(plane_strain.result, parameters=keys))
+    assert {each.answer for each in found} == {"open"}
+    assert all(each.detail.startswith("Not judged: plates are left out") for each in found)
+
+
+def test_a_rule_that_stops_a_lift_is_no_yes(plane_strain) -> None:
+    grips, traces = plane_strain.result.grips, plane_strain.grip_traces
+    stopped = dataclasses.replace(
+        grips[0], lifted=False, slips_without_rule=False, safety_margin=None
+    )
+    result = dataclasses.replace(plane_strain.result, grips=(stopped, *grips[1:]))
+    free = dataclasses.replace(traces[0].without_rule, lift_step=3)
+    lifts = (dataclasses.replace(traces[0], without_rule=free), *traces[1:])
+    found = findings(result, lifts)[2]
+    assert found.answer == "partly"
+    assert "At μ = 0.3 the rule stopped a lift that succeeds without it." in found.detail
+    unlifted = dataclasses.replace(free, lift_step=None)
+    never = (dataclasses.replace(traces[0], without_rule=unlifted), *traces[1:])
+    assert findings(result, never)[2].answer == "yes"
+    untold = findings(result)[2]
+    assert untold.answer == "partly"
+    assert "At μ = 0.3 the object is not lifted with the rule, though" in untold.detail
+
+
+def test_the_verdict_names_the_gages_it_reads(plane_strain) -> None:
+    assert "are read" not in findings(plane_strain.result)[0].detail
+    rows = {"plates.count": 5, "plates.rows": [{"count": 3, "along": "z", "span_mm": None}]}
+    keys = plane_strain.result.parameters | rows
+    result = dataclasses.replace(plane_strain.result, parameters=keys)
+    words = "Of 8 plates the 5 in the row along x are read."
+    assert words in findings(result)[0].detail
+    assert ("plates.rows", "count = 3, along = z", "") in design_table(result).rows
+
+
+def test_keys_that_do_nothing_are_not_listed(plane_strain) -> None:
+    keys = plane_strain.result.parameters | {"body.edge": "round", "body.edge_radius_mm": None}
+
+    def listed(**more):
+        changed = keys | {key.replace("__", "."): value for key, value in more.items()}
+        table = design_table(dataclasses.replace(plane_strain.result, parameters=changed))
+        return {row[0] for row in table.rows}
+
+    assert "body.arc_radius_mm" in listed()
+    assert "body.arc_radius_mm" not in listed(body__shape="step")
+    assert "body.edge" not in listed()
+    assert "body.edge" in listed(body__edge_radius_mm=1.0)
+
+
 def test_noise_is_zero_and_a_column_has_one_format(plane_strain) -> None:
     rows = plane_strain.result.increments
     noisy = (
