@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.measures import edge_lengths
-from fingerdesign.mesh.sizing import MeshSizes, SizeField, distances_to_plate
+from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField, distances_to_plate
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
@@ -23,17 +23,22 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+_END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)
+
+
 @dataclass(frozen=True)
 class AskedSizes:
     """Wanted edge length (mm) by place, and how a cell's own is measured against it.
 
     at       points (n, 2 or 3) -> (n,)
+    reasons  why they differ from the keys of [mesh], a sentence each
     stretch  cells are to be this many times longer along z; infinite: only what they measure in
              the section counts (layers say how long they are along z)
     """
 
     at: Callable[[Array], Array]
     stretch: float = 1.0
+    reasons: tuple[str, ...] = ()
 
     def ratios(self, points: Array, cells: IntArray) -> Array:
         """Mean edge of each cell (its corners) over the wanted one at its centroid, (c,)."""
@@ -53,17 +58,40 @@ def asked_sizes(
 
     ``zone_half_width``, ``zone_half_depth``: the zone's, mm (None: the full depth).
     """
+    frames = plate_frames(design) if design.plates.model != "none" else ()
+    has_plates = bool(frames)
     if mesh.dimension == 2:
-        return AskedSizes(_section_field(design, design.mesh.section, zone_half_width))
+        field = _section_field(design, design.mesh.section, zone_half_width)
+        return AskedSizes(field, reasons=_END_WORDS[:has_plates])
     if mesh.mesher == "extrude":
         from fingerdesign.mesh.extrude import _section_sizes as section_sizes
 
         field = _section_field(design, section_sizes(design), zone_half_width)
-        return AskedSizes(field, np.inf)
+        return AskedSizes(field, np.inf, _END_WORDS[:has_plates])
     sizes = MeshSizes.of(design, zone_half_width, zone_half_depth)
-    frames = plate_frames(design) if design.plates.model != "none" else ()
     field = SizeField(surface_of(design.body), frames, sizes, zone_half_width, zone_half_depth)
-    return AskedSizes(field, sizes.stretch)
+    reasons = (*_contact_words(design, sizes, zone_half_width, zone_half_depth), *_END_WORDS)
+    return AskedSizes(field, sizes.stretch, reasons[: len(reasons) - (not has_plates)])
+
+
+def _contact_words(
+    design: Design, sizes: MeshSizes, half_width: float, half_depth: float | None
+) -> list[str]:
+    """Why the size at the contact is not mesh.contact_size_mm, where it is not."""
+    said, found = design.mesh.contact_size_mm, []
+    if sizes.contact < said:
+        half = min(half_width, half_depth or np.inf)
+        found.append(
+            f"at the contact {sizes.contact:.3g} mm, not mesh.contact_size_mm = {said:g}: "
+            f"{FACETS_ACROSS:g} facets over the half-width of the scene's contact ({half:.3g} mm), "
+            "but no finer than a third of the key"
+        )
+    if sizes.stretch > 1.0:
+        found.append(
+            f"elements are to be {sizes.stretch:g} times longer along z than in the section, so "
+            f"at the contact {sizes.contact / np.sqrt(sizes.stretch):.3g} mm across"
+        )
+    return found
 
 
 def _section_field(design: Design, sizes: SectionMesh, zone: float) -> Callable[[Array], Array]:
@@ -122,7 +150,7 @@ def size_ratios(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, dict
     wanted = asked.at(mesh.points[mesh.corners].mean(axis=1))
     return {
         zone: {
-            "elements": float(rows.sum()),
+            "elements": int(rows.sum()),
             "asked_mm": float(wanted[rows].mean()),
             "edge_mm": float(edges[rows].mean()),
             "p5": float(np.percentile(ratios[rows], 5)),

@@ -53,6 +53,11 @@ class QualityReport:
                               "wanted" (closed form) and "error"
     size_ratio                by zone: mean edge over the size asked for there (5 %, mean, 95 %)
     worst                     the cells of least angle: place, angle, region
+    modelled                  "section", "half z >= 0" or "whole": what of the finger the cells,
+                              and hence the volumes, are
+    size_reasons              why sizes asked for differ from the keys of [mesh]
+    attempts                  of the mesher until this mesh passed; None where it is not told
+    failed_attempts           why those before it failed; empty where there were none
     remarks                   what became of a mesh that was read from a file
     """
 
@@ -75,7 +80,11 @@ class QualityReport:
     surface_distance_mm: dict[str, float]
     volumes: dict[str, dict[str, float]]
     regions: dict[str, dict[str, float]]
+    modelled: str
     size_ratio: dict[str, dict[str, float]] = field(default_factory=dict)
+    size_reasons: list[str] = field(default_factory=list)
+    attempts: int | None = None
+    failed_attempts: str = ""
     dihedral_histogram: dict[str, list[float]] = field(default_factory=dict)
     aspect_percentiles: dict[str, float] = field(default_factory=dict)
     worst: list[dict[str, Any]] = field(default_factory=list)
@@ -130,7 +139,7 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
         volumes=fit.regions,
         regions={
             name: {
-                "elements": float(rows.sum()),
+                "elements": int(rows.sum()),
                 "edge_min_mm": float(edges[rows].min()),
                 "edge_mean_mm": float(edges[rows].mean()),
                 "edge_max_mm": float(edges[rows].max()),
@@ -141,15 +150,25 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
             for name, rows in parts_of(mesh, design).items()
             if rows.any()
         },
+        modelled=_modelled(mesh),
         size_ratio=size_ratios(mesh, design, asked) if asked is not None else {},
+        size_reasons=list(asked.reasons) if asked is not None else [],
+        attempts=int(mesh.notes["attempts"]) if "attempts" in mesh.notes else None,
+        failed_attempts=str(mesh.notes.get("failed_attempts", "")),
         dihedral_histogram={
             "edges_deg": ANGLE_EDGES.tolist(),
-            "counts": np.histogram(angles, ANGLE_EDGES)[0].astype(float).tolist(),
+            "counts": np.histogram(angles, ANGLE_EDGES)[0].tolist(),
         },
         aspect_percentiles=_percentiles(aspect, (50, 95, 99)),
         worst=_worst(mesh, least),
         remarks=import_words(mesh),
     )
+
+
+def _modelled(mesh: Mesh) -> str:
+    if mesh.dimension == 2:
+        return "section"
+    return "half z >= 0" if mesh.symmetric else "whole"
 
 
 def _percentiles(values: Array, which: tuple[int, ...]) -> dict[str, float]:

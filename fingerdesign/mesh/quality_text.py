@@ -8,6 +8,13 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.quality import QualityReport
 
 
+MODELLED = {
+    "section": "the section z = 0",
+    "half z >= 0": "the half z >= 0 of the finger, which mirrors in z = 0",
+    "whole": "the whole finger",
+}
+
+
 def quality_text(report: QualityReport) -> str:
     """The report in plain words, one measure a line; lengths in mm, angles in degrees."""
     percentiles = ", ".join(f"{k} % {v:.1f}" for k, v in report.dihedral_percentiles_deg.items())
@@ -16,7 +23,10 @@ def quality_text(report: QualityReport) -> str:
     in_space = report.dimension == 3
     angle, volume = ("dihedral angle", "volume") if in_space else ("angle", "area")
     lines = [
-        f"mesher                   {report.mesher} ({report.dimension}-D, quadratic)",
+        f"mesher                   {report.mesher} ({report.dimension}-D, quadratic"
+        f"{_tries(report)})",
+        *([f"attempts that failed     {report.failed_attempts}"] if report.failed_attempts else []),
+        f"modelled                 {MODELLED[report.modelled]}",
         f"elements, nodes, dofs    {report.elements}, {report.nodes}, {report.dofs}",
         f"{'least ' + angle:<24} {report.min_dihedral_deg:.2f} deg (percentiles {percentiles})",
         f"greatest aspect          {report.max_aspect:.1f} (1 = regular; percentiles {aspect})",
@@ -44,8 +54,10 @@ def quality_text(report: QualityReport) -> str:
             f"  {where + ':':<22} {values['p5']:.2f}, {values['mean']:.2f}, {values['p95']:.2f}; "
             f"asked {values['asked_mm']:.3f} mm on the mean"
         )
+    lines += [f"  {reason}" for reason in report.size_reasons]
     unit = "mm^3" if in_space else "mm^2"
-    lines.append(f"{volume}s by curved cells, {unit}:")
+    of_half = " of the half z >= 0" if report.modelled.startswith("half") else ""
+    lines.append(f"{volume}s by curved cells{of_half}, {unit}:")
     for name, values in _few(report.volumes, "error").items():
         lines.append(
             f"  {name + ':':<22} {values['volume']:.6g} of {values['wanted']:.6g} "
@@ -62,6 +74,11 @@ def quality_text(report: QualityReport) -> str:
         place = ", ".join(f"{value:.3f}" for value in row["place_mm"])
         lines.append(f"  {row['min_dihedral_deg']:>5.1f} deg at ({place}) mm in {row['region']}")
     return "\n".join(lines)
+
+
+def _tries(report: QualityReport) -> str:
+    number = report.attempts
+    return "" if number is None else f", {number} attempt{'s' * (number != 1)}"
 
 
 def _few(rows: dict[str, dict[str, float]], key: str) -> dict[str, dict[str, float]]:

@@ -244,6 +244,35 @@ def test_sizes_are_those_asked_and_coarser_ones_show(dimension: int, cored: Mesh
     assert again["contact"]["mean"] > 1.3 * ratio["contact"]["mean"]
 
 
+def test_the_report_says_what_it_is_of_and_how_it_came(cored: Mesh) -> None:
+    design = parse_design(CORED)
+    report = assess(cored, design, asked_sizes(design, cored, 3.0))
+    assert (report.modelled, report.attempts) == ("half z >= 0", None)
+    assert "volumes by curved cells of the half z >= 0, mm^3" in report.text()
+    assert "attempt" not in report.text()
+    assert all(isinstance(values["elements"], int) for values in report.regions.values())
+    assert all(isinstance(values["elements"], int) for values in report.size_ratio.values())
+    assert all(isinstance(count, int) for count in report.dihedral_histogram["counts"])
+    notes = {"attempts": 2, "failed_attempts": "attempt 1 (whole): fTetWild gave up"}
+    again = assess(replace(cored, symmetric=False, notes=notes), design)
+    assert (again.modelled, again.attempts) == ("whole", 2)
+    assert "quadratic, 2 attempts)" in again.text()
+    assert "fTetWild gave up" in again.text()
+
+
+def test_sizes_that_are_not_those_of_the_keys_are_explained(cored: Mesh) -> None:
+    design = parse_design(CORED)
+    mesh = replace(cored, mesher="tetwild")
+    reasons = asked_sizes(design, mesh, 2.5).reasons
+    assert reasons[0].startswith("at the contact 0.5 mm, not mesh.contact_size_mm = 1: 5 facets")
+    assert "2 times longer along z" in reasons[1]
+    assert "plates' ends" in reasons[2]
+    assert len(asked_sizes(design, mesh, 9.0).reasons) == 2
+    bare = parse_design(CORED.replace("plates.count = 2", "plates.count = 0"))
+    assert not any("plates" in reason for reason in asked_sizes(bare, mesh, 2.5).reasons)
+    assert assess(mesh, design, asked_sizes(design, mesh, 2.5)).text().count(reasons[0]) == 1
+
+
 def test_sheets_are_slots_and_no_plates_are_no_fault() -> None:
     for model in ("sheet", "none"):
         design = parse_design(
