@@ -29,7 +29,7 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
     """Greatest relative error of an outer face's area, by the curved facets; 0 in the section."""
     if mesh.dimension == 2:
         return 0.0
-    wanted = _outer_areas(mesh, design)
+    wanted = outer_areas(mesh, design)
     found = {
         name: float(curved_areas(mesh.points, mesh.facets[name]).sum())
         if name in mesh.facets
@@ -49,7 +49,7 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
     return max(errors)
 
 
-def _outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
+def outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
     """Areas of the outer faces by name, mm^2, less the mouths of sheets' slots."""
     body = design.body
     if body.step is not None:

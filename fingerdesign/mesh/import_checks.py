@@ -12,9 +12,15 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.carriers import in_core
+from fingerdesign.mesh.area_fit import boundaries_of, outer_areas
+from fingerdesign.mesh.carriers import carriers_of, in_core
 from fingerdesign.mesh.fit import face_distances, region_name, volumes_by_region
-from fingerdesign.mesh.measures import cell_volumes, least_jacobian_ratios
+from fingerdesign.mesh.measures import (
+    cell_volumes,
+    curved_areas,
+    edge_lengths,
+    least_jacobian_ratios,
+)
 from fingerdesign.mesh.named import NamedMesh
 from fingerdesign.mesh.types import Mesh
 
@@ -24,6 +30,7 @@ if TYPE_CHECKING:
 IntArray = NDArray[np.int64]
 
 VOLUME_ERROR = 1e-2  # of body, plates, core: chords of a coarse mesh miss less
+AREA_ERROR = 2e-2  # of base and contact
 PLACED = 0.95  # of a part's volume that must lie where the design has that part
 
 
@@ -126,7 +133,7 @@ def check_places(mesh: Mesh, design: Design, path: Path) -> None:
 
 
 def check_faces(mesh: Mesh, design: Design, path: Path) -> None:
-    """MeshError where the base or the contact surface is not the design's, or a cell folds."""
+    """MeshError where base or contact is not the design's, by place and area, or a cell folds."""
     away = face_distances(mesh, design)
     most = VOLUME_ERROR * crest_height(design.body)
     for name in ("base", "contact"):
@@ -135,6 +142,26 @@ def check_faces(mesh: Mesh, design: Design, path: Path) -> None:
                 f"nodes of {name!r} in {path.name} lie up to {away[name]:.3g} mm off the design's "
                 f"(more than {most:.2g} mm)"
             )
+    _check_areas(mesh, design, path)
     folded = int((least_jacobian_ratios(mesh.points, mesh.cells) <= 0.0).sum())
     if folded:
         raise MeshError(f"{folded} quadratic tetrahedra of {path.name} fold over")
+
+
+def _check_areas(mesh: Mesh, design: Design, path: Path) -> None:
+    wanted = outer_areas(mesh, design)
+    faces = carriers_of(design, (), mesh.symmetric, core=False).faces
+    for name in ("base", "contact"):
+        area = float(curved_areas(mesh.points, mesh.facets[name]).sum())
+        allowed = AREA_ERROR * wanted[name]
+        if any(name in (joined := boundaries_of(face)) and len(joined) > 1 for face in faces):
+            # No edge tells where it ends: a row of facets at its border may be the neighbour's.
+            edge = float(edge_lengths(mesh.points, mesh.facets[name][:, :3]).max())
+            allowed += edge * 2.0 * (design.body.width_mm + design.body.depth_mm)
+            allowed = min(allowed, 0.5 * wanted[name])
+        if not abs(area - wanted[name]) <= allowed:
+            raise MeshError(
+                f"{name!r} in {path.name} has {area:.6g} mm^2 where {design.design.name} has "
+                f"{wanted[name]:.6g} mm^2{' (its half)' if mesh.symmetric else ''}: facets of it "
+                "lack that name, or others have it"
+            )

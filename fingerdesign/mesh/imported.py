@@ -27,6 +27,7 @@ from fingerdesign.mesh.import_checks import (
     regions_of,
     used_nodes,
 )
+from fingerdesign.mesh.import_topology import check_joined, check_outside
 from fingerdesign.mesh.io import read_named
 from fingerdesign.mesh.measures import cell_volumes, edge_lengths
 from fingerdesign.mesh.named import NamedMesh, with_mid_nodes
@@ -50,7 +51,7 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     symmetric: whether half a finger will do (design and scene mirror in z = 0); a whole mesh is
     taken as it is. Nodes near to the design's faces are put on them, mid-nodes too (the notes count
     those that were not). DesignError where the file cannot be read; MeshError says in words what is
-    wrong with its names, cells, volumes or places.
+    wrong with its names, cells, joints, volumes, areas or places.
     """
     faults = mesh_file_faults(design.mesh)
     if faults or design.mesh.file is None:
@@ -67,6 +68,7 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     frames = plate_frames(design) if design.plates.model == "solid" else ()
     carriers = carriers_of(design, frames, half)
     corners, places = found.cells[:, :4], found.points
+    check_joined(places, corners, path)
     slots = _slots(found, design, path)
     besides = np.vstack([np.zeros((0, 3), dtype=np.int64), *slots.values()])
     faces = boundary_facets(places, corners, regions, carriers, besides)
@@ -75,6 +77,7 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     if design.body.core is not None:
         mesh = replace(mesh, region_names={design.core_region: "core"})
     check_places(mesh, design, path)
+    check_outside(places, faces, design, path)
     mesh = _fitted(mesh, faces, carriers)
     facets = {name: with_mid_nodes(mesh.cells, rows, name) for name, rows in named.items()}
     facets |= {name: with_mid_nodes(mesh.cells, rows, name) for name, rows in slots.items()}

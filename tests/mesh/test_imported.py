@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -219,6 +220,42 @@ def test_unsound_cells_are_told(made: Mesh, tmp_path: Path) -> None:
     inside = made.facets | {"base": np.vstack([added, made.facets["base"]])}
     with pytest.raises(MeshError, match="mesh's outside"):
         imported_mesh(of_file(write_mesh(replace(made, facets=inside), tmp_path / "inside.msh")))
+
+
+def test_base_and_contact_must_have_the_designs_area(made: Mesh, tmp_path: Path) -> None:
+    for name in ("base", "contact"):
+        part = made.facets | {name: made.facets[name][: -(len(made.facets[name]) // 3)]}
+        path = write_mesh(replace(made, facets=part), tmp_path / "part.msh")
+        with pytest.raises(MeshError, match=rf"'{name}' in part.msh has .* mm.2 where t has"):
+            imported_mesh(of_file(path))
+
+
+def test_torn_and_overlapping_meshes_are_told(made: Mesh, tmp_path: Path) -> None:
+    loose = made.cells.copy()
+    loose[made.regions == 1] += len(made.points)  # the plate has nodes of its own, hardly apart
+    twice = np.vstack([made.points, made.points + np.array([1e-5, 1e-5, 0.0])])
+    torn = replace(made, points=twice, cells=loose)
+    with pytest.raises(MeshError, match="falls into 2 pieces that share no facet"):
+        imported_mesh(of_file(write_mesh(torn, tmp_path / "torn.msh")))
+    again = np.append(made.regions, made.regions[0])
+    double = replace(made, cells=np.vstack([made.cells, made.cells[:1]]), regions=again)
+    with pytest.raises(MeshError, match="facets that more than two tetrahedra share"):
+        imported_mesh(of_file(write_mesh(double, tmp_path / "double.msh")))
+
+
+def test_cells_that_lack_are_told(made: Mesh, tmp_path: Path) -> None:
+    outer = {tuple(sorted(row[:3])) for rows in made.facets.values() for row in rows.tolist()}
+    within = [
+        k
+        for k, cell in enumerate(made.corners.tolist())
+        if not outer & set(combinations(sorted(cell), 3)) and made.regions[k] == 0
+    ]
+    middles = made.points[made.corners[within]].mean(axis=1)
+    away = np.linalg.norm(middles - np.array([4.5, 2.5, 1.5]), axis=1)
+    kept = np.arange(len(made.cells)) != within[int(away.argmin())]
+    holed = replace(made, cells=made.cells[kept], regions=made.regions[kept])
+    with pytest.raises(MeshError, match=r"on the outside of .* off the faces of t .*cells lack"):
+        imported_mesh(of_file(write_mesh(holed, tmp_path / "holed.msh")))
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:
