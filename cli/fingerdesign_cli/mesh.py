@@ -105,7 +105,7 @@ def command(
             from fingerdesign.mesh.quality_picture import draw_quality
 
             tell("drawing")
-            files.append(draw_mesh(mesh, out / "mesh.png"))
+            files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, report, out / "quality.png", asked))
     if as_json:
         print_json({**report.to_dict(), "files": [str(path) for path in files]})

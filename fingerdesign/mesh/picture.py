@@ -1,7 +1,8 @@
 """A picture of a mesh: its outside with edges and, of a whole finger, its inside too (pyvista).
 
-Plates are bronze, a core purple. VTK is native code that can crash where graphics drivers are odd:
-it draws in a process of its own, ``python -m fingerdesign.mesh.picture IN.npz OUT.png``.
+Plates are bronze, a core purple, and a legend says so. VTK is native code that can crash where
+graphics drivers are odd: it draws in a process of its own,
+``python -m fingerdesign.mesh.picture IN.npz OUT.png``.
 """
 
 from __future__ import annotations
@@ -40,19 +41,42 @@ def view(plotter: Any) -> None:
     plotter.view_vector((-0.3, 0.4, 1.0), viewup=(0.0, 1.0, 0.0))
 
 
-def draw_mesh(mesh: Mesh, path: Path | str, time_limit_s: float = TIME_LIMIT_S) -> Path:
+def cut_open(grid: Any) -> Any:
+    """The part z <= 0 of an unstructured grid, cut flat; all of it where none lies in front."""
+    return grid.clip("z", origin=(0.0, 0.0, 0.0)) if grid.bounds[5] > 1e-9 else grid
+
+
+def cropped(image: NDArray[Any]) -> tuple[NDArray[Any], tuple[int, int]]:
+    """Pixels without the white around them, and the column and row of their first corner."""
+    rows, columns = np.nonzero((image < 250).any(axis=2))
+    if not len(rows):
+        return image, (0, 0)
+    top, left = int(rows.min()), int(columns.min())
+    return image[top : rows.max() + 1, left : columns.max() + 1], (left, top)
+
+
+def draw_mesh(
+    mesh: Mesh, path: Path | str, time_limit_s: float = TIME_LIMIT_S, name: str = ""
+) -> Path:
     """Write a PNG of a mesh: a section seen along -z, a half model with its mid-plane in front, a
-    whole one beside itself cut open at z = 0.
+    whole one beside itself cut open at z = 0. ``name``: the design's, for the title.
 
     MeshError where nothing can be rendered (no off-screen graphics on this machine).
     """
     path = Path(path)
-    cores = [number for number, name in mesh.region_names.items() if name == "core"]
+    cores = [number for number, region in mesh.region_names.items() if region == "core"]
     part = np.where(np.isin(mesh.regions, cores), 2, np.minimum(mesh.regions, 1))
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as name:
-        folder = Path(name)
-        whole = mesh.dimension == 3 and not mesh.symmetric
-        np.savez(folder / "in.npz", points=placed(mesh), cells=mesh.corners, part=part, whole=whole)
+    whole = mesh.dimension == 3 and not mesh.symmetric
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as temporary:
+        folder = Path(temporary)
+        np.savez(
+            folder / "in.npz",
+            points=placed(mesh),
+            cells=mesh.corners,
+            part=part,
+            whole=whole,
+            title=picture_title(mesh, name),
+        )
         try:
             run_module(__name__, ["in.npz", "out.png"], folder, time_limit_s)
         except MeshError as error:
@@ -61,36 +85,64 @@ def draw_mesh(mesh: Mesh, path: Path | str, time_limit_s: float = TIME_LIMIT_S) 
     return path
 
 
+def picture_title(mesh: Mesh, name: str = "") -> str:
+    """What is drawn: of which design, how much of it, of how many elements."""
+    shown = "the section z = 0"
+    if mesh.dimension == 3:
+        shown = "the half z >= 0" if mesh.symmetric else "the whole finger, and cut open at z = 0"
+    about = f"{shown}; {len(mesh.cells)} elements ({mesh.mesher})"
+    return f"{name}: {about}" if name else about
+
+
 def main(source: str, target: str) -> None:
     """Draw what ``draw_mesh`` wrote; runs in its process."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    from matplotlib.patches import Patch
+
+    with np.load(source, allow_pickle=False) as file:
+        data = {name: file[name] for name in file.files}
+    whole = bool(data["whole"])
+    figure, places = plt.subplots(
+        1, 1 + whole, figsize=(8.0 + 7.0 * whole, 6.2), dpi=150, squeeze=False, layout="constrained"
+    )
+    for axes, cut in zip(places[0], (False, True), strict=False):
+        axes.imshow(_pixels(data, cut))
+        axes.set_axis_off()
+    parts = zip(("elastomer", "plates", "core"), (SILICONE, BRONZE, CORE), strict=True)
+    patches = [
+        Patch(facecolor=colour, edgecolor=EDGES, label=label)
+        for number, (label, colour) in enumerate(parts)
+        if (data["part"] == number).any()
+    ]
+    figure.suptitle(str(data["title"]), fontweight="bold")
+    figure.legend(handles=patches, loc="outside lower center", ncols=3, frameon=False)
+    figure.savefig(target)
+
+
+def _pixels(data: dict[str, NDArray[Any]], cut: bool) -> NDArray[Any]:
+    """A view of the mesh; ``cut``: of the rubber z <= 0, plates and core standing out of it."""
     import pyvista
 
-    with np.load(source) as data:
-        points, cells, part = data["points"], data["cells"], data["part"]
-        whole = bool(data["whole"])
-    width, height = SIZE
-    plotter = pyvista.Plotter(
-        off_screen=True,
-        window_size=[2 * width, height] if whole else [width, height],
-        shape=(1, 2) if whole else (1, 1),
-        border=False,
-    )
+    points, cells, part = data["points"], data["cells"], data["part"]
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
+    plotter.set_background("white")
     kind = pyvista.CellType.TRIANGLE if cells.shape[1] == 3 else pyvista.CellType.TETRA
-    behind = points[cells][..., 2].mean(axis=1) <= 1e-9
-    for column, shown in enumerate([np.ones(len(cells), dtype=bool), behind][: 1 + whole]):
-        plotter.subplot(0, column)
-        plotter.set_background("white")
-        for number, colour in enumerate((SILICONE, BRONZE, CORE)):
-            rows = (shown | (part > 0)) & (part == number)  # plates and core stand out of the cut
-            if rows.any():
-                grid = pyvista.UnstructuredGrid({kind: cells[rows]}, points)
-                plotter.add_mesh(grid, color=colour, show_edges=True, edge_color=EDGES, ambient=0.3)
-        if cells.shape[1] == 3:
-            plotter.view_xy()
-        else:
-            view(plotter)
-        plotter.camera.zoom(1.15)
-    plotter.screenshot(target)
+    for number, colour in enumerate((SILICONE, BRONZE, CORE)):
+        rows = part == number
+        if rows.any():
+            grid = pyvista.UnstructuredGrid({kind: cells[rows]}, points)
+            shown = cut_open(grid) if cut and number == 0 else grid
+            plotter.add_mesh(shown, color=colour, show_edges=True, edge_color=EDGES, ambient=0.3)
+    if cells.shape[1] == 3:
+        plotter.view_xy()
+    else:
+        view(plotter)
+    image, _ = cropped(np.asarray(plotter.screenshot(return_img=True)))
+    plotter.close()
+    return image
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.asked import AskedSizes, parts_of, size_zones
 from fingerdesign.mesh.measures import cell_angles
-from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, placed, view
+from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, cropped, cut_open, placed, view
 from fingerdesign.mesh.quality import QualityReport
 from fingerdesign.mesh.quality_histograms import draw_angles, draw_ratios
 from fingerdesign.mesh.types import Mesh
@@ -43,8 +43,9 @@ def draw_quality(
     asked: AskedSizes | None = None,
     time_limit_s: float = TIME_LIMIT_S,
 ) -> Path:
-    """Write the PNG: the mesh cut open at z = 0 with its worst elements marked, the histogram of
-    all angles and, with ``asked``, those of the sizes over the sizes asked for, zone by zone.
+    """Write the PNG: the mesh cut open at z = 0, those of its worst elements marked that lie near
+    the cut, the histogram of all angles and, with ``asked``, those of the sizes over the sizes
+    asked for, zone by zone.
 
     MeshError where nothing can be rendered.
     """
@@ -57,7 +58,7 @@ def draw_quality(
         "least": least,
         "inner": mesh.regions > 0,
         "close": placed(mesh)[nodes],
-        "worst": np.array([row["element"] for row in report.worst[:MARKED]], dtype=np.int64),
+        "worst": near_cut(mesh, [row["element"] for row in report.worst[:MARKED]]),
         "counts": np.array(report.dihedral_histogram["counts"]),
         "edges": np.array(report.dihedral_histogram["edges_deg"]),
     }
@@ -68,10 +69,11 @@ def draw_quality(
                 arrays[f"ratio_{zone}"] = ratios[rows]
     about = {
         "title": f"{design.design.name}: {report.elements} elements ({report.mesher}), "
-        f"{report.dofs} dofs",
+        f"{report.dofs} dofs{', cut flat at z = 0' * (report.modelled == 'whole')}",
         "angle": "dihedral angle" if report.dimension == 3 else "angle",
         "inverted": report.inverted_elements,
         "where": where,
+        "worst": min(MARKED, len(report.worst)),
     }
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".quality-") as name:
         folder = Path(name)
@@ -82,6 +84,16 @@ def draw_quality(
             raise MeshError(f"the picture {path} could not be drawn: {error}") from error
         os.replace(folder / "out.png", path)
     return path
+
+
+def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
+    """Those of the cells no farther from z = 0 than they are long; all where the mesh is flat."""
+    chosen = np.array(cells, dtype=np.int64)
+    if mesh.dimension == 2:
+        return chosen
+    corners = mesh.points[mesh.corners[chosen]]
+    long = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    return np.asarray(chosen[np.abs(corners[..., 2]).min(axis=1) <= long])
 
 
 def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
@@ -118,9 +130,11 @@ def main(source: str, target: str) -> None:
         scene.set_axis_off()
         scene.set_title(title, loc="left", fontsize=11, fontweight="bold" if row == 0 else None)
     scale = plt.cm.ScalarMappable(plt.Normalize(0.0, _SATURATED), "viridis")
-    label = (
-        f"least {about['angle']} of an element, degrees; red rings: the {len(data['worst'])} worst"
-    )
+    worst, ringed = about["worst"], len(data["worst"])
+    rings = f"the {worst} worst"
+    if ringed < worst:
+        rings = f"of {rings} the {ringed} near the cut" if ringed else "none near the cut"
+    label = f"least {about['angle']} of an element, degrees; red rings: {rings}"
     figure.colorbar(scale, ax=scene, location="bottom", aspect=40, extend="max", label=label)
     draw_angles(figure.add_subplot(grid[0, 1]), data, about)
     if ratios:
@@ -129,21 +143,20 @@ def main(source: str, target: str) -> None:
 
 
 def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Pixels of a view of all elements behind z = 0 and, in them, where the worst elements are."""
+    """Pixels of a view of what lies behind z = 0 and, in them, where the worst elements are."""
     import pyvista
 
     points, cells, least = data["points"], data["cells"], data["least"]
     flat = cells.shape[1] == 3
     kind = pyvista.CellType.TRIANGLE if flat else pyvista.CellType.TETRA
     centres = points[cells].mean(axis=1)
-    behind = np.ones(len(cells), dtype=bool) if flat else centres[:, 2] <= 1e-9
     height = SIZE[1] * 3 // 4 if close else SIZE[1]
     plotter = pyvista.Plotter(off_screen=True, window_size=[SIZE[0], height])
     plotter.set_background("white")
-    grid = pyvista.UnstructuredGrid({kind: cells[behind]}, points)
-    grid.cell_data["least"] = least[behind]
+    grid = pyvista.UnstructuredGrid({kind: cells}, points)
+    grid.cell_data["least"] = least
     plotter.add_mesh(
-        grid,
+        cut_open(grid),
         scalars="least",
         cmap="viridis",
         clim=(0.0, _SATURATED),
@@ -153,9 +166,9 @@ def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any],
         show_scalar_bar=False,
         ambient=0.45,
     )
-    inner = data["inner"] & behind
+    inner = data["inner"]
     if inner.any():
-        parts = pyvista.UnstructuredGrid({kind: cells[inner]}, points).extract_surface()
+        parts = cut_open(pyvista.UnstructuredGrid({kind: cells[inner]}, points)).extract_surface()
         lines = parts.extract_feature_edges(30.0)
         if lines.n_cells:
             plotter.add_mesh(lines, color="black", line_width=2.0)
@@ -174,10 +187,8 @@ def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any],
     image = np.asarray(plotter.screenshot(return_img=True))
     marks = _pixels(plotter, centres[data["worst"]], image.shape)
     plotter.close()
-    rows, columns = np.nonzero((image < 250).any(axis=2))
-    top, left = rows.min(), columns.min()
-    image = image[top : rows.max() + 1, left : columns.max() + 1]
-    marks = marks - [left, top]
+    image, corner = cropped(image)
+    marks = marks - corner
     inside = (marks > 0).all(axis=1) & (marks < [image.shape[1], image.shape[0]]).all(axis=1)
     return image, marks[inside]
 
