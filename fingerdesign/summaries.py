@@ -41,14 +41,8 @@ def model_summary(
         reasons += _section_reasons(design)
     elif mesh.symmetric:
         reasons.append("half of the finger: body, plates, object and path mirror in z = 0")
-    elif design.body.step is not None and not design.body.step.mirrors_in_z:
-        reasons.append("the whole finger: body.step.mirrors_in_z is false")
-    elif not design.mirrors_in_z:
-        reasons.append("the whole finger: the plates do not mirror in z = 0")
-    elif not case.path_scene.mirrors_in_z:
-        reasons.append("the whole finger: object or path does not mirror in z = 0")
     else:
-        reasons.append("the whole finger: so the mesh in mesh.file is")
+        reasons.append(f"the whole finger: {_why_whole(case)}")
     if model.element == "mixed" and design.mesh.element == "auto":
         nu = design.material_of("body").poissons_ratio
         reasons.append(f"mixed element: at a Poisson's ratio of {nu:g} it is the most accurate")
@@ -67,6 +61,18 @@ def model_summary(
         symmetry=mesh.symmetric,
         reasons=(*reasons, *import_words(mesh), *notes),
     )
+
+
+def _why_whole(case: Case) -> str:
+    """Why no half of the finger could stand for all of it."""
+    design = case.design
+    if design.body.step is not None and not design.body.step.mirrors_in_z:
+        return "body.step.mirrors_in_z is false"
+    if not design.mirrors_in_z:
+        return "the plates do not mirror in z = 0"
+    if not case.path_scene.mirrors_in_z:
+        return "object or path does not mirror in z = 0"
+    return "so the mesh in mesh.file is"
 
 
 def _section_reasons(design: Design) -> list[str]:

@@ -6,10 +6,12 @@ import pytest
 from fingerdesign import parse_scene
 from fingerdesign.case import Case, gage_array
 from fingerdesign.caveats import _at_side
-from fingerdesign.design.schema import Design
+from fingerdesign.design.io import parse_design
+from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError
 from fingerdesign.pipeline import run
 from fingerdesign.refusals import refuse
+from fingerdesign.summaries import _why_whole
 
 ACROSS = {"along": "z", "count": 5, "cover_mm": 5.0}
 DEEP = {"count": 3, "cover_mm": 5.0}
@@ -100,3 +102,16 @@ def test_sheets_without_room_are_refused_before_meshing():
             refuse(Case(close, SCENE, fidelity), SCENE)
         apart = design_of(body=flat, plates=plates | {"pitch_mm": 2.5}, mesh={"mesher": "extrude"})
         refuse(Case(apart, SCENE, fidelity), SCENE)
+
+
+def test_the_reason_for_a_whole_model_is_the_first_that_holds() -> None:
+    design = parse_design('design.name = "a"')
+    assert _why_whole(Case(design)) == "so the mesh in mesh.file is"
+    sideways = parse_scene("path.increments_mm = [[0.1, 0.0, 0.1]]")
+    assert _why_whole(Case(design, sideways)) == "object or path does not mirror in z = 0"
+    shifted = parse_design('design.name = "a"\nplates.span_mm = 4.0\nplates.span_offset_mm = 1.0')
+    assert _why_whole(Case(shifted, sideways)) == "the plates do not mirror in z = 0"
+    step = StepFile(file="a.step", mirrors_in_z=False)
+    body = shifted.body.model_copy(update={"shape": "step", "step": step})
+    own = shifted.model_copy(update={"body": body})
+    assert _why_whole(Case(own)) == "body.step.mirrors_in_z is false"
