@@ -30,7 +30,7 @@ def _arc_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
         return []
     if involves(doubtful, "body.arc_radius_mm", "body.width_mm", "body.shape"):
         return []
-    if body.arc_radius_mm >= 0.5 * body.width_mm:
+    if body.arc_radius_mm >= 0.5 * body.width_mm - 1e-9:
         return []
     bound = f"at least body.width_mm / 2 = {0.5 * body.width_mm:g}"
     remedy = f"raise it, or lower body.width_mm to at most {at_most(2 * body.arc_radius_mm)}"
@@ -52,14 +52,14 @@ def _edge_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
     if edge is None or involves(doubtful, *(f"body.{name}" for name in names)):
         return []
     key, flat = "body.edge_radius_mm", body.shape == "block"
-    if edge > half - LEAST_EDGE_MM:
+    if edge > half - LEAST_EDGE_MM + 1e-9:
         most = half - LEAST_EDGE_MM
         bound = f"at most {most:g}, so that something of the top is left"
         return [Fault(key, edge, bound, f"lower it to at most {at_most(most)}")]
     if not flat and body.edge == "round":
         sine = (half - edge) / (body.arc_radius_mm - edge)
         left = edge * float(0.5 * np.pi - np.arcsin(min(sine, 1.0)))
-        if left < LEAST_EDGE_MM:
+        if left < LEAST_EDGE_MM - 1e-9:
             bound = "absent where the arc meets the sides without a corner"
             return [Fault(key, edge, bound, "remove it or raise body.arc_radius_mm")]
     height = profile_of(body).side_height
@@ -79,7 +79,7 @@ def _dome_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
     ):
         return []
     least = clearance.least_dome_radius(body, LEAST_EDGE_HEIGHT_MM)
-    if body.dome_radius_mm >= least:
+    if body.dome_radius_mm >= least - 1e-9:
         return []
     bound = f"such that the dome's corners stay {LEAST_EDGE_HEIGHT_MM} mm above the base"
     remedy = f"raise it to at least {at_least(least)} or lower body.depth_mm"
@@ -115,7 +115,52 @@ def _core_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
     rests = {"body.core", "body.base_height_mm", "body.depth_mm", *surface_keys(body)}
     if faults or involves(doubtful, *rests):
         return faults
-    return _round_core(body) or _core_top(body)
+    return _whole_section(body) or _round_core(body) or _core_top(body) or _core_in_step(body)
+
+
+def _whole_section(body: Body) -> list[Fault]:
+    """A core off the base that fills the body's whole section: it cuts the rubber in two."""
+    core = body.core
+    assert core is not None
+    full = core.width_mm == body.width_mm and core.depth_mm in (None, body.depth_mm)
+    if not full or core.bottom_mm == 0.0:
+        return []
+    bound = "0 for a core of the body's full width and depth: it would cut the rubber in two"
+    remedy = "set it to 0, or narrow the core by body.core.width_mm or body.core.depth_mm"
+    return [Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy)]
+
+
+def _core_in_step(body: Body) -> list[Fault]:
+    """A core that leaves a STEP body's sides or ends, meets its voids, or lies too near to them."""
+    core = body.core
+    assert core is not None
+    if body.shape != "step":
+        return []
+
+    def clear(changed: dict[str, float]) -> float:
+        return clearance.core_clearance(body, core.model_copy(update=changed))
+
+    found = clear({})
+    if found >= LEAST_CLEARANCE_MM - 1e-9:
+        return []
+    from fingerdesign.design.remedies import greatest
+
+    bound = f"such that the core lies {LEAST_CLEARANCE_MM} mm inside the STEP body's sides and ends"
+    told = f"{bound}, clear of its voids (now {found:.4g} mm)"
+    for name in ("width_mm", "depth_mm", "height_mm"):
+        value = getattr(core, name)
+        now = body.depth_mm if value is None else value
+
+        def holds(trial: float, name: str = name) -> bool:
+            return clear({name: trial}) >= LEAST_CLEARANCE_MM
+
+        most = greatest(holds, 0.5, now)
+        if most is not None:
+            said = "(absent: the full depth)" if value is None else value
+            word = "set it to" if value is None else "lower it to at most"
+            return [Fault(f"body.core.{name}", said, told, f"{word} {at_most(most)}")]
+    remedy = "narrow and lower the core, or move it by body.core.bottom_mm"
+    return [Fault("body.core.width_mm", core.width_mm, told, remedy)]
 
 
 def _round_core(body: Body) -> list[Fault]:

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fingerdesign.design.body_table import Core
 from fingerdesign.design.layout import Array, PlateFrame
 from fingerdesign.design.profile import Piece, profile_of
 from fingerdesign.design.schema import Body
@@ -18,6 +19,7 @@ from fingerdesign.design.schema import Body
 # Thinner skins of rubber tear when the mold is opened, and no mesh of sane size resolves them.
 LEAST_CLEARANCE_MM = 0.1
 BEND_PIECES = 16  # chords of a bent plate: 2 mm long at R = 10 they stray by 0.2 micrometres
+_CORE_SAMPLES = 9  # along each edge of a core in a STEP body
 _SAMPLES = 7  # along each edge of a plate below a step body's surface
 
 
@@ -106,6 +108,34 @@ def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
         return np.full(len(frames), np.inf)
     away = _to_faces(body, ("side", "end"), np.vstack(groups))
     return least_of_each(frames, groups, away)
+
+
+def core_clearance(body: Body, core: Core) -> float:
+    """Least distance of a core to a STEP body's sides and ends, mm; <= 0: it leaves the body.
+
+    Sampled all through the core, for a void may lie within; in a flat face of the body's extents it
+    may end, as a plate may.
+    """
+    from fingerdesign.design.step_facts import step_facts
+
+    assert body.step is not None
+    half = np.zeros(2)
+    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
+    for k, (own, outer) in enumerate(((core.width_mm, body.width_mm), (depth, body.depth_mm))):
+        half[k] = 0.5 * own - (LEAST_CLEARANCE_MM if abs(own - outer) < 1e-6 else 0.0)
+    top = core.bottom_mm + core.height_mm
+    lines = [
+        np.linspace(-half[0], half[0], _CORE_SAMPLES),
+        np.linspace(core.bottom_mm, top, _CORE_SAMPLES),
+        np.linspace(-half[1], half[1], _CORE_SAMPLES),
+    ]
+    grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    walls = [f.samples for f in step_facts(body.step).faces if f.name in ("side", "end")]
+    x, y, z = np.vstack([np.zeros((0, 3)), *walls]).T
+    within = (np.abs(x) < half[0]) & (np.abs(z) < half[1]) & (core.bottom_mm < y) & (y < top)
+    if within.any():  # a void between the samples
+        return 0.0
+    return float(_to_faces(body, ("side", "end"), grid).min())
 
 
 def _to_faces(body: Body, names: tuple[str, ...], points: Array) -> Array:

@@ -101,6 +101,7 @@ def test_plates_of_a_pin_stay_in_its_round_section():
         ({"core": {"width_mm": 30.0}}, "body.core.width_mm"),
         ({"core": {"depth_mm": 11.0}}, "body.core.depth_mm"),
         ({"core": {"bottom_mm": 0.05}}, "body.core.bottom_mm"),
+        ({"core": {"width_mm": 20.0, "bottom_mm": 2.0}}, "body.core.bottom_mm"),
         ({"core": {"height_mm": 12.6}}, "body.core.height_mm"),
         ({"shape": "block", "core": {"height_mm": 9.95}}, "body.core.height_mm"),
         ({"shape": "revolved", "core": {"width_mm": 8.0}}, "body.core.depth_mm"),

@@ -78,3 +78,36 @@ def test_each_fault_is_blamed_on_its_key(filleted):
 def test_a_step_designs_keys_can_be_changed(filleted):
     design = judge_design(filleted).value
     assert with_values(design, {"plates.count": 1}).plates.number == 1
+
+
+@pytest.mark.parametrize(
+    ("core", "key"),
+    [
+        ("width_mm = 6.0\nheight_mm = 2.0\ndepth_mm = 6.0", None),
+        ("width_mm = 16.0\nheight_mm = 2.0", None),  # ends in the sides and end faces
+        ("width_mm = 16.0\nheight_mm = 2.0\nbottom_mm = 2.0", "body.core.bottom_mm"),
+        ("width_mm = 15.9\nheight_mm = 2.0\ndepth_mm = 6.0", "body.core.width_mm"),
+        ("width_mm = 7.0\nheight_mm = 2.0\ndepth_mm = 7.0\nbottom_mm = 1.0", None),
+    ],
+)
+def test_a_core_ends_in_the_walls_or_clear_of_them(filleted, core, key):
+    found = keys(filleted.replace("count = 3", "count = 0") + f"[body.core]\n{core}\n")
+    assert found == ([] if key is None else [key])
+
+
+@pytest.mark.usefixtures("filleted")
+def test_a_core_that_leaves_a_round_body_may_be_narrowed(tmp_path):
+    from cadquery import Workplane, exporters
+
+    round_body = Workplane("XZ").circle(8.0).extrude(-10.0)  # base in y = 0
+    holed = round_body.cut(Workplane("XZ").center(0.0, 3.0).circle(1.0).extrude(-10.0))
+    for name, work in (("round", round_body), ("holed", holed)):
+        exporters.export(work, str(tmp_path / f"{name}.step"), exporters.ExportTypes.STEP)
+    core = "[body.core]\nwidth_mm = 14.0\nheight_mm = 2.0\ndepth_mm = {depth}\n"
+    bare = STEP.replace("count = 3", "count = 0") + core
+    assert keys(bare.format(file=tmp_path / "round.step", depth=4.0)) == []
+    (fault,) = judge_design(bare.format(file=tmp_path / "round.step", depth=12.0)).faults
+    assert fault.key == "body.core.width_mm"
+    assert float(fault.remedy.split()[-1]) == pytest.approx(2.0 * np.sqrt(7.9**2 - 36.0), abs=2e-3)
+    assert keys(bare.format(file=tmp_path / "holed.step", depth=3.0)) == []
+    assert keys(bare.format(file=tmp_path / "holed.step", depth=8.0)) != []
