@@ -13,11 +13,25 @@ from pathlib import Path
 
 from fingerdesign.errors import FingerDesignError
 
+MACHINE_FAILED = 75  # exit code of a worker that lacked disk or memory, not sound input
 _PARENT = "FINGERDESIGN_PARENT"  # process number
 
 
 class ProcessError(FingerDesignError):
-    """A process did not do its work; the message says how it ended ("it did not finish in 5 s")."""
+    """A process did not do its work; the message says how it ended ("it did not finish in 5 s").
+
+    code: what it ended with, negative for a signal; None where it did not end in time
+    """
+
+    def __init__(self, message: str, code: int | None = None) -> None:
+        self.code = code
+        super().__init__(message)
+
+
+def machine_failed(error: ProcessError) -> bool:
+    """Whether a process ended for want of disk or memory, or somebody ended it: not its input."""
+    ended = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP, signal.SIGXCPU)
+    return error.code == MACHINE_FAILED or error.code in [-number for number in ended]
 
 
 def die_with_parent() -> None:
@@ -56,10 +70,12 @@ def run_module(module: str, arguments: list[str], folder: Path, time_limit_s: fl
     except subprocess.TimeoutExpired as error:
         raise ProcessError(f"it did not finish in {time_limit_s:g} s") from error
     if done.returncode < 0:
-        raise ProcessError(f"its process was ended by {signal.Signals(-done.returncode).name}")
+        name = signal.Signals(-done.returncode).name
+        raise ProcessError(f"its process was ended by {name}", done.returncode)
     if done.returncode > 0:
         last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise ProcessError(f"it failed with exit code {done.returncode}: {last[:300]}")
+        told = f"it failed with exit code {done.returncode}: {last[:300]}"
+        raise ProcessError(told, done.returncode)
 
 
 def cache_folder(kind: str) -> Path:

@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import shutil
+import struct
 import tempfile
 import zipfile
 import zlib
@@ -25,8 +26,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.cad_faces import CadFace, faces_of, nearest, top_height
-from fingerdesign.errors import DesignError, Fault
-from fingerdesign.process import ProcessError, cache_folder, run_module
+from fingerdesign.errors import DesignError, Fault, GeometryError
+from fingerdesign.process import ProcessError, cache_folder, machine_failed, run_module
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import StepFile
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 WORKER = "fingerdesign.geometry.step_worker"
-FORMAT = 4  # raise it when what the worker writes changes
+FORMAT = 5  # raise it when what the worker writes changes
 TIME_LIMIT_S = 120.0  # 1 s for a dozen faces; a body of 2000 takes half a minute
 MAX_BYTES = 100_000_000  # of a file; a body of 2000 faces has 2 MB
 KEPT = 100  # bodies; the longest unused go first
@@ -49,6 +50,7 @@ class StepFacts:
     volume     mm^3
     digest     SHA-256 of the file's geometry and of the rules, in hexadecimal
     brep       the solid, for the CAD kernel
+    outline    SHA-256 of that file, in hexadecimal
     faces      as numpy computes with them
     """
 
@@ -57,6 +59,7 @@ class StepFacts:
     volume: float
     digest: str
     brep: Path
+    outline: str
     faces: tuple[CadFace, ...]
 
     @property
@@ -101,7 +104,8 @@ def _lowest(face: CadFace) -> float:
 
 
 def step_facts(step: StepFile) -> StepFacts:
-    """The facts of a STEP body. Raises DesignError where the file or its rules will not do."""
+    """The facts of a STEP body. Raises DesignError where the file or its rules will not do,
+    GeometryError where this machine fails (disk, memory)."""
     found = _outcome(step, content_of(step.file))
     if isinstance(found, Fault):
         raise DesignError([found])
@@ -109,9 +113,10 @@ def step_facts(step: StepFile) -> StepFacts:
 
 
 def outline_file(step: StepFile) -> Path:
-    """The solid of a STEP body, turned and moved, as BREP; read anew where it was cleared away."""
+    """The solid of a STEP body, turned and moved, as BREP; made anew where it was cleared away or
+    garbled."""
     found = step_facts(step)
-    if not found.brep.is_file():
+    if not _intact(found.brep, found.outline):
         _outcome.cache_clear()
         found = step_facts(step)
     return found.brep
@@ -158,14 +163,22 @@ def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
     found = _kept(home, digest)
     if found is not None:
         return found
-    folder = Path(tempfile.mkdtemp(prefix="fingerdesign-step-"))
     name = Path(step.file).name
     request = {"file": str(Path(step.file).resolve()), "name": name, "rules": rules}
-    (folder / "request.json").write_text(json.dumps(request), "utf-8")
     try:
+        folder = Path(tempfile.mkdtemp(prefix="fingerdesign-step-"))
+    except OSError as error:
+        raise _unread(name, str(error)) from error
+    try:
+        (folder / "request.json").write_text(json.dumps(request), "utf-8")
         run_module(WORKER, [str(folder)], folder, TIME_LIMIT_S)
+    except OSError as error:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise _unread(name, str(error)) from error
     except ProcessError as error:
         shutil.rmtree(folder, ignore_errors=True)
+        if machine_failed(error):
+            raise _unread(name, str(error)) from error
         remedy = f"{error}; mend or simplify the body in your CAD"
         return Fault(_KEY, name, "a STEP file that the CAD kernel can take in", remedy)
     except BaseException:
@@ -181,8 +194,16 @@ def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
         if folder != home:
             shutil.rmtree(folder, ignore_errors=True)
     if found is None:
-        return Fault(_KEY, name, "a STEP file", "the CAD kernel's process left no answer")
+        raise _unread(name, "the CAD kernel's process left no answer")
     return found
+
+
+def _unread(name: str, why: str) -> GeometryError:
+    """The machine's failure, not the file's: not kept, so that the next reading may do."""
+    return GeometryError(
+        f"{name} could not be read now: {why}; the file need not be wrong: see to memory and disk, "
+        "then try again"
+    )
 
 
 def _keep(folder: Path, home: Path) -> Path:
@@ -191,6 +212,8 @@ def _keep(folder: Path, home: Path) -> Path:
     try:
         home.parent.mkdir(parents=True, exist_ok=True)
         shutil.copytree(folder, aside)
+        if _kept(home, home.name) is None:  # what lies there cannot be read
+            shutil.rmtree(home, ignore_errors=True)
         with contextlib.suppress(OSError):  # somebody else was faster: theirs says the same
             os.replace(aside, home)
         if not (home / "facts.npz").exists():
@@ -207,28 +230,37 @@ def _keep(folder: Path, home: Path) -> Path:
 
 def _kept(home: Path, digest: str) -> StepFacts | None:
     """The facts in a folder; None: nothing there, or what cannot be read."""
+    brep = home / "outline.brep"
     try:
         with (home / "facts.npz").open("rb") as file, np.load(file, allow_pickle=False) as data:
             arrays = {name: data[name] for name in data.files}
         about: dict[str, Any] = json.loads(str(arrays.pop("about")))
-        faces = faces_of(about["faces"], arrays)
-        brep = home / "outline.brep"
-        if not brep.stat().st_size or not faces:
+        found = StepFacts(
+            _triple(about["low"]),
+            _triple(about["high"]),
+            float(about["volume"]),
+            digest,
+            brep,
+            str(about["outline"]),
+            tuple(faces_of(about["faces"], arrays)),
+        )
+        if not found.faces or not _intact(brep, found.outline):
             return None
         os.utime(home)
     except (
-        *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError),
-        *(zipfile.BadZipFile, zlib.error),
+        *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError, AttributeError),
+        *(zipfile.BadZipFile, zlib.error, struct.error, OverflowError, NotImplementedError),
     ):
         return None
-    return StepFacts(
-        _triple(about["low"]),
-        _triple(about["high"]),
-        float(about["volume"]),
-        digest,
-        brep,
-        tuple(faces),
-    )
+    return found
+
+
+def _intact(brep: Path, outline: str) -> bool:
+    """Whether the solid is there as it was written."""
+    try:
+        return hashlib.sha256(brep.read_bytes()).hexdigest() == outline
+    except OSError:
+        return False
 
 
 def _triple(values: Sequence[float]) -> tuple[float, float, float]:

@@ -8,6 +8,7 @@ alone, under the time limit of whoever started it.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import sys
 from collections.abc import Sequence
@@ -17,15 +18,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.process import die_with_parent
+from fingerdesign.process import MACHINE_FAILED, die_with_parent
 
 Array = NDArray[np.float64]
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Read one file; 0 also where it is refused."""
+    """Read one file; 0 also where it is refused; ``MACHINE_FAILED`` for lack of disk or memory."""
     die_with_parent()
-    answer(Path(arguments[0]))
+    try:
+        answer(Path(arguments[0]))
+    except (OSError, MemoryError) as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        return MACHINE_FAILED
     return 0
 
 
@@ -80,14 +85,16 @@ def digest_step(request: dict[str, Any], folder: Path) -> None:
     if rules["mirrors_in_z"]:
         check_mirror(found, name)
     about, arrays = arrays_of(found)
+    outline = folder / "outline.brep"
+    if not BRepTools.Write_s(solid, str(outline)):
+        raise OSError("the CAD kernel could not write outline.brep")
     words = {"faces": about, "volume": volume_of(solid), "low": list(low), "high": list(high)}
+    words["outline"] = hashlib.sha256(outline.read_bytes()).hexdigest()
     np.savez_compressed(
         folder / "facts.npz",
         about=np.array(json.dumps(words)),
         **arrays,  # type: ignore[arg-type]
     )
-    if not BRepTools.Write_s(solid, str(folder / "outline.brep")):
-        raise OSError("the CAD kernel could not write outline.brep")
 
 
 if __name__ == "__main__":

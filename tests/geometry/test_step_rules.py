@@ -13,6 +13,7 @@ from fingerdesign.design.body_table import StepFile
 from fingerdesign.design.io import dump_design
 from fingerdesign.design.step_facts import step_facts
 from fingerdesign.design.step_files import portable, resolved
+from fingerdesign.errors import GeometryError
 
 TEXT = """
 design.name = "mine"
@@ -185,6 +186,44 @@ def test_a_process_that_crashes_or_hangs_is_a_fault(tmp_path, monkeypatch):
     monkeypatch.setattr(facts_module, "WORKER", "fingerdesign.no_such_module")
     facts_module._outcome.cache_clear()
     assert "exit code 1" in fault_of(path).remedy
+
+
+@pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "sys.exit(75)"])
+def test_a_failure_of_the_machine_is_not_told_as_the_files(code, tmp_path, monkeypatch):
+    from fingerdesign.process import run_module
+
+    path = write(block(), tmp_path / "b.step")
+    (tmp_path / "ended.py").write_text(f"import os, sys\n{code}\n", "utf-8")
+    with monkeypatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(tmp_path))
+        patch.setattr(facts_module, "run_module", run_module)
+        patch.setattr(facts_module, "WORKER", "ended")
+        with pytest.raises(GeometryError, match=r"b\.step could not be read now: .*try again"):
+            step_facts(StepFile(file=str(path)))
+    assert step_facts(StepFile(file=str(path))).volume == pytest.approx(2390)
+
+
+@pytest.mark.parametrize("name", ["facts.npz", "outline.brep"])
+@pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "removed"])
+def test_garbled_entries_are_made_anew(name, damage, tmp_path):
+    step = StepFile(file=str(write(block(), tmp_path / "b.step")))
+    kept = step_facts(step).brep.with_name(name)
+    whole = kept.read_bytes()
+    middle = len(whole) // 2
+    flipped = bytes([whole[middle] ^ 1])
+    if damage == "removed":
+        kept.unlink()
+    else:
+        garbled = {"cut": whole[:middle], "emptied": b""}
+        garbled["changed"] = whole[:middle] + flipped + whole[middle + 1 :]
+        kept.write_bytes(garbled[damage])
+    facts_module._outcome.cache_clear()
+    assert step_facts(step).volume == pytest.approx(2390)
+    assert facts_module.outline_file(step).is_file()
+    if name == "outline.brep":
+        assert kept.read_bytes() == whole
+        kept.write_bytes(whole[:middle])  # while this process holds the facts
+        assert facts_module.outline_file(step).read_bytes() == whole
 
 
 def test_the_process_answers_like_the_code_here(tmp_path, monkeypatch):
