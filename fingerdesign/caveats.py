@@ -97,7 +97,8 @@ def _choices(case: Case, scene: Scene) -> list[str]:
             'plates.model = "none": the plates are left out, so the readings are the rubber\'s own '
             "strains, thousands of times a plate's, and verdicts and grips on them mean nothing"
         )
-    if case.fidelity == "plane-strain" and not design.extruded:
+    seen = design.plates.model != "none" or design.body.core is not None or not design.body.straight
+    if case.fidelity == "plane-strain" and not design.extruded and seen:
         found.append(_section_caveat(design))
     if scene.path.control == "force" and scene.path.increments_mm:
         found.append(

@@ -96,38 +96,41 @@ def picture_title(mesh: Mesh, name: str = "") -> str:
 
 def main(source: str, target: str) -> None:
     """Draw what ``draw_mesh`` wrote; runs in its process."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    from matplotlib.patches import Patch
+    import pyvista
 
     with np.load(source, allow_pickle=False) as file:
         data = {name: file[name] for name in file.files}
     whole = bool(data["whole"])
-    figure, places = plt.subplots(
-        1, 1 + whole, figsize=(8.0 + 7.0 * whole, 6.2), dpi=150, squeeze=False, layout="constrained"
+    plotter = pyvista.Plotter(
+        off_screen=True,
+        window_size=[SIZE[0] * (1 + whole), SIZE[1]],
+        shape=(1, 1 + whole),
+        border=False,
     )
-    for axes, cut in zip(places[0], (False, True), strict=False):
-        axes.imshow(_pixels(data, cut))
-        axes.set_axis_off()
+    for column in range(1 + whole):
+        plotter.subplot(0, column)
+        _draw(plotter, data, cut=column == 1)
+    plotter.subplot(0, 0)
+    plotter.add_text(str(data["title"]), position="upper_left", font_size=14, color="black")
     parts = zip(("elastomer", "plates", "core"), (SILICONE, BRONZE, CORE), strict=True)
-    patches = [
-        Patch(facecolor=colour, edgecolor=EDGES, label=label)
-        for number, (label, colour) in enumerate(parts)
-        if (data["part"] == number).any()
-    ]
-    figure.suptitle(str(data["title"]), fontweight="bold")
-    figure.legend(handles=patches, loc="outside lower center", ncols=3, frameon=False)
-    figure.savefig(target)
+    shown = [list(part) for k, part in enumerate(parts) if (data["part"] == k).any()]
+    # VTK writes each word in the colour of its part: only a dark ground shows them all.
+    plotter.add_legend(
+        shown,
+        face="rectangle",
+        loc="lower left",
+        size=(0.13, 0.04 * len(shown)),
+        bcolor="#1d2833",
+        background_opacity=1.0,
+    )
+    plotter.screenshot(target)
 
 
-def _pixels(data: dict[str, NDArray[Any]], cut: bool) -> NDArray[Any]:
-    """A view of the mesh; ``cut``: of the rubber z <= 0, plates and core standing out of it."""
+def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
+    """The mesh; ``cut``: of the rubber z <= 0, with plates and core standing out of it."""
     import pyvista
 
     points, cells, part = data["points"], data["cells"], data["part"]
-    plotter = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
     plotter.set_background("white")
     kind = pyvista.CellType.TRIANGLE if cells.shape[1] == 3 else pyvista.CellType.TETRA
     for number, colour in enumerate((SILICONE, BRONZE, CORE)):
@@ -140,9 +143,7 @@ def _pixels(data: dict[str, NDArray[Any]], cut: bool) -> NDArray[Any]:
         plotter.view_xy()
     else:
         view(plotter)
-    image, _ = cropped(np.asarray(plotter.screenshot(return_img=True)))
-    plotter.close()
-    return image
+    plotter.camera.zoom(1.15)
 
 
 if __name__ == "__main__":

@@ -150,12 +150,14 @@ def design_table(result: Result) -> Table:
 
 
 def _idle_keys(keys: Mapping[str, Any]) -> set[str]:
-    """Keys of the body that have a default but do nothing for its shape."""
+    """Keys that have a default but do nothing beside the others."""
     idle = set()
     if keys.get("body.shape") in ("block", "step"):
         idle.add("body.arc_radius_mm")
     if keys.get("body.edge_radius_mm") is None:
         idle.add("body.edge")
+    if keys.get("plates.hole_diameter_mm") is None:
+        idle.add("plates.hole_pitch_mm")
     return idle
 
 
