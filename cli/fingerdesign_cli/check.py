@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
+import sys
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,8 +21,11 @@ from fingerdesign_cli.common import (
 if TYPE_CHECKING:
     from fingerdesign.design.forecast import Summary
     from fingerdesign.design.schema import Design
+    from fingerdesign.design.step_facts import StepFacts
     from fingerdesign.errors import DesignError
 
+_MANY_FACES = 60  # a question of all faces to all edges: below a second
+_NUMBERS_WIDE = 63  # characters of the table without its first column's words
 _FILE = click.Path(path_type=Path)
 
 
@@ -77,13 +83,53 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
 
 
 def _notes(design: Design) -> list[str]:
-    """What will be refused of a sound design in some of its analyses, a sentence each."""
+    """What was understood of a sound design's solid, and what to know before some analyses of it, a
+    sentence each."""
     from fingerdesign.design.checks import plane_strain_faults
 
-    return [
+    found = [_step_words(design)] if design.body.shape == "step" else []
+    if design.body.shape in ("revolved", "dome"):
+        found.append(
+            "--fidelity plane-strain draws the section z = 0 straight along z: of a "
+            f"{design.body.shape} body it overstates forces several times"
+        )
+    return found + [
         f"sound in three dimensions only: {fault.key} = {fault.value} must be {fault.bound}"
         for fault in plane_strain_faults(design)
     ]
+
+
+def _step_words(design: Design) -> str:
+    """What was made of a STEP file: its solid's sizes, its base and its contact surface."""
+    from fingerdesign.design.step_facts import step_facts
+
+    assert design.body.step is not None
+    facts = step_facts(design.body.step)
+    sizes = " x ".join(f"{high - low:.4g}" for low, high in zip(facts.low, facts.high, strict=True))
+    words = (
+        f"step: {sizes} mm (x, y, z as turned), base {facts.area['base']:.4g} mm2, contact "
+        f"{len(facts.contact)} of {len(facts.faces)} faces, {facts.area['contact']:.4g} mm2"
+    )
+    if not design.body.step.mirrors_in_z and _could_mirror(design, facts):
+        words += "; it mirrors in z: body.step.mirrors_in_z = true halves the work"
+    return words
+
+
+def _could_mirror(design: Design, facts: StepFacts) -> bool:
+    """Whether half of a finger could be modelled, asked of solids of few faces only."""
+    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.errors import DesignError
+    from fingerdesign.geometry.step_rules import check_mirror
+
+    if len(facts.faces) > _MANY_FACES:
+        return False
+    if not all(frame.mirrors_in_z for frame in plate_frames(design)):
+        return False
+    try:
+        check_mirror(facts.faces, "")
+    except DesignError:
+        return False
+    return True
 
 
 def _faulty(path: Path, error: DesignError) -> dict[str, object]:
@@ -99,11 +145,11 @@ def _show(summaries: list[Summary], scene: str) -> None:
     def number(value: float | None, digits: int = 2) -> str:
         return "-" if value is None else f"{value:.{digits}f}"
 
+    width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 200
+    room = max(width - _NUMBERS_WIDE, 10)  # a name is never cut
     rows = [
         [
-            item.name,
-            item.body,
-            "; ".join(item.rows) or "0",
+            "\n".join([*textwrap.wrap(item.name, room), item.body, "; ".join(item.rows) or "bare"]),
             number(item.least_cover_mm),
             number(item.least_gap_mm),
             number(item.least_side_mm),
@@ -113,7 +159,10 @@ def _show(summaries: list[Summary], scene: str) -> None:
         ]
         for item in summaries
     ]
-    headings = ["sound design", "body", "plates", "surface mm", "gap mm", "side mm", "base mm"]
-    headings += [f"{scene or 'fundamental'}: approach -> half-width mm (forecast)", "volume mm3"]
-    title = "Least distances from the plates to: contact surface, next plate, sides, base"
+    headings = ["design, body, plates", "surface", "gap", "side", "base", "half-width", "volume"]
+    title = (
+        "Sound designs (mm, mm3). Plates' least distances to: contact surface, next\n"
+        f"plate, sides, base. {scene or 'fundamental'}: approach -> half-width of contact "
+        "(forecast)"
+    )
     print_table(title, headings, rows)

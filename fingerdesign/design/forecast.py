@@ -116,8 +116,12 @@ class Summary:
     extruded: bool
 
     def as_dict(self) -> dict[str, object]:
-        """Return the fields by name."""
-        return asdict(self)
+        """Return the fields by name; ``least_cover_mm``, of the plates' nearest points, not their
+        middles as plates.cover_mm, as ``least_surface_mm``."""
+        return {
+            "least_surface_mm" if name == "least_cover_mm" else name: value
+            for name, value in asdict(self).items()
+        }
 
 
 def body_words(body: Body) -> str:

@@ -118,10 +118,24 @@ def test_check_of_shipped_names_says_what_its_columns_are(capsys):
     assert main(["check", "narrow", "wide"]) == 0
     out = capsys.readouterr().out
     assert "fundamental: approach" in out
-    assert "surface mm" in out
+    assert "surface" in out
     assert "cover" not in out
     assert main(["check", "narow"]) == 2
     assert "did you mean narrow" in capsys.readouterr().err
+
+
+def test_a_designs_name_is_never_cut(capsys, monkeypatch):
+    name = "a_finger_with_a_rather_long_name_of_mine"
+    Path("long.toml").write_text(f'design.name = "{name}"')
+    assert main(["check", "long.toml"]) == 0
+    assert name in capsys.readouterr().out
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["check", "long.toml"]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("│")]
+    cells = "".join(line[1:].split("│")[0].strip() for line in lines)
+    assert name in cells
+    assert max(len(line) for line in lines) <= 80
 
 
 def test_new_suggests_the_same_name_in_toml(capsys):
@@ -136,6 +150,7 @@ def test_check_as_json(capsys):
     good, bad = json.loads(capsys.readouterr().out)
     assert good["sound"] is True
     assert good["plates"] == 15
+    assert 0 < good["least_surface_mm"] < 2
     assert 0 < good["contact_half_width_mm"] < 10
     assert bad["faults"][0]["key"] == "plates.count"
     assert set(bad["faults"][0]) == {"key", "value", "bound", "remedy"}
@@ -155,7 +170,7 @@ def test_check_a_scene_too(capsys):
 def test_a_faulty_scene_leaves_no_forecast_of_another(capsys):
     Path("wrong.toml").write_text("path.increments_mm = []")
     assert main(["check", "narrow", "--scene", "wrong.toml"]) == 2
-    assert "sound design" not in capsys.readouterr().out
+    assert "half-width" not in capsys.readouterr().out
     assert main(["check", "narrow", "--scene", "wrong.toml", "--json"]) == 2
     _, narrow = json.loads(capsys.readouterr().out)
     assert narrow == {"file": "narrow", "sound": True, "faults": [], "notes": []}
@@ -172,6 +187,27 @@ def test_check_says_what_plane_strain_will_refuse(capsys):
     )
     assert main(["check", "sheets.toml"]) == 0
     assert "note" not in capsys.readouterr().out
+    assert main(["check", "pin"]) == 0
+    assert "straight along z: of a revolved body" in capsys.readouterr().out
+
+
+def test_check_says_what_was_understood_of_a_step_file(capsys, monkeypatch, tmp_path):
+    from fingerdesign.design import step_facts
+    from fingerdesign.geometry.step_samples import sample_step
+    from fingerdesign.geometry.step_worker import answer
+
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
+    text = f'design.name = "s"\nplates.count = 0\nbody.shape = "step"\nbody.step.file = "{file}"'
+    Path("step.toml").write_text(text)
+    assert main(["check", "step.toml"]) == 0
+    out = capsys.readouterr().out
+    assert "step: 16 x 10 x 12 mm (x, y, z as turned), base 192 mm2, contact 5 of 10" in out
+    assert "mirrors_in_z = true halves" in out
+    Path("step.toml").write_text(text + "\nbody.step.mirrors_in_z = true")
+    assert main(["check", "step.toml"]) == 0
+    assert "halves" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
