@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 WORKER = "fingerdesign.geometry.step_worker"
-FORMAT = 5  # raise it when what the worker writes changes
+FORMAT = 6  # raise it when what the worker writes changes
 TIME_LIMIT_S = 120.0  # 1 s for a dozen faces; a body of 2000 takes half a minute
 MAX_BYTES = 100_000_000  # of a file; a body of 2000 faces has 2 MB
 KEPT = 100  # bodies; the longest unused go first

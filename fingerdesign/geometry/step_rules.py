@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.cad_faces import CadFace, nearest, top_height
 from fingerdesign.design.faults import at_most
-from fingerdesign.design.nurbs import Nurbs
 from fingerdesign.errors import DesignError, Fault
 
 Array = NDArray[np.float64]
@@ -150,13 +149,13 @@ def check_body(faces: Sequence[CadFace], low: Array, high: Array, name: str) -> 
 
 
 def check_mirror(faces: Sequence[CadFace], name: str) -> None:
-    """DesignError unless points of the solid's edges and free-form faces lie on it when mirrored in
-    z = 0."""
-    places = np.vstack([face.border.start[::7] for face in faces])
-    for face in faces:
-        if isinstance(face.shape, Nurbs):
-            inner = face.shape.sampled()[::7]
-            places = np.vstack([places, inner[face.border.beyond(inner) == 0.0]])
+    """DesignError unless points of the solid's edges and faces lie on it when mirrored in z = 0.
+
+    Of every face's inside too: the image of a hole's edges lies on the faces that it leaves.
+    """
+    places = np.vstack(
+        [face.border.start[::7] for face in faces] + [_inner(face) for face in faces]
+    )
     misfit = nearest(faces, places * np.array([1.0, 1.0, -1.0]))[3]
     worst = float(misfit.max(initial=0.0))
     if worst > MIRROR_MM:
@@ -164,8 +163,14 @@ def check_mirror(faces: Sequence[CadFace], name: str) -> None:
             "mirrors_in_z",
             "true",
             "false for a body that is not its own mirror image in z = 0",
-            f"{name}: an edge's mirror image lies {worst:.2g} mm from the solid; remove the key",
+            f"{name}: the mirror image of an edge or face lies {worst:.2g} mm from the solid's; "
+            "remove the key",
         )
+
+
+def _inner(face: CadFace) -> Array:
+    """Some points of a face's inside, (n, 3)."""
+    return face.samples[len(face.border.start) :: 7]
 
 
 def _unit(direction: Sequence[float]) -> Array:

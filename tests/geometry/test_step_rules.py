@@ -151,6 +151,24 @@ def test_a_mirror_claimed_is_a_mirror_held(tmp_path):
     assert "0.35 mm" in fault.remedy
 
 
+@pytest.mark.parametrize("within", [False, True])
+def test_holes_that_do_not_mirror_are_told_though_the_volume_would(within, tmp_path):
+    import cadquery as cq
+
+    def pierced(*places):
+        work = cq.Workplane("XY").box(20, 12, 20).translate((0, 6, 0))
+        for x, z in places:
+            ball = cq.Workplane("XY").sphere(2).translate((x, 6, z))
+            drill = cq.Workplane("XZ").center(x, z).circle(1.5).extrude(-12)
+            work = work.cut(ball if within else drill)
+        return work
+
+    across = write(pierced((4, 4), (-4, -4)), tmp_path / "across.step")
+    assert fault_of(across, mirrors_in_z=True).key == "body.step.mirrors_in_z"
+    beside = write(pierced((4, 4), (4, -4)), tmp_path / "beside.step")
+    assert step_facts(StepFile(file=str(beside), mirrors_in_z=True)).volume < 4780.0
+
+
 def test_files_that_are_no_solid(tmp_path):
     import cadquery as cq
 
