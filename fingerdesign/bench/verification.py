@@ -68,6 +68,17 @@ def dome_checks() -> list[Check]:
             _worst(np.array(errors.stick)),
             "of the contact's",
         ),
+        *pin_checks(),
+    ]
+
+
+def pin_checks() -> list[Check]:
+    """A sphere-ended pin, its contact sixteen facets across a radius."""
+    errors = dome_errors(0.075, "pin")
+    return [
+        Check("pin by fTetWild: peak pressure", 1e-2, _worst(np.array(errors.peak))),
+        Check("pin by fTetWild: contact radius", 1e-2, _worst(np.array(errors.width))),
+        Check("pin by fTetWild: stick radius", 2e-2, _worst(np.array(errors.stick))),
     ]
 
 

@@ -1,7 +1,8 @@
 """Point contact by the product's own road: a design and a scene in, a result out.
 
-A dome of R = 20 mm both ways, meshed by fTetWild, under a plane with force control; its contact
-radius of 1.2 mm is a ninth of its height. Hertz and Cattaneo-Mindlin are compared at the force.
+A dome of R = 20 mm both ways, or a revolved pin of that radius, meshed by fTetWild, under a plane
+with force control; the contact's radius of 1.2 mm is a ninth of its height. Hertz and
+Cattaneo-Mindlin are compared at the force.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ RADIUS, CONTACT, NU, FRICTION = 20.0, 1.2, 0.4999, 0.5
 MODULUS = reference.plane_strain_modulus(4.96, NU)
 SHEARS, BACK = (0.4, 0.6, 0.8), (0.0, -0.3)  # of the friction limit
 
+_SHAPES = {
+    "dome": f'body.shape = "dome"\nbody.depth_mm = 20.0\nbody.dome_radius_mm = {RADIUS}',
+    "pin": 'body.shape = "revolved"',
+}
 _DESIGN = f"""
-design.name = "dome"
-body.shape = "dome"
+design.name = "ball"
 body.width_mm = 20.0
-body.depth_mm = 20.0
 body.base_height_mm = 10.0
 body.arc_radius_mm = {RADIUS}
-body.dome_radius_mm = {RADIUS}
 plates.count = 0
 materials.silicone.poissons_ratio = {NU}
 """
@@ -43,11 +45,11 @@ class DomeErrors:
     stick: tuple[float, ...]
 
 
-def dome_errors(contact_size_mm: float = 0.12) -> DomeErrors:
-    """Mesh, condense and load the dome as ``fingerdesign analyse`` does."""
+def dome_errors(contact_size_mm: float = 0.12, shape: str = "dome") -> DomeErrors:
+    """Mesh, condense and load the "dome" or the "pin" as ``fingerdesign analyse`` does."""
     from fingerdesign.pipeline import analyse
 
-    design = parse_design(f"{_DESIGN}\nmesh.contact_size_mm = {contact_size_mm}")
+    design = parse_design(f"{_DESIGN}\n{_SHAPES[shape]}\nmesh.contact_size_mm = {contact_size_mm}")
     normal = 4.0 / 3.0 * MODULUS * CONTACT**3 / RADIUS
     limit = FRICTION * normal
     rows = [[normal, 0.0], *([normal, share * limit] for share in (*SHEARS, *BACK))]
