@@ -54,6 +54,8 @@ def _edge_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
     key, flat = "body.edge_radius_mm", body.shape == "block"
     if edge > half - LEAST_EDGE_MM + 1e-9:
         most = half - LEAST_EDGE_MM
+        if flat or body.edge == "chamfer":  # it comes down the side as far as over the top
+            most = max(min(most, body.base_height_mm - LEAST_EDGE_HEIGHT_MM), 0.0)
         bound = f"at most {most:g}, so that something of the top is left"
         return [Fault(key, edge, bound, f"lower it to at most {at_most(most)}")]
     if not flat and body.edge == "round":

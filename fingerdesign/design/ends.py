@@ -53,7 +53,13 @@ def end_findings(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Find
         f"such that plates end at |{axis}| = {half:g} or {LEAST_CLEARANCE_MM} mm inside it "
         f"(plate {frame.index}: {frame.low:.4g} to {frame.high:.4g}): a thinner skin cannot be cast"
     )
-    return [Finding(key, value, bound, float(over[worst]), changes, "move the plates inward")]
+    otherwise = "move the plates inward"
+    room = half - LEAST_CLEARANCE_MM
+    if name == "span_mm":
+        otherwise = f"lower {key} to at most {at_most(2.0 * room)}"
+    elif own_z and room > 0.5 * frame.span:
+        otherwise = f"move it to |{axis}| <= {at_most(room - 0.5 * frame.span)}"
+    return [Finding(key, value, bound, float(over[worst]), changes, otherwise)]
 
 
 def _excess(low: float, high: float, half: float) -> float:

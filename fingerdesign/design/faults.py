@@ -102,6 +102,9 @@ def table_at(model: type[BaseModel], location: tuple[int | str, ...]) -> type[Ba
     """Return the table's class that ``location`` leads to, None where it leads to no table."""
     current, parts = model, list(location)
     while parts:
+        if isinstance(parts[0], int):  # of an array of tables: every entry is the same table
+            parts.pop(0)
+            continue
         part = str(parts.pop(0))
         info = current.model_fields.get(part)
         tables = _tables_in(info.annotation) if info else []

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from fingerdesign.design.io import (
     dump_design,
     dump_scene,
+    judge_design,
     load_design,
     load_scene,
     parse_design,
@@ -307,3 +308,22 @@ def test_no_scene_crashes(rows, points):
     data = {"path": {"increments_mm": rows}, "readout": {"points_mm": points}}
     scene, errors = _validated(Scene, data)
     assert scene is not None or all(str(fault_of(error, Scene)) for error in errors)
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("plates.rows = [{pich_mm = 3}]", "did you mean plates.rows[0].pitch_mm?"),
+        ("plates.span_mm = 12\nplates.cover_mm = 0.5", "lower plates.span_mm to at most 9.8"),
+        (
+            "plates.placement = [[0, 8, 45, -4.5]]\nplates.span_mm = 3",
+            "move it to |z| <= 3.4",
+        ),
+        (
+            'body.shape = "block"\nbody.edge = "chamfer"\nbody.edge_radius_mm = 12',
+            "lower it to at most 9.9",
+        ),
+    ],
+)
+def test_remedies_name_key_and_value(text, remedy):
+    assert remedy in {fault.remedy for fault in judge_design(NAME + text).faults}
