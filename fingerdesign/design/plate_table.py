@@ -9,6 +9,8 @@ from pydantic import BeforeValidator, Field, model_validator
 from fingerdesign.design.base import Many, Table, refuse
 
 MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
+_FARTHEST_MM = 500  # no body is larger
+_MOST_DEG = 180
 _HOLE_PITCH_MM = 2.0
 _AS_PLATES = "as in [plates], for this row"
 
@@ -18,7 +20,7 @@ def _as_tuple(value: Any) -> Any:
 
 
 def _three_or_four(rows: Any) -> Any:
-    """Refuse places of another length, each by its number."""
+    """Refuse places of another length or far off any body, each by its number."""
     for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
         if isinstance(row, (list, tuple)) and len(row) not in (3, 4):
             raise refuse(
@@ -27,6 +29,17 @@ def _three_or_four(rows: Any) -> Any:
                 "give [x, y, angle_deg] or [x, y, angle_deg, z]",
                 f"plates.placement[{index}]",
             )
+        places = row if isinstance(row, (list, tuple)) else ()
+        for name, value in zip(("x", "y", "angle_deg", "z"), places, strict=False):
+            most = _MOST_DEG if name == "angle_deg" else _FARTHEST_MM
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if number and most < abs(value) < float("inf"):
+                raise refuse(
+                    list(row),
+                    f"such that {name} is from -{most} to {most}",
+                    "give [x, y, angle_deg] or [x, y, angle_deg, z] in mm and degrees",
+                    f"plates.placement[{index}]",
+                )
     return rows
 
 
@@ -136,6 +149,13 @@ class Plates(Table):
                 f"{len(self.rows)} rows",
                 "absent where plates.placement is given",
                 "write every plate into plates.placement, or remove it",
+                "plates.rows",
+            )
+        if self.rows and self.number > MAX_PLATES:
+            raise refuse(
+                f"{self.number} plates in {1 + len(self.rows)} rows",
+                f"such that all rows together have at most {MAX_PLATES} plates",
+                "lower plates.count or the rows' own",
                 "plates.rows",
             )
         for key, idle in (("along", "x"), ("follow", "level"), ("offset_mm", 0.0)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from fingerdesign.design.layout import Hole, PlateFrame, surface_height
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
     from fingerdesign.design.plate_table import Plates
+    from fingerdesign.design.step_facts import StepFacts
 
 Array = NDArray[np.float64]
 
@@ -56,7 +58,7 @@ def holes_of(plates: Plates, middle: float, span: float) -> tuple[Hole, ...]:
     if plates.hole_diameter_mm is None:
         return ()
     diameter, pitch = plates.hole_diameter_mm, plates.hole_pitch_mm
-    count = int(np.floor(max(0.5 * span - 1.5 * diameter, 0.0) / pitch + 0.5))
+    count = int(np.floor(max(0.5 * span - 1.5 * diameter, 0.0) / pitch + 0.5 + 1e-9))
     places = (np.arange(count) + 0.5) * pitch
     places = places[places <= 0.5 * span - 1.5 * diameter + 1e-9]
     both = np.concatenate([-places[::-1], places])
@@ -114,10 +116,7 @@ def _paced_out(
         crest = float(_height(body, row, np.zeros(1), middle)[0])
         return place, crest - radius * (1.0 - np.cos(angle)), -float(np.tan(angle)), 1.0 / radius
     half = 0.5 * (body.width_mm if row.along == "x" else body.depth_mm)
-    line = np.linspace(-half, half, _STEPS + 1)
-    heights = _height(body, row, line, middle)
-    known = np.isfinite(heights)
-    line, heights = line[known], heights[known]
+    line, heights = _surface_line(body, row, middle, half)
     if len(line) < 3:
         return (np.nan,) * 4
     paced = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(line), np.diff(heights)))])
@@ -129,6 +128,29 @@ def _paced_out(
     window = np.abs(line - place) <= reach + 2.0 * half / _STEPS
     c2, c1, c0 = np.polyfit(line[window] - place, heights[window], 2)
     return place, float(c0), float(c1), float(max(-2.0 * c2 / (1.0 + c1**2) ** 1.5, 0.0))
+
+
+def _surface_line(body: Body, row: Plates, middle: float, half: float) -> tuple[Array, Array]:
+    """Places and heights (n,) of the surface line over a row's middle, where there is a surface."""
+    if body.step is not None:
+        from fingerdesign.design.step_facts import step_facts
+
+        return _step_line(step_facts(body.step), row.along, middle, half)
+    line = np.linspace(-half, half, _STEPS + 1)
+    heights = _height(body, row, line, middle)
+    known = np.isfinite(heights)
+    return line[known], heights[known]
+
+
+@lru_cache(maxsize=128)
+def _step_line(facts: StepFacts, along: str, middle: float, half: float) -> tuple[Array, Array]:
+    """That of a STEP body, which takes 30 ms; every plate of a row asks for it."""
+    line = np.linspace(-half, half, _STEPS + 1)
+    heights = facts.height(line, middle) if along == "x" else facts.height(middle, line)
+    known = np.isfinite(heights)
+    line, heights = line[known], heights[known]
+    line.flags.writeable = heights.flags.writeable = False
+    return line, heights
 
 
 def _arc_radius(body: Body, row: Plates, middle: float) -> float | None:
