@@ -21,6 +21,14 @@ def _signals_as_before(monkeypatch):
         signal.signal(number, handler)
 
 
+@pytest.fixture(autouse=True)
+def interruptible():
+    """Where the tests run in the background, their process ignores interruptions from the start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def run(monkeypatch, callback):
     command = click.Command("check", callback=callback)
     monkeypatch.setattr(cli_main.LazyGroup, "get_command", lambda *_: command)
