@@ -63,9 +63,7 @@ class AnyFinger:
         for name, most in ASKED.items():
             worst = max((float(each[name]) for each in meshed), default=0.0)
             unit = "mm" if name.endswith("_mm") else ""
-            found.append(
-                Check(f"worst {name.replace('_', ' ').removesuffix(' mm')}", most, worst, unit)
-            )
+            found.append(Check(f"{name.replace('_', ' ').removesuffix(' mm')}", most, worst, unit))
         least = min((float(each["min_dihedral_deg"]) for each in meshed), default=90.0)
         found.append(
             Check("5 degrees less the least dihedral angle", 0.0, LEAST_DIHEDRAL_DEG - least)

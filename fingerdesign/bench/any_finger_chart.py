@@ -12,6 +12,7 @@ MARKS = "osD^v<>PX*hd"
 def draw_any_finger(records: Sequence[dict[str, Any]], path: Path) -> None:
     """Two panels: each mesh's time over its size, by body; a histogram of least dihedral angles."""
     from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
 
     meshed = [each for each in records if each["status"] == "meshed"]
     figure = Figure(figsize=(11.0, 4.6), layout="constrained")
@@ -28,6 +29,7 @@ def draw_any_finger(records: Sequence[dict[str, Any]], path: Path) -> None:
             label=f"{body} ({len(mine)})",
         )
     left.set(xscale="log", yscale="log", xlabel="tetrahedra", ylabel="seconds, CAD to mesh, s")
+    left.xaxis.set_minor_formatter(NullFormatter())
     left.axhline(120.0, color="#c8321e", linewidth=1.0)
     left.text(0.02, 122.0, "asked: 120 s a try", transform=left.get_yaxis_transform(), fontsize=8)
     left.legend(fontsize=8, title="body (designs)")
