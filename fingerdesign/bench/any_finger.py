@@ -36,15 +36,16 @@ ASKED = {
     "worst_plate_volume_error": 1e-2,
     "contact_residual_mm": 1e-6,
 }
-LEAST_DIHEDRAL_DEG = 5.0
+LEAST_DIHEDRAL_DEG, LEAST_EXTRUDED_DEG = 5.0, 1.0
 
 
 @dataclass
 class AnyFinger:
-    """Records of the designs meshed and of the faults refused."""
+    """Records of the designs meshed, of those extruded too, and of the faults refused."""
 
     records: list[Record]
     refusals: list[Record]
+    extruded: list[Record] = field(default_factory=list)
     machine: dict[str, Any] = field(default_factory=dict)
 
     def checks(self) -> list[Check]:
@@ -67,6 +68,12 @@ class AnyFinger:
         least = min((float(each["min_dihedral_deg"]) for each in meshed), default=90.0)
         found.append(
             Check("5 degrees less the least dihedral angle", 0.0, LEAST_DIHEDRAL_DEG - least)
+        )
+        layers = min((float(each["min_dihedral_deg"]) for each in self.extruded), default=90.0)
+        found.append(
+            Check(
+                "1 degree less the least dihedral angle, extruded", 0.0, LEAST_EXTRUDED_DEG - layers
+            )
         )
         crashed = sum(each["status"] == "crashed" for each in self.records)
         found.append(Check("crashes and hangs", 0, crashed))
@@ -100,7 +107,32 @@ def measure_any_finger(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     records = [done[seed] for seed in range(number)]
-    return AnyFinger(records, refuse_faults(number), machine())
+    tell("the extruded ones, and the faults")
+    return AnyFinger(records, refuse_faults(number), extrude_straight(number), machine())
+
+
+def extrude_straight(number: int) -> list[Record]:
+    """The random designs of constant section, meshed by extrusion too: least angles, degrees.
+
+    A design whose section cannot be meshed is an error here: none of them is refused.
+    """
+    import tomlkit
+
+    from fingerdesign.bench.any_designs import kinds, random_design
+    from fingerdesign.design.io import parse_design
+    from fingerdesign.mesh.extrude import extrude
+    from fingerdesign.mesh.quality import assess
+
+    found = []
+    for seed in range(number):
+        if kinds(seed)[0] not in ("arc", "block"):  # reading the rest takes seconds each
+            continue
+        design = parse_design(tomlkit.dumps(random_design(seed)))
+        if design.extruded:
+            report = assess(extrude(design, 0.25 * design.body.width_mm), design)
+            least, body = report.min_dihedral_deg, report.body_volume_error
+            found.append({"seed": seed, "min_dihedral_deg": least, "body_volume_error": body})
+    return found
 
 
 def refuse_faults(number: int) -> list[Record]:
@@ -188,6 +220,7 @@ def write_any_finger(found: AnyFinger, folder: Path) -> list[Path]:
         "kinds": found.kinds(),
         "checks": [check.as_dict() for check in found.checks()],
         "designs": found.records,
+        "extruded": found.extruded,
         "faults": found.refusals,
     }
     paths[0].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")

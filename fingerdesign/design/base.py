@@ -40,8 +40,3 @@ def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCus
     return PydanticCustomError(
         "fault", "{bound}; {remedy}", {"value": value, "bound": bound, "remedy": remedy, "key": key}
     )
-
-
-def not_offered(value: object, offered: str, key: str = "") -> PydanticCustomError:
-    """Return the error for what the file format names but this version cannot do."""
-    return refuse(value, offered, "not offered yet in this version", key)

@@ -105,7 +105,7 @@ class StepCarrier:
     """Faces of a STEP body that join smoothly, or lie in one plane: a mesher keeps no edge there.
 
     Fulfils mesh.carriers.Carrier. ``name``: "contact" where one of them belongs to the contact
-    surface, else the name of the largest; ``names`` tells them apart where ``mixed``.
+    surface, else the name of the largest; ``names`` tells several apart.
     """
 
     faces: tuple[CadFace, ...]
@@ -119,9 +119,9 @@ class StepCarrier:
         return max(self.faces, key=lambda face: face.area).name
 
     @property
-    def mixed(self) -> bool:
-        """Whether its faces belong to more than one boundary."""
-        return len({face.name for face in self.faces}) > 1
+    def boundaries(self) -> tuple[str, ...]:
+        """The boundaries that its faces belong to."""
+        return tuple(dict.fromkeys(face.name for face in self.faces))
 
     @property
     def flat(self) -> bool:
@@ -147,13 +147,9 @@ class StepCarrier:
     def names(self, points: Array) -> NDArray[np.str_]:
         """The boundary (n,) that the nearest of its faces belongs to."""
         names = np.array([face.name for face in self.faces])
-        if not self.mixed:
+        if len(self.boundaries) == 1:
             return np.asarray(np.broadcast_to(names[:1], len(points)))
         return np.asarray(names[nearest(self.faces, points)[0]])
-
-    def on_contact(self, points: Array) -> BoolArray:
-        """Whether points (n, 3) belong to the contact surface rather than to another boundary."""
-        return np.asarray(self.names(points) == "contact")
 
     def _normals_agree(self) -> bool:
         origin = np.zeros((1, 3))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.geometry.checks import face_areas
-from fingerdesign.mesh.carriers import Carrier, Chain, carriers_of
+from fingerdesign.mesh.carriers import carriers_of
 from fingerdesign.mesh.measures import curved_areas
 from fingerdesign.mesh.types import Mesh
 
@@ -14,15 +14,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 _TOUCHES = 1e-6  # mm: a plate that ends in a face of the body
-
-
-def boundaries_of(face: Carrier) -> set[str]:
-    """Names of the boundaries that a CAD face carries: several where they join without an edge."""
-    if isinstance(face, Chain) and face.side is not None:
-        return {"contact", "side"}
-    if getattr(face, "mixed", False):
-        return {part.name for part in getattr(face, "faces", ())}
-    return {face.name}
 
 
 def worst_area_error(mesh: Mesh, design: Design) -> float:
@@ -38,7 +29,7 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
     }
     groups = [{name} for name in wanted]
     for face in carriers_of(design, (), mesh.symmetric, core=False).faces:
-        joined = [group for group in groups if group & boundaries_of(face)]
+        joined = [group for group in groups if group & set(face.boundaries)]
         if len(joined) > 1:  # no edge tells where one ends and the next begins
             groups = [group for group in groups if group not in joined] + [set().union(*joined)]
     errors = []

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame
-from fingerdesign.mesh.carriers import Carriers, Chain
+from fingerdesign.mesh.carriers import Carriers
 from fingerdesign.mesh.types import TETRA_FACETS
 
 Array = NDArray[np.float64]
@@ -101,28 +100,23 @@ def _keys(facets: IntArray, nodes: int) -> IntArray:
 def _names(
     points: Array, corners: IntArray, carrier: IntArray, carriers: Carriers
 ) -> NDArray[np.str_]:
-    """The boundary's name of each facet; where contact and side join smoothly a contact facet is
-    one whose corners are all above the joint."""
+    """The boundary's name of each facet (f,).
+
+    On a carrier of several boundaries, which join without an edge, the contact's facets are those
+    with all corners on it, the others their middle's.
+    """
     names = np.array([face.name for face in carriers.faces])[carrier]
     for number, face in enumerate(carriers.faces):
-        if isinstance(face, Chain) and face.side is not None:
-            rows = np.flatnonzero(carrier == number)
-            used, inverse = np.unique(corners[rows], return_inverse=True)
-            above = face.on_contact(points[used])[inverse.reshape(-1, 3)].all(axis=1)
-            names[rows] = np.where(above, "contact", "side")
-        elif getattr(face, "mixed", False):
-            names[carrier == number] = _mixed_names(points, corners[carrier == number], face)
+        rest = [name for name in face.boundaries if name != "contact"]
+        if len(face.boundaries) == 1:
+            continue
+        rows = np.flatnonzero(carrier == number)
+        used, inverse = np.unique(corners[rows], return_inverse=True)
+        touching = (face.names(points[used]) == "contact")[inverse.reshape(-1, 3)].all(axis=1)
+        middle = face.names(points[corners[rows]].mean(axis=1))
+        middle = np.where(middle == "contact", rest[0], middle)
+        names[rows] = np.where(touching, "contact", middle)
     return names
-
-
-def _mixed_names(points: Array, corners: IntArray, face: Any) -> NDArray[np.str_]:
-    """Names of facets (f, 3) on a STEP body's carrier that joins several boundaries smoothly: the
-    contact's are those with all corners on it, the others their middle's."""
-    used, inverse = np.unique(corners, return_inverse=True)
-    touching = (face.names(points[used]) == "contact")[inverse.reshape(-1, 3)].all(axis=1)
-    middle = face.names(points[corners].mean(axis=1))
-    other = next(each.name for each in face.faces if each.name != "contact")
-    return np.where(touching, "contact", np.where(middle == "contact", other, middle))
 
 
 def _outward(points: Array, corners: IntArray, apex: IntArray) -> IntArray:

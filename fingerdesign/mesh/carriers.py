@@ -33,6 +33,13 @@ class Carrier(Protocol):
     def flat(self) -> bool:
         """Whether it is plane: straight mid-nodes lie on it already."""
 
+    @property
+    def boundaries(self) -> tuple[str, ...]:
+        """The boundaries that its faces belong to: more than its name where they join smoothly."""
+
+    def names(self, points: Array) -> NDArray[np.str_]:
+        """The boundary (n,) that each point's nearest face belongs to."""
+
     def distance(self, points: Array) -> Array:
         """Signed distance (n,), positive outside of the solid that it bounds."""
 
@@ -51,6 +58,13 @@ class Plane:
     vector: tuple[float, float, float]
     offset: float
     flat: bool = True
+
+    @property
+    def boundaries(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def names(self, points: Array) -> NDArray[np.str_]:
+        return np.full(len(points), self.name)
 
     def distance(self, points: Array) -> Array:
         return np.asarray(points @ np.array(self.vector) - self.offset)
@@ -73,6 +87,13 @@ class Cylinder:
     radius: float
     outward: bool = True
     flat: bool = False
+
+    @property
+    def boundaries(self) -> tuple[str, ...]:
+        return (self.name,)
+
+    def names(self, points: Array) -> NDArray[np.str_]:
+        return np.full(len(points), self.name)
 
     def distance(self, points: Array) -> Array:
         away = np.linalg.norm(self._radial(points), axis=1) - self.radius
@@ -110,11 +131,14 @@ class Chain:
     def misfit(self, points: Array) -> Array:
         return self.surface.misfit(points)
 
-    def on_contact(self, points: Array) -> BoolArray:
-        """Whether points (n, 3) belong to the contact surface rather than to the side."""
+    @property
+    def boundaries(self) -> tuple[str, ...]:
+        return (self.name,) if self.side is None else ("contact", "side")
+
+    def names(self, points: Array) -> NDArray[np.str_]:
         if self.side is None:
-            return np.full(len(points), self.name == "contact")
-        return np.asarray(self.surface.owner(points) != self.side)
+            return np.full(len(points), self.name)
+        return np.where(self.surface.owner(points) == self.side, "side", "contact")
 
 
 @dataclass(frozen=True)
@@ -130,11 +154,7 @@ class Carriers:
 
     def outer_names(self) -> tuple[str, ...]:
         """Names of boundaries that the outside has."""
-        names = {self.faces[number].name for number in self.outside}
-        if any(isinstance(f, Chain) and f.side is not None for f in self.faces):
-            names |= {"side"}
-        for face in self.faces:  # a STEP body's may join several boundaries
-            names |= {each.name for each in getattr(face, "faces", ())}
+        names = {name for number in self.outside for name in self.faces[number].boundaries}
         return tuple(sorted(names))
 
 
@@ -234,11 +254,6 @@ def in_core(body: Body, points: Array) -> BoolArray:
         return np.zeros(len(points), dtype=bool)
     away = np.stack([face.distance(points) for face in core_faces(body)])
     return np.asarray((away < 0.0).all(axis=0))
-
-
-def smooth_sides(body: Body) -> bool:
-    """Whether contact surface and sides meet at less than 12 degrees: a mesher keeps no edge."""
-    return body.step is None and profile_of(body).smooth_side
 
 
 def _plane(name: str, frame: PlateFrame, outward: Array, point: Array) -> Plane:

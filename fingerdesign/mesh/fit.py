@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.volume import outline_volume, section_area
 from fingerdesign.geometry.checks import core_volume, plate_volume
-from fingerdesign.mesh.area_fit import boundaries_of
 from fingerdesign.mesh.carriers import (
     Carrier,
     Plane,
@@ -132,7 +131,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
         if slot and int(slot[1]) in frames:
             faces = plate_faces(frames[int(slot[1])])
         else:
-            faces = [face for face in outer if name in boundaries_of(face)]
+            faces = [face for face in outer if name in face.boundaries]
         if faces:
             found[name] = _greatest(mesh, np.unique(facets), faces)
     cut: list[Carrier] = [Plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.area_fit import boundaries_of, outer_areas
+from fingerdesign.mesh.area_fit import outer_areas
 from fingerdesign.mesh.carriers import carriers_of, in_core
 from fingerdesign.mesh.fit import face_distances, region_name, volumes_by_region
 from fingerdesign.mesh.measures import (
@@ -154,7 +154,7 @@ def _check_areas(mesh: Mesh, design: Design, path: Path) -> None:
     for name in ("base", "contact"):
         area = float(curved_areas(mesh.points, mesh.facets[name]).sum())
         allowed = AREA_ERROR * wanted[name]
-        if any(name in (joined := boundaries_of(face)) and len(joined) > 1 for face in faces):
+        if any(name in (joined := face.boundaries) and len(joined) > 1 for face in faces):
             # No edge tells where it ends: a row of facets at its border may be the neighbour's.
             edge = float(edge_lengths(mesh.points, mesh.facets[name][:, :3]).max())
             allowed += edge * 2.0 * (design.body.width_mm + design.body.depth_mm)

@@ -22,6 +22,7 @@ BoolArray = NDArray[np.bool_]
 _ALIGNED = 1e-9
 _STIFFEST = 200.0  # of an element's stiffness times its edges' length squared; an even one has 6
 _FLAT = 1e-18  # of the mesh's extent cubed: the least volume reckoned with
+_NO_AREA = 1e-300
 _CLOSE = 1e-3  # of the load: where nodes come to lie need not be exact
 _MOST = 2000
 _MENDABLE = 20  # tetrahedra turned over that moving single nodes may still mend
@@ -70,11 +71,12 @@ def _refuse_turned(points: Array, tets: IntArray, most: int) -> None:
 def held_on_faces(points: Array, tets: IntArray, regions: IntArray, outer: IntArray) -> BoolArray:
     """Which coordinates (n, 3) of nodes must stay: on the outside and between regions.
 
-    On flat faces across a coordinate axis only that coordinate is held.
+    On flat faces across a coordinate axis only that coordinate is held; a facet without area, as
+    fTetWild may leave, tells no direction and holds all.
     """
     a, b, c = (points[outer[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
-    normal = np.abs(normal) / np.linalg.norm(normal, axis=1)[:, None]
+    normal = np.abs(normal) / np.maximum(np.linalg.norm(normal, axis=1), _NO_AREA)[:, None]
     across = normal > 1.0 - _ALIGNED
     across[~across.any(axis=1)] = True
     held = np.zeros((len(points), 3), dtype=bool)

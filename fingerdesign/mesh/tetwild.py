@@ -6,7 +6,9 @@ so its answer must pass the gate (``Gate``) or is made again, and what passed is
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +24,7 @@ from fingerdesign.mesh.inside import check_closed
 from fingerdesign.mesh.plate_ways import PlateWay, plate_ways
 from fingerdesign.mesh.quality import QualityReport, assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, expected_elements
-from fingerdesign.mesh.tetwild_process import Attempt, run_tetwild
+from fingerdesign.mesh.tetwild_process import Attempt, MesherFailed, run_tetwild
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
@@ -91,17 +93,23 @@ def tetrahedralise(
     kept = load_mesh(key) if use_cache else None
     if kept is not None and not Gate().faults(assess(kept, design)):
         return kept
-    complaints = []
+    complaints: list[str] = []
+    kept_inputs: list[Path] = []
     tries = _tries(plate_ways(design, symmetric), int(design.mesh.attempts))
     for number, (way, attempt) in enumerate(tries, start=1):
         try:
-            mesh = _attempted(design, way, attempt, sizes, zone, symmetric)
-        except MeshError as error:
+            # fTetWild may leave elements without volume: what divides by them has no answer.
+            with np.errstate(divide="raise", invalid="raise"):
+                mesh = _attempted(design, way, attempt, sizes, zone, symmetric)
+        except (MeshError, FloatingPointError) as error:
             complaints.append(f"attempt {number} ({way.name}): {error}")
+            kept_inputs += [error.kept] if isinstance(error, MesherFailed) else []
             continue
         short = Gate().faults(assess(mesh, design))
         if not short:
             mesh.notes["attempts"] = number
+            for folder in kept_inputs:  # of no more use: another attempt has passed
+                shutil.rmtree(folder, ignore_errors=True)
             if complaints:
                 mesh.notes["failed_attempts"] = "; ".join(complaints)
             if use_cache:

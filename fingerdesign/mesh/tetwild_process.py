@@ -28,6 +28,14 @@ WORKER = "fingerdesign.mesh.tetwild_worker"
 LONGEST_EDGE = 0.12
 
 
+class MesherFailed(MeshError):
+    """fTetWild crashed, hung or gave no answer; its input is ``kept`` (a folder) for a report."""
+
+    def __init__(self, message: str, kept: Path) -> None:
+        super().__init__(message)
+        self.kept = kept
+
+
 @dataclass(frozen=True)
 class Attempt:
     """One setting of fTetWild: envelope (mm when it runs; before, a factor on the usual one),
@@ -71,8 +79,9 @@ def run_tetwild(
     """Run fTetWild in a process of its own; returns points (n, 3) and tetrahedra (t, 4) of a box.
 
     The tetrahedra fill a box around the surface: the caller keeps those inside. MeshError on unfit
-    input, crash and time-out; then the input is kept, and the message says where. Memory is bounded
-    by the time limit only: an address-space limit makes the threads' allocator fail at random.
+    input, MesherFailed on crash and time-out; then the input is kept, and the message says where.
+    Memory is bounded by the time limit only: an address-space limit makes the threads' allocator
+    fail at random.
     """
     validate_surface(vertices, triangles)
     if not (np.isfinite(attempt.envelope) and attempt.envelope > 0.0):
@@ -112,7 +121,7 @@ def run_tetwild(
         with np.load(target) as data:
             points, tets = data["points"] / squeeze, data["tets"].astype(np.int64)
     except MeshError as error:  # the input stays for whoever looks into it
-        raise MeshError(f"fTetWild: {error}; its input is kept as {source}") from error
+        raise MesherFailed(f"fTetWild: {error}; its input is kept as {source}", folder) from error
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise

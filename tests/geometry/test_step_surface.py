@@ -222,17 +222,16 @@ def test_carriers_of_an_arc_finger(steps):
     np.testing.assert_allclose(base.distance(points), [1.0, 0.0, -2.0], atol=1e-12)
     np.testing.assert_allclose(base.misfit(points), [1.0, 2.0, 2.0], atol=1e-9)
     assert base.flat
-    assert not base.mixed
+    assert base.boundaries == ("base",)
 
 
 def test_smooth_neighbours_are_one_carrier_that_tells_them_apart(steps):
     (base, pin_wall) = sorted(step_carriers(steps["pin"]), key=lambda c: c.name)
     assert base.name == "base"
     assert pin_wall.name == "contact"
-    assert pin_wall.mixed
+    assert set(pin_wall.boundaries) == {"contact", "side"}
     points = np.array([[5.0, 7.9, 0.0], [0.0, 5.0, 6.0], [0.0, 13.1, 0.0], [4.9, 9.0, 0.5]])
     assert pin_wall.names(points).tolist() == ["side", "side", "contact", "contact"]
-    assert pin_wall.on_contact(points).tolist() == [False, False, True, True]
     np.testing.assert_allclose(pin_wall.distance(points)[:3], [0.0, 1.0, 0.1], atol=1e-12)
     # Across the joint distance and normal go on.
     rim = np.array([[5.2, 8.0 - 1e-7, 0.0], [5.2, 8.0 + 1e-7, 0.0]])

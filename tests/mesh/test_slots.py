@@ -15,6 +15,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.mesh.improve import least_dihedral
 from fingerdesign.mesh.sheets import boundary_facets
 from fingerdesign.mesh.slot_cut import outer_facets
+from fingerdesign.mesh.slot_widen import held_on_faces
 from fingerdesign.mesh.slots import Slots, carrier_frames, open_slots
 from fingerdesign.mesh.snap import tet_volumes
 from fingerdesign.mesh.types import quadratic
@@ -249,3 +250,12 @@ def test_what_cannot_be_a_sheet() -> None:
     design = parse_design(TEXT)
     with pytest.raises(MeshError, match="plate 0 cannot be a sheet: it is bent"):
         carrier_frames((bent,), design)
+
+
+def test_a_facet_without_area_holds_its_nodes_in_all_directions() -> None:
+    points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], [0, 1, 0]], dtype=float)
+    tets, regions = np.array([[0, 1, 3, 4]]), np.zeros(1, dtype=np.int64)
+    held = held_on_faces(points, tets, regions, np.array([[0, 1, 2], [0, 1, 3]]))
+    assert held[[0, 1, 2]].all()  # of 0, 1, 2 in a row
+    assert held[3].tolist() == [False, True, False]  # across y, by 0, 1, 3
+    assert not held[4].any()

@@ -212,6 +212,23 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(
     assert len(set(seen)) > 1  # settings change
 
 
+def test_an_attempt_whose_elements_have_no_volume_is_made_again(
+    monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
+) -> None:
+    design, good = meshes["no plates"]
+    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+    left = [np.zeros(1), np.ones(1)]
+
+    def divide(*arguments: object) -> Mesh:
+        assert np.isfinite(np.ones(1) / left.pop(0)).all()
+        return good
+
+    monkeypatch.setattr(tetwild, "finish", divide)
+    mesh = tetrahedralise(design, 3.0, use_cache=False)
+    assert mesh.notes["attempts"] == 2
+    assert "divide by zero" in str(mesh.notes["failed_attempts"])
+
+
 def test_a_vanished_plate_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     design = design_of("plates.count = 1\nmesh.attempts = 1")
     resolved = [way for way in plate_ways(design, True) if not way.cut]
