@@ -53,12 +53,12 @@ def _space_faults(case: Case, scene: Scene) -> list[Fault]:
     mesher = case.design.mesh.mesher
     if mesher == "tetwild":
         return tetwild_faults(case.design, case.design.mirrors_in_z and scene.mirrors_in_z)
-    if mesher == "extrude" and not case.design.extruded:
+    if mesher == "extrude" and not case.design.layered:
         return [
             Fault(
                 "mesh.mesher",
                 mesher,
-                "'tetwild' for a finger whose section changes along z",
+                "'tetwild' for a finger that cannot be swept through layers",
                 "set mesh.mesher = 'tetwild'",
             )
         ]

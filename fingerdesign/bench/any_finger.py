@@ -112,7 +112,7 @@ def measure_any_finger(
 
 
 def extrude_straight(number: int) -> list[Record]:
-    """The random designs of constant section, meshed by extrusion too: least angles, degrees.
+    """The random designs that can be swept through layers, meshed so too: least angles, degrees.
 
     A design whose section cannot be meshed is an error here: none of them is refused.
     """
@@ -128,8 +128,9 @@ def extrude_straight(number: int) -> list[Record]:
         if kinds(seed)[0] not in ("arc", "block"):  # reading the rest takes seconds each
             continue
         design = parse_design(tomlkit.dumps(random_design(seed)))
-        if design.extruded:
-            report = assess(extrude(design, 0.25 * design.body.width_mm), design)
+        if design.layered:
+            mesh = extrude(design, 0.25 * design.body.width_mm, design.mirrors_in_z)
+            report = assess(mesh, design)
             least, body = report.min_dihedral_deg, report.body_volume_error
             found.append({"seed": seed, "min_dihedral_deg": least, "body_volume_error": body})
     return found

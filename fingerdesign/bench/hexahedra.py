@@ -33,7 +33,8 @@ from fingerdesign.fem.hexahedra import HexMesh, extruded_hexahedra, hex_system, 
 from fingerdesign.fem.system import System, assemble_system
 from fingerdesign.fem.trace import ContactTrace, contact_trace
 from fingerdesign.geometry.surface import surface_of
-from fingerdesign.mesh.extrude import extrude, layer_heights
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.layers import layer_heights
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel

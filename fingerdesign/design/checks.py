@@ -10,6 +10,7 @@ from collections.abc import Set
 
 from fingerdesign.design.body_checks import body_faults, sound_outline
 from fingerdesign.design.faults import involves
+from fingerdesign.design.layers import lies_over, not_sweepable
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.meshing import mesh_file_faults
 from fingerdesign.design.placing import placing_findings
@@ -133,27 +134,34 @@ def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     return faults
 
 
-_EXTRUDED_KEYS = (
+_SWEEP_KEYS = (
     "body.shape",
-    "body.depth_mm",
-    "body.core",
-    "plates.span_mm",
-    "plates.span_offset_mm",
-    "plates.stagger_mm",
     "plates.along",
     "plates.hole_diameter_mm",
     "plates.count",
     "plates.placement",
     "plates.rows",
 )
+_PLACE_KEYS = (
+    "body.depth_mm",
+    "body.base_height_mm",
+    "body.core",
+    *(f"plates.{name}_mm" for name in ("span", "span_offset", "stagger", "length", "thickness")),
+    *(f"plates.{name}" for name in ("pitch_mm", "cover_mm", "offset_mm", "angle_deg", "follow")),
+)
 
 
 def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     faults = []
     mesh = design.mesh
-    known = not involves(doubtful, "mesh.mesher", *_EXTRUDED_KEYS)
-    if known and mesh.mesher == "extrude" and not design.extruded:
-        bound = f"tetwild where the section is not constant along z ({_not_extruded(design)})"
+    why = None
+    if mesh.mesher == "extrude" and not involves(doubtful, "mesh.mesher", *_SWEEP_KEYS):
+        why = not_sweepable(design)
+        placed = not involves(doubtful, *_PLACE_KEYS, *surface_keys(design.body))
+        if why is None and placed and sound_outline(design.body):
+            why = lies_over(design)
+    if why is not None:
+        bound = f"'tetwild' for a finger that cannot be swept through layers ({why})"
         remedy = "set mesh.mesher = 'tetwild'"
         faults.append(Fault("mesh.mesher", mesh.mesher, bound, remedy))
     faults += _sheet_faults(design, doubtful)
@@ -164,24 +172,6 @@ def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
             remedy = "lower it: far_size_mm is the largest size anywhere"
             faults.append(Fault(keys[0], sizes.contact_size_mm, bound, remedy))
     return faults
-
-
-def _not_extruded(design: Design) -> str:
-    """The first thing that makes a finger's section change along z."""
-    body, plates = design.body, design.plates
-    if not body.straight:
-        return f"body.shape = '{body.shape}'"
-    if body.core is not None and body.core.depth_mm not in (None, body.depth_mm):
-        return f"body.core.depth_mm = {body.core.depth_mm:g}"
-    if plates.hole_diameter_mm is not None:
-        return f"plates.hole_diameter_mm = {plates.hole_diameter_mm:g}"
-    for row in plate_rows(design):
-        for name, idle in (("along", "x"), ("stagger_mm", 0.0), ("span_offset_mm", 0.0)):
-            if getattr(row.table, name) != idle:
-                return f"{row.key(name)} = {getattr(row.table, name)}"
-        if row.table.span_mm not in (None, body.depth_mm):
-            return f"{row.key('span_mm')} = {row.table.span_mm:g}"
-    return "plates.placement shifts plates along z"
 
 
 def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:

@@ -32,7 +32,8 @@ class MeshOptions(Table):
 
     mesher: Literal["tetwild", "extrude", "file"] = Field(
         default="tetwild",
-        description="tetwild (any finger) | extrude (constant section) | file (made elsewhere)",
+        description="tetwild (any finger) | extrude (a section swept through layers) | file (made "
+        "elsewhere)",
     )
     file: str | None = Field(
         default=None,

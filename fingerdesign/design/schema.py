@@ -94,6 +94,13 @@ class Design(Table):
         return self.body.straight and core and (full or plates.number == 0)
 
     @property
+    def layered(self) -> bool:
+        """Whether one section, swept through layers, can be meshed as it (mesher "extrude")."""
+        from fingerdesign.design.layers import not_layered
+
+        return not_layered(self) is None
+
+    @property
     def mirrors_in_z(self) -> bool:
         """Whether the finger is its own mirror image in z = 0, plate by plate."""
         from fingerdesign.design.layout import plate_frames

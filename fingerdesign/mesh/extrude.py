@@ -1,4 +1,6 @@
-"""A finger of constant section: its triangles swept through graded layers, prisms cut into tets.
+"""A finger whose section is swept through graded layers, its prisms cut into tets.
+
+Plates and core may end inside the body: layers have borders there, and what lies beyond is rubber.
 
 Tetrahedra, because all that reads a mesh (readouts, sheets, quality, files) is made for simplices.
 ``fingerdesign bench hexahedra`` measures what that costs: forces are as good for the arithmetic as
@@ -12,10 +14,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.layers import not_layered
+from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.layers import (
+    LEAST_DEG,
+    distinct,
+    graded_heights,
+    layer_heights,
+    least_dihedral,
+    prisms,
+    tallest_layer,
+)
 from fingerdesign.mesh.section import core_name, mesh_section, onto_surface
-from fingerdesign.mesh.section_plates import bend_faces, section_frames
+from fingerdesign.mesh.section_plates import bend_faces
 from fingerdesign.mesh.sheets import boundary_facets, sheet_facets
 from fingerdesign.mesh.types import Mesh, quadratic
 
@@ -26,92 +38,122 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_LEAST_DEG = 1.1  # issue 4 asks 1 degree of extruded layers; snapped nodes may take a little of it
 _END = 0.25  # of the plates' size: no smaller elements at the ends of thin plates
-_GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane
 
 
 def extrude(
     design: Design, zone_half_width: float, symmetric: bool = True, sizes: SectionMesh | None = None
 ) -> Mesh:
-    """Quadratic tetrahedra of an extruded finger, or of its half z >= 0.
+    """Quadratic tetrahedra of a finger swept through layers, or of its half z >= 0.
 
     ``sizes`` are those of the section (default: the 3-D sizes of the design's ``[mesh]``).
-    Raises MeshError for a finger whose section changes along z.
+    Raises MeshError for a finger that cannot be swept (design.layers), and where plates end so
+    near to each other along z that a layer between would be too thin.
     """
-    if not design.extruded:
+    why = not_layered(design)
+    if why is None and symmetric and not design.mirrors_in_z:
+        why = "its half, for the plates do not mirror in z = 0"
+    if why is not None:
         raise MeshError(
-            f"{design.design.name} is not of constant section; use mesh.mesher = 'tetwild'"
+            f"{design.design.name} cannot be swept through layers ({why}); use mesh.mesher = "
+            "'tetwild'"
         )
-    section = mesh_section(design, zone_half_width, sizes or _section_sizes(design))
-    used, triangles = np.unique(section.corners, return_inverse=True)
-    triangles = triangles.reshape(section.corners.shape)
+    frames = plate_frames(design) if design.plates.model != "none" else ()
+    sheets = frames if design.plates.model == "sheet" else ()
+    section = mesh_section(design, zone_half_width, sizes or _section_sizes(design), frames)
+    parts = _reaches(design, frames)
+    drawn, drawn_regions = _drawn(section, sheets, parts)
+    used, triangles = np.unique(drawn, return_inverse=True)
+    triangles = triangles.reshape(drawn.shape)
     flat = section.points[used]
-    half = 0.5 * design.body.depth_mm
-    heights = layer_heights(half, design.mesh.layers)
-    tallest = float(np.diff(heights).max())
-    heights = layer_heights(half, design.mesh.layers, tallest_layer(flat, triangles, tallest))
-    layers = len(heights)
-    points = np.column_stack([np.tile(flat, (layers, 1)), np.repeat(heights, len(flat))])
-    tets = np.vstack([_prisms(triangles, len(flat), k) for k in range(layers - 1)])
-    regions = np.tile(np.repeat(section.regions, 3), layers - 1)
-    if not symmetric:
-        points, tets, regions = _mirrored(points, tets, regions, len(flat))
-    tets = _oriented(points, tets)
-    nodes, cells = quadratic(points, tets)
-    frames = plate_frames(design) if design.plates.model == "sheet" else ()
-    slots = sheet_facets(nodes, cells, frames)
-    facets = _classify(design, nodes, cells, symmetric, slots) | slots
+    heights = _heights(design, list(parts.values()), flat, triangles)
+    points = np.column_stack([np.tile(flat, (len(heights), 1)), np.repeat(heights, len(flat))])
+    slots = {frame.index + 1 for frame in sheets}
+    tets, numbers = [], []
+    for k, middle in enumerate(0.5 * (heights[1:] + heights[:-1])):
+        own = _regions_at(float(middle), drawn_regions, parts, slots)
+        tets.append(prisms(triangles[own >= 0], len(flat), k))
+        numbers.append(np.repeat(own[own >= 0], 3))
+    cells, regions = np.vstack(tets), np.concatenate(numbers)
+    if design.mirrors_in_z and not symmetric:
+        points, cells, regions = _mirrored(points, cells, regions, len(flat))
+    nodes, cells = quadratic(points, _oriented(points, cells))
+    faces = sheet_facets(nodes, cells, sheets)
+    facets = _classify(design, nodes, cells, symmetric, faces) | faces
     nodes = onto_surface(design.body, nodes, facets["contact"])
-    nodes = bend_faces(nodes, cells, regions, section_frames(design))
-    notes: dict[str, float | int | str] = {"layers": layers - 1}
+    nodes = bend_faces(nodes, cells, regions, frames)
+    notes: dict[str, float | int | str] = {"layers": len(heights) - 1}
     return Mesh(
         nodes, cells, regions, facets, "extrude", symmetric, notes, region_names=core_name(design)
     )
 
 
-def layer_heights(half_depth: float, layers: int, most: float = np.inf) -> Array:
-    """Layer borders from z = 0 to the free end, thinning toward it; mm.
+def _reaches(design: Design, frames: tuple[PlateFrame, ...]) -> dict[int, tuple[float, float]]:
+    """Least and greatest z (mm) of each part, by its region."""
+    found = {frame.index + 1: (frame.low, frame.high) for frame in frames}
+    core = design.body.core
+    if core is not None:
+        half = 0.5 * (core.depth_mm if core.depth_mm is not None else design.body.depth_mm)
+        found[design.core_region] = (-half, half)
+    return found
 
-    ``layers`` of them, or more where none may be taller than ``most`` (mm): from the free end they
-    then grow as they would and stop at that height.
+
+def _heights(
+    design: Design, reaches: list[tuple[float, float]], points: Array, triangles: IntArray
+) -> Array:
+    """Layer borders from z = 0, or where nothing mirrors there from end to end; mm.
+
+    Raises MeshError where a layer would be too thin.
     """
-    steps = _GROWTH ** np.arange(layers)
-    steps *= half_depth / steps.sum()
-    if steps[-1] > most:
-        grown = np.minimum(steps, most)
-        missing = int(np.ceil((half_depth - grown.sum()) / most - 1e-9))
-        steps = np.concatenate([grown, np.full(missing, most)])
-        steps *= half_depth / steps.sum()
-    return np.asarray(np.concatenate([[0.0], np.cumsum(steps[::-1])]))
+    half = 0.5 * design.body.depth_mm
+    plain = layer_heights(half, design.mesh.layers)
+    most = tallest_layer(points, triangles, float(np.diff(plain).max()))
+    plain = layer_heights(half, design.mesh.layers, most)
+    fine = distinct(np.array([-half, half, *np.ravel(reaches)]))
+    if len(fine) == 2:
+        return plain if design.mirrors_in_z else np.concatenate([-plain[:0:-1], plain])
+    first = float(plain[-1] - plain[-2])
+    start = np.array([0.0, *fine[fine > 0.0]]) if design.mirrors_in_z else fine
+    heights = graded_heights(start, fine, first, most)
+    steps = np.diff(heights)
+    thin = int(np.argmin(steps))
+    if steps[thin] < first and least_dihedral(points, triangles, float(steps[thin])) < LEAST_DEG:
+        raise MeshError(
+            f"parts of {design.design.name} end at z = {heights[thin]:.4g} and "
+            f"{heights[thin + 1]:.4g} mm, too near to each other for a layer between: let them end "
+            "together, or use mesh.mesher = 'tetwild'"
+        )
+    return heights
 
 
-def tallest_layer(points: Array, triangles: IntArray, tallest: float) -> float:
-    """Greatest height (mm) of a layer whose tetrahedra keep dihedral angles of _LEAST_DEG.
+def _drawn(
+    section: Mesh, sheets: tuple[PlateFrame, ...], parts: dict[int, tuple[float, float]]
+) -> tuple[IntArray, IntArray]:
+    """All triangles (t, 3) that some layer has, and their regions: slots are filled as plates."""
+    cells, regions = [section.corners], [section.regions]
+    for frame in sheets:
+        rows = []
+        for face in ("upper", "lower"):
+            nodes = np.unique(section.facets[f"plate_{frame.index}_{face}"][:, :2])
+            rows.append(nodes[np.argsort(frame.local(section.points[nodes])[:, 0])])
+        upper, lower = rows
+        cells.append(np.column_stack([lower[:-1], lower[1:], upper[1:]]))
+        cells.append(np.column_stack([lower[:-1], upper[1:], upper[:-1]]))
+        regions.append(np.full(2 * len(upper) - 2, frame.index + 1))
+    return np.vstack(cells), np.concatenate(regions)
 
-    points (n, 2), triangles (t, 3) of the section; tallest: the greatest height that is wanted.
-    Prisms far taller than their triangles are cut into tetrahedra as flat as the triangles are
-    small: where plates are thin, and nowhere else.
-    """
-    angle = _least_dihedral(points, triangles, tallest)
-    for _ in range(8):
-        if angle >= _LEAST_DEG:
-            break
-        tallest *= float(np.clip(0.98 * angle / _LEAST_DEG, 0.2, 0.98))
-        angle = _least_dihedral(points, triangles, tallest)
-    return tallest
 
-
-def _least_dihedral(points: Array, triangles: IntArray, height: float) -> float:
-    """Least dihedral angle, degrees, of a layer of ``height`` (mm) cut into tetrahedra."""
-    both = np.column_stack([np.tile(points, (2, 1)), np.repeat([0.0, height], len(points))])
-    corners = both[_prisms(triangles, len(points), 0)]
-    gradients = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
-    gradients = np.concatenate([-gradients.sum(axis=1, keepdims=True), gradients], axis=1)
-    gradients /= np.linalg.norm(gradients, axis=2, keepdims=True)
-    first, second = np.triu_indices(4, k=1)
-    cosine = -np.einsum("tij,tij->ti", gradients[:, first], gradients[:, second])
-    return float(np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0))))
+def _regions_at(
+    z: float, regions: IntArray, parts: dict[int, tuple[float, float]], slots: set[int]
+) -> IntArray:
+    """Regions of the section's triangles at one z: rubber beyond a part's reach, -1 in a slot."""
+    found = regions.copy()
+    for region, (low, high) in parts.items():
+        if not low < z < high:
+            found[regions == region] = 0
+        elif region in slots:
+            found[regions == region] = -1
+    return found
 
 
 def _section_sizes(design: Design) -> SectionMesh:
@@ -124,18 +166,6 @@ def _section_sizes(design: Design) -> SectionMesh:
             "far_size_mm": mesh.far_size_mm,
         }
     )
-
-
-def _prisms(triangles: IntArray, stride: int, layer: int) -> IntArray:
-    """Three tets a prism (3 t, 4); sorted triangle vertices make neighbours agree on diagonals."""
-    low = np.sort(triangles, axis=1) + layer * stride
-    high = low + stride
-    parts = [
-        np.column_stack([low, high[:, 2]]),
-        np.column_stack([low[:, :2], high[:, 1:]]),
-        np.column_stack([low[:, 0], high]),
-    ]
-    return np.stack(parts, axis=1).reshape(-1, 4)
 
 
 def _mirrored(

@@ -29,17 +29,23 @@ Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
-def mesh_section(design: Design, zone_half_width: float, sizes: SectionMesh | None = None) -> Mesh:
+def mesh_section(
+    design: Design,
+    zone_half_width: float,
+    sizes: SectionMesh | None = None,
+    frames: tuple[PlateFrame, ...] | None = None,
+) -> Mesh:
     """Quadratic triangles of the section z = 0, fine over |x| <= ``zone_half_width`` (mm).
 
-    Plates that z = 0 does not cut are not in it. Raises MeshError where netgen returns a mesh that
-    does not fill the section, and for a body that has no section in closed form.
+    Plates that z = 0 does not cut are not in it, unless ``frames`` says which are. Raises MeshError
+    where netgen returns a mesh that does not fill the section, and for a body that has no section
+    in closed form.
     """
     if design.body.shape == "step":
         raise MeshError('body.shape = "step" has no section; analyse it in 3-D')
     sizes = sizes if sizes is not None else design.mesh.section
     sheets = design.plates.model == "sheet"
-    frames = section_frames(design)
+    frames = section_frames(design) if frames is None else frames
     core = core_box(design.body, design.core_region)
     zone = min(zone_half_width, 0.5 * design.body.width_mm)
     outline = body_outline(design.body, zone, sizes, core)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.mesh.outline import BODY, Outline
-from fingerdesign.mesh.sheets import line_beyond, room_around
+from fingerdesign.mesh.sheets import boundary_facets, line_beyond, room_around
 from fingerdesign.mesh.types import IntArray
 
 if TYPE_CHECKING:
@@ -69,14 +69,23 @@ def bend_faces(
     for frame in frames:
         if frame.bend_radius is None:
             continue
-        own = regions == frame.index + 1
-        face = np.intersect1d(cells[own], cells[~own])
+        face = _lateral_nodes(points, cells[regions == frame.index + 1])
         s, v = frame.local(points[face]).T
         on = np.abs(s) < 0.5 * frame.length - 1e-6  # the square ends stay as they are
         face, s = face[on], s[on]
         level = 0.5 * frame.thickness * np.sign(v[on])
         moved[face, :2] = frame.from_local(s, level)
     return moved
+
+
+def _lateral_nodes(points: Array, cells: IntArray) -> IntArray:
+    """Nodes on the surface of some cells, but of its parts of constant z: where a plate ends."""
+    dimension = points.shape[1]
+    facets = boundary_facets(cells, dimension)
+    if dimension == 3:
+        z = points[facets[:, :3], 2]
+        facets = facets[np.ptp(z, axis=1) > 1e-9]
+    return np.unique(facets)
 
 
 def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:

@@ -186,10 +186,13 @@ def sheet_facets(
             "lower": (np.abs(local[..., 1] + half[1]) < _ON).all(axis=1),
             "end": (np.abs(np.abs(local[..., 0]) - half[0]) < _ON).all(axis=1),
         }
+        if dimension == 3:  # and where the plate ends inside the body
+            across = frame.across(corners.reshape(-1, 3)).reshape(corners.shape[:2])
+            for end in (frame.low, frame.high):
+                on["end"] |= (np.abs(across - end) < _ON).all(axis=1)
         for name in FACES:
             chosen = facets[inside & on[name]]
-            length = 2.0 * frame.thickness if name == "end" else frame.length
-            _check_filled(points, chosen, frame, length)
+            _check_filled(points, chosen, frame, name)
             found[f"plate_{frame.index}_{name}"] = chosen
     return found
 
@@ -209,15 +212,18 @@ def boundary_facets(cells: IntArray, dimension: int) -> IntArray:
     return np.asarray(facets[first[uses == 1]])
 
 
-def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, length: float) -> None:
+def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, name: str) -> None:
     dimension = points.shape[1]
     corners = points[facets[:, :dimension]]
+    asked = 2.0 * frame.thickness if name == "end" else frame.length
     if dimension == 2:
-        asked = length
         filled = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
     else:
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
-        asked = length * (min(frame.high, high) - max(frame.low, low))
+        asked *= min(frame.high, high) - max(frame.low, low)
+        if name == "end":
+            inside = (frame.low > low + _ON) + (frame.high < high - _ON)
+            asked += inside * frame.length * frame.thickness
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         filled = float(0.5 * np.linalg.norm(normal, axis=1).sum())
     if not abs(filled / asked - 1.0) < _FILLED:

@@ -27,6 +27,8 @@ def keys(**tables):
     return [fault.key for fault in design_faults(design_of(**tables))]
 
 
+ROWS = {"rows": [{"along": "z", "count": 3, "cover_mm": 6.0}]}
+OVER = {"span_mm": 2.0, "placement": [(0, 8, 45, -2.0), (0, 8, -45, 2.0)]}
 DOME = {"shape": "dome", "dome_radius_mm": 25.0, "depth_mm": 14.0}
 
 
@@ -59,7 +61,10 @@ def test_the_default_finger_is_sound():
         ({"plates": {"placement": [(0, 12.5, 45)]}}, ["plates.placement[0]"]),
         ({"plates": {"placement": [(0, 0.5, 45)]}}, ["plates.placement[0]"]),
         ({"plates": {"placement": [(9.8, 5, 45)]}}, ["plates.placement[0]"]),
-        ({"mesh": {"mesher": "extrude"}, "plates": {"span_mm": 8.0}}, ["mesh.mesher"]),
+        ({"mesh": {"mesher": "extrude"}, "plates": {"span_mm": 8.0}}, []),
+        ({"mesh": {"mesher": "extrude"}, "plates": {"hole_diameter_mm": 0.6}}, ["mesh.mesher"]),
+        ({"mesh": {"mesher": "extrude"}, "plates": ROWS}, ["mesh.mesher"]),
+        ({"mesh": {"mesher": "extrude"}, "plates": OVER}, ["mesh.mesher"]),
         ({"mesh": {"mesher": "extrude"}, "body": DOME, "plates": {"span_mm": 8}}, ["mesh.mesher"]),
         ({"mesh": {"contact_size_mm": 3.0}}, ["mesh.contact_size_mm"]),
         ({"mesh": {"section": {"contact_size_mm": 3.0}}}, ["mesh.section.contact_size_mm"]),

@@ -164,16 +164,22 @@ def test_new_material():
 
 
 @pytest.mark.parametrize(
-    ("lines", "extruded"),
+    ("lines", "extruded", "layered"),
     [
-        ("", True),
-        ("plates.span_mm = 10.0", True),
-        ("plates.span_mm = 8.0", False),
-        ("plates.span_mm = 8.0\nplates.count = 0", True),
+        ("", True, True),
+        ("plates.span_mm = 10.0", True, True),
+        ("plates.span_mm = 8.0", False, True),
+        ("plates.span_mm = 8.0\nplates.count = 0", True, True),
+        ("plates.span_mm = 5.0\nplates.stagger_mm = 2.0", False, True),
+        ("plates.hole_diameter_mm = 0.5", False, False),
+        ('body.shape = "dome"\nbody.dome_radius_mm = 25', False, False),
+        ("body.core = { height_mm = 2.0, depth_mm = 6.0 }", False, True),
     ],
 )
-def test_extruded(lines, extruded):
-    assert parse_design(NAME + lines).extruded is extruded
+def test_extruded_and_layered(lines, extruded, layered):
+    """One section tells all; or, swept through layers, it can at least be meshed so."""
+    design = parse_design(NAME + lines)
+    assert (design.extruded, design.layered) == (extruded, layered)
 
 
 def test_number_counts_placed_plates():

@@ -9,7 +9,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.fem.hexahedra import extruded_hexahedra, gauss, hex_system, hex_trace, shapes
 from fingerdesign.geometry.surface import surface_of
-from fingerdesign.mesh.extrude import layer_heights
+from fingerdesign.mesh.layers import layer_heights
 from fingerdesign.mesh.section import mesh_section
 
 SIZES = {"contact_size_mm": 0.8, "plate_size_mm": 0.6, "plate_end_size_mm": 0.2}

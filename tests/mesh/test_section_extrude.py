@@ -8,7 +8,8 @@ from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.mesh.extrude import extrude, layer_heights
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.layers import layer_heights
 from fingerdesign.mesh.section import mesh_section
 
 DESIGN = parse_design(
@@ -97,10 +98,10 @@ def test_layers_thin_toward_the_free_end():
     assert (np.diff(steps) < 0).all()
 
 
-def test_a_changing_section_cannot_be_extruded():
-    short = with_values(DESIGN, {"plates.span_mm": 4.0})
-    with pytest.raises(MeshError, match="tetwild"):
-        extrude(short, 2.0)
+def test_a_body_that_changes_along_z_cannot_be_extruded():
+    dome = with_values(DESIGN, {"body.shape": "dome", "body.dome_radius_mm": 20.0})
+    with pytest.raises(MeshError, match=r"body\.shape = 'dome'.*tetwild"):
+        extrude(dome, 2.0)
 
 
 def test_a_mesh_that_lost_its_plates_is_not_called_good():

@@ -8,7 +8,8 @@ from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.geometry.surface import surface_of
-from fingerdesign.mesh.extrude import extrude, layer_heights
+from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.layers import layer_heights
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.section_plates import section_frames
 
