@@ -1,0 +1,240 @@
+"""One way of modelling a finger in a scene, and what it answers: the rungs' and checks' workhorse.
+
+    solved = solve(design, scene, Model("3-D", sizes, layers=6))
+    solved.readings.normal_force
+
+A model is a dimension, element sizes and what stands for the plates. What has been condensed stays,
+so further paths (another friction, forces instead of motions) cost their increments alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+from fingerdesign.errors import SolverError
+from fingerdesign.fidelity.readings import Readings, readings_of
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.path import Step
+    from fingerdesign.contact.problem import ContactProblem
+    from fingerdesign.design.contact_zone import Zone
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fem.model import FiniteElementModel
+    from fingerdesign.mesh.types import Mesh
+
+Dimension = Literal["plane strain", "3-D"]
+Plates = Literal["solid", "sheet", "none"]
+
+_WIDEN, _WIDENINGS = 1.4, 6  # a candidate zone that the contact has outgrown
+_GRADATION = {"plane strain": 0.2, "3-D": 0.5}
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Element edges, mm: at the contact, along the plates, at their ends, anywhere at the most."""
+
+    contact: float
+    plate: float
+    end: float
+    far: float
+    gradation: float = 0.3
+
+    def scaled(self, factor: float) -> Sizes:
+        """All of them ``factor`` times as long."""
+        return replace(
+            self,
+            contact=factor * self.contact,
+            plate=factor * self.plate,
+            end=factor * self.end,
+            far=factor * self.far,
+        )
+
+
+@dataclass(frozen=True)
+class Model:
+    """How one solve models a finger.
+
+    layers: of an extruded finger, in half its depth; plates: None as the design says; whole: no
+    half model even where everything mirrors; mesher: None as the design says ("tetwild", "extrude",
+    "file"), where it is three-dimensional; element: None as the design says.
+    """
+
+    dimension: Dimension
+    sizes: Sizes
+    layers: int = 8
+    plates: Plates | None = None
+    mesher: str | None = None
+    whole: bool = False
+    element: str | None = None
+
+    @property
+    def name(self) -> str:
+        """A few words: "3-D, 0.4 mm, 8 layers"."""
+        words = [self.dimension, f"{self.sizes.contact:.3g} mm"]
+        words += [f"{self.layers} layers"] if self.mesher == "extrude" else []
+        words += [f"plates {self.plates}"] if self.plates else []
+        return ", ".join(words)
+
+
+@dataclass
+class Solved:
+    """An answer, what it took, and the condensed problem that gave it."""
+
+    design: Design
+    scene: Scene
+    model: Model
+    mesh: Mesh
+    zone: Zone
+    problem: ContactProblem
+    readings: Readings
+    steps: list[Step]
+    dofs: int
+    contact_nodes: int
+    seconds: dict[str, float] = field(default_factory=dict)
+    built: FiniteElementModel | None = None
+
+    @property
+    def total(self) -> float:
+        """Seconds from the design to the last increment."""
+        return sum(self.seconds.values())
+
+    def along(self, scene: Scene) -> Readings:
+        """The readings over another path of the same object, on the same condensed model.
+
+        Raises SolverError where the path has no answer or leaves the candidate zone.
+        """
+        return readings_of(_follow(self.design, scene, self.problem), self.design.gages.face)
+
+
+def design_for(design: Design, model: Model) -> Design:
+    """The design with the keys of ``[mesh]`` and ``plates.model`` that the model asks for."""
+    from fingerdesign.design.io import with_values
+
+    sizes = model.sizes
+    values: dict[str, object] = {}
+    if model.dimension == "3-D":
+        values |= {
+            "mesh.contact_size_mm": max(sizes.contact, 0.01),
+            "mesh.plate_size_mm": max(sizes.plate, 0.01),
+            "mesh.far_size_mm": max(sizes.far, 0.01),
+            "mesh.layers": model.layers,
+        }
+    if model.mesher is not None and model.mesher != design.mesh.mesher:
+        values |= {"mesh.mesher": model.mesher}
+    if model.plates is not None and design.plates.number:
+        values |= {"plates.model": model.plates}
+    if model.element is not None:
+        values |= {"mesh.element": model.element}
+    return with_values(design, values)
+
+
+def solve(design: Design, scene: Scene, model: Model) -> Solved:
+    """Mesh, condense, follow the scene's path. Raises FingerDesignError where a stage fails."""
+    from fingerdesign.case import Case
+    from fingerdesign.contact.increment import ZoneExhausted
+    from fingerdesign.pipeline import zone_of
+
+    case = Case(design, scene, fields=False, grips=False)
+    zone = zone_of(case, scene)
+    seconds: dict[str, float] = {}
+    for _ in range(_WIDENINGS):
+        try:
+            return _solve_in(design, scene, model, zone, case.symmetric, seconds)
+        except ZoneExhausted:
+            if zone.fills(design):
+                raise
+            zone = zone.widened(_WIDEN, design)
+    raise SolverError(f"the contact outgrew a candidate zone of {zone} again and again")
+
+
+def _solve_in(
+    design: Design,
+    scene: Scene,
+    model: Model,
+    zone: Zone,
+    symmetric: bool,
+    seconds: dict[str, float],
+) -> Solved:
+    from fingerdesign.contact.problem import contact_problem
+    from fingerdesign.pipeline import condense
+    from fingerdesign.scene_contact import object_at_touch
+
+    own = design_for(design, model)
+    start = time.perf_counter()
+    mesh = _mesh(own, model, zone, symmetric and not model.whole)
+    _add(seconds, "mesh", time.perf_counter() - start)
+    start = time.perf_counter()
+    built = condense(own, mesh, zone, scene)
+    total = time.perf_counter() - start
+    _add(seconds, "assemble", built.timings["assemble"])
+    _add(seconds, "condense", total - built.timings["assemble"])
+    start = time.perf_counter()
+    rigid = object_at_touch(scene.object, own.body)
+    problem = contact_problem(built.reduced, rigid, scene.object.friction_coefficient)
+    try:
+        steps = _follow(own, scene, problem)
+    finally:
+        _add(seconds, "increments", time.perf_counter() - start)
+    return Solved(
+        design=own,
+        scene=scene,
+        model=model,
+        mesh=mesh,
+        zone=zone,
+        problem=problem,
+        readings=readings_of(steps, own.gages.face),
+        steps=steps,
+        dofs=built.dofs,
+        contact_nodes=built.reduced.nodes,
+        seconds=seconds,
+        built=built,
+    )
+
+
+def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
+    sizes = _section_sizes(design, model)
+    if model.dimension == "plane strain":
+        from fingerdesign.mesh.section import mesh_section
+
+        return mesh_section(design, zone.half_width, sizes)
+    if design.mesh.mesher == "extrude":
+        from fingerdesign.mesh.extrude import extrude
+
+        return extrude(design, zone.half_width, symmetric, sizes)
+    from fingerdesign.pipeline import make_mesh
+
+    return make_mesh(design, "3d", zone, symmetric)
+
+
+def _section_sizes(design: Design, model: Model):  # type: ignore[no-untyped-def]
+    sizes = model.sizes
+    return design.mesh.section.model_copy(
+        update={
+            "contact_size_mm": sizes.contact,
+            "plate_size_mm": sizes.plate,
+            "plate_end_size_mm": sizes.end,
+            "far_size_mm": sizes.far,
+            "gradation": sizes.gradation,
+        }
+    )
+
+
+def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]:
+    from fingerdesign.load_path import follow_path
+    from fingerdesign.pipeline import one_thread
+
+    with one_thread():
+        return follow_path(problem, scene, design)
+
+
+def _add(seconds: dict[str, float], stage: str, more: float) -> None:
+    seconds[stage] = seconds.get(stage, 0.0) + more
+
+
+def total_seconds(every: Sequence[Solved]) -> float:
+    """Seconds of several solves together."""
+    return sum(each.total for each in every)

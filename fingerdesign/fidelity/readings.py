@@ -1,0 +1,121 @@
+"""What a scene reads from a finger, row by row, and how far two models' answers are apart.
+
+numpy only. Errors are quoted as in every table of ours: F_n relative to its row's, F_t and contact
+width relative to the path's largest, stick ratios absolute, gage strains relative to the largest
+reading of their row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.path import Step
+
+Array = NDArray[np.float64]
+MICRO = 1e6
+QUANTITIES = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gage")
+_NOTHING = 1e-12  # N: no force to be relative to
+
+
+@dataclass(frozen=True)
+class Readings:
+    """A path of k rows, whole finger.
+
+    normal_force, tangential_force (k,) N; contact_width (k,) mm; stick_ratio (k,), 0 without
+    contact; gages (k, plates, 2): upper and lower face, microstrain; face: which of them is read.
+    """
+
+    normal_force: Array
+    tangential_force: Array
+    contact_width: Array
+    stick_ratio: Array
+    gages: Array
+    face: str = "both"
+
+    @property
+    def rows(self) -> int:
+        """How many increments there are."""
+        return len(self.normal_force)
+
+    @property
+    def reading(self) -> Array:
+        """What each gage reads (k, plates), microstrain: of its face, or the mean of both."""
+        from fingerdesign.control.signals import gage_readings
+
+        shape = self.gages.shape[:2]
+        flat = gage_readings(self.gages.reshape(-1, 2) / MICRO, self.face)
+        return np.asarray(flat).reshape(shape)
+
+    def part(self, rows: int) -> Readings:
+        """The first ``rows`` of them."""
+        return Readings(
+            self.normal_force[:rows],
+            self.tangential_force[:rows],
+            self.contact_width[:rows],
+            self.stick_ratio[:rows],
+            self.gages[:rows],
+            self.face,
+        )
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Unsigned errors of one path, see the module: (k,) each, gage (k, plates)."""
+
+    normal_force: Array
+    tangential_force: Array
+    contact_width: Array
+    stick_ratio: Array
+    gage: Array
+
+    def worst(self) -> dict[str, float]:
+        """The greatest of each quantity; ``gage`` 0 where there is none."""
+        return {name: float(getattr(self, name).max(initial=0.0)) for name in QUANTITIES}
+
+    def read(self, quantities: Sequence[str] = QUANTITIES) -> Array:
+        """All errors of these quantities in one row."""
+        return np.concatenate([getattr(self, name).reshape(-1) for name in quantities])
+
+
+def readings_of(steps: Sequence[Step], face: str = "both") -> Readings:
+    """The readings of solved increments."""
+    found = [step.measures for step in steps]
+    return Readings(
+        np.array([each.normal_force for each in found]),
+        np.array([each.tangential_force for each in found]),
+        np.array([each.contact_width for each in found]),
+        np.array([each.stick_ratio or 0.0 for each in found]),
+        MICRO * np.array([each.gages.reshape(-1, 2) for each in found]).reshape(len(found), -1, 2),
+        face,
+    )
+
+
+def errors(found: Readings, truth: Readings) -> Errors:
+    """How far ``found`` is from ``truth``, row by row. ValueError where the paths differ."""
+    if found.rows != truth.rows or found.gages.shape != truth.gages.shape:
+        raise ValueError(f"paths of {found.rows} and {truth.rows} rows cannot be compared")
+    right = truth.reading
+    most = np.abs(right).max(axis=1, keepdims=True, initial=0.0)
+    return Errors(
+        _share(found.normal_force - truth.normal_force, np.abs(truth.normal_force)),
+        _share(
+            found.tangential_force - truth.tangential_force,
+            np.abs(truth.tangential_force).max(initial=0.0),
+        ),
+        _share(found.contact_width - truth.contact_width, truth.contact_width.max(initial=0.0)),
+        np.abs(found.stick_ratio - truth.stick_ratio),
+        _share(found.reading - right, most),
+    )
+
+
+def _share(difference: Array, scale: Array | float) -> Array:
+    """|difference| / scale, 0 where both vanish."""
+    scale = np.broadcast_to(scale, difference.shape)
+    size = np.abs(difference)
+    return np.where(scale > _NOTHING, size / np.maximum(scale, _NOTHING), np.minimum(size, 1.0))
