@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.measures import edge_lengths
+from fingerdesign.mesh.section_sizes import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField, distances_to_plate
 from fingerdesign.mesh.types import Mesh
 
@@ -61,13 +62,15 @@ def asked_sizes(
     frames = plate_frames(design) if design.plates.model != "none" else ()
     has_plates = bool(frames)
     if mesh.dimension == 2:
-        field = _section_field(design, design.mesh.section, zone_half_width)
-        return AskedSizes(field, reasons=_END_WORDS[:has_plates])
+        flat, said = section_sizes(design, zone_half_width), design.mesh.section.contact_size_mm
+        field = _section_field(design, flat, zone_half_width)
+        words = _finer_words("mesh.section", said, flat.contact_size_mm, zone_half_width)
+        return AskedSizes(field, reasons=(*words, *_END_WORDS[:has_plates]))
     if mesh.mesher == "extrude":
-        from fingerdesign.mesh.extrude import _section_sizes as section_sizes
-
-        field = _section_field(design, section_sizes(design), zone_half_width)
-        return AskedSizes(field, np.inf, _END_WORDS[:has_plates])
+        flat, said = extruded_sizes(design, zone_half_width), design.mesh.contact_size_mm
+        field = _section_field(design, flat, zone_half_width)
+        words = _finer_words("mesh", said, flat.contact_size_mm, zone_half_width)
+        return AskedSizes(field, np.inf, (*words, *_END_WORDS[:has_plates]))
     sizes = MeshSizes.of(design, zone_half_width, zone_half_depth)
     field = SizeField(surface_of(design.body), frames, sizes, zone_half_width, zone_half_depth)
     reasons = (*_contact_words(design, sizes, zone_half_width, zone_half_depth), *_END_WORDS)
@@ -78,20 +81,25 @@ def _contact_words(
     design: Design, sizes: MeshSizes, half_width: float, half_depth: float | None
 ) -> list[str]:
     """Why the size at the contact is not mesh.contact_size_mm, where it is not."""
-    said, found = design.mesh.contact_size_mm, []
-    if sizes.contact < said:
-        half = min(half_width, half_depth or np.inf)
-        found.append(
-            f"at the contact {sizes.contact:.3g} mm, not mesh.contact_size_mm = {said:g}: "
-            f"{FACETS_ACROSS:g} facets over the half-width of the scene's contact ({half:.3g} mm), "
-            "but no finer than a third of the key"
-        )
+    said, half = design.mesh.contact_size_mm, min(half_width, half_depth or np.inf)
+    found = _finer_words("mesh", said, sizes.contact, half)
     if sizes.stretch > 1.0:
         found.append(
             f"elements are to be {sizes.stretch:g} times longer along z than in the section, so "
             f"at the contact {sizes.contact / np.sqrt(sizes.stretch):.3g} mm across"
         )
     return found
+
+
+def _finer_words(table: str, said: float, size: float, half_width: float) -> list[str]:
+    """Why the size at the contact is not ``table``.contact_size_mm, where it is not."""
+    if size >= said:
+        return []
+    return [
+        f"at the contact {size:.3g} mm, not {table}.contact_size_mm = {said:g}: "
+        f"{FACETS_ACROSS:g} facets over the half-width of the scene's contact zone "
+        f"({half_width:.3g} mm), but no finer than a third of the key"
+    ]
 
 
 def _section_field(design: Design, sizes: SectionMesh, zone: float) -> Callable[[Array], Array]:

@@ -69,9 +69,14 @@ def mesh_key(
     return hashlib.sha256(text.encode()).hexdigest()
 
 
+def kept_mesh_file(key: str) -> Path:
+    """Where the mesh of a key is kept, if it is."""
+    return cache_folder() / f"{key}.npz"
+
+
 def load_mesh(key: str) -> Mesh | None:
     """The mesh kept under a key, or None: nothing kept, or a file that cannot be read."""
-    path = cache_folder() / f"{key}.npz"
+    path = kept_mesh_file(key)
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             about: dict[str, Any] = json.loads(str(data["about"]))

@@ -28,6 +28,7 @@ from fingerdesign.mesh.layers import (
 )
 from fingerdesign.mesh.section import core_name, mesh_section, onto_surface
 from fingerdesign.mesh.section_plates import bend_faces
+from fingerdesign.mesh.section_sizes import extruded_sizes
 from fingerdesign.mesh.sheets import boundary_facets, sheet_facets
 from fingerdesign.mesh.types import Mesh, quadratic
 
@@ -38,15 +39,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_END = 0.25  # of the plates' size: no smaller elements at the ends of thin plates
-
 
 def extrude(
     design: Design, zone_half_width: float, symmetric: bool = True, sizes: SectionMesh | None = None
 ) -> Mesh:
     """Quadratic tetrahedra of a finger swept through layers, or of its half z >= 0.
 
-    ``sizes`` are those of the section (default: the 3-D sizes of the design's ``[mesh]``).
+    ``sizes`` are those of the section (default: the 3-D ones of ``[mesh]``, fit for the contact).
     Raises MeshError for a finger that cannot be swept (design.layers), and where plates end so
     near to each other along z that a layer between would be too thin.
     """
@@ -60,7 +59,9 @@ def extrude(
         )
     frames = plate_frames(design) if design.plates.model != "none" else ()
     sheets = frames if design.plates.model == "sheet" else ()
-    section = mesh_section(design, zone_half_width, sizes or _section_sizes(design), frames)
+    section = mesh_section(
+        design, zone_half_width, sizes or extruded_sizes(design, zone_half_width), frames
+    )
     parts = _reaches(design, frames)
     drawn, drawn_regions = _drawn(section, sheets, parts)
     used, triangles = np.unique(drawn, return_inverse=True)
@@ -154,18 +155,6 @@ def _regions_at(
         elif region in slots:
             found[regions == region] = -1
     return found
-
-
-def _section_sizes(design: Design) -> SectionMesh:
-    mesh = design.mesh
-    return mesh.section.model_copy(
-        update={
-            "contact_size_mm": mesh.contact_size_mm,
-            "plate_size_mm": mesh.plate_size_mm,
-            "plate_end_size_mm": max(design.plates.thickness_mm, _END * mesh.plate_size_mm),
-            "far_size_mm": mesh.far_size_mm,
-        }
-    )
 
 
 def _mirrored(

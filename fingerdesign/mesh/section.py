@@ -18,6 +18,7 @@ from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.outline import BODY, Outline, body_outline, core_box
 from fingerdesign.mesh.section_plates import add_plates, add_sheets, bend_faces, section_frames
 from fingerdesign.mesh.section_process import run_netgen
+from fingerdesign.mesh.section_sizes import section_sizes
 from fingerdesign.mesh.sheets import boundary_facets, open_sheets, sheet_facets
 from fingerdesign.mesh.types import Mesh, quadratic
 
@@ -43,7 +44,7 @@ def mesh_section(
     """
     if design.body.shape == "step":
         raise MeshError('body.shape = "step" has no section; analyse it in 3-D')
-    sizes = sizes if sizes is not None else design.mesh.section
+    sizes = sizes if sizes is not None else section_sizes(design, zone_half_width)
     sheets = design.plates.model == "sheet"
     frames = section_frames(design) if frames is None else frames
     core = core_box(design.body, design.core_region)

@@ -37,6 +37,18 @@ FACETS_ACROSS, LEAST_CONTACT_SIZE = 5.0, 0.33
 END_GRADATION = 1.2  # a singularity's field: elements as large as they are away from it
 
 
+def contact_size(
+    said: float, zone_half_width: float, zone_half_depth: float | None = None
+) -> float:
+    """Edge length at the contact, mm, where ``said`` is asked for and the contact zone is so large.
+
+    No coarser than FACETS_ACROSS facets over the zone's half-width (or half-depth) need, but no
+    finer than LEAST_CONTACT_SIZE of what is said.
+    """
+    least = min(zone_half_width, zone_half_depth or np.inf) / FACETS_ACROSS
+    return min(said, max(least, LEAST_CONTACT_SIZE * said))
+
+
 @dataclass(frozen=True)
 class MeshSizes:
     """Edge lengths in mm.
@@ -72,8 +84,7 @@ class MeshSizes:
         across = [plates.along == "z" for plates in design.plates.all_rows]
         if body.shape in ("revolved", "step") or (design.plates.number and any(across)):
             stretch = 1.0  # no direction is the slow one
-        least = min(zone_half_width, zone_half_depth or np.inf) / FACETS_ACROSS
-        contact = min(mesh.contact_size_mm, max(least, LEAST_CONTACT_SIZE * mesh.contact_size_mm))
+        contact = contact_size(mesh.contact_size_mm, zone_half_width, zone_half_depth)
         return cls(contact, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch)
 
     def scaled(self, factor: float) -> MeshSizes:

@@ -10,9 +10,11 @@ from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import MeshError
 from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.mesh.section_sizes import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import (
     END_GRADATION,
     GRID_POINTS,
+    LEAST_CONTACT_SIZE,
     MeshSizes,
     SizeField,
     background_grid,
@@ -119,3 +121,13 @@ def test_the_expected_elements_of_an_even_field_fill_the_body() -> None:
 def test_sizes_must_be_positive(value: float) -> None:
     with pytest.raises(MeshError, match="plate"):
         MeshSizes(0.2, value, 2.0, 0.5)
+
+
+def test_sections_too_are_as_fine_as_a_small_contact_needs():
+    keys = "[mesh]\ncontact_size_mm = 0.4\n[mesh.section]\ncontact_size_mm = 0.4"
+    design = parse_design(f'design.name = "t"\n{keys}')
+    assert section_sizes(design, 1.0).contact_size_mm == pytest.approx(0.2)
+    assert section_sizes(design, 0.3).contact_size_mm == pytest.approx(LEAST_CONTACT_SIZE * 0.4)
+    assert section_sizes(design, 4.0) == design.mesh.section
+    assert extruded_sizes(design, 1.0).contact_size_mm == MeshSizes.of(design, 1.0).contact
+    assert extruded_sizes(design, 4.0).contact_size_mm == 0.4
