@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / "fingerdesign"
-ORDER = ["design", "geometry", "mesh", "reduced", "fem", "contact", "control"]
+ORDER = ["design", "geometry", "mesh", "reduced", "fem", "contact", "finite", "control"]
 ALLOWED = {
     "cadquery": {"geometry", "mold"},
     "OCP": {"geometry", "mold"},

@@ -53,7 +53,7 @@ def pressure_coupling(
     dimension = points.shape[1]
     corners = dimension + 1
     first, _ = lame_parameters(youngs_modulus, poissons_ratio)
-    numbers, nodes = _pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
+    numbers, nodes = pressure_nodes(cells[:, :corners], youngs_modulus, poissons_ratio)
     count = len(nodes)
     coupling, mass = _blocks(points, cells)
     row = (cells[:, :, None, None] * dimension + np.arange(dimension)[:, None]).repeat(corners, 3)
@@ -68,7 +68,7 @@ def pressure_coupling(
     return Pressures(nodes, b, m.tocsr())
 
 
-def _pressure_nodes(
+def pressure_nodes(
     corners: IntArray, youngs_modulus: Array, poissons_ratio: Array
 ) -> tuple[IntArray, IntArray]:
     """Pressure numbers (c, corners), one a material and corner node, and the node of each."""

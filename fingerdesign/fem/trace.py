@@ -23,7 +23,7 @@ from fingerdesign.reduced import SurfaceQuadrature
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian
+TRACE_ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class ContactTrace:
 def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> ContactTrace:
     """Trace on quadratic ``facets`` (f, 3 or 6) of a mesh with ``points`` (n, dim)."""
     dimension = points.shape[1]
-    where, weights = quadrature(dimension - 1, _ORDER)
+    where, weights = quadrature(dimension - 1, TRACE_ORDER)
     table = tabulate(dimension - 1, where)
     hats = _hat_functions(where)
     corners = facets[:, :dimension]

@@ -1,0 +1,104 @@
+"""A body at finite strain as contact sees it: linear about where it is now.
+
+    K du = R^T f - r(u)         r forces and K stiffness at the displacement u, f contact forces (N)
+    R (u + du) = C f + d        C = R K^-1 R^T,  d = R u - R K^-1 r
+
+so the contact solver of the small-strain model finds f, and du follows. R is the contact trace of
+the body at rest: forces are those of the whole, tractions per area at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.finite_system import FiniteSystem, finite_system
+
+if TYPE_CHECKING:
+    from fingerdesign.fem.body import Body
+    from fingerdesign.reduced import ReducedModel
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FiniteBody:
+    """A body, its equations, and its small-strain model at rest (trace, supports, readouts).
+
+    trace (m dim, d): contact displacements of the free unknowns; free_ends, depth: as in
+    fem.body.reduced_model.
+    """
+
+    system: FiniteSystem
+    at_rest: CondensedBody
+    trace: sp.csr_matrix
+    free_ends: tuple[float, float] | None
+    depth: float | None
+
+    def contact_displacement(self, values: Array) -> Array:
+        """R u (m, dim), mm."""
+        moved = self.at_rest.trace.operator @ values[: self.system.body.mesh.points.size]
+        return np.asarray(moved).reshape(-1, self.system.body.mesh.dimension)
+
+    def loads(self, force: Array) -> Array:
+        """Contact forces (m, dim) N on the free unknowns, (d,)."""
+        return np.asarray(self.trace.T @ force.ravel())
+
+    def supports(self, values: Array) -> Array:
+        """Sum of the supports' forces on the body (dim,), N, at equilibrium."""
+        body = self.system.body
+        forces = self.system.forces(values)[: body.mesh.points.size]
+        return np.asarray(np.where(body.fixed, forces, 0.0).reshape(body.mesh.points.shape).sum(0))
+
+    def linearised(self, values: Array, before: Array | None = None) -> Linearised:
+        """The tangent at ``values``, the end of a step from ``before`` (FiniteSystem.tangent).
+
+        Raises SolverError where it is not that of a stable body.
+        """
+        forces, stiffness = self.system.tangent(values, before)
+        silent = np.diff(self.trace.indptr) == 0  # motions that are held
+        condensation = Condensation(stiffness, self.trace[~silent].tocsr(), self.system.pressures)
+        compliance = np.zeros((len(silent), len(silent)))
+        compliance[np.ix_(~silent, ~silent)] = condensation.matrix
+        return Linearised(self, forces, condensation, compliance)
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """One tangent of a body: forces (count,) where it was taken, compliance (m dim, m dim)."""
+
+    body: FiniteBody
+    forces: Array
+    condensation: Condensation
+    compliance: Array
+
+    def answer(self, loads: Array) -> Array:
+        """Change of the values (count,) by loads (d,) on the free unknowns."""
+        change = np.zeros(self.body.system.count)
+        change[self.body.system.free] = self.condensation.solve(loads[:, None])[:, 0]
+        return change
+
+    def model(self, offset: Array) -> ReducedModel:
+        """What contact sees, with contact displacement ``offset`` (m, dim) mm at no force."""
+        condensed = replace(
+            self.body.at_rest, compliance=self.compliance, load_displacement=offset.ravel()
+        )
+        return reduced_model(condensed, free_ends=self.body.free_ends, depth=self.body.depth)
+
+
+def finite_body(
+    body: Body, free_ends: tuple[float, float] | None = None, depth: float | None = None
+) -> FiniteBody:
+    """The body, ready to be followed. Raises SolverError as condense_body and finite_system do."""
+    system = finite_system(body)
+    at_rest = condense_body(body)
+    trace = (at_rest.trace.operator @ system.lift).tocsr()
+    trace.eliminate_zeros()
+    trace.sort_indices()
+    return FiniteBody(system, at_rest, trace, free_ends, depth)

@@ -1,0 +1,1 @@
+"""The finger at finite strain, pressed and sheared by a rigid object."""
