@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 
-from fingerdesign_cli import bench_charts, bench_checks, bench_search
+from fingerdesign_cli import bench_charts, bench_checks, bench_plane_strain, bench_search
 from fingerdesign_cli.bench_charts import say_busy, show_checks
 from fingerdesign_cli.common import output_folder, output_options, progress
 
@@ -59,5 +59,10 @@ def command(
     return 1 if found.failures else code
 
 
-for _each in (*bench_charts.COMMANDS, *bench_checks.COMMANDS, *bench_search.COMMANDS):
+for _each in (
+    *bench_charts.COMMANDS,
+    *bench_checks.COMMANDS,
+    *bench_search.COMMANDS,
+    *bench_plane_strain.COMMANDS,
+):
     command.add_command(_each)

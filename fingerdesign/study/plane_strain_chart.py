@@ -1,0 +1,129 @@
+"""The plane-strain map drawn: where plane strain holds within 1, 2, 5, 10, 20 and 40 %."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.report.style import INK, MUTED, PAPER, canvas, house_style
+from fingerdesign.study.plane_strain_map import PlaneStrainMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
+# One hue from light (small errors) to dark: readable without colour, and in print.
+SHADES = ("#f4f8fb", "#dce9f3", "#bcd6e8", "#93bdd9", "#5f9cc4", "#2f78a8", "#0b4a75")
+_RATIOS = (0.3, 0.45, 0.49)
+_SAMPLES = 90
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One row of the chart: a quantity at one span share, and its title."""
+
+    quantity: str
+    span: float
+    title: str
+
+
+PANELS = (
+    Panel("normal_force", 0.0, "F_n at equal approach, no plates"),
+    Panel("normal_force", 1.0, "F_n at equal approach, plates of full span"),
+    Panel("gage_face", 1.0, "gage on one face, plates of full span"),
+    Panel("gage_both", 1.0, "gage on both faces (mean), plates of full span"),
+)
+
+
+def draw_map(chart: PlaneStrainMap, path: Path, panels: tuple[Panel, ...] = PANELS) -> Path:
+    """Contours of the errors over D/a and D/H; a row a quantity, a column a Poisson's ratio."""
+    ratios = sorted({_nearest(chart.poisson, wanted) for wanted in _RATIOS})
+    with house_style():
+        figure = canvas(7.6, 0.9 + 2.15 * len(panels))
+        grid = figure.subplots(len(panels), len(ratios), sharex=True, sharey=True, squeeze=False)
+        for row, panel in zip(grid, panels, strict=True):
+            for axes, poisson in zip(row, ratios, strict=True):
+                _draw(axes, chart, panel, poisson)
+            row[0].set_title(f"{panel.title}\nPoisson's ratio {ratios[0]:g}")
+            row[0].set_ylabel("depth / height, D / H")
+            _radius_axis(row[-1], chart)
+        for axes in grid[-1]:
+            axes.set_xlabel("depth / contact half-width, D / a")
+        figure.suptitle(
+            "What plane strain gets wrong, per cent of 3-D at the mid-plane", color=INK, fontsize=11
+        )
+        figure.savefig(path, dpi=150, facecolor=PAPER)
+    return path
+
+
+def sampled(
+    chart: PlaneStrainMap, quantity: str, span: float, poisson: float
+) -> tuple[Array, Array, Array]:
+    """D/a (n,), D/H (m,) and the errors (m, n), NaN where nothing was computed."""
+    width = np.exp([chart.width.min(), chart.width.max()])
+    depth = np.geomspace(chart.depth[0], chart.depth[-1], _SAMPLES)
+    across = np.geomspace(depth[0] / width[1], depth[-1] / width[0], _SAMPLES)
+    values = np.full((len(depth), len(across)), np.nan)
+    for i, high in enumerate(depth):
+        for j, ratio in enumerate(across):
+            if chart.inside(poisson, span, float(high), float(high / ratio)):
+                error = chart.error(quantity, poisson, span, float(high), float(high / ratio))
+                values[i, j] = abs(error)
+    return across, depth, values
+
+
+def _draw(axes: Axes, chart: PlaneStrainMap, panel: Panel, poisson: float) -> None:
+    across, depth, values = sampled(chart, panel.quantity, panel.span, poisson)
+    filled = np.ma.masked_invalid(values)
+    axes.contourf(across, depth, filled, levels=[0.0, *LEVELS, 10.0], colors=SHADES)
+    lines = axes.contour(across, depth, filled, levels=LEVELS, colors=[INK], linewidths=0.8)
+    labels = axes.clabel(lines, fmt=lambda level: f"{100 * level:g} %", fontsize=7.5)
+    for label in labels:
+        label.set_bbox({"facecolor": PAPER, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
+    axes.set(xscale="log", yscale="log", title=f"Poisson's ratio {poisson:g}")
+    _plain_ticks(axes, (1, 3, 10, 30, 100), (0.5, 1, 2, 5))
+    at = np.exp(_corner(chart, panel, poisson))
+    axes.plot(at[0], at[1], color=MUTED, linestyle="none", marker=".", markersize=2.5)
+
+
+def _corner(chart: PlaneStrainMap, panel: Panel, poisson: float) -> tuple[Array, Array]:
+    """log D/a and log D/H of the models that were computed."""
+    i = int(np.argmin(np.abs(chart.poisson - poisson)))
+    j = int(np.argmin(np.abs(chart.span - panel.span)))
+    high = np.broadcast_to(np.log(chart.depth)[:, None], chart.width[i, j].shape)
+    return (high - chart.width[i, j]).ravel(), high.ravel()
+
+
+def _radius_axis(axes: Axes, chart: PlaneStrainMap) -> None:
+    """R/D at the right: of these fingers R/H is one number."""
+    ratio = float(chart.table["points"][0]["radius_over_height"])
+
+    def turned(value: Any) -> Any:
+        return ratio / np.maximum(np.asarray(value, dtype=float), 1e-9)
+
+    right = axes.secondary_yaxis("right", functions=(turned, turned))
+    right.set_ylabel("radius / depth, R / D", color=INK)
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    right.yaxis.set_major_locator(FixedLocator([0.25, 0.5, 1.0, 2.0, 4.0]))
+    right.yaxis.set_minor_locator(NullLocator())
+    right.yaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+
+
+def _plain_ticks(axes: Axes, across: tuple[float, ...], up: tuple[float, ...]) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    for axis, ticks in ((axes.xaxis, across), (axes.yaxis, up)):
+        axis.set_major_locator(FixedLocator(list(ticks)))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+
+
+def _nearest(axis: Array, wanted: float) -> float:
+    return float(axis[int(np.argmin(np.abs(axis - wanted)))])

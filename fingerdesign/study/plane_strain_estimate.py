@@ -1,0 +1,129 @@
+"""What plane strain will get wrong for a finger in a scene, before anything is run (numpy only)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fingerdesign.design.layout import crest_height, plate_frames
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.study.plane_strain_map import PlaneStrainMap, shipped_map
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+_OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that were computed
+
+
+@dataclass(frozen=True)
+class PlaneStrainEstimate:
+    """A forecast of plane strain against 3-D at the mid-plane, for one finger and contact.
+
+    errors: by quantity (plane_strain_errors.QUANTITIES; "gage" and "force_gage" are those of the
+    design's gages.face); signed where those are; uncertainty: by quantity, of the same unit, such
+    that nine of ten one-off models lie within it. A quantity that has no value is left out.
+    ratios: what it was looked up by; inside: whether the map was computed there.
+    """
+
+    errors: dict[str, float]
+    uncertainty: dict[str, float]
+    ratios: dict[str, float]
+    inside: bool
+
+    def most(self, quantity: str) -> float:
+        """The greatest error that is to be reckoned with."""
+        return abs(self.errors[quantity]) + self.uncertainty[quantity]
+
+    def least(self, quantity: str) -> float:
+        """The least error that is to be reckoned with, not below 0."""
+        return max(0.0, abs(self.errors[quantity]) - self.uncertainty[quantity])
+
+    @property
+    def words(self) -> str:
+        """One sentence."""
+        said = f"plane strain overstates F_n by {_percent(self, 'normal_force')} at equal motion"
+        if "gage" in self.errors:
+            said += f" and misses gage strains by {_percent(self, 'gage')} of the largest reading"
+        ratios = self.ratios
+        where = (
+            f"(depth {ratios['depth_over_height']:.2g} times the height, contact "
+            f"{2.0 * ratios['half_width_over_height']:.2g} times it)"
+        )
+        beyond = "" if self.inside else "; beyond what was computed, a sketch"
+        return f"{said} {where}{beyond}"
+
+
+def plane_strain_error(
+    design: Design,
+    scene: Scene | None = None,
+    half_width: float | None = None,
+    chart: PlaneStrainMap | None = None,
+) -> PlaneStrainEstimate:
+    """The estimate for a straight finger whose contact is ``half_width`` (mm) half as wide, or as
+    wide as ``scene`` is forecast to make it at its greatest approach.
+
+    Raises DesignError for a body or an object that no section shows: there plane strain is a sketch
+    whose error no ratio tells. ValueError where neither scene nor half_width is given.
+    """
+    if not design.body.straight:
+        bound = "'arc' or 'block' for an estimate of what plane strain gets wrong"
+        raise DesignError([Fault("body.shape", design.body.shape, bound, "compare with 3-D")])
+    half_width = _half_width(design, scene) if half_width is None else half_width
+    chart = shipped_map() if chart is None else chart
+    height = float(crest_height(design.body))
+    poisson = design.material_of("body").poissons_ratio
+    depth, width = design.body.depth_mm / height, half_width / height
+    place = (poisson, _span(design), depth, width)
+    inside = chart.inside(*place)
+    known = chart.table.get("uncertainty", {})
+    errors, unsure = {}, {}
+    for quantity in chart.errors:
+        value = chart.error(quantity, *place)
+        if not math.isfinite(value) or ("gage" in quantity and not design.plates.number):
+            continue
+        errors[quantity] = value
+        own = known.get(quantity, {"relative": 0.5, "absolute": 0.05})
+        unsure[quantity] = own["absolute"] + own["relative"] * abs(value)
+        unsure[quantity] *= 1.0 if inside else _OUTSIDE
+    kind = "both" if design.gages.face == "both" else "face"
+    for prefix in ("", "force_"):
+        if f"{prefix}gage_{kind}" in errors:
+            errors[f"{prefix}gage"] = errors[f"{prefix}gage_{kind}"]
+            unsure[f"{prefix}gage"] = unsure[f"{prefix}gage_{kind}"]
+    ratios = {
+        "poissons_ratio": poisson,
+        "span_over_depth": place[1],
+        "depth_over_height": depth,
+        "half_width_over_height": width,
+    }
+    return PlaneStrainEstimate(errors, unsure, ratios, inside)
+
+
+def _half_width(design: Design, scene: Scene | None) -> float:
+    from fingerdesign.design.contact_zone import contact_reach, greatest_approach
+
+    if scene is None:
+        raise ValueError("give a scene or a half_width")
+    if not scene.object.plane_in_z:
+        bound = "the same in every section for an estimate of what plane strain gets wrong"
+        fault = Fault("object.shape", scene.object.shape, bound, "compare with 3-D")
+        raise DesignError([fault])
+    reach = contact_reach(design, scene.object, greatest_approach(design, scene))[0]
+    return min(reach, 0.5 * design.body.width_mm)
+
+
+def _span(design: Design) -> float:
+    """The plates' mean span over the depth; 0 where there are none in the model."""
+    if not design.plates.number or design.plates.model == "none":
+        return 0.0
+    frames = [frame for frame in plate_frames(design) if frame.along == "x"]
+    if not frames:
+        return 0.0
+    return sum(frame.span for frame in frames) / len(frames) / design.body.depth_mm
+
+
+def _percent(estimate: PlaneStrainEstimate, quantity: str) -> str:
+    value, unsure = 100.0 * estimate.errors[quantity], 100.0 * estimate.uncertainty[quantity]
+    return f"{value:.0f} % (give or take {unsure:.0f})"
