@@ -17,7 +17,11 @@ FIDELITIES = ("plane-strain", "3d")
 
 @dataclass(frozen=True)
 class Case:
-    """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips."""
+    """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips.
+
+    fields: recover displacement fields, for files and pictures. go_on: even where the forecast says
+    that the machine's free memory will not do.
+    """
 
     design: Design
     scene: Scene | None = None
@@ -25,6 +29,7 @@ class Case:
     scene_name: str = ""
     grips: bool = True
     fields: bool = True
+    go_on: bool = False
 
     @property
     def path_scene(self) -> Scene:

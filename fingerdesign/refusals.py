@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def refuse(case: Case, scene: Scene) -> None:
-    """Raise DesignError with every fault that design, scene and fidelity have together."""
+    """Raise DesignError with every fault that design, scene and fidelity have together.
+
+    What is sound but too large for this machine's memory is refused too, unless ``case.go_on``.
+    """
     faults = list(scene_faults(scene, case.design))
     if case.fidelity not in FIDELITIES:
         faults.append(
@@ -35,6 +38,10 @@ def refuse(case: Case, scene: Scene) -> None:
                     "take 3d: a sphere, a turned object or one along x, shear_z and twist need it",
                 )
             )
+    if not faults and not case.go_on:
+        from fingerdesign.resources.limits import memory_faults
+
+        faults += memory_faults(case)
     if faults:
         raise DesignError(faults)
 

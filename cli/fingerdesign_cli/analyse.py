@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from fingerdesign_cli.common import output_options, print_json, print_table, progress
+from fingerdesign_cli.common import (
+    go_on_option,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.results import Result
@@ -34,12 +40,20 @@ _FILE = click.Path(path_type=Path)
     help="3d meshes half of the finger where design and scene mirror in z = 0, else all of it; "
     "with pytetwild unless the design says mesh.mesher.",
 )
+@go_on_option
+@click.option(
+    "--no-fields",
+    is_flag=True,
+    help="Recover no displacements: the .vtu file and the pictures show the mesh unmoved.",
+)
 @output_options
 def command(
     designs: tuple[Path, ...],
     out: Path,
     scene_file: Path | None,
     fidelity: str,
+    go_on: bool,
+    no_fields: bool,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -48,7 +62,7 @@ def command(
     A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
     one failing design does not stop the others.
     """
-    cases = _read(designs, scene_file, fidelity, out)
+    cases = _read(designs, scene_file, fidelity, out, go_on=go_on, fields=not no_fields)
     from fingerdesign.outputs import analyse_into
 
     results: list[Result] = []
@@ -62,7 +76,7 @@ def command(
 
 
 def _read(
-    designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path
+    designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path, **options: bool
 ) -> list[Any]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
     from fingerdesign.design.starter import find_design, find_scene
@@ -86,7 +100,7 @@ def _read(
             faults += error.faults
             continue
         name = scene_file.stem if scene_file is not None else ""
-        cases.append(Case(design, scene, fidelity, scene_name=name))
+        cases.append(Case(design, scene, fidelity, scene_name=name, **options))
     for case in cases:
         try:
             refuse(case, case.scene or fundamental_scene())

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.design.step_facts import StepFacts
     from fingerdesign.errors import DesignError
+    from fingerdesign.resources.forecast import Forecast
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words
@@ -45,13 +46,17 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
     DESIGN is a file or a shipped design's name. What rests on a faulty key is judged once that is
     mended.
 
-    For sound designs: the plates' clearances, the volume and a forecast of the contact's
-    half-width; not where SCENE is faulty. Exit code 2 where any file has a fault.
+    For sound designs: the plates' clearances, the volume, and forecasts of the contact's
+    half-width and of what `analyse` will take: equations, memory and time on this machine. Not
+    where SCENE is faulty. Exit code 2 where any file has a fault.
     """
     from fingerdesign.design.forecast import summarise
+    from fingerdesign.resources.forecast import forecasts
+    from fingerdesign.resources.limits import too_large
 
     reports: list[dict[str, object]] = []
     summaries: list[Summary] = []
+    costs: list[tuple[str, Forecast]] = []
     notes: list[str] = []
     scene, wrong = judged_scene(scene_file) if scene_file is not None else (None, None)
     if scene_file is not None and wrong is not None:
@@ -67,16 +72,23 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
             summaries.append(summary)
             known = summary.as_dict() if wrong is None else {}  # forecast for the scene asked for
             doubts = _notes(found.value)
+            ahead = forecasts(found.value, sound_scene) if wrong is None else []
+            costs += [(summary.name, each) for each in ahead]
+            doubts += [words for each in ahead if (words := too_large(each))]
             notes += [f"{path}: {note}" for note in doubts]
-            reports.append(
-                {"file": str(path), "sound": True, "faults": [], "notes": doubts, **known}
-            )
+            report: dict[str, object] = {"file": str(path), "sound": True, "faults": []}
+            report |= {"notes": doubts, **known}
+            if wrong is None:
+                report["forecast"] = [each.as_dict() for each in ahead]
+            reports.append(report)
     sound = all(report["sound"] for report in reports)
     if as_json:
         print_json(reports)
     elif not quiet:
         if summaries and wrong is None:
-            _show(summaries, scene_file.stem if sound_scene is not None and scene_file else "")
+            name = scene_file.stem if sound_scene is not None and scene_file else ""
+            _show(summaries, name)
+            _show_costs(costs, name)
         for note in notes:
             click.echo(f"note: {note}")
     return 0 if sound else 2
@@ -166,3 +178,25 @@ def _show(summaries: list[Summary], scene: str) -> None:
         "(forecast)"
     )
     print_table(title, headings, rows)
+
+
+def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
+    """What an analysis will take at each fidelity that is open to the design."""
+    rows = [
+        [
+            name,
+            found.fidelity + (" (half)" if found.half else ""),
+            f"{found.elements}",
+            f"{found.dofs}",
+            f"{found.contact_nodes}",
+            f"{found.memory_MB / 1024.0:.1f}",
+            f"{found.total_s:.0f}" if found.total_s >= 9.5 else f"{found.total_s:.1f}",
+        ]
+        for name, found in costs
+    ]
+    if not rows:
+        return
+    headings = ["design", "fidelity", "elements", "dofs", "contact", "GB", "s"]
+    case = f"--scene {scene}" if scene else "the fundamental case and the grips"
+    print_table(f"What analyse will take (forecast): {case}", headings, rows)
+    click.echo(f"on {costs[0][1].machine_words}")

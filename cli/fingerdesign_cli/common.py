@@ -102,6 +102,13 @@ def output_options(function: _Command) -> _Command:
     return click.option("--quiet", "-q", is_flag=True, help="Print only failures.")(function)
 
 
+def go_on_option(function: _Command) -> _Command:
+    """Give a command the flag ``--go-on`` (``go_on``)."""
+    return click.option(
+        "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
+    )(function)
+
+
 @contextmanager
 def progress(title: str, quiet: bool = False) -> Iterator[Progress]:
     """Show progress on stderr: a bar on a terminal, plain lines elsewhere, nothing if ``quiet``.

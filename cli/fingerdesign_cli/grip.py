@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign_cli.common import (
+    go_on_option,
     output_folder,
     output_options,
     print_json,
@@ -51,6 +52,7 @@ _FILE = click.Path(path_type=Path)
     show_default=True,
     help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
 )
+@go_on_option
 @output_options
 def command(
     design_file: Path,
@@ -59,6 +61,7 @@ def command(
     frictions: tuple[float, ...],
     mass_g: float | None,
     fidelity: str,
+    go_on: bool,
     quiet: bool,
     as_json: bool,
 ) -> int:
@@ -86,7 +89,7 @@ def command(
     from fingerdesign.pipeline import Case
 
     with progress(design.design.name, quiet) as show:
-        result = analyse_into(Case(design, None, fidelity), out, show)
+        result = analyse_into(Case(design, None, fidelity, go_on=go_on), out, show)
     _report(result, out, quiet, as_json)
     return 0 if result.status == "ok" else 1
 
