@@ -1,0 +1,74 @@
+"""How wrong a model still is, judged by what the one before it said.
+
+An answer on elements of size h is taken to be off by c h^p. Two answers with sizes in the ratio
+rho = h_coarse / h_fine differ by D, so the finer one is off by about
+
+    D / (rho^p - 1)
+
+(Richardson). p = ORDER: plates' ends are singular, borders of contact and stick move by parts of a
+facet, and neither shows the quadratic elements' order. A quantity's error is that of 95 % of its
+readings; of the path, that of its worst quantity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.fidelity.readings import Readings, errors
+
+Array = NDArray[np.float64]
+
+# What a scene reads: goals, not energies. Contact width is told, but no controller reads it.
+GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")
+ORDER = 1.5
+SHARE = 0.95  # of the readings of a quantity that an error is meant for
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated errors by quantity, parts of one (see readings.errors for what they relate to)."""
+
+    by_quantity: dict[str, float]
+
+    @property
+    def worst(self) -> float:
+        """Of the quantity that is worst."""
+        return max(self.by_quantity.values(), default=0.0)
+
+    @property
+    def worst_quantity(self) -> str:
+        """Which quantity that is."""
+        return max(self.by_quantity, key=lambda name: self.by_quantity[name])
+
+    def plus(self, other: Estimate) -> Estimate:
+        """Both errors together, at their worst."""
+        names = {**self.by_quantity, **other.by_quantity}
+        return Estimate(
+            {n: self.by_quantity.get(n, 0.0) + other.by_quantity.get(n, 0.0) for n in names}
+        )
+
+    def times(self, factor: float) -> Estimate:
+        """All of them ``factor`` times as large."""
+        return Estimate({name: factor * value for name, value in self.by_quantity.items()})
+
+
+def difference(found: Readings, other: Readings) -> Estimate:
+    """How far 95 % of the readings of each quantity are from ``other`` at the most."""
+    apart = errors(found, other)
+    return Estimate({name: of_most(getattr(apart, name)) for name in GOALS})
+
+
+def of_most(values: Array) -> float:
+    """The value that SHARE of all do not exceed; 0 of none."""
+    flat = np.asarray(values).reshape(-1)
+    return float(np.quantile(flat, SHARE)) if flat.size else 0.0
+
+
+def discretisation(fine: Readings, coarse: Readings, ratio: float) -> Estimate:
+    """The finer answer's own error, sizes being in ``ratio`` > 1. ValueError for another ratio."""
+    if not ratio > 1.0:
+        raise ValueError(f"ratio = {ratio} must be above 1: the coarser size over the finer one")
+    return difference(coarse, fine).times(1.0 / (ratio**ORDER - 1.0))

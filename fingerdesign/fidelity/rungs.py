@@ -1,0 +1,121 @@
+"""The rungs of the ladder: models of one finger in one scene, from the cheapest to the finest.
+
+Sizes follow the scene: the contact's forecast half-width, the plates, the finger's height.
+``scale`` multiplies all of them. Measured on maeno2000 with five plates, 8 mm deep, against 300k equations
+(errors of 95 % of the readings, %; seconds beside other work):
+
+    scale   plates   dofs   s      F_n   stick ratio   gages
+    3       sheet    11k    0.3    1.4   9.6           7.3
+    2       solid    26k    1.2    0.8   3.6           3.5
+    1.4     solid    31k    1.4    0.4   6.4           2.0
+    1       solid    73k    5.3    0.1   2.0           1.1
+
+Finer plate ends serve the gages, more layers and finer facets the stick ratio, smaller far elements
+the forces: single sizes were varied to find the proportions below.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from fingerdesign.fidelity.models import Dimension, Model, Sizes
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+SPACE_SCALES = (3.0, 2.0, 1.4, 1.0, 0.7, 0.5)
+SECTION_SCALES = (3.0, 1.4, 0.7, 0.35)
+SHEETS_FROM = 3.0  # coarser than this sheets are cheaper, and better, than solids
+
+_CONTACT, _PLATE, _END, _FAR = 0.1, 0.3, 0.6, 0.12  # see scene_sizes
+_LAYERS, _LAYERS_DEPTH = 7.0, 4.0  # so many in half a depth of so many mm
+_GRADATION = 0.5
+
+
+def scene_sizes(design: Design, scene: Scene, scale: float) -> Sizes:
+    """Element sizes for what the scene will do to the finger.
+
+    Contact facets: a tenth of the contact's forecast half-width; along the plates 0.3 of the
+    shortest one's length, at their ends 0.6 of its thickness; elsewhere 0.12 of the crest's height;
+    all times ``scale``.
+    """
+    from fingerdesign.design.contact_zone import contact_reach, greatest_approach
+    from fingerdesign.design.layout import crest_height, plate_frames
+
+    approach = greatest_approach(design, scene)
+    wide, deep = contact_reach(design, scene.object, approach)
+    half = min(wide, deep, 0.5 * design.body.width_mm)
+    contact = _CONTACT * half
+    far = _FAR * float(crest_height(design.body))
+    frames = plate_frames(design) if design.plates.number else ()
+    length = min((frame.length for frame in frames), default=far / _PLATE)
+    thickness = min((frame.thickness for frame in frames), default=far / _END)
+    return Sizes(
+        contact=contact * scale,
+        plate=max(_PLATE * length, 1e-3) * scale,
+        end=_END * thickness * scale,
+        far=max(far, contact) * scale,
+        gradation=_GRADATION if scale >= 1.0 else _GRADATION * max(scale, 0.5),
+    )
+
+
+def layers(design: Design, scale: float) -> int:
+    """Layers in half the depth: more of them the deeper, though not in proportion; 2 at least."""
+    half = 0.5 * design.body.depth_mm
+    wanted = _LAYERS / scale * max(0.5, 1.0 + 0.5 * math.log2(half / _LAYERS_DEPTH))
+    return max(2, math.ceil(wanted))
+
+
+def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Model:
+    """The model of this dimension and scale; straight fingers are extruded."""
+    sizes = scene_sizes(design, scene, scale)
+    if dimension == "plane strain":
+        return Model(dimension, sizes)
+    extruded = can_extrude(design)
+    sheets = (
+        extruded
+        and scale >= SHEETS_FROM
+        and design.plates.number > 0
+        and design.plates.model == "solid"
+        and can_be_sheets(design)
+    )
+    return Model(
+        dimension,
+        sizes,
+        layers(design, scale),
+        plates="sheet" if sheets else None,
+        mesher="extrude" if extruded else design.mesh.mesher,
+    )
+
+
+def can_extrude(design: Design) -> bool:
+    """Whether layers can mesh the finger, whatever mesher it asks for (a mesh's file excepted)."""
+    layered = bool(getattr(design, "layered", design.extruded))
+    return layered and design.mesh.mesher != "file"
+
+
+def can_be_sheets(design: Design) -> bool:
+    """Whether the plates have the room that sheets need in an extruded mesh."""
+    from fingerdesign.design.io import with_values
+    from fingerdesign.errors import DesignError
+    from fingerdesign.refusals import sheet_room_faults
+
+    if not design.extruded or any(row.follow == "bent" for row in design.plates.all_rows):
+        return False
+    try:
+        return not sheet_room_faults(with_values(design, {"plates.model": "sheet"}))
+    except DesignError:
+        return False
+
+
+def can_be_section(design: Design, scene: Scene) -> bool:
+    """Whether plane strain can show the finger and the scene at all."""
+    from fingerdesign.design.checks import plane_strain_faults
+    from fingerdesign.refusals import sheet_room_faults
+    from fingerdesign.scene_contact import steps_sideways
+
+    if not design.body.straight or steps_sideways(scene):
+        return False
+    return not plane_strain_faults(design) and not sheet_room_faults(design)
