@@ -96,7 +96,7 @@ def assemble_system(
     part = pressure_coupling(
         mesh.points, cells[inside], youngs_modulus[inside], poissons_ratio[inside], thickness
     )
-    return with_pressures(system, part, float(np.median((shear / first)[inside])))
+    return with_pressures(system, part, float(np.median(shear[inside] / first[inside])))
 
 
 def check_material(

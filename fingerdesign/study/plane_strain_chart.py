@@ -21,7 +21,7 @@ LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
 # One hue from light (small errors) to dark: readable without colour, and in print.
 SHADES = ("#f4f8fb", "#dce9f3", "#bcd6e8", "#93bdd9", "#5f9cc4", "#2f78a8", "#0b4a75")
 _RATIOS = (0.3, 0.45, 0.49)
-_SAMPLES = 90
+_SAMPLES = 60
 
 
 @dataclass(frozen=True)
@@ -65,34 +65,31 @@ def draw_map(chart: PlaneStrainMap, path: Path, panels: tuple[Panel, ...] = PANE
 def sampled(
     chart: PlaneStrainMap, quantity: str, span: float, poisson: float
 ) -> tuple[Array, Array, Array]:
-    """D/a (n,), D/H (m,) and the errors (m, n), NaN where nothing was computed."""
-    width = np.exp([chart.width.min(), chart.width.max()])
+    """D/a, D/H and the sizes of the errors, (m, n) each, over all that was computed."""
+    low, high = chart.width[..., 0].max(), chart.width[..., -1].min()
+    width = np.exp(np.linspace(low, high, _SAMPLES))
     depth = np.geomspace(chart.depth[0], chart.depth[-1], _SAMPLES)
-    across = np.geomspace(depth[0] / width[1], depth[-1] / width[0], _SAMPLES)
-    values = np.full((len(depth), len(across)), np.nan)
-    for i, high in enumerate(depth):
-        for j, ratio in enumerate(across):
-            if chart.inside(poisson, span, float(high), float(high / ratio)):
-                error = chart.error(quantity, poisson, span, float(high), float(high / ratio))
-                values[i, j] = abs(error)
-    return across, depth, values
+    values = [
+        [abs(chart.error(quantity, poisson, span, float(d), float(w))) for w in width]
+        for d in depth
+    ]
+    return depth[:, None] / width, np.tile(depth[:, None], (1, _SAMPLES)), np.array(values)
 
 
 def _draw(axes: Axes, chart: PlaneStrainMap, panel: Panel, poisson: float) -> None:
     across, depth, values = sampled(chart, panel.quantity, panel.span, poisson)
-    filled = np.ma.masked_invalid(values)
-    axes.contourf(across, depth, filled, levels=[0.0, *LEVELS, 10.0], colors=SHADES)
-    lines = axes.contour(across, depth, filled, levels=LEVELS, colors=[INK], linewidths=0.8)
+    axes.contourf(across, depth, values, levels=[0.0, *LEVELS, 10.0], colors=SHADES)
+    lines = axes.contour(across, depth, values, levels=LEVELS, colors=[INK], linewidths=0.8)
     labels = axes.clabel(lines, fmt=lambda level: f"{100 * level:g} %", fontsize=7.5)
     for label in labels:
         label.set_bbox({"facecolor": PAPER, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
     axes.set(xscale="log", yscale="log", title=f"Poisson's ratio {poisson:g}")
-    _plain_ticks(axes, (1, 3, 10, 30, 100), (0.5, 1, 2, 5))
-    at = np.exp(_corner(chart, panel, poisson))
+    _plain_ticks(axes, (2, 5, 10, 20, 50), (0.5, 1, 2, 3))
+    at = np.exp(_models(chart, panel, poisson))
     axes.plot(at[0], at[1], color=MUTED, linestyle="none", marker=".", markersize=2.5)
 
 
-def _corner(chart: PlaneStrainMap, panel: Panel, poisson: float) -> tuple[Array, Array]:
+def _models(chart: PlaneStrainMap, panel: Panel, poisson: float) -> tuple[Array, Array]:
     """log D/a and log D/H of the models that were computed."""
     i = int(np.argmin(np.abs(chart.poisson - poisson)))
     j = int(np.argmin(np.abs(chart.span - panel.span)))
