@@ -9,7 +9,13 @@ from pathlib import Path
 
 import click
 
-from fingerdesign_cli import bench_charts, bench_checks, bench_plane_strain, bench_search
+from fingerdesign_cli import (
+    bench_charts,
+    bench_checks,
+    bench_forecast,
+    bench_plane_strain,
+    bench_search,
+)
 from fingerdesign_cli.bench_charts import say_busy, show_checks
 from fingerdesign_cli.common import output_folder, output_options, progress
 
@@ -62,6 +68,7 @@ def command(
 for _each in (
     *bench_charts.COMMANDS,
     *bench_checks.COMMANDS,
+    *bench_forecast.COMMANDS,
     *bench_search.COMMANDS,
     *bench_plane_strain.COMMANDS,
 ):
