@@ -36,7 +36,7 @@ _FIRST = 6  # cells across the body's shortest extent to begin with
 # 0.63 to 1.7 times, once 2.9.
 MADE, MADE_WITH_HOLES = 1.44, 2.0
 # Facets of the contact zone over the like integral of its surface.
-MADE_AT_CONTACT = 0.55
+MADE_AT_CONTACT = 0.68
 
 
 @dataclass(frozen=True)
