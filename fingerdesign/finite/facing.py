@@ -41,9 +41,12 @@ class Facing:
     rows: sp.csr_matrix
 
     def relative(self, values: Array, motion: Motion) -> Array:
-        """rel (m, dim) mm of the contact nodes."""
+        """rel (m, dim) mm of the contact nodes; zero where they have no motion of their own."""
         moved = self.body.contact_displacement(values)
-        return moved - _shift(motion, moved.shape[1])
+        moved -= _shift(motion, moved.shape[1])
+        body = self.body.system.body
+        moved[body.fixed.reshape(body.mesh.points.shape)[self.body.at_rest.trace.nodes]] = 0.0
+        return moved
 
     def gap(self, values: Array, motion: Motion) -> Array:
         """Gaps (m,) mm, true to the object's shape."""

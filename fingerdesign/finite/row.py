@@ -28,7 +28,8 @@ from fingerdesign.finite.facing import Facing, Past
 
 Array = NDArray[np.float64]
 
-_TOLERANCE = 1e-9  # largest residual over the contact force; gap error over the motion
+_TOLERANCE = 1e-9  # of the contact force: the largest nodal force out of balance
+_GAP = 1e-7  # of the motion: error of a curved object's gaps (condensing leaves up to 1e-8)
 _LEAST = 1e-3  # N: below it the contact force is no measure
 _KEEP = 0.1  # a tangent is kept while each iteration leaves less of the residual
 _ITERATIONS = 25
@@ -118,7 +119,7 @@ class Follower:
                 raise SolverError("an iteration led to forces that are no numbers")
             relative = facing.relative(values, motion)
             off = float(np.abs(facing.gap(values, motion) - increment.gap).max())
-            if residual <= _TOLERANCE and off <= _TOLERANCE * float(np.abs(relative).max()):
+            if residual <= _TOLERANCE and off <= _GAP * float(np.abs(relative).max()):
                 after = increment.state
                 now = Past(values, force, relative, motion, after.travelled, after.sliding)
                 return Row(increment, problem, now, self._iterations, self._tangents, residual)
