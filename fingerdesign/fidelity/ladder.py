@@ -13,19 +13,37 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fidelity.estimate import ORDER, Estimate, difference, discretisation
-from fingerdesign.fidelity.models import Model, Solved, solve
+from fingerdesign.fidelity.models import Model, solve
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.fidelity.readings import Readings
 
-Solve = Callable[["Design", "Scene", Model], Solved]
 Tell = Callable[[str], None]
+
+
+class Answer(Protocol):
+    """What the ladder sees of a solved model (models.Solved, or a record of one)."""
+
+    @property
+    def model(self) -> Model: ...
+    @property
+    def readings(self) -> Readings: ...
+    @property
+    def dofs(self) -> int: ...
+    @property
+    def contact_nodes(self) -> int: ...
+    @property
+    def total(self) -> float: ...
+
+
+Solve = Callable[["Design", "Scene", Model], Answer]
 
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 0.5
 MOST_DOFS = (
@@ -60,11 +78,11 @@ class Ladder:
 
     tolerance: float
     tried: list[Tried] = field(default_factory=list)
-    solved: Solved | None = None
+    solved: Answer | None = None
     estimate: Estimate | None = None
 
     @property
-    def chosen(self) -> Solved:
+    def chosen(self) -> Answer:
         """The model whose answer stands. ValueError before there is one."""
         if self.solved is None:
             raise ValueError("no model has been tried")
@@ -80,7 +98,7 @@ class Ladder:
         """What all of them cost together."""
         return sum(each.seconds for each in self.tried)
 
-    def add(self, solved: Solved, estimate: Estimate | None, why: str) -> None:
+    def add(self, solved: Answer, estimate: Estimate | None, why: str) -> None:
         """Note a rung."""
         self.tried.append(
             Tried(
@@ -130,7 +148,7 @@ def check_tolerance(tolerance: float) -> None:
 
 
 def _section_suffices(
-    ladder: Ladder, design: Design, scene: Scene, space: Solved, solver: Solve, tell: Tell
+    ladder: Ladder, design: Design, scene: Scene, space: Answer, solver: Solve, tell: Tell
 ) -> bool:
     """Whether plane strain does, judged by the coarse finger in space; then refined until it is."""
     tell("plane strain")
@@ -155,7 +173,7 @@ def _section_suffices(
 
 
 def _climb_space(
-    ladder: Ladder, design: Design, scene: Scene, first: Solved, solver: Solve, tell: Tell
+    ladder: Ladder, design: Design, scene: Scene, first: Answer, solver: Solve, tell: Tell
 ) -> None:
     """Refine the finger in space until the estimate is under the tolerance, or to the end."""
     before, scale = first, SPACE_SCALES[0]

@@ -1,8 +1,8 @@
 """The rungs of the ladder: models of one finger in one scene, from the cheapest to the finest.
 
 Sizes follow the scene: the contact's forecast half-width, the plates, the finger's height.
-``scale`` multiplies all of them. Measured on maeno2000 with five plates, 8 mm deep, against 300k equations
-(errors of 95 % of the readings, %; seconds beside other work):
+``scale`` multiplies all of them. Measured on maeno2000 with five plates, 8 mm deep, against 300k
+equations (errors of 95 % of the readings, %; seconds beside other work):
 
     scale   plates   dofs   s      F_n   stick ratio   gages
     3       sheet    11k    0.3    1.4   9.6           7.3

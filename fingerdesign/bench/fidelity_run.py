@@ -1,0 +1,179 @@
+"""Every rung of every pair, solved once and kept: what the ladder and fixed models are judged by.
+
+A record is a line of JSON: readings, equations, seconds. References, much finer models in space,
+are computed once and shipped (data/fidelity_references.json).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.bench.fidelity_pairs import Pair, pairs
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.fidelity.ladder import MOST_DOFS
+from fingerdesign.fidelity.models import Dimension, Model
+from fingerdesign.fidelity.readings import Readings
+from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
+
+Tell = Callable[[str], None]
+Record = dict[str, Any]
+
+REFERENCES = "fidelity_references.json"
+REFERENCE_SCALES = (0.38, 0.45, 0.55)  # the finest of them that a machine of 16 GB solves
+_REFERENCE_DOFS = 420_000
+_GROWTH = 2.5  # equations by size, to this power
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A solved rung as it was kept; the ladder takes it for the solve itself."""
+
+    model: Model
+    readings: Readings
+    dofs: int
+    contact_nodes: int
+    total: float
+
+
+def model_key(model: Model) -> str:
+    """What tells one rung of a pair from another."""
+    return f"{model.name}, {model.sizes.far:.3g}"
+
+
+def plain(readings: Readings) -> Record:
+    """Readings as lists, for JSON."""
+    return {
+        name: np.round(value, 9).tolist() if isinstance(value, np.ndarray) else value
+        for name, value in vars(readings).items()
+    }
+
+
+def readings_from(record: Record) -> Readings:
+    """The readings that :func:`plain` wrote."""
+    arrays = {name: np.array(value) for name, value in record.items() if name != "face"}
+    rows = len(arrays["normal_force"])
+    arrays["gages"] = arrays["gages"].reshape(rows, -1, 2)
+    return Readings(**arrays, face=record["face"])
+
+
+def rungs_of(pair: Pair) -> list[tuple[Dimension, float]]:
+    """Dimension and scale of every rung that the ladder may try, cheapest first."""
+    section: list[tuple[Dimension, float]] = [("plane strain", SPACE_SCALES[0])]
+    section += [("plane strain", scale) for scale in SECTION_SCALES if scale != SPACE_SCALES[0]]
+    return [*section, *(("3-D", scale) for scale in SPACE_SCALES)]
+
+
+def solve_rungs(pair: Pair) -> list[Record]:
+    """All rungs of a pair, the finest as far as the ladder would go."""
+    from fingerdesign.fidelity.models import solve
+
+    found: list[Record] = []
+    last = (0, 0.0)
+    for dimension, scale in rungs_of(pair):
+        if dimension == "3-D" and last[0] * (last[1] / scale) ** _GROWTH > MOST_DOFS:
+            break
+        model = rung(pair.design, pair.scene, dimension, scale)
+        solved = solve(pair.design, pair.scene, model)
+        if dimension == "3-D":
+            last = (solved.dofs, scale)
+        found.append(
+            {
+                "pair": pair.number,
+                "dimension": dimension,
+                "scale": scale,
+                "key": model_key(model),
+                "dofs": solved.dofs,
+                "contact_nodes": solved.contact_nodes,
+                "seconds": solved.seconds,
+                "readings": plain(solved.readings),
+            }
+        )
+    return found
+
+
+def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
+    """The much finer model in space: plates as the design says, more layers, smaller sizes."""
+    from fingerdesign.fidelity.models import solve
+
+    sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-_GROWTH <= _REFERENCE_DOFS]
+    scale = sizes[0] if sizes else REFERENCE_SCALES[-1]
+    solved = solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", scale))
+    return {
+        "pair": pair.number,
+        "scale": scale,
+        "dofs": solved.dofs,
+        "contact_nodes": solved.contact_nodes,
+        "seconds": solved.total,
+        "design": pair.design.digest(),
+        "scene": pair.scene.digest(),
+        "readings": plain(solved.readings),
+    }
+
+
+def work(task: tuple[str, int, int]) -> list[Record]:
+    """One pair's rungs or reference, in a worker process; a failure is a record that says why."""
+    from threadpoolctl import threadpool_limits
+
+    kind, number, dofs = task
+    pair = pairs()[number]
+    try:
+        with threadpool_limits(1):
+            return [solve_reference(pair, dofs)] if kind == "reference" else solve_rungs(pair)
+    except FingerDesignError as error:
+        return [{"pair": number, "failure": str(error)}]
+
+
+def run(kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, tell: Tell) -> None:
+    """Solve what ``path`` (JSON lines) does not hold yet; each pair is added when it is whole."""
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+    from multiprocessing import get_context
+
+    have = {each["pair"] for each in read(path)}
+    tasks = [(kind, number, dofs) for number, dofs in wanted if number not in have]
+    if not tasks:
+        return
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with ProcessPoolExecutor(workers, get_context("spawn"), max_tasks_per_child=1) as pool:
+        waiting = {pool.submit(work, task): task for task in tasks}
+        try:
+            for done, future in enumerate(as_completed(waiting), start=1):
+                lines = "".join(
+                    json.dumps(each, allow_nan=False) + "\n" for each in future.result()
+                )
+                with path.open("a", encoding="utf-8") as file:
+                    file.write(lines)
+                tell(f"{kind}: {done} of {len(tasks)} pairs")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def read(path: Path) -> list[Record]:
+    """The records of a JSON-lines file; a last line cut short is left out."""
+    if not path.exists():
+        return []
+    found = []
+    for line in path.read_text(encoding="utf-8").splitlines():
+        try:
+            found.append(json.loads(line))
+        except ValueError:
+            continue
+    return found
+
+
+def recorded(pair: Pair, record: Record) -> Recorded:
+    """A rung's record as the ladder sees it."""
+    model = rung(pair.design, pair.scene, record["dimension"], record["scale"])
+    return Recorded(
+        model,
+        readings_from(record["readings"]),
+        record["dofs"],
+        record["contact_nodes"],
+        sum(record["seconds"].values()),
+    )
