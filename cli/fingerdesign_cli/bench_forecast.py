@@ -10,7 +10,7 @@ from fingerdesign_cli.bench_charts import say_busy, show_checks
 from fingerdesign_cli.common import output_folder, output_options, print_table, progress
 
 
-@click.command("forecast", short_help="Foretold dofs, memory, time, and what they were (10 min).")
+@click.command("forecast", short_help="Foretold dofs, memory, time, and what they were (15 min).")
 @click.option(
     "--out",
     "folder",

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.bench.check import Check
+from fingerdesign.bench.fidelity_pairs import pairs
 from fingerdesign.case import Case
 from fingerdesign.errors import SolverError
 from fingerdesign.process import ProcessError, run_module
@@ -83,10 +84,18 @@ def factor(record: Record, name: str) -> float:
 
 
 def plain_pairs(quick: bool = False) -> list[Record]:
-    """The pairs as the worker reads them."""
-    chosen = [PAIRS[k] for k in QUICK] if quick else PAIRS
+    """The pairs as the worker reads them: PAIRS, and the thirty of ``bench fidelity``, those with
+    motion given in plane strain and those with forces in 3-D."""
     names = ("design", "scene", "fidelity", "values")
-    return [dict(zip(names, each, strict=True)) for each in chosen]
+    if quick:
+        return [dict(zip(names, PAIRS[k], strict=True)) for k in QUICK]
+    own = [dict(zip(names, each, strict=True)) for each in PAIRS]
+    for pair in pairs():
+        fidelity = "plane-strain" if pair.control == "motion" else "3d"
+        own.append(
+            dict(zip(names, (f"pair_{pair.number}", pair.control, fidelity, {}), strict=True))
+        )
+    return own
 
 
 def case_of(pair: Record) -> Case:
@@ -95,6 +104,9 @@ def case_of(pair: Record) -> Case:
     from fingerdesign.design.starter import find_design, find_scene
 
     name = str(pair["design"])
+    if name.startswith("pair_"):
+        drawn = pairs()[int(name.removeprefix("pair_"))]
+        return Case(drawn.design, drawn.scene, pair["fidelity"], scene_name=drawn.control)
     if name.startswith("any_"):
         import tomlkit
 
@@ -114,9 +126,9 @@ def measure_forecasts(tell: Tell = lambda message: None, quick: bool = False) ->
     from fingerdesign.bench.machine import machine
 
     records = []
-    pairs = plain_pairs(quick)
-    for number, pair in enumerate(pairs, start=1):
-        tell(f"{number} of {len(pairs)}: {name_of(pair)}")
+    chosen = plain_pairs(quick)
+    for number, pair in enumerate(chosen, start=1):
+        tell(f"{number} of {len(chosen)}: {name_of(pair)}")
         records.append(_run(pair))
     return Forecasts(records, machine())
 

@@ -119,7 +119,8 @@ def _forecast(case: Case, machine: Machine) -> Forecast:
         "tetwild": "fTetWild's size field integrated over the body",
     }.get(counts.mesher, "the mesh's file")
     if counts.known:
-        made = "the mesh in the cache" if counts.mesher == "tetwild" else "the mesh's file"
+        read = case.design.mesh.mesher == "file"
+        made = "the mesh's file" if read else "the mesh in the cache"
     own = (
         f"{machine.cores} core{'s' * (machine.cores != 1)}, one of which multiplies matrices at "
         f"{machine.one_core:.0f} GFLOP/s{_BUSY if busy(machine.cores) else ''}"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
+SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment
 _HELPS = 0.95  # a doubled size that saves less is no remedy
 _SIZES = ("contact_size_mm", "plate_size_mm", "far_size_mm")
 
@@ -22,13 +23,13 @@ def memory_faults(case: Case) -> list[Fault]:
     """The fault of a case whose forecast memory is more than the machine has free, or none.
 
     A mesh read from a file is what it is: its key is the fault's. Nothing is refused where the
-    system does not tell what is free.
+    system does not tell what is free, nor what takes less than SMALL_MB.
     """
     free = machine.available_memory_MB()
     if free is None:
         return []
     found = forecast_case(case)
-    if found.memory_MB <= free - LEFT_MB:
+    if _fits(found, free):
         return []
     bound = (
         f"coarser for this machine: about {found.dofs} equations would take {found.memory_MB:.0f} "
@@ -47,10 +48,14 @@ def memory_faults(case: Case) -> list[Fault]:
     return [Fault(key, f"{value:g}", bound, remedy + " or ".join(ways))]
 
 
+def _fits(found: Forecast, free: float) -> bool:
+    return found.memory_MB <= max(free - LEFT_MB, SMALL_MB)
+
+
 def too_large(found: Forecast) -> str:
     """A note on a forecast that this machine has not the memory for; empty where it has."""
     free = machine.available_memory_MB()
-    if free is None or found.memory_MB <= free - LEFT_MB:
+    if free is None or _fits(found, free):
         return ""
     return (
         f"--fidelity {found.fidelity} would take about {found.memory_MB:.0f} MB, and {free:.0f} MB "
