@@ -119,7 +119,8 @@ class Follower:
                 raise SolverError("an iteration led to forces that are no numbers")
             relative = facing.relative(values, motion)
             off = float(np.abs(facing.gap(values, motion) - increment.gap).max())
-            if residual <= _TOLERANCE and off <= _GAP * float(np.abs(relative).max()):
+            moved = max(float(np.abs(relative).max()), float(np.abs(past.relative).max()))
+            if residual <= _TOLERANCE and off <= _GAP * moved:
                 after = increment.state
                 now = Past(values, force, relative, motion, after.travelled, after.sliding)
                 return Row(increment, problem, now, self._iterations, self._tangents, residual)
