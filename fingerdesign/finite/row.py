@@ -56,7 +56,10 @@ class Follower:
     """Rows one after the other; keeps the last tangent, which saves time and changes no answer."""
 
     def __init__(self, facing: Facing) -> None:
+        from threadpoolctl import ThreadpoolController
+
         self.facing = facing
+        self._threads = ThreadpoolController()
         self._tangent: Linearised | None = None
         self._iterations = self._tangents = 0
 
@@ -105,10 +108,12 @@ class Follower:
             offset = facing.body.contact_displacement(values + free)
             problem = facing.problem(tangent, values, motion, offset)
             state = past.state(problem, force)
-            if isinstance(target, Motion):
-                increment = solve_increment(problem, state, target, workspace)
-            else:
-                increment = solve_forces(problem, replace(state, motion=motion), target, workspace)
+            with self._threads.limit(limits=1, user_api="blas"):  # small: threads would only wait
+                if isinstance(target, Motion):
+                    increment = solve_increment(problem, state, target, workspace)
+                else:
+                    state = replace(state, motion=motion)
+                    increment = solve_forces(problem, state, target, workspace)
             force, motion = increment.force, increment.motion
             loads = facing.body.loads(force)
             before, values = values, values + free + tangent.answer(loads)
