@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -12,15 +12,17 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-FIDELITIES = ("plane-strain", "3d")
+FIDELITIES = ("plane-strain", "3d", "auto")
+TOLERANCE = 0.02  # of "auto", where none is given
 
 
 @dataclass(frozen=True)
 class Case:
     """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips.
 
-    fields: recover displacement fields, for files and pictures. go_on: even where the forecast says
-    that the machine's free memory will not do.
+    fidelity "auto": the cheapest model whose estimated error is under ``tolerance``. fields:
+    recover displacement fields, for files and pictures. go_on: even where the forecast says that
+    the machine's free memory will not do.
     """
 
     design: Design
@@ -30,11 +32,17 @@ class Case:
     grips: bool = True
     fields: bool = True
     go_on: bool = False
+    tolerance: float = TOLERANCE
 
     @property
     def path_scene(self) -> Scene:
         """The scene whose path is followed."""
         return self.scene or fundamental_scene()
+
+    @property
+    def asked(self) -> str:
+        """The fidelity with what belongs to it: "3d", "auto, 0.02"."""
+        return f"auto, {self.tolerance:g}" if self.fidelity == "auto" else self.fidelity
 
     @property
     def symmetric(self) -> bool:
@@ -59,8 +67,12 @@ class Clock:
         try:
             yield
         finally:
-            elapsed = time.perf_counter() - start
-            self.seconds[name] = self.seconds.get(name, 0.0) + elapsed
+            self.add({name: time.perf_counter() - start})
+
+    def add(self, seconds: Mapping[str, float]) -> None:
+        """Add seconds by stage."""
+        for name, more in seconds.items():
+            self.seconds[name] = self.seconds.get(name, 0.0) + more
 
 
 def fundamental_scene() -> Scene:

@@ -39,7 +39,13 @@ from fingerdesign.results import (
     SlipStudy,
 )
 from fingerdesign.scene_contact import object_at_touch, touch_point
-from fingerdesign.summaries import mesh_summary, model_summary, parameters, peak_memory_MB
+from fingerdesign.summaries import (
+    mesh_summary,
+    model_summary,
+    not_reached,
+    parameters,
+    peak_memory_MB,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -67,7 +73,7 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     """
     scene = case.path_scene
     refuse(case, scene)
-    if case.fidelity == "plane-strain" or case.design.mesh.mesher == "extrude":
+    if case.fidelity in ("plane-strain", "auto") or case.design.mesh.mesher == "extrude":
         from fingerdesign.mesh.section_process import start_mesher
 
         start_mesher()  # loads netgen while this process loads the rest
@@ -88,14 +94,22 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
 def _run_in_zone(
     case: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], tell: Tell
 ) -> Analysis:
+    asked, ladder = case, None
+    if case.fidelity == "auto":
+        from fingerdesign.fidelity.choice import choose
+
+        chosen = choose(case, scene, zone, clock, tell)
+        case, model, ladder = chosen.case, chosen.model, chosen.summary
+        mesh, zone = model.mesh, chosen.zone
+        notes = [*notes, *chosen.reasons]
+    else:
+        tell("meshing")
+        with clock.stage("mesh"):
+            mesh = make_mesh(case.design, case.fidelity, zone, case.symmetric)
+        tell(f"condensing {len(mesh.cells)} elements")
+        model = condense(case.design, mesh, zone, scene)
+        clock.add(model.timings)
     design = case.design
-    tell("meshing")
-    with clock.stage("mesh"):
-        mesh = make_mesh(design, case.fidelity, zone, case.symmetric)
-    tell(f"condensing {len(mesh.cells)} elements")
-    model = condense(design, mesh, zone, scene)
-    for stage, seconds in model.timings.items():
-        clock.seconds[stage] = clock.seconds.get(stage, 0.0) + seconds
     rigid = object_at_touch(scene.object, design.body)
     problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
     tell("loading")
@@ -113,10 +127,10 @@ def _run_in_zone(
     result = Result(
         design=design.design.name,
         scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        digest=result_digest(design, scene, case.fidelity),
+        digest=result_digest(asked.design, scene, asked.asked),
         versions=versions(),
         fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        warnings=tuple(caveats(case, scene, problem, steps)),
+        warnings=tuple(caveats(case, scene, problem, steps)) + not_reached(ladder),
         model=model_summary(model, case, zone, notes),
         mesh=mesh_summary(mesh, design),
         increments=tuple(increment_result(step, design.gages.face) for step in steps),
@@ -124,8 +138,9 @@ def _run_in_zone(
         seeds={"grip": design.grip.seed},
         timings_s=dict(clock.seconds),
         peak_memory_MB=peak_memory_MB(),
-        parameters=parameters(design, scene),
+        parameters=parameters(asked.design, scene),
         assumed=design.assumed,
+        ladder=ladder,
     )
     return Analysis(
         result=result,
@@ -146,7 +161,7 @@ def failed_result(case: Case, error: FingerDesignError, clock: Clock) -> Result:
     return Result(
         design=case.design.design.name,
         scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        digest=result_digest(case.design, scene, case.fidelity),
+        digest=result_digest(case.design, scene, case.asked),
         versions=versions(),
         fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
         status="failed",

@@ -8,6 +8,7 @@ from fingerdesign.case import FIDELITIES, Case
 from fingerdesign.design.checks import plane_strain_faults, tetwild_faults
 from fingerdesign.design.scene_checks import scene_faults
 from fingerdesign.errors import DesignError, Fault, MeshError
+from fingerdesign.fidelity.rungs import can_extrude
 from fingerdesign.scene_contact import steps_sideways
 
 if TYPE_CHECKING:
@@ -38,7 +39,12 @@ def refuse(case: Case, scene: Scene) -> None:
                     "take 3d: a sphere, a turned object or one along x, shear_z and twist need it",
                 )
             )
-    if not faults and not case.go_on:
+    if case.fidelity == "auto":
+        from fingerdesign.fidelity.ladder import tolerance_faults
+
+        faults += tolerance_faults(case.tolerance)
+        faults += [] if can_extrude(case.design) else _space_faults(case, scene)
+    elif not faults and not case.go_on:
         from fingerdesign.resources.limits import memory_faults
 
         faults += memory_faults(case)

@@ -45,6 +45,7 @@ __all__ = [
     "GripResult",
     "GripTrace",
     "IncrementResult",
+    "LadderSummary",
     "MeshSummary",
     "ModelSummary",
     "PointStrain",
@@ -52,6 +53,7 @@ __all__ = [
     "ResultError",
     "SlipStudy",
     "SlipStudySummary",
+    "TriedModel",
     "result_json_schema",
 ]
 
@@ -214,12 +216,45 @@ class SlipStudySummary:
 
 
 @dataclass(frozen=True)
+class TriedModel:
+    """A rung of the fidelity ladder. error_estimates: by quantity, parts of one; None where nothing
+    stood to judge it by (normal_force, tangential_force, stick_ratio, gage)."""
+
+    __pydantic_config__ = _STRICT
+
+    name: str
+    dimension: Literal[2, 3]
+    dofs: int
+    contact_nodes: int
+    seconds: float
+    error_estimates: dict[str, float] | None
+    why: str
+
+
+@dataclass(frozen=True)
+class LadderSummary:
+    """How --fidelity auto came to its model: the last one tried that stands in ``chosen``.
+
+    reached: the greatest of error_estimates is at most the tolerance.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    tolerance: float
+    reached: bool
+    chosen: str
+    error_estimates: dict[str, float]
+    models: tuple[TriedModel, ...]
+
+
+@dataclass(frozen=True)
 class Result:
     """The record of one analysis; ``to_json`` is the content of ``result.json``.
 
     design, scene: names. digest: of the design, the scene and what else decides the numbers.
     parameters: the design's keys in dotted form with their values; assumed: those of them that the
-    source did not give. timings_s: seconds by stage, 0 for a stage that was not run.
+    source did not give. timings_s: seconds by stage, 0 for a stage that was not run. ladder: with
+    --fidelity auto only; fidelity is then that of the model chosen.
     """
 
     __pydantic_config__ = _STRICT
@@ -243,6 +278,7 @@ class Result:
     peak_memory_MB: float = 0.0
     parameters: dict[str, Any] = field(default_factory=dict)
     assumed: tuple[str, ...] = ()
+    ladder: LadderSummary | None = None
 
     def __post_init__(self) -> None:
         if (self.status == "failed") != bool(self.failure):

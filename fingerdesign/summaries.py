@@ -6,7 +6,7 @@ import resource
 from typing import TYPE_CHECKING
 
 from fingerdesign.design.step_files import portable
-from fingerdesign.results import MeshSummary, ModelSummary
+from fingerdesign.results import LadderSummary, MeshSummary, ModelSummary
 
 if TYPE_CHECKING:
     from fingerdesign.case import Case
@@ -37,7 +37,7 @@ def model_summary(
     kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
     reasons = [f"contact candidates: {zone}, from the scene's greatest approach"]
     if mesh.dimension == 2:
-        reasons.append("plane strain was asked for: one section, forces times the depth")
+        reasons.append("plane strain: one section, forces times the depth")
         reasons += _section_reasons(design)
     elif mesh.symmetric:
         reasons.append("half of the finger: body, plates, object and path mirror in z = 0")
@@ -119,3 +119,14 @@ def peak_memory_MB() -> float:
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     started = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     return max(own, started) / 1024.0
+
+
+def not_reached(ladder: LadderSummary | None) -> tuple[str, ...]:
+    """The warning of a ladder that ended before its tolerance."""
+    if ladder is None or ladder.reached:
+        return ()
+    name, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
+    return (
+        f"--tolerance {ladder.tolerance:g} was not reached: the finest model that this machine "
+        f"should solve is estimated to be off by {worst:.2g} ({name.replace('_', ' ')})",
+    )

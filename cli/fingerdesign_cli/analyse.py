@@ -34,11 +34,19 @@ _FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--fidelity",
-    type=click.Choice(["plane-strain", "3d"]),
+    type=click.Choice(["plane-strain", "3d", "auto"]),
     default="3d",
     show_default=True,
     help="3d meshes half of the finger where design and scene mirror in z = 0, else all of it; "
-    "with pytetwild unless the design says mesh.mesher.",
+    "with pytetwild unless the design says mesh.mesher. auto takes the cheapest model whose "
+    "estimated error is under --tolerance.",
+)
+@click.option(
+    "--tolerance",
+    type=float,
+    default=None,
+    help="Of --fidelity auto: error allowed in forces, stick ratio and gage readings, a part of "
+    "one.  [default: 0.02]",
 )
 @go_on_option
 @click.option(
@@ -52,6 +60,7 @@ def command(
     out: Path,
     scene_file: Path | None,
     fidelity: str,
+    tolerance: float | None,
     go_on: bool,
     no_fields: bool,
     quiet: bool,
@@ -62,7 +71,12 @@ def command(
     A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
     one failing design does not stop the others.
     """
-    cases = _read(designs, scene_file, fidelity, out, go_on=go_on, fields=not no_fields)
+    options: dict[str, Any] = {"go_on": go_on, "fields": not no_fields}
+    if tolerance is not None:
+        if fidelity != "auto":
+            raise click.UsageError("--tolerance belongs to --fidelity auto; add that or leave it")
+        options["tolerance"] = tolerance
+    cases = _read(designs, scene_file, fidelity, out, **options)
     from fingerdesign.outputs import analyse_into
 
     results: list[Result] = []
@@ -76,7 +90,7 @@ def command(
 
 
 def _read(
-    designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path, **options: bool
+    designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path, **options: Any
 ) -> list[Any]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
     from fingerdesign.design.starter import find_design, find_scene
@@ -147,7 +161,7 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
             [
                 r.design,
                 r.status,
-                r.fidelity,
+                r.fidelity + (" (auto)" if r.ladder else ""),
                 f"{r.model.dofs}" if r.model else "-",
                 f"{last.normal_force_N:.2f}" if last else "-",
                 f"{last.tangential_force_N:.2f}" if last else "-",

@@ -1,9 +1,9 @@
 """Thirty seeded pairs of a finger and a scene, each with the tolerance that it is asked for.
 
-Fifteen fingers, every other one narrow (3 to 6 mm deep) and wide (16 to 32 mm): arcs of 10 to 40 mm
-radius, 12 to 22 mm wide, up to three plates (wide ones: up to one), read on one face or on both.
-Each is pressed by a plane, once along a path of motions and once of forces, to partial slip.
-Tolerances 1, 2, 5 and 10 % take turns.
+Fifteen fingers: eight narrow (3 to 6 mm deep, up to three plates), four wide (12 to 24 mm, up to one
+plate), three very wide (40 to 60 mm, homogeneous); arcs of 10 to 40 mm radius, 12 to 22 mm wide,
+gages read on one face or on both. Each is pressed by a plane, once along a path of motions and once
+of forces, to partial slip. Tolerances 1, 2, 5 and 10 % take turns.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 SEED, FINGERS = 20261120, 15
+KINDS = ((3.0, 6.0, 3), (12.0, 24.0, 1), (40.0, 60.0, 0))  # depths, mm; plates at the most
 TOLERANCES = (0.01, 0.02, 0.05, 0.1)
 
 
@@ -56,11 +57,11 @@ def random_finger(rng: np.random.Generator, number: int) -> Design:
     """One finger of the ranges above, to be extruded."""
     from fingerdesign.design.io import parse_design
 
-    wide = number % 2 == 1
+    low, high, most_plates = KINDS[(0, 1, 0, 2)[number % 4]]
     width = float(rng.uniform(12.0, 22.0))
-    depth = float(rng.uniform(16.0, 32.0) if wide else rng.uniform(3.0, 6.0))
+    depth = float(rng.uniform(low, high))
     radius = float(rng.uniform(max(10.0, 0.55 * width), 40.0))
-    count = int(rng.integers(0, 2 if wide else 4))
+    count = int(rng.integers(0, most_plates + 1))
     cover = float(rng.uniform(1.2, 2.5))
     text = f"""
 design.name = "finger_{number}"

@@ -125,7 +125,8 @@ def climb(
     Where even the finest is over it, that one is chosen, and ``reached`` is False. Raises
     DesignError for a tolerance out of range, FingerDesignError where a model fails.
     """
-    check_tolerance(tolerance)
+    if faults := tolerance_faults(tolerance):
+        raise DesignError(faults)
     ladder = Ladder(tolerance)
     section = can_be_section(design, scene)
     first = SPACE_SCALES[0]
@@ -140,11 +141,12 @@ def climb(
     return ladder
 
 
-def check_tolerance(tolerance: float) -> None:
-    """DesignError unless the tolerance is one that a ladder can be held to."""
-    if not LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE:
-        bound = f"between {LEAST_TOLERANCE:g} and {MOST_TOLERANCE:g} (0.02: two percent)"
-        raise DesignError([Fault("--tolerance", tolerance, bound, "choose one in between")])
+def tolerance_faults(tolerance: float) -> list[Fault]:
+    """The fault of a tolerance that no ladder can be held to."""
+    if LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE:
+        return []
+    bound = f"between {LEAST_TOLERANCE:g} and {MOST_TOLERANCE:g} (0.02: two percent)"
+    return [Fault("--tolerance", tolerance, bound, "choose one in between")]
 
 
 def _section_suffices(

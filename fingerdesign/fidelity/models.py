@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.contact_zone import Zone
+    from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.fem.model import FiniteElementModel
@@ -30,7 +31,6 @@ Dimension = Literal["plane strain", "3-D"]
 Plates = Literal["solid", "sheet", "none"]
 
 _WIDEN, _WIDENINGS = 1.4, 6  # a candidate zone that the contact has outgrown
-_GRADATION = {"plane strain": 0.2, "3-D": 0.5}
 
 
 @dataclass(frozen=True)
@@ -82,20 +82,23 @@ class Model:
 
 @dataclass
 class Solved:
-    """An answer, what it took, and the condensed problem that gave it."""
+    """An answer, what it took, and the condensed problem that gave it.
+
+    built: the factored model, for fields; None where it has been dropped for its memory.
+    """
 
     design: Design
     scene: Scene
     model: Model
     mesh: Mesh
     zone: Zone
+    built: FiniteElementModel | None
     problem: ContactProblem
     readings: Readings
     steps: list[Step]
     dofs: int
     contact_nodes: int
     seconds: dict[str, float] = field(default_factory=dict)
-    built: FiniteElementModel | None = None
 
     @property
     def total(self) -> float:
@@ -132,14 +135,17 @@ def design_for(design: Design, model: Model) -> Design:
     return with_values(design, values)
 
 
-def solve(design: Design, scene: Scene, model: Model) -> Solved:
-    """Mesh, condense, follow the scene's path. Raises FingerDesignError where a stage fails."""
+def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) -> Solved:
+    """Mesh, condense, follow the scene's path. Raises FingerDesignError where a stage fails.
+
+    zone: of contact candidates, where more than the scene's own path is to be followed.
+    """
     from fingerdesign.case import Case
     from fingerdesign.contact.increment import ZoneExhausted
     from fingerdesign.pipeline import zone_of
 
     case = Case(design, scene, fields=False, grips=False)
-    zone = zone_of(case, scene)
+    zone = zone_of(case, scene) if zone is None else zone
     seconds: dict[str, float] = {}
     for _ in range(_WIDENINGS):
         try:
@@ -185,13 +191,13 @@ def _solve_in(
         model=model,
         mesh=mesh,
         zone=zone,
+        built=built,
         problem=problem,
         readings=readings_of(steps, own.gages.face),
         steps=steps,
         dofs=built.dofs,
         contact_nodes=built.reduced.nodes,
         seconds=seconds,
-        built=built,
     )
 
 
@@ -210,7 +216,7 @@ def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
     return make_mesh(design, "3d", zone, symmetric)
 
 
-def _section_sizes(design: Design, model: Model):  # type: ignore[no-untyped-def]
+def _section_sizes(design: Design, model: Model) -> SectionMesh:
     sizes = model.sizes
     return design.mesh.section.model_copy(
         update={
