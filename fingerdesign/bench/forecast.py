@@ -43,7 +43,7 @@ PAIRS: tuple[tuple[str, str, str, dict[str, object]], ...] = (
     ("maeno2000", "", "plane-strain", {}),
     ("wide", "reference_plane_strain", "plane-strain", {}),
     ("boned", "", "plane-strain", _FINE),
-    ("any_3", "", "plane-strain", {}),
+    ("any_10", "", "plane-strain", {}),
     ("homogeneous", "ball", "3d", _SWEPT),
     ("narrow", "slope", "3d", _COARSE),
     ("maeno2000", "", "3d", _SWEPT),
@@ -178,13 +178,16 @@ def rows(records: Sequence[Record]) -> list[list[str]]:
 
 
 def write_forecasts(found: Forecasts, folder: Path) -> list[Path]:
-    """forecast.json: the records, the checks and the machine."""
+    """forecast.json: the records, the checks and the machine; forecast.png."""
+    from fingerdesign.bench.forecast_chart import draw_forecasts
+
     folder.mkdir(parents=True, exist_ok=True)
-    path = folder / "forecast.json"
+    path, chart = folder / "forecast.json", folder / "forecast.png"
     content = {
         "machine": found.machine,
         "checks": [check.as_dict() for check in found.checks()],
         "records": found.records,
     }
     path.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return [path]
+    draw_forecasts(found.records, found.machine, chart)
+    return [path, chart]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fingerdesign.errors import Fault
+from fingerdesign.errors import Fault, GeometryError, MeshError
 from fingerdesign.resources import machine
 from fingerdesign.resources.forecast import Forecast, forecast_case
 
@@ -28,7 +28,10 @@ def memory_faults(case: Case) -> list[Fault]:
     free = machine.available_memory_MB()
     if free is None:
         return []
-    found = forecast_case(case)
+    try:
+        found = forecast_case(case)
+    except (MeshError, GeometryError):
+        return []  # a mesh file or a body that is wrong: the work says so, and how
     if _fits(found, free):
         return []
     bound = (

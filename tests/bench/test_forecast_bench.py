@@ -1,0 +1,72 @@
+"""bench forecast: its pairs are sound, its checks can fall short, what it writes is whole."""
+
+import json
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.bench import forecast as bench
+from fingerdesign.bench.forecast import Forecasts, case_of, factor, plain_pairs
+from fingerdesign.bench.forecast_worker import measure_pair
+from fingerdesign.refusals import refuse
+
+
+def record(pair, **changed):
+    told = {"dofs": 1000, "memory_MB": 600.0, "time_s": 10.0, "mesher": "netgen"}
+    found = {"dofs": 1100, "memory_MB": 500.0, "time_s": 9.0, "asking_s": 0.1, "status": "ok"}
+    speed = {"one_core": 50.0, "all_cores": 90.0, "cores": 2}
+    return {**pair, "machine": speed, "forecast": told, **found, **changed}
+
+
+def test_every_pair_can_be_analysed():
+    pairs = plain_pairs()
+    assert len(pairs) == len(bench.PAIRS) + 30
+    assert {pair["fidelity"] for pair in pairs} == {"plane-strain", "3d"}
+    for pair in pairs:
+        case = case_of(json.loads(json.dumps(pair)))
+        refuse(case, case.path_scene)
+
+
+def test_factors_count_both_ways():
+    pair = plain_pairs()[0]
+    for measured in (250.0, 4000.0):
+        assert factor(record(pair, dofs=measured), "dofs") == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "short"),
+    [
+        ({}, set()),
+        ({"dofs": 2100}, {"dofs"}),
+        ({"memory_MB": 290.0}, {"peak memory"}),
+        ({"time_s": 4.9}, {"time"}),
+        ({"asking_s": 1.2}, {"seconds"}),
+        ({"status": "failed"}, {"analyses", "dofs", "peak memory", "time"}),
+    ],
+)
+def test_a_wrong_forecast_falls_short(changed, short):
+    checks = Forecasts([record(plain_pairs()[0], **changed)]).checks()
+    wrong = [check.name for check in checks if not check.holds]
+    assert len(wrong) == len(short)
+    assert all(any(name.startswith(each) for name in wrong) for each in short)
+
+
+def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(bench, "_run", lambda pair: record(pair, time_s=30.0))
+    assert main(["bench", "forecast", "--quick", "--out", str(tmp_path)]) == 1
+    out = capsys.readouterr().out
+    assert "FALLS SHORT" in out
+    assert "homogeneous (ball, 3d, extrude)" in out
+    written = json.loads((tmp_path / "forecast.json").read_text())
+    assert len(written["records"]) == len(bench.QUICK)
+    assert (tmp_path / "forecast.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_a_pair_is_foretold_and_measured(monkeypatch, tmp_path):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+    found = measure_pair(plain_pairs(quick=True)[0], tmp_path / "out")
+    assert found["status"] == "ok"
+    assert factor(found, "dofs") < 1.5
+    assert found["forecast"]["words"].startswith("elements from netgen's size field")
+    assert set(found["timings_s"]) >= set(found["forecast"]["timings_s"])
