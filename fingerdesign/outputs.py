@@ -17,6 +17,7 @@ from fingerdesign.pipeline import (
     run,
     with_report_time,
 )
+from fingerdesign.resources.forecast import forecast_case
 from fingerdesign.result_folder import result_folder, write_result_files
 from fingerdesign.results import Analysis, Result
 
@@ -31,6 +32,8 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
     be written. ``result.status`` says how the work ended.
     """
     refuse(case, case.scene or fundamental_scene())
+    if case.fidelity != "auto":  # which models that will take is not known yet
+        tell(f"forecast: {forecast_case(case)}")
     target = out / case.design.design.name
     clock = Clock()
     with result_folder(target) as folder:

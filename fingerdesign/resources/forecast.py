@@ -56,6 +56,12 @@ class Forecast:
         """Seconds from the design to the written report."""
         return sum(self.seconds.values())
 
+    def __str__(self) -> str:
+        return (
+            f"{self.dofs} equations, {self.contact_nodes} contact nodes, "
+            f"{self.memory_MB / 1024.0:.1f} GB, {self.total_s:.0f} s"
+        )
+
     def as_dict(self) -> dict[str, object]:
         """Plain values, units in the keys."""
         return {
@@ -103,7 +109,12 @@ def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
 
 
 def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
-    """What ``pipeline.run`` and the report of a case would take."""
+    """What ``pipeline.run`` and the report of a case would take.
+
+    ValueError for fidelity "auto": which models that will take is found while it works.
+    """
+    if case.fidelity not in ("plane-strain", "3d"):
+        raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be foretold")
     return _forecast(replace(case, go_on=False), this_machine() if machine is None else machine)
 
 
