@@ -1,9 +1,9 @@
 """Thirty seeded pairs of a finger and a scene, each with the tolerance that it is asked for.
 
-Fifteen fingers: eight narrow (3 to 6 mm deep, up to three plates), four wide (12 to 24 mm, up to one
-plate), three very wide (40 to 60 mm, homogeneous); arcs of 10 to 40 mm radius, 12 to 22 mm wide,
-gages read on one face or on both. Each is pressed by a plane, once along a path of motions and once
-of forces, to partial slip. Tolerances 1, 2, 5 and 10 % take turns.
+Fifteen fingers: eight narrow (3 to 6 mm deep, up to three plates), four wide (12 to 24 mm, up to
+one plate), three very wide (40 to 60 mm, homogeneous); arcs of 10 to 40 mm radius, 12 to 22 mm
+wide, gages read on one face or on both. Each is pressed by a plane, once along a path of motions
+and once of forces, to partial slip. Tolerances 1, 2, 5 and 10 % take turns.
 """
 
 from __future__ import annotations

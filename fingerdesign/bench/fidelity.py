@@ -1,0 +1,339 @@
+"""``fingerdesign bench fidelity``: does the ladder keep its word, and at what price?
+
+Thirty seeded pairs of a finger and a scene, each with a tolerance. Every rung of every pair is
+solved once; the ladder then climbs on these records, and each single rung is judged as "the one
+model for all". Errors are against much finer models in space, shipped with the program.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.bench.check import Check
+from fingerdesign.bench.fidelity_pairs import Pair, pairs
+from fingerdesign.bench.fidelity_run import (
+    REFERENCES,
+    Record,
+    Recorded,
+    model_key,
+    plain,
+    read,
+    readings_from,
+    recorded,
+    run,
+)
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.fidelity.estimate import GOALS, of_most
+from fingerdesign.fidelity.ladder import Ladder, Solve, climb
+from fingerdesign.fidelity.models import Model
+from fingerdesign.fidelity.readings import Readings, errors
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+Tell = Callable[[str], None]
+
+SHARE_ASKED, SAVING_ASKED = 0.95, 3.0
+_PRESCRIBED = ("normal_force", "tangential_force")  # where forces are given
+
+
+class ReferencesMissing(FingerDesignError):
+    """The shipped references are not those of the pairs as they are made now."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One pair: what the ladder chose, what it said of its error, and what the error is.
+
+    true_errors: of each reading that the scene does not prescribe; section_error: of the finest
+    plane strain, of 95 % of its readings, NaN where there is none.
+    """
+
+    pair: Pair
+    ladder: Ladder
+    true_errors: Array
+    section_error: float
+
+    @property
+    def within(self) -> float:
+        """The share of readings whose true error is under the tolerance."""
+        return float((self.true_errors <= self.pair.tolerance).mean())
+
+    @property
+    def section_suffices(self) -> bool:
+        """Whether plane strain would have done."""
+        return bool(self.section_error <= self.pair.tolerance)
+
+    @property
+    def section_used(self) -> bool:
+        """Whether plane strain was chosen."""
+        return self.ladder.chosen.model.dimension == "plane strain"
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """One rung for all pairs: its cost, and on how many pairs it meets the tolerance."""
+
+    name: str
+    seconds: float
+    within: float
+    meets: int
+    solved: int
+
+
+@dataclass
+class FidelityBench:
+    """What ``bench fidelity`` found."""
+
+    outcomes: list[Outcome]
+    fixed: list[Fixed]
+    machine: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def within(self) -> float:
+        """The share of all readings of all pairs under their tolerance."""
+        every = [each.true_errors <= each.pair.tolerance for each in self.outcomes]
+        return float(np.concatenate(every).mean())
+
+    @property
+    def seconds(self) -> float:
+        """What the ladder cost over all pairs, failed rungs and judges included."""
+        return sum(each.ladder.seconds for each in self.outcomes)
+
+    @property
+    def cheapest(self) -> Fixed | None:
+        """The cheapest single model that meets the tolerance on every pair; None if none does."""
+        enough = [each for each in self.fixed if each.meets == len(self.outcomes)]
+        return min(enough, key=lambda each: each.seconds, default=None)
+
+    @property
+    def rival(self) -> Fixed:
+        """``cheapest``, or where no single model does, the one that does on most pairs."""
+        return self.cheapest or max(self.fixed, key=lambda each: (each.meets, -each.seconds))
+
+    @property
+    def missed(self) -> int:
+        """Pairs where plane strain would do by a margin of a half, and was not used."""
+        return sum(
+            each.section_error <= 0.5 * each.pair.tolerance and not each.section_used
+            for each in self.outcomes
+        )
+
+    def checks(self) -> list[Check]:
+        """The numbers that were asked for."""
+        short = 1.0 - self.within
+        return [
+            Check("readings over the tolerance", 1.0 - SHARE_ASKED, short),
+            Check("1 / saving over one model for all", 1.0 / SAVING_ASKED, self.seconds_share),
+            Check("plane strain would do by half the tolerance, and was not used", 0, self.missed),
+            Check("plane strain used where it does not do", 0, self.wrong),
+        ]
+
+    @property
+    def seconds_share(self) -> float:
+        """The ladder's seconds over those of the one model for all."""
+        return self.seconds / self.rival.seconds
+
+    @property
+    def wrong(self) -> int:
+        """Pairs where plane strain was chosen and fewer than SHARE of the readings hold."""
+        return sum(each.section_used and each.within < SHARE_ASKED for each in self.outcomes)
+
+
+def measure_fidelity(
+    folder: Path, tell: Tell = lambda message: None, workers: int = 1, anew: bool = False
+) -> FidelityBench:
+    """Solve the rungs that ``folder`` does not hold yet (rungs.jsonl), then judge.
+
+    anew: by references computed into ``folder``, not by the shipped ones. Raises ReferencesMissing
+    where these are of other pairs.
+    """
+    from fingerdesign.bench.machine import machine
+
+    every = pairs()
+    if not anew:
+        references(every)  # before an hour's work
+    path = folder / "rungs.jsonl"
+    run("rungs", [(pair.number, 0) for pair in every], path, workers, tell)
+    made = make_references(folder, tell, workers) if anew else None
+    truth = references(every, made.read_text(encoding="utf-8") if made else None)
+    return judge(every, read(path), truth, machine())
+
+
+def make_references(folder: Path, tell: Tell, workers: int = 1) -> Path:
+    """Compute the references anew (an hour), into ``folder``; needs its rungs.jsonl."""
+    sizes = {
+        each["pair"]: int(each["dofs"])
+        for each in read(folder / "rungs.jsonl")
+        if each.get("dimension") == "3-D" and each["scale"] == 1.0
+    }
+    path = folder / "references.jsonl"
+    run("reference", sorted(sizes.items()), path, workers, tell)
+    found = folder / REFERENCES
+    found.write_text(json.dumps(read(path), allow_nan=False) + "\n", encoding="utf-8")
+    return found
+
+
+def references(every: list[Pair], text: str | None = None) -> dict[int, Readings]:
+    """References by pair, of ``text`` or the shipped ones.
+
+    Raises ReferencesMissing where they are of other pairs.
+    """
+    if text is None:
+        text = (resources.files("fingerdesign") / "data" / REFERENCES).read_text("utf-8")
+    found = {each["pair"]: each for each in json.loads(text)}
+    for pair in every:
+        record = found.get(pair.number, {})
+        if (record.get("design"), record.get("scene")) != (
+            pair.design.digest(),
+            pair.scene.digest(),
+        ):
+            raise ReferencesMissing(
+                f"the shipped reference of {pair.name} is of another pair: make them anew with "
+                "`fingerdesign bench fidelity --references`"
+            )
+    return {number: readings_from(record["readings"]) for number, record in found.items()}
+
+
+def judge(
+    every: list[Pair],
+    records: list[Record],
+    truth: dict[int, Readings],
+    machine: dict[str, Any] | None = None,
+) -> FidelityBench:
+    """Climb each pair's ladder on its records; compare with the references and with fixed rungs."""
+    solved: dict[int, list[tuple[Record, Recorded]]] = {pair.number: [] for pair in every}
+    for record in records:
+        if record["pair"] in solved and "failure" not in record:
+            pair = every[record["pair"]]
+            solved[pair.number].append((record, recorded(pair, record)))
+    outcomes = []
+    for pair in every:
+        by_key = {record["key"]: answer for record, answer in solved[pair.number]}
+        ladder = climb(pair.design, pair.scene, pair.tolerance, _from(by_key))
+        flat = [answer for record, answer in solved[pair.number] if record["dimension"] != "3-D"]
+        section = of_most(true_errors(pair, flat[-1].readings, truth)) if flat else float("nan")
+        found = true_errors(pair, ladder.chosen.readings, truth)
+        outcomes.append(Outcome(pair, ladder, found, section))
+    return FidelityBench(outcomes, fixed_models(every, solved, truth), machine or {})
+
+
+def _from(records: dict[str, Recorded]) -> Solve:
+    """A solver that looks its answers up."""
+
+    def solver(design: Design, scene: Scene, model: Model) -> Recorded:
+        return records[model_key(model)]
+
+    return solver
+
+
+def fixed_models(
+    every: list[Pair],
+    solved: dict[int, list[tuple[Record, Recorded]]],
+    truth: dict[int, Readings],
+) -> list[Fixed]:
+    """Each rung as the one model for all pairs; where a pair's ladder ends before it, its last."""
+    names = dict.fromkeys(
+        (record["dimension"], record["scale"]) for rungs in solved.values() for record, _ in rungs
+    )
+    found = []
+    for dimension, scale in names:
+        seconds, right, readings, meets, count = 0.0, 0, 0, 0, 0
+        for pair in every:
+            own = [
+                answer
+                for record, answer in solved[pair.number]
+                if record["dimension"] == dimension and record["scale"] >= scale
+            ]
+            if not own:
+                continue
+            off = true_errors(pair, own[-1].readings, truth) <= pair.tolerance
+            seconds += own[-1].total
+            right, readings, count = right + int(off.sum()), readings + off.size, count + 1
+            meets += bool(off.mean() >= SHARE_ASKED)
+        found.append(
+            Fixed(f"{dimension}, x {scale:g}", seconds, right / max(readings, 1), meets, count)
+        )
+    return found
+
+
+def true_errors(pair: Pair, found: Readings, truth: dict[int, Readings]) -> Array:
+    """Errors of all readings that the scene does not prescribe, in one row."""
+    off = errors(found, truth[pair.number])
+    read_out = [name for name in GOALS if not (pair.control == "force" and name in _PRESCRIBED)]
+    return off.read(read_out)
+
+
+def rows(found: FidelityBench) -> list[list[str]]:
+    """A table's rows: one a pair."""
+    table = []
+    for each in found.outcomes:
+        ladder, pair = each.ladder, each.pair
+        estimate = ladder.estimate.worst if ladder.estimate else float("nan")
+        table.append(
+            [
+                pair.name,
+                f"{pair.design.body.depth_mm:.0f}",
+                f"{pair.design.plates.number}",
+                f"{100 * pair.tolerance:g}",
+                ladder.chosen.model.name,
+                f"{100 * estimate:.2g}",
+                f"{100 * of_most(each.true_errors):.2g}",
+                f"{100 * each.within:.0f}",
+                f"{100 * each.section_error:.2g}",
+                f"{ladder.seconds:.1f}",
+            ]
+        )
+    return table
+
+
+def write_fidelity(found: FidelityBench, folder: Path) -> list[Path]:
+    """fidelity.json and fidelity.png."""
+    from fingerdesign.bench.fidelity_chart import draw_fidelity
+
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / "fidelity.json", folder / "fidelity.png"]
+    record = {
+        "machine": found.machine,
+        "checks": [check.as_dict() for check in found.checks()],
+        "within": found.within,
+        "seconds": found.seconds,
+        "rival": vars(found.rival),
+        "fixed": [vars(each) for each in found.fixed],
+        "pairs": [_pair_record(each) for each in found.outcomes],
+    }
+    paths[0].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    draw_fidelity(found, paths[1])
+    return paths
+
+
+def _pair_record(each: Outcome) -> Record:
+    ladder = each.ladder
+    return {
+        "pair": each.pair.number,
+        "finger": each.pair.finger,
+        "control": each.pair.control,
+        "tolerance": each.pair.tolerance,
+        "reached": ladder.reached,
+        "chosen": ladder.chosen.model.name,
+        "dimension": ladder.chosen.model.dimension,
+        "estimate": ladder.estimate.by_quantity if ladder.estimate else None,
+        "true_error": of_most(each.true_errors),
+        "within": each.within,
+        "section_error": None if np.isnan(each.section_error) else each.section_error,
+        "seconds": ladder.seconds,
+        "tried": [
+            {"name": one.name, "seconds": one.seconds, "why": one.why} for one in ladder.tried
+        ],
+        "readings": plain(ladder.chosen.readings),
+    }
