@@ -33,6 +33,10 @@ COMMANDS = {
         "fingerdesign_cli.grip:command",
         "Lift an object whose weight and friction are unknown.",
     ),
+    "validate": (
+        "fingerdesign_cli.validate:command",
+        "What each modelling assumption costs, and saves.",
+    ),
     "view": ("fingerdesign_cli.view:command", "Look at a result."),
     "bench": ("fingerdesign_cli.bench:command", "Compare with known answers; speed and accuracy."),
 }

@@ -57,20 +57,9 @@ def write_report(analysis: Analysis, folder: Path, picture: bool = True) -> Path
 def _render(
     analysis: Analysis, figures: dict[str, Any], pictures: dict[str, Picture], missing: str
 ) -> str:
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
-    # The images are the program's own; all words of the design go through escaping.
-    environment.filters["image"] = lambda figure: _safe(figure.image)
     result = analysis.result
-    return environment.get_template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
         result=result,
         findings=findings(result, analysis.grip_traces),
         figures=figures,
@@ -88,11 +77,29 @@ def _render(
         finger=finger_text(result),
         points=points_table(result),
         colours=COLOURS,
-        style=_safe((TEMPLATES / "report.css").read_text(encoding="utf-8")),
     )
 
 
+def rendered(template: str, **values: Any) -> str:
+    """A template of this package as text; ``style``, the pages' style sheet, is always there."""
+    import jinja2
+
+    made = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    made.filters["picture"] = lambda shown: _safe(png_element(shown.png, shown.alternative))
+    # The images are the program's own; all words of the design go through escaping.
+    made.filters["image"] = lambda figure: _safe(figure.image)
+    style = _safe((TEMPLATES / "report.css").read_text(encoding="utf-8"))
+    return str(made.get_template(template).render(style=style, **values))
+
+
 def _safe(text: str) -> Any:
+    """Text of the program's own that needs no escaping."""
     from markupsafe import Markup
 
     return Markup(text)

@@ -1,0 +1,131 @@
+"""``fingerdesign validate``: what each modelling assumption costs for this finger, and saves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import output_options, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.validate.record import Row, Validation
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("validate")
+@click.argument("design", metavar="DESIGN", type=_FILE)
+@click.option("--out", required=True, type=_FILE, help="The record goes to OUT/NAME.")
+@click.option(
+    "--scene",
+    "scene_file",
+    type=_FILE,
+    help="In this scene (a file, or a shipped scene's name); without it, the fundamental case.",
+)
+@click.option(
+    "--deep", is_flag=True, help="Finite strain in three dimensions too: minutes, not seconds."
+)
+@click.option(
+    "--only",
+    "keys",
+    multiple=True,
+    metavar="ASSUMPTION",
+    help="This assumption alone, by its key in validate.json; may be given again.",
+)
+@output_options
+def command(
+    design: Path,
+    out: Path,
+    scene_file: Path | None,
+    deep: bool,
+    keys: tuple[str, ...],
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves.
+
+    Each is held against the next better model, at equal motion and at equal force. OUT/NAME then
+    holds validate.html (table, chart, advice), validate.json, validate.csv and validate.png.
+    """
+    finger, scene = _read(design, scene_file, out)
+    from fingerdesign.validate.folder import validation_folder
+    from fingerdesign.validate.run import validate, write_validation
+
+    name = finger.design.name
+    with validation_folder(out / name) as folder, progress(name, quiet) as show:
+        found = validate(
+            finger,
+            scene,
+            deep=deep,
+            scene_name=scene_file.stem if scene_file is not None else "",
+            keys=keys,
+            tell=lambda message, fraction: show(message, fraction),
+        )
+        show("writing the report", 1.0)
+        write_validation(found, folder)
+    if as_json:
+        print_json(found.data())
+    elif not quiet:
+        _show(found, out / name)
+    return 0
+
+
+def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Scene | None]:
+    """Design and scene, every fault of both and of --out, before any work."""
+    from fingerdesign.errors import DesignError, Fault
+    from fingerdesign.results import ResultError
+    from fingerdesign.validate.folder import refuse_foreign
+    from fingerdesign_cli.common import read_case
+
+    finger, scene = read_case(design, scene_file)
+    try:
+        if out.exists() and not out.is_dir():
+            raise ResultError(f"{out} is a file")
+        refuse_foreign(out / finger.design.name)
+    except ResultError as error:
+        fault = Fault("--out", str(out), "a folder for this record", str(error))
+        raise DesignError([fault]) from error
+    return finger, scene
+
+
+def _show(found: Validation, folder: Path) -> None:
+    columns = ["assumption", "at equal", "F_n %", "F_t %", "width %", "stick", "gages %"]
+    columns += ["s", "better s", "saves"]
+    rows = [cells for row in found.rows if row.tested for cells in _cells(row)]
+    print_table(f"{found.design}, scene {found.scene}: greatest errors", columns, rows)
+    for row in found.rows:
+        click.echo(f"{row.title}: {row.advice}")
+    click.echo(f"{found.seconds:.0f} s; report: {folder / 'validate.html'}")
+
+
+def _cells(row: Row) -> list[list[str]]:
+    from fingerdesign.fidelity.readings import QUANTITIES
+
+    found = []
+    for name in ("equal_motion", "equal_force"):
+        errors = [row.greatest(name, quantity) for quantity in QUANTITIES]
+        first = name == "equal_motion"
+        found.append(
+            [
+                row.title if first else "",
+                name.removeprefix("equal_"),
+                *(
+                    "-" if e is None else f"{e:.3f}" if q == "stick_ratio" else f"{100 * e:.2f}"
+                    for e, q in zip(errors, QUANTITIES, strict=True)
+                ),
+                *(
+                    [f"{row.seconds:.2f}", f"{row.better_seconds:.2f}", _saving(row)]
+                    if first
+                    else ["", "", ""]
+                ),
+            ]
+        )
+    return found
+
+
+def _saving(row: Row) -> str:
+    return "-" if row.saving is None else f"{row.saving:.1f}"

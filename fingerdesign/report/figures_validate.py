@@ -1,0 +1,223 @@
+"""Figures of a validation: error against cost, and gages along z. Data as in validate.json."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.report.style import (
+    GRID,
+    INK,
+    MUTED,
+    PAPER,
+    SERIES,
+    ReportFigure,
+    canvas,
+    house_style,
+    small_multiples,
+    to_svg,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+GROUPS = {
+    "forces": ("normal_force", "tangential_force"),
+    "contact: width, stick ratio": ("contact_width", "stick_ratio"),
+    "gages": ("gage",),
+}
+FLOOR = 1e-4  # of one: smaller errors are drawn there
+_TICKS = {1e-4: "≤0.01 %", 1e-3: "0.1 %", 1e-2: "1 %", 0.1: "10 %", 1.0: "100 %", 10.0: "×10"}
+
+
+def chart_figure(data: dict[str, Any]) -> ReportFigure:
+    """Error against cost, log-log: one panel a group of readings, one number an assumption."""
+    tested = _tested(data)
+    with house_style():
+        figure = _chart(data)
+        alternative = "Greatest errors and seconds. " + " ".join(
+            f"{number} {row['title']}: "
+            + ", ".join(f"{group} {_most(row, group):.2g}" for group in GROUPS)
+            + f"; {row['seconds']:.2g} s against {row['better_seconds']:.2g} s."
+            for number, row in tested
+        )
+        image = to_svg(figure, "chart", alternative)
+    return ReportFigure(
+        "chart",
+        "Error against cost",
+        image,
+        "Each number is an assumption of the table. Across: seconds of the model that makes it, a "
+        "line from there to the seconds of the better one. Up: the greatest error over the path, "
+        "filled at equal motion, hollow at equal force (forces are equal there). What stands low "
+        "and has a long line to its right is worth keeping. Dashed: the thresholds of the advice.",
+        alternative,
+    )
+
+
+def chart_png(data: dict[str, Any]) -> bytes:
+    """The chart as a PNG on paper's colour, with the names of the numbers."""
+    with house_style():
+        figure = _chart(data)
+        stream = io.BytesIO()
+        figure.savefig(stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
+    return stream.getvalue()
+
+
+def along_z_figure(data: dict[str, Any]) -> ReportFigure | None:
+    """How far gages off the middle read otherwise; None where that was not told."""
+    rows = [row for row in data["assumptions"] if row["along_z"]]
+    if not rows:
+        return None
+    profile = rows[0]["along_z"]
+    z = [place["z_mm"] for place in profile]
+    with house_style():
+        figure = canvas(7.2, 2.9)
+        axes = figure.subplots()
+        for (which, words), (colour, dashes, marker) in zip(
+            (("greatest", "greatest over path and gages"), ("median", "median")),
+            SERIES,
+            strict=False,
+        ):
+            values = [100.0 * place[which] for place in profile]
+            axes.plot(z, values, color=colour, ls=dashes, marker=marker, label=words)
+        axes.set_xlabel("gage's middle from its plate's middle, along z (mm)")
+        axes.set_ylabel("against the middle (%)")
+        axes.set_ylim(bottom=0.0)
+        axes.legend()
+        alternative = "Gage readings off the middle. " + "; ".join(
+            f"z = {place['z_mm']:g} mm: greatest {100 * place['greatest']:.2g} %, median "
+            f"{100 * place['median']:.2g} %"
+            for place in profile
+        )
+        image = to_svg(figure, "along-z", alternative)
+    return ReportFigure(
+        "along-z",
+        "Gages along z",
+        image,
+        "The same gages, moved along their plates: in plane strain nothing depends on z. Relative "
+        "to the largest reading of each row in the middle.",
+        alternative,
+    )
+
+
+def _chart(data: dict[str, Any]) -> Canvas:
+    figure = canvas(9.6, 4.6)
+    tested = _tested(data)
+    panels = small_multiples(figure, len(GROUPS), len(GROUPS), sharex=True, sharey=True)
+    for axes, (group, quantities) in zip(panels, GROUPS.items(), strict=True):
+        _panel(axes, tested, quantities, data["thresholds"])
+        axes.set_title(group)
+        axes.set_xlabel("seconds")
+    panels[0].set_ylabel("greatest error")
+    _error_axis(panels[0])
+    _seconds_axis(panels[0])
+    _legend(figure, tested)
+    return figure
+
+
+def _panel(
+    axes: Axes,
+    tested: list[tuple[int, dict[str, Any]]],
+    quantities: tuple[str, ...],
+    thresholds: dict[str, float],
+) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for value in thresholds.values():
+        axes.axhline(value, color=MUTED, lw=0.8, ls=(0, (4, 3)), zorder=1)
+    for number, row in tested:
+        colour, _, marker = SERIES[(number - 1) % len(SERIES)]
+        drawn = []
+        for side, filled in (("equal_motion", True), ("equal_force", False)):
+            error = _greatest(row, side, quantities)
+            if error is None or (not filled and quantities == GROUPS["forces"]):
+                continue
+            if row["kind"] == "reading" and quantities != GROUPS["gages"]:
+                continue  # how a gage is read moves nothing else
+            y = max(error, FLOOR)
+            drawn.append(y)
+            axes.plot([row["seconds"], row["better_seconds"]], [y, y], color=GRID, lw=1.2, zorder=2)
+            axes.plot(
+                row["seconds"],
+                y,
+                marker=marker,
+                ls="none",
+                mfc=colour if filled else PAPER,
+                mec=colour,
+                zorder=3,
+            )
+        if drawn:
+            axes.annotate(
+                str(number),
+                (row["seconds"], max(drawn)),
+                (-4, 3),
+                textcoords="offset points",
+                ha="right",
+                fontsize=8.5,
+                color=INK,
+                zorder=4,
+            )
+
+
+def _error_axis(axes: Axes) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    low, high = FLOOR * 0.7, max(axes.get_ylim()[1], 1.5)
+    axes.set_ylim(low, high)
+    ticks = {**_TICKS, **{10.0**p: f"×{10**p:,}" for p in range(2, 9)}}
+    axes.yaxis.set_major_locator(FixedLocator([t for t in ticks if low <= t <= high]))
+    axes.yaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(
+        FuncFormatter(lambda y, _: next((w for t, w in ticks.items() if np.isclose(t, y)), ""))
+    )
+
+
+def _seconds_axis(axes: Axes) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    low, high = axes.get_xlim()
+    low, high = 0.7 * low, 1.2 * high  # room for the numbers
+    axes.set_xlim(low, high)
+    decades = np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+    every = [step * 10.0**power for power in decades for step in (1.0, 2.0, 5.0)]
+    inside = [tick for tick in every if low <= tick <= high]
+    if len(inside) > 6:
+        inside = [tick for tick in inside if np.isclose(np.log10(tick) % 1.0, (0.0, 1.0)).any()]
+    axes.xaxis.set_major_locator(FixedLocator(inside))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+
+
+def _legend(figure: Canvas, tested: list[tuple[int, dict[str, Any]]]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for number, row in tested:
+        colour, _, marker = SERIES[(number - 1) % len(SERIES)]
+        words = f"{number} {row['title']}"
+        handles.append(Line2D([], [], color=colour, marker=marker, ls="none", label=words))
+    for words, filled in (("filled: equal motion", True), ("hollow: equal force", False)):
+        face = MUTED if filled else PAPER
+        handles.append(Line2D([], [], color=MUTED, marker="o", mfc=face, ls="none", label=words))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=3)
+
+
+def _tested(data: dict[str, Any]) -> list[tuple[int, dict[str, Any]]]:
+    rows = enumerate(data["assumptions"], start=1)
+    return [(number, row) for number, row in rows if row["tested"]]
+
+
+def _greatest(row: dict[str, Any], side: str, quantities: tuple[str, ...]) -> float | None:
+    found = row[side]
+    if found is None:
+        return None
+    return max(float(found["errors"][quantity]["greatest"]) for quantity in quantities)
+
+
+def _most(row: dict[str, Any], group: str) -> float:
+    both = (_greatest(row, side, GROUPS[group]) for side in ("equal_motion", "equal_force"))
+    return max((error for error in both if error is not None), default=0.0)

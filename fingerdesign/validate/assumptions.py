@@ -1,0 +1,307 @@
+"""What is assumed, and which two models tell what it costs.
+
+Each assumption is a function of the shared solves that returns its comparisons, or raises
+NotTestable with the reason why this design and scene cannot tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.fidelity.rungs import can_be_sheets, can_extrude
+from fingerdesign.scene_contact import steps_sideways
+from fingerdesign.validate.comparison import Comparison, answer_of, compare
+from fingerdesign.validate.gages import AlongZ, along_z, depth_average, point_gage
+from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, SPACE, Solves
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fidelity.models import Plates, Solved
+
+Kind = Literal["model", "value", "reading"]
+Pairs = list[Comparison]
+
+NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
+RUBBER_FROM = 0.4
+E_BAND = 0.2
+
+
+class NotTestable(FingerDesignError):
+    """This design or scene cannot tell what the assumption costs; the message says why."""
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One assumption: its key in validate.json, a title, what is assumed, against what.
+
+    kind: "model", a cheaper model; "value", one that the source did not give; "reading", how a gage
+    is read off one model. pairs: the comparisons.
+    """
+
+    key: str
+    title: str
+    assumed: str
+    better: str
+    kind: Kind
+    pairs: Callable[[Solves, bool], Pairs]
+
+
+def section_why_not(design: Design, scene: Scene) -> str | None:
+    """Why plane strain cannot show this design in this scene; None where it can."""
+    from fingerdesign.design.checks import plane_strain_faults
+    from fingerdesign.refusals import sheet_room_faults
+
+    if design.body.shape == "revolved":
+        return "a turned body has no section that stands for it"
+    if steps_sideways(scene):
+        return "the scene is not the same in every section: it needs three dimensions"
+    faults = plane_strain_faults(design) or sheet_room_faults(design)
+    return f"{faults[0].key} = {faults[0].value} cannot be shown by a section" if faults else None
+
+
+def profile_along_z(solves: Solves) -> AlongZ | None:
+    """The finger's gages along z against those in the middle; None where there is nothing to tell.
+
+    Part of plane_strain: there a gage reads the same wherever it lies.
+    """
+    try:
+        return along_z(solves.reader())
+    except FingerDesignError:
+        return None
+
+
+def _plane_strain(solves: Solves, deep: bool) -> Pairs:
+    _needs_section(solves)
+    # The finger in space first: whatever is solved first pays for loading the libraries.
+    truth = answer_of(solves.space(), "3-D")
+    flat = answer_of(solves.section(SPACE), "plane strain")
+    return [compare("plane strain", flat, truth, solves.scene)]
+
+
+def _gage_depth_average(solves: Solves, deep: bool) -> Pairs:
+    _needs_gages(solves.design)
+    return [depth_average(solves.reader(), _span(solves.design))]
+
+
+def _gage_point(solves: Solves, deep: bool) -> Pairs:
+    _needs_gages(solves.design)
+    return [point_gage(solves.reader())]
+
+
+def _plate_span(solves: Solves, deep: bool) -> Pairs:
+    design = solves.design
+    _needs_bonded(design)
+    if not design.body.straight:
+        raise NotTestable("plates of full span are told of straight bodies alone")
+    if design.plates.placement is not None or design.plates.rows:
+        raise NotTestable("plates placed one by one, or in rows, have no one span")
+    if design.plates.along == "z":
+        raise NotTestable("plates along z do not span the depth")
+    depth = design.body.depth_mm
+    full = {"plates.span_mm": None, "plates.span_offset_mm": 0.0, "plates.stagger_mm": 0.0}
+    if design.extruded:
+        half = {"plates.span_mm": 0.5 * depth}
+        found, truth = solves.space(), solves.space(values=half)
+        label = f"span {depth:g} mm (the design's, full) against {0.5 * depth:g} mm"
+    else:
+        found, truth = solves.space(values=full), solves.space()
+        label = f"span {depth:g} mm (full) against the design's {_span(design):g} mm"
+    return [_solved_pair(label, found, truth, solves)]
+
+
+def _small_strain(solves: Solves, deep: bool) -> Pairs:
+    # Sheets are not known at finite strain: solid plates stand for them.
+    plates: Plates | None = "solid" if solves.design.plates.model == "sheet" else None
+    why = section_why_not(solves.design, solves.scene)
+    found: Pairs = []
+    if why is None:
+        small = solves.section(plates=plates)
+        found.append(compare("plane strain", answer_of(small), solves.finite(small), solves.scene))
+    elif not deep:
+        raise NotTestable(f"{why}; --deep tests it in three dimensions")
+    if deep:
+        small = solves.space(plates=plates)
+        found.append(compare("3-D", answer_of(small), solves.finite(small), solves.scene))
+    return found
+
+
+def nu_values(design: Design) -> tuple[float, float]:
+    """Poisson's ratios that the assumed one is held against."""
+    given = design.material_of("body").poissons_ratio
+    if given >= RUBBER_FROM:
+        return NU_LIKELY
+    return max(0.0, round(given - NU_BAND, 6)), round(given + NU_BAND, 6)
+
+
+def _poissons_ratio(solves: Solves, deep: bool) -> Pairs:
+    name = solves.design.body.material
+    given = solves.design.material_of("body").poissons_ratio
+    key = f"materials.{name}.poissons_ratio"
+    values = [value for value in nu_values(solves.design) if abs(value - given) > 1e-9]
+    return [_varied(f"nu {value:g} for {given:g}", {key: value}, solves) for value in values]
+
+
+def _youngs_modulus(solves: Solves, deep: bool) -> Pairs:
+    name = solves.design.body.material
+    given = solves.design.material_of("body").youngs_modulus_MPa
+    key = f"materials.{name}.youngs_modulus_MPa"
+    values = [round(given * factor, 9) for factor in (1.0 - E_BAND, 1.0 + E_BAND)]
+    return [_varied(f"E {value:g} for {given:g} MPa", {key: value}, solves) for value in values]
+
+
+def _sheets(solves: Solves, deep: bool) -> Pairs:
+    design = solves.design
+    _needs_plates(design)
+    if can_extrude(design) and can_be_sheets(design):
+        found, truth = solves.space(plates="sheet"), _solid(solves)
+        return [_solved_pair("3-D", found, truth, solves)]
+    why = section_why_not(design, solves.scene)
+    if why is not None:
+        raise NotTestable(f"the plates cannot be sheets in layers here, and {why}")
+    found, truth = solves.section(plates="sheet"), solves.section(plates="solid")
+    return [_solved_pair("plane strain", found, truth, solves)]
+
+
+def _plates_left_out(solves: Solves, deep: bool) -> Pairs:
+    _needs_plates(solves.design)
+    return [_solved_pair("3-D", solves.space(plates="none"), _solid(solves), solves)]
+
+
+def _discretisation(solves: Solves, deep: bool) -> Pairs:
+    found = []
+    if section_why_not(solves.design, solves.scene) is None:
+        pair = solves.section(), solves.section(FINER_SECTION)
+        found.append(_solved_pair("plane strain", *pair, solves))
+    found.append(_solved_pair("3-D", solves.space(), solves.space(FINER_SPACE), solves))
+    return found
+
+
+def _solved_pair(label: str, found: Solved, truth: Solved, solves: Solves) -> Comparison:
+    return compare(label, answer_of(found), answer_of(truth), solves.scene)
+
+
+def _varied(label: str, values: dict[str, object], solves: Solves) -> Comparison:
+    """How the answers change where a value is another one, relative to those with the assumed."""
+    found = answer_of(solves.space(values=values), label)
+    return compare(label, found, answer_of(solves.space()), solves.scene)
+
+
+def _solid(solves: Solves) -> Solved:
+    """The finger with its plates as solids: as the design says where it says so."""
+    return solves.space(plates=None if solves.design.plates.model == "solid" else "solid")
+
+
+def _needs_section(solves: Solves) -> None:
+    why = section_why_not(solves.design, solves.scene)
+    if why is not None:
+        raise NotTestable(why)
+
+
+def _needs_plates(design: Design) -> None:
+    if not design.plates.number:
+        raise NotTestable("the design has no plates")
+
+
+def _needs_bonded(design: Design) -> None:
+    _needs_plates(design)
+    if design.plates.model == "none":
+        raise NotTestable("plates.model = none: the plates are left out of the model")
+
+
+def _needs_gages(design: Design) -> None:
+    if not design.plates.number:
+        raise NotTestable("the design has no plates, so no gages")
+
+
+def _span(design: Design) -> float:
+    from fingerdesign.design.layout import plate_frames
+
+    return min(frame.span for frame in plate_frames(design))
+
+
+ASSUMPTIONS: tuple[Assumption, ...] = (
+    Assumption(
+        "plane_strain",
+        "Plane strain",
+        "no strain along z: one section, times the depth",
+        "the same section in 3-D, read in the middle",
+        "model",
+        _plane_strain,
+    ),
+    Assumption(
+        "gage_depth_average",
+        "Gages averaged over the depth",
+        "a gage as wide as its plate's whole span",
+        "the gage's own width, where it lies",
+        "reading",
+        _gage_depth_average,
+    ),
+    Assumption(
+        "plate_span",
+        "Plates of full span",
+        "plates that run through the whole depth",
+        "plates that end inside the body",
+        "model",
+        _plate_span,
+    ),
+    Assumption(
+        "small_strain",
+        "Small strain",
+        "linear elasticity on the body as it was cast",
+        "neo-Hookean rubber, equilibrium on the deformed body",
+        "model",
+        _small_strain,
+    ),
+    Assumption(
+        "poissons_ratio",
+        "Poisson's ratio of the rubber",
+        "the design's value",
+        "a likely other one",
+        "value",
+        _poissons_ratio,
+    ),
+    Assumption(
+        "youngs_modulus",
+        "Young's modulus of the rubber",
+        "the design's value",
+        "20 % less or more",
+        "value",
+        _youngs_modulus,
+    ),
+    Assumption(
+        "sheets",
+        "Plates as sheets",
+        "plates of no thickness, with membrane and bending stiffness",
+        "solid plates",
+        "model",
+        _sheets,
+    ),
+    Assumption(
+        "gage_point",
+        "Gages as points",
+        "the strain at the middle of the gage",
+        "its mean over the gage's length and width",
+        "reading",
+        _gage_point,
+    ),
+    Assumption(
+        "plates_left_out",
+        "Plates left out",
+        "rubber where the plates are; gages read the rubber's strain",
+        "bonded plates",
+        "model",
+        _plates_left_out,
+    ),
+    Assumption(
+        "discretisation",
+        "This mesh is fine enough",
+        "the meshes that this table stands on",
+        "the next finer ones",
+        "model",
+        _discretisation,
+    ),
+)

@@ -1,0 +1,224 @@
+"""Two models' answers against each other: at equal motion, and at equal force.
+
+Errors are those of fidelity.readings: F_n relative to its row's, F_t and contact width to the
+path's largest, stick ratios absolute, gage strains to the largest reading of their row. Where the
+finger is hardly pulled at all F_t is taken as zero: its rounding is compared with nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.contact.measures import COMPLETE_SLIP
+from fingerdesign.contact.problem import Motion
+from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
+from fingerdesign.errors import SolverError
+from fingerdesign.fidelity.readings import QUANTITIES, Readings, errors
+from fingerdesign.load_path import PathStopped
+
+if TYPE_CHECKING:
+    from fingerdesign.fidelity.models import Solved
+
+Array = NDArray[np.float64]
+
+FULL_SLIP = 0.95  # of mu F_n: from there on a given F_t has no unique motion, or none
+_NO_PULL = 1e-3  # of the largest F_n: less F_t than that is the mesh's asymmetry
+_LEAST_PRESS = 1e-3  # of the largest F_n: a first touch with less says nothing
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a model answers along the scene's path: readings, the object's motions, its cost.
+
+    along: its readings over another path of the same object; None where that cannot be asked.
+    """
+
+    name: str
+    readings: Readings
+    motions: tuple[Motion, ...]
+    seconds: float
+    dofs: int
+    dimension: int
+    along: Callable[[Scene], Readings] | None = None
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Errors of one quantity over the path, parts of one."""
+
+    greatest: float
+    median: float
+
+
+@dataclass(frozen=True)
+class Side:
+    """All quantities at equal motion, or at equal force.
+
+    rows: increments compared; left_out: rows of the path that are not; gages (plates,): the
+    greatest error of each; note: why rows are left out.
+    """
+
+    rows: int
+    left_out: int
+    errors: dict[str, Spread]
+    gages: tuple[float, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A model against the better one (or a value against another): errors and costs.
+
+    motion or force is None where it cannot be had; its reason stands in ``missing``.
+    """
+
+    label: str
+    assumed: Answer
+    better: Answer
+    motion: Side | None
+    force: Side | None
+    missing: tuple[str, ...] = ()
+
+
+def answer_of(solved: Solved, name: str = "") -> Answer:
+    """The answer of a model of small strains."""
+    return Answer(
+        name or solved.model.name,
+        solved.readings,
+        tuple(step.increment.motion for step in solved.steps),
+        solved.total,
+        solved.dofs,
+        solved.mesh.dimension,
+        solved.along,
+    )
+
+
+def compare(label: str, found: Answer, truth: Answer, scene: Scene) -> Comparison:
+    """``found`` against ``truth`` along the scene's path; ``found`` follows the other's forces."""
+    missing: list[str] = []
+    sides: dict[str, Side | None] = {}
+    for name, of in (("motion", _equal_motion), ("force", _equal_force)):
+        try:
+            sides[name] = of(found, truth, scene)
+        except SolverError as error:
+            sides[name] = None
+            missing.append(f"equal {name}: {error}")
+    return Comparison(label, found, truth, sides["motion"], sides["force"], tuple(missing))
+
+
+def compare_gages(label: str, found: Answer, truth: Answer) -> Comparison:
+    """One model read in two ways: forces, motions and contact are the same, whichever is given."""
+    side = side_of(found.readings, truth.readings)
+    return Comparison(label, found, truth, side, side)
+
+
+def side_of(found: Readings, truth: Readings, left_out: int = 0, note: str = "") -> Side:
+    """Greatest and median errors of readings row by row."""
+    apart = errors(*_without_noise(found, truth))
+    spread = {}
+    for name in QUANTITIES:
+        values = np.asarray(getattr(apart, name)).reshape(-1)
+        spread[name] = Spread(
+            float(values.max(initial=0.0)), float(np.median(values)) if values.size else 0.0
+        )
+    by_gage = tuple(float(value) for value in apart.gage.max(axis=0, initial=0.0))
+    return Side(found.rows, left_out, spread, by_gage, note)
+
+
+def _equal_motion(found: Answer, truth: Answer, scene: Scene) -> Side:
+    if scene.path.control == "motion":
+        return side_of(found.readings, truth.readings)
+    rows = tuple((m.approach, m.shear) for m in truth.motions)
+    path = ScenePath(increments_mm=rows, substeps=scene.path.substeps)
+    return _followed(found, truth.readings, scene, path, 0, "")
+
+
+def _equal_force(found: Answer, truth: Answer, scene: Scene) -> Side:
+    if scene.path.control == "force":
+        return side_of(found.readings, truth.readings)
+    if any(any(row[2:]) for row in scene.path.rows):
+        raise SolverError("a path of forces has no shear_z and no twist, this scene's has")
+    first, last, note = usable_rows(truth, scene)
+    if last <= first:
+        raise SolverError("no row of this path presses and still sticks somewhere")
+    kept = rows_of(truth.readings, slice(first, last))
+    rows = tuple(
+        (float(n), float(t)) for n, t in zip(kept.normal_force, kept.tangential_force, strict=True)
+    )
+    path = ScenePath(increments_N=rows, control="force", substeps=scene.path.substeps)
+    return _followed(found, kept, scene, path, truth.readings.rows - len(rows), note)
+
+
+def usable_rows(truth: Answer, scene: Scene) -> tuple[int, int, str]:
+    """First row that presses, and the one after it that is at complete slip or lets go.
+
+    What comes after complete slip is left out too: it depends on how far the finger slid.
+    """
+    found, friction = truth.readings, scene.object.friction_coefficient
+    least = max(LEAST_FORCE_N, _LEAST_PRESS * float(found.normal_force.max(initial=0.0)))
+    presses = found.normal_force >= least
+    first = int(np.argmax(presses)) if presses.any() else found.rows
+    pulled = np.abs(found.tangential_force)
+    slips = found.stick_ratio < COMPLETE_SLIP[truth.dimension]
+    if scene.object.tilt_deg == 0.0:
+        slips = slips | (pulled > FULL_SLIP * friction * found.normal_force)
+    stops = np.flatnonzero((slips | ~presses)[first:])
+    last = first + int(stops[0]) if len(stops) else found.rows
+    notes = [f"{first} rows before it presses"] if first else []
+    if last < found.rows:
+        notes.append(f"{found.rows - last} rows from complete slip or release on")
+    return first, last, "; ".join(notes)
+
+
+def rows_of(readings: Readings, part: slice | list[int]) -> Readings:
+    """The readings of some rows."""
+    return Readings(
+        readings.normal_force[part],
+        readings.tangential_force[part],
+        readings.contact_width[part],
+        readings.stick_ratio[part],
+        readings.gages[part],
+        readings.face,
+    )
+
+
+def _followed(
+    found: Answer, truth: Readings, scene: Scene, path: ScenePath, left_out: int, note: str
+) -> Side:
+    """``found`` along ``path`` as far as it has an answer; what is left out is counted."""
+    if found.along is None:
+        raise SolverError(f"{found.name} follows no other path")
+    rows, key = path.rows, path.key.removeprefix("path.")
+    count, why = len(rows), ""
+    while count:
+        shorter = path.model_copy(update={key: rows[:count]})
+        try:
+            readings = found.along(scene.model_copy(update={"path": shorter}))
+        except SolverError as error:
+            reached = len(error.increments) if isinstance(error, PathStopped) else count - 1
+            count, why = min(reached, count - 1), str(error)
+            continue
+        lost = len(rows) - count
+        if lost:
+            reason = f"{lost} rows that it cannot follow ({why})"
+            note = f"{note}; {reason}" if note else reason
+        return side_of(readings, truth.part(count), left_out + lost, note)
+    raise SolverError(f"it cannot follow even the first row: {why}")
+
+
+def _without_noise(found: Readings, truth: Readings) -> tuple[Readings, Readings]:
+    """F_t of both made zero where neither is pulled."""
+    pull = max(_largest(found.tangential_force), _largest(truth.tangential_force))
+    if pull > _NO_PULL * _largest(truth.normal_force):
+        return found, truth
+    none = np.zeros_like(truth.tangential_force)
+    return replace(found, tangential_force=none), replace(truth, tangential_force=none)
+
+
+def _largest(values: Array | Sequence[float]) -> float:
+    return float(np.abs(np.asarray(values)).max(initial=0.0))

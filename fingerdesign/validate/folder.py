@@ -1,0 +1,81 @@
+"""The folder of a validation: written aside and renamed, so that it is there whole or not at all.
+
+What is not an older validation is not replaced: an analysis has a folder of its own.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from fingerdesign.results import ResultError
+from fingerdesign.validate.record import RECORD_FILE
+from fingerdesign.validate.run import PRODUCTS
+
+
+@contextmanager
+def validation_folder(target: Path | str) -> Iterator[Path]:
+    """A temporary folder beside ``target`` that takes its place when the block ends well.
+
+    An older validation is replaced, and put back should the renaming fail. Anything else in the way
+    is a ResultError before any work. When the block raises, nothing is left.
+    """
+    target = Path(target).absolute()
+    refuse_foreign(target)
+    aside = _sibling(target, "partial")
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        aside.mkdir()
+    except OSError as error:
+        raise ResultError(f"cannot write beside {target}: {error}") from error
+    try:
+        yield aside
+        if not (aside / RECORD_FILE).is_file():
+            raise ResultError(f"{target} was not written: it was made without {RECORD_FILE}")
+        refuse_foreign(target)
+        _take_place(aside, target)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def refuse_foreign(target: Path) -> None:
+    """ResultError where ``target`` is no place for a validation."""
+    try:
+        if target.is_symlink() or (target.exists() and not target.is_dir()):
+            raise ResultError(f"{target} is in the way and not a folder; choose another --out")
+        names = sorted(os.listdir(target))
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise ResultError(f"cannot look into {target}: {error}") from error
+    foreign = [name for name in names if name not in PRODUCTS]
+    if foreign:
+        raise ResultError(
+            f"{target} holds {', '.join(foreign[:5])}, which is no validation; choose another --out"
+        )
+
+
+def _take_place(aside: Path, target: Path) -> None:
+    """Rename; the older folder is deleted only once the new one is in its place."""
+    older = _sibling(target, "older")
+    try:
+        try:
+            if target.is_dir():
+                target.rename(older)
+            aside.rename(target)
+        except BaseException:  # an interruption between the two as well
+            if older.is_dir() and not target.exists():
+                older.rename(target)
+            raise
+    except OSError as error:
+        kept = f"; the older one is in {older}" if older.is_dir() else ""
+        raise ResultError(f"cannot put it in place at {target}: {error}{kept}") from error
+    shutil.rmtree(older, ignore_errors=True)
+
+
+def _sibling(target: Path, role: str) -> Path:
+    return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")

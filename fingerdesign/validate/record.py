@@ -1,0 +1,235 @@
+"""What validate.json and validate.csv hold. Errors are parts of one; NaN is never written."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.fidelity.readings import QUANTITIES
+from fingerdesign.validate.advice import KEEP, LIMIT
+
+if TYPE_CHECKING:
+    from fingerdesign.validate.assumptions import Assumption
+    from fingerdesign.validate.comparison import Answer, Comparison, Side
+    from fingerdesign.validate.gages import AlongZ
+
+SCHEMA_VERSION = 1
+RECORD_FILE = "validate.json"
+CSV_FILE = "validate.csv"
+SIDES = ("equal_motion", "equal_force")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One assumption, tested or not (then ``reason`` says why): plain values, ready to write.
+
+    seconds, better_seconds: of the comparison that costs most; saving: their ratio (None
+    for a value: another one costs the same). equal_motion,
+    equal_force: the worst over all comparisons, {quantity: {greatest, median}}, the greatest error
+    of each gage, rows compared and left out; None where nothing could be compared.
+    """
+
+    key: str
+    title: str
+    assumed: str
+    better: str
+    kind: str
+    tested: bool
+    reason: str | None = None
+    seconds: float | None = None
+    better_seconds: float | None = None
+    saving: float | None = None
+    equal_motion: dict[str, Any] | None = None
+    equal_force: dict[str, Any] | None = None
+    verdict: str = "not tested"
+    advice: str = ""
+    comparisons: tuple[dict[str, Any], ...] = ()
+    along_z: tuple[dict[str, Any], ...] | None = None
+
+    def greatest(self, side: str, quantity: str) -> float | None:
+        """The greatest error of a quantity at "equal_motion" or "equal_force"."""
+        found = getattr(self, side)
+        return None if found is None else float(found["errors"][quantity]["greatest"])
+
+    def data(self) -> dict[str, Any]:
+        """As in the file."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        values["assumption"] = values.pop("key")
+        return {
+            "assumption": values.pop("assumption"),
+            **values,
+            "comparisons": list(self.comparisons),
+            "along_z": None if self.along_z is None else list(self.along_z),
+        }
+
+
+@dataclass(frozen=True)
+class Validation:
+    """The record of one `fingerdesign validate`. seconds: of everything, reports apart."""
+
+    design: str
+    scene: str
+    digest: str
+    deep: bool
+    gages: int
+    rows: tuple[Row, ...]
+    seconds: float
+    versions: dict[str, str] = field(default_factory=dict)
+    peak_memory_MB: float = 0.0
+
+    def row(self, key: str) -> Row:
+        """The row of an assumption. KeyError where there is none."""
+        for row in self.rows:
+            if row.key == key:
+                return row
+        raise KeyError(key)
+
+    def data(self) -> dict[str, Any]:
+        """As in the file."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "design": self.design,
+            "scene": self.scene,
+            "digest": self.digest,
+            "deep": self.deep,
+            "gages": self.gages,
+            "thresholds": {"keep": KEEP, "limit": LIMIT},
+            "assumptions": [row.data() for row in self.rows],
+            "seconds": self.seconds,
+            "peak_memory_MB": self.peak_memory_MB,
+            "versions": self.versions,
+        }
+
+    def to_json(self) -> str:
+        """The text of validate.json."""
+        return json.dumps(self.data(), indent=2, allow_nan=False) + "\n"
+
+
+def compared_row(
+    of: Assumption,
+    comparisons: list[Comparison],
+    verdict: str,
+    advice: str,
+    along_z: AlongZ | None = None,
+) -> Row:
+    """The row of an assumption that was compared."""
+    most = max(comparisons, key=lambda each: each.better.seconds)
+    seconds, better = most.assumed.seconds, most.better.seconds
+    return Row(
+        key=of.key,
+        title=of.title,
+        assumed=of.assumed,
+        better=of.better,
+        kind=of.kind,
+        tested=True,
+        seconds=seconds,
+        better_seconds=better,
+        saving=None if of.kind == "value" else better / max(seconds, 1e-9),
+        equal_motion=_worst([each.motion for each in comparisons]),
+        equal_force=_worst([each.force for each in comparisons]),
+        verdict=verdict,
+        advice=advice,
+        comparisons=tuple(_comparison(each) for each in comparisons),
+        along_z=None if along_z is None else _along(along_z),
+    )
+
+
+def untested_row(of: Assumption, reason: str) -> Row:
+    """The row of an assumption that could not be tested."""
+    advice = f"Not tested: {reason}."
+    return Row(of.key, of.title, of.assumed, of.better, of.kind, False, reason, advice=advice)
+
+
+def write_csv(path: Path, validation: Validation) -> None:
+    """A row for each assumption at equal motion and at equal force; empty where there is none."""
+    header = ["assumption", "at", "tested", "verdict", "seconds", "better_seconds", "saving"]
+    header += [f"{name}_{which}" for name in QUANTITIES for which in ("greatest", "median")]
+    header += ["rows", "rows_left_out", "advice"]
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(header)
+        for row in validation.rows:
+            for name in SIDES:
+                writer.writerow("" if cell is None else cell for cell in _cells(row, name))
+
+
+def _cells(row: Row, name: str) -> list[Any]:
+    side = getattr(row, name)
+    cells = [row.key, name, row.tested, row.verdict, row.seconds, row.better_seconds, row.saving]
+    for quantity in QUANTITIES:
+        found = side["errors"][quantity] if side else {"greatest": None, "median": None}
+        cells += [found["greatest"], found["median"]]
+    return [*cells, *([side["rows"], side["rows_left_out"]] if side else [None, None]), row.advice]
+
+
+def _comparison(of: Comparison) -> dict[str, Any]:
+    return {
+        "label": of.label,
+        "assumed": _answer(of.assumed),
+        "better": _answer(of.better),
+        "equal_motion": None if of.motion is None else _side(of.motion),
+        "equal_force": None if of.force is None else _side(of.force),
+        "missing": list(of.missing),
+    }
+
+
+def _answer(of: Answer) -> dict[str, Any]:
+    return {
+        "model": of.name,
+        "dimension": of.dimension,
+        "dofs": of.dofs,
+        "seconds": of.seconds,
+        "normal_force_N": of.readings.normal_force.tolist(),
+        "tangential_force_N": of.readings.tangential_force.tolist(),
+        "contact_width_mm": of.readings.contact_width.tolist(),
+        "stick_ratio": of.readings.stick_ratio.tolist(),
+        "gages_microstrain": of.readings.reading.tolist(),
+    }
+
+
+def _side(of: Side) -> dict[str, Any]:
+    return {
+        "rows": of.rows,
+        "rows_left_out": of.left_out,
+        "note": of.note,
+        "errors": {
+            name: {"greatest": found.greatest, "median": found.median}
+            for name, found in of.errors.items()
+        },
+        "gages": list(of.gages),
+    }
+
+
+def _worst(sides: list[Side | None]) -> dict[str, Any] | None:
+    """The worst of each number over several comparisons."""
+    told = [_side(side) for side in sides if side is not None]
+    if not told:
+        return None
+    return {
+        "rows": min(each["rows"] for each in told),
+        "rows_left_out": max(each["rows_left_out"] for each in told),
+        "note": "; ".join(dict.fromkeys(each["note"] for each in told if each["note"])),
+        "errors": {
+            name: {
+                which: max(each["errors"][name][which] for each in told)
+                for which in ("greatest", "median")
+            }
+            for name in QUANTITIES
+        },
+        "gages": [max(values) for values in zip(*(each["gages"] for each in told), strict=True)],
+    }
+
+
+def _along(of: AlongZ) -> tuple[dict[str, Any], ...]:
+    return tuple(
+        {
+            "z_mm": place,
+            "greatest": side.errors["gage"].greatest,
+            "median": side.errors["gage"].median,
+            "gages": list(side.gages),
+        }
+        for place, side in zip(of.z_mm, of.sides, strict=True)
+    )

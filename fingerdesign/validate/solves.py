@@ -1,0 +1,191 @@
+"""The models that the comparisons share, each solved once.
+
+Sizes are the ladder's (fidelity.rungs): SPACE in three dimensions, SECTION in plane strain, and
+SPACE in plane strain too where both are compared, on the same section's mesh.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.fidelity.models import Model, Solved, solve
+from fingerdesign.fidelity.readings import MICRO, Readings
+from fingerdesign.fidelity.rungs import rung
+from fingerdesign.validate.comparison import Answer, rows_of
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design, Gages
+    from fingerdesign.fidelity.models import Dimension, Plates
+
+Tell = Callable[[str], None]
+Values = Mapping[str, object]
+
+SPACE, FINER_SPACE = 2.0, 1.4
+SECTION, FINER_SECTION = 1.4, 0.7
+WARM = 3.0  # a section of a few thousand equations
+
+
+@dataclass
+class Solves:
+    """Every model of one design in one scene, solved when first asked for.
+
+    A failure is kept too, and raised again: no model is tried twice.
+    """
+
+    design: Design
+    scene: Scene
+    tell: Tell = lambda message: None
+    _known: dict[str, Solved | FingerDesignError] = field(default_factory=dict)
+    _finite: dict[str, Answer | FingerDesignError] = field(default_factory=dict)
+    _reader: Reader | None = None
+
+    def space(
+        self, scale: float = SPACE, values: Values | None = None, plates: Plates | None = None
+    ) -> Solved:
+        """The finger in three dimensions, with some keys of the design changed."""
+        return self._get("3-D", scale, values or {}, plates)
+
+    def section(
+        self, scale: float = SECTION, values: Values | None = None, plates: Plates | None = None
+    ) -> Solved:
+        """The finger in plane strain."""
+        return self._get("plane strain", scale, values or {}, plates)
+
+    def warm(self) -> None:
+        """Load the libraries by a small solve that is not timed, where there is a section."""
+        from fingerdesign.validate.assumptions import section_why_not
+
+        if section_why_not(self.design, self.scene) is None:
+            with suppress(FingerDesignError):
+                self.section(WARM)
+
+    def reader(self) -> Reader:
+        """The finger in three dimensions, to be read by other gages."""
+        if self._reader is None:
+            self._reader = Reader(self.space())
+        return self._reader
+
+    def finite(self, solved: Solved) -> Answer:
+        """The same mesh, zone and scene at finite strain."""
+        key = f"{solved.model}"
+        if key not in self._finite:
+            self.tell(f"{solved.model.dimension} at finite strain")
+            try:
+                self._finite[key] = _finite_answer(solved)
+            except FingerDesignError as error:
+                self._finite[key] = error
+        known = self._finite[key]
+        if isinstance(known, FingerDesignError):
+            raise known
+        return known
+
+    def _get(
+        self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
+    ) -> Solved:
+        key = f"{dimension} {scale} {sorted(values.items())} {plates}"
+        if key not in self._known:
+            changed = ", ".join(f"{name} = {value}" for name, value in values.items())
+            words = [f"{dimension}, sizes x {scale:g}", changed, f"plates {plates}" * bool(plates)]
+            self.tell(", ".join(word for word in words if word))
+            try:
+                self._known[key] = self._solve(dimension, scale, values, plates)
+            except FingerDesignError as error:
+                self._known[key] = error
+        known = self._known[key]
+        if isinstance(known, FingerDesignError):
+            raise known
+        return known
+
+    def _solve(
+        self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
+    ) -> Solved:
+        from fingerdesign.design.io import with_values
+
+        own = with_values(self.design, values) if values else self.design
+        model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
+        model = _meshed_as(model, own)
+        if plates is not None:
+            model = replace(model, plates=plates)
+        solved = solve(own, self.scene, model)
+        if dimension != "3-D" or values or plates is not None or scale != SPACE:
+            solved.built = None  # its factors are needed where gages are read anew alone
+        return solved
+
+    def release(self) -> None:
+        """Let go of the factors and fields that are still held."""
+        self._reader = None
+        for known in self._known.values():
+            if isinstance(known, Solved):
+                known.built = None
+
+
+class Reader:
+    """Reads a solved finger by other gages on the same plates: its displacements are kept.
+
+    Of a path of more than MOST_ROWS rows, which would fill the memory, as many evenly spread.
+    """
+
+    MOST_ROWS = 64
+
+    def __init__(self, solved: Solved) -> None:
+        if solved.built is None:
+            raise ValueError("the model's factors have been released")
+        self.solved = solved
+        count = len(solved.steps)
+        places = np.linspace(0, count - 1, min(count, self.MOST_ROWS))
+        self.rows = [int(row) for row in np.unique(places.round())]
+        forces = np.array([solved.steps[row].increment.force for row in self.rows])
+        self._fields = solved.built.displacement_fields(forces).reshape(len(forces), -1)
+
+    @property
+    def own(self) -> Readings:
+        """The model's own readings, of the same rows."""
+        return rows_of(self.solved.readings, self.rows)
+
+    def read(self, gages: Gages) -> Readings:
+        """The readings with these gages. Raises DesignError where they leave the finger."""
+        from fingerdesign.design.layout import plate_frames
+        from fingerdesign.fem.readout import gage_rows
+        from fingerdesign.fem.sheet_gage import sheet_gage_rows
+
+        frames, old = plate_frames(self.solved.design), self.own
+        sheets = self.solved.design.plates.model == "sheet"
+        operator = (sheet_gage_rows if sheets else gage_rows)(self.solved.mesh, frames, gages)
+        strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
+        return replace(old, gages=strains, face=gages.face)
+
+
+def _meshed_as(model: Model, design: Design) -> Model:
+    """The model with the mesher that the changed design allows."""
+    from fingerdesign.fidelity.rungs import can_extrude
+
+    if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(design):
+        return replace(model, mesher="tetwild")
+    return model
+
+
+def _finite_answer(solved: Solved) -> Answer:
+    from fingerdesign.finite.path import finite_readings
+
+    start = time.perf_counter()
+    found = finite_readings(solved.design, solved.mesh, solved.zone, solved.scene)
+    seconds = solved.seconds["mesh"] + time.perf_counter() - start
+    readings = Readings(
+        found.normal_force,
+        found.tangential_force,
+        found.contact_width,
+        np.nan_to_num(found.stick_ratio),
+        MICRO * found.gages,
+        solved.design.gages.face,
+    )
+    motions = tuple(row.motion for row in found.rows)
+    name = f"{solved.model.dimension}, finite strain"
+    return Answer(name, readings, motions, seconds, found.dofs, solved.mesh.dimension)
