@@ -12,7 +12,15 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.body import Body, condense_body
 from fingerdesign.fem.finite_body import finite_body
-from fingerdesign.fem.finite_law import Inverted, cauchy, deformation, energy, first_piola
+from fingerdesign.fem.finite_law import (
+    Inverted,
+    cauchy,
+    deformation,
+    energy,
+    first_piola,
+    second_piola,
+    second_piola_change,
+)
 from fingerdesign.fem.finite_system import finite_system
 from fingerdesign.mesh.types import Mesh
 
@@ -90,6 +98,27 @@ def test_forces_are_the_derivative_of_the_energy(dim):
     now = deformation(at)
     power = np.sum(first_piola(now, shear, -first * now.log_volume) * way, axis=(1, 2))
     assert np.allclose(power, (up - down) / (2 * step), rtol=1e-7)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_stress_that_a_step_predicts_is_its_first_order(dim):
+    random = np.random.default_rng(5)
+    at, way = 0.2 * random.normal(size=(2, 5, dim, dim))
+    moduli, step = (np.full(5, 4.0), np.full(5, 1.5)), 1e-6
+    up, down = (second_piola(deformation(at + s * step * way), *moduli) for s in (1, -1))
+    found = second_piola_change(deformation(at), way, *moduli)
+    assert np.allclose(found, (up - down) / (2 * step), rtol=1e-6, atol=1e-8)
+    piola = first_piola(deformation(at), 1.5, -4.0 * deformation(at).log_volume)
+    assert np.allclose(deformation(at).gradient @ second_piola(deformation(at), *moduli), piola)
+
+
+def test_a_step_predicts_its_own_end_where_it_is_none():
+    system = finite_system(body_of(2, "P2"))
+    values = 0.05 * np.random.default_rng(6).normal(size=system.count)
+    plain, predicted = system.tangent(values)[1], system.tangent(values, values)[1]
+    assert np.abs((plain - predicted).data).max(initial=0.0) < 1e-12 * np.abs(plain.data).max()
+    other = system.tangent(values, 0.5 * values)[1]
+    assert np.abs((plain - other).data).max() > 1e-6 * np.abs(plain.data).max()
 
 
 @pytest.mark.parametrize(("dim", "element"), KINDS)
