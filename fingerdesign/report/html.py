@@ -7,6 +7,7 @@ from typing import Any
 
 from fingerdesign.report.figures import SECTIONS, report_figures
 from fingerdesign.report.finger_words import finger_text
+from fingerdesign.report.ladder_table import ladder_table
 from fingerdesign.report.picture import Picture, PictureError, PictureJob
 from fingerdesign.report.style import COLOURS, png_element
 from fingerdesign.report.tables import (
@@ -71,6 +72,7 @@ def _render(
         grips=grip_table(result),
         model=model_table(result),
         work=work_table(result),
+        ladder=ladder_table(result),
         design=design_table(result),
         scene=scene_table(result),
         rigid=object_text(result),
