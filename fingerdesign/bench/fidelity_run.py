@@ -1,8 +1,8 @@
 """Every rung of every pair, solved once and kept: what the ladder and fixed models are judged by.
 
 A record is a line of JSON: readings, equations, seconds, and cost: seconds on one thread, of the
-processor where that was busy with other work as well (the mesher's by the clock). References, much finer models in space,
-are computed once and shipped (data/fidelity_references.json).
+processor where that was busy with other work as well (the mesher's by the clock). References, much
+finer models in space, are computed once and shipped (data/fidelity_references.json).
 """
 
 from __future__ import annotations
