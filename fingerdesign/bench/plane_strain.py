@@ -67,6 +67,9 @@ class PlaneStrainStudy:
             if rule.quantity == "normal_force":
                 where = "no plates" if rule.span == 0.0 else "plates of full span"
                 found.append(Check(f"rule for F_n, {where}: worst distance", 0.05, rule.off))
+                deeper = beyond_the_grid(self.chart, rule)
+                if deeper is not None:
+                    found.append(Check(f"the same, deeper than the grid, {where}", 0.02, deeper))
         return found
 
 
@@ -119,15 +122,30 @@ def uncertainty(chart: PlaneStrainMap) -> dict[str, dict[str, float]]:
 
 
 def against_map(chart: PlaneStrainMap, quantity: str) -> list[tuple[str, float, float]]:
-    """Name, the map's error and its own of each one-off model and approach."""
+    """Name, the map's error and its own of each one-off model and approach that lies within it."""
     found = []
     for each in chart.table["also"]:
         place = (each["poissons_ratio"], each["span_over_depth"], each["depth_over_height"])
+        if not chart.depth[0] <= each["depth_over_height"] <= chart.depth[-1]:
+            continue
         for row in each["rows"]:
             looked = chart.error(quantity, *place, row["half_width_over_height"])
             if row[quantity] is not None and np.isfinite(looked):
                 found.append((each["name"], looked, float(row[quantity])))
     return found
+
+
+def beyond_the_grid(chart: PlaneStrainMap, rule: Rule) -> float | None:
+    """The rule's worst distance to the one-off models deeper than the grid; None: there is none."""
+    away = []
+    for each in chart.table["also"]:
+        if each["span_over_depth"] != rule.span or each["depth_over_height"] <= chart.depth[-1]:
+            continue
+        for row in each["rows"]:
+            place = (each["poissons_ratio"], each["depth_over_height"])
+            error = float(rule.error(*place, row["half_width_over_height"]))
+            away.append(abs(error - row[rule.quantity]))
+    return max(away, default=None)
 
 
 def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
