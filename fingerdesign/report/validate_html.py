@@ -8,7 +8,13 @@ from fingerdesign.report.figures_validate import along_z_figure, chart_figure
 from fingerdesign.report.html import rendered
 from fingerdesign.report.tables import Table
 
-ANSWERS = {"keep": "yes", "limited": "partly", "drop": "no", "not tested": "untold"}
+ANSWERS = {
+    "keep": "yes",
+    "limited": "partly",
+    "drop": "no",
+    "measure": "partly",
+    "not tested": "untold",
+}
 SIDES = {"equal_motion": "At equal motion", "equal_force": "At equal force"}
 QUANTITIES = {
     "normal_force": "F_n %",

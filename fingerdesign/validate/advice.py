@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from fingerdesign.validate.assumptions import Kind
     from fingerdesign.validate.comparison import Comparison, Side
+    from fingerdesign.validate.gages import AlongZ
 
 KEEP, LIMIT = 0.02, 0.10
 GROUPS = {
@@ -32,7 +33,7 @@ WORDS = {
 _MANY = 10.0  # from here on no percents
 _WORTH = 1.5  # a saving below this factor is none: seconds vary as much between runs
 
-Verdict = Literal["keep", "limited", "drop"]
+Verdict = Literal["keep", "limited", "drop", "measure"]
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,9 @@ def worst_of(comparisons: Sequence[Comparison], gages: bool = True) -> list[Wors
         ]
         if not every:
             continue
-        error, quantity, where = max(every, key=lambda item: item[0])
+        error, quantity, where = max(
+            every, key=lambda item: round(item[0], 9)
+        )  # the first of equals
         other = [item[0] for item in every if item[2] != where]
         found.append(Worst(group, quantity, where, error, max(other, default=None)))
     return found
@@ -118,17 +121,26 @@ def advise(kind: Kind, comparisons: Sequence[Comparison], gages: bool = True) ->
         worst = [each for each in worst if each.group == "gages"]
     if not worst:
         raise ValueError("nothing was compared, so there is nothing to advise")
-    verdict = _verdict(worst)
+    verdict = _verdict(worst, kind)
     sentence = _value_words(worst, verdict) if kind == "value" else _model_words(worst, verdict)
     return Advice(verdict, sentence + (f"; {_saving(comparisons)}." if kind == "model" else "."))
 
 
-def _verdict(worst: Sequence[Worst]) -> Verdict:
+def _verdict(worst: Sequence[Worst], kind: Kind) -> Verdict:
     most = max(each.error for each in worst)
     if most <= KEEP:
         return "keep"
+    if kind == "value":
+        return "measure"
     least = min(each.error for each in worst)
     return "drop" if least > LIMIT else "limited"
+
+
+def off_middle(along_z: AlongZ) -> str:
+    """A sentence on gages that do not lie in the middle of the depth."""
+    place, side = along_z.z_mm[-1], along_z.sides[-1]
+    error = percent(side.errors["gage"].greatest)
+    return f"Gages at z = {place:.3g} mm read up to {error} otherwise than those in the middle."
 
 
 def _model_words(worst: Sequence[Worst], verdict: Verdict) -> str:

@@ -15,7 +15,7 @@ from fingerdesign.case import Case, fundamental_scene
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.refusals import refuse
-from fingerdesign.validate.advice import advise
+from fingerdesign.validate.advice import advise, off_middle
 from fingerdesign.validate.assumptions import ASSUMPTIONS, Assumption, profile_along_z
 from fingerdesign.validate.record import (
     CSV_FILE,
@@ -26,7 +26,7 @@ from fingerdesign.validate.record import (
     untested_row,
     write_csv,
 )
-from fingerdesign.validate.solves import Solves
+from fingerdesign.validate.solves import Solves, warm
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -67,7 +67,7 @@ def validate(
 
     solves, rows = Solves(design, scene, say), []
     say("loading")
-    solves.warm()
+    warm()
     for each in chosen:
         rows.append(_row(each, solves, deep))
         done += 1
@@ -108,7 +108,8 @@ def _row(of: Assumption, solves: Solves, deep: bool) -> Row:
         return untested_row(of, "; ".join(each for c in comparisons for each in c.missing))
     advice = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)
     profile = profile_along_z(solves) if of.key == "plane_strain" else None
-    return compared_row(of, comparisons, advice.verdict, advice.sentence, profile)
+    words = advice.sentence if profile is None else f"{advice.sentence} {off_middle(profile)}"
+    return compared_row(of, comparisons, advice.verdict, words, profile)
 
 
 def _one_line(error: FingerDesignError) -> str:

@@ -1,0 +1,160 @@
+"""What is known beforehand of each assumption's cost, on a finger of one plate, 4 mm deep."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fingerdesign.design.io import parse_design, parse_scene
+from fingerdesign.fidelity.readings import QUANTITIES
+from fingerdesign.validate.assumptions import ASSUMPTIONS, nu_values
+from fingerdesign.validate.run import validate
+
+ONE_PLATE = """
+[design]
+name = "one"
+[body]
+depth_mm = 4.0
+[plates]
+count = 1
+length_mm = 2.0
+"""
+SCENE = """
+[object]
+friction_coefficient = 0.5
+[path]
+increments_mm = [[0.1, 0.0], [0.2, 0.02], [0.2, 0.08], [0.2, 0.6]]
+"""
+
+
+@pytest.fixture(scope="module")
+def found():
+    return validate(
+        parse_design(ONE_PLATE),
+        parse_scene(SCENE),
+        keys=["plane_strain", "gage_depth_average", "youngs_modulus", "small_strain"],
+    )
+
+
+@pytest.fixture(scope="module")
+def bare():
+    """Without plates."""
+    design = parse_design(ONE_PLATE.replace("count = 1", "count = 0"))
+    keys = ["plane_strain", "youngs_modulus", "sheets", "gage_point", "poissons_ratio"]
+    return validate(design, parse_scene(SCENE), keys=keys)
+
+
+def forces(row, which, label=0):
+    return np.array(row.comparisons[label][which]["normal_force_N"])
+
+
+@pytest.mark.parametrize("which", ["found", "bare"])
+def test_plane_strain_is_stiffer_at_equal_motion(which, request):
+    row = request.getfixturevalue(which).row("plane_strain")
+    assert np.all(forces(row, "assumed") > 1.05 * forces(row, "better"))
+    assert row.greatest("equal_motion", "normal_force") > 0.05
+
+
+def test_at_equal_force_the_forces_are_equal(found):
+    for row in found.rows:
+        if row.kind == "model":
+            assert row.greatest("equal_force", "normal_force") < 1e-6
+            assert row.greatest("equal_force", "tangential_force") < 1e-6
+
+
+def test_complete_slip_is_left_out_at_equal_force(found):
+    side = found.row("plane_strain").equal_force
+    assert (side["rows"], side["rows_left_out"]) == (3, 1)
+    assert "complete slip" in side["note"]
+    assert found.row("plane_strain").equal_motion["rows"] == 4
+
+
+def test_forces_of_a_bare_finger_go_with_youngs_modulus_exactly(bare):
+    row = bare.row("youngs_modulus")
+    for which in ("greatest", "median"):
+        assert row.equal_motion["errors"]["normal_force"][which] == pytest.approx(0.2, abs=1e-6)
+    assert row.greatest("equal_motion", "stick_ratio") < 1e-6
+    assert row.greatest("equal_motion", "contact_width") < 1e-6
+    # A softer finger is touched over a wider place by the same force.
+    assert row.greatest("equal_force", "contact_width") > 0.05
+
+
+def test_softer_rubber_strains_stiff_plates_less_at_equal_motion(found):
+    # A plate 27000 times stiffer than the rubber carries what the rubber loads it with.
+    row = found.row("youngs_modulus")
+    assert row.greatest("equal_motion", "gage") == pytest.approx(0.2, abs=0.01)
+    assert row.verdict == "measure"
+    assert row.saving is None
+
+
+def test_finite_strain_differs_little_where_the_finger_is_hardly_pressed(found):
+    row = found.row("small_strain")
+    assert 1e-5 < row.greatest("equal_motion", "normal_force") < 0.05
+    assert row.saving > 1.0
+
+
+def test_how_a_gage_is_read_moves_the_gage_alone(found):
+    row = found.row("gage_depth_average")
+    for side in ("equal_motion", "equal_force"):
+        assert row.greatest(side, "gage") > 0.0
+        assert all(row.greatest(side, name) == 0.0 for name in QUANTITIES if name != "gage")
+
+
+def test_gages_along_z_begin_in_the_middle(found):
+    places = found.row("plane_strain").along_z
+    assert places[0]["z_mm"] == places[0]["greatest"] == 0.0
+    assert places[-1]["z_mm"] == pytest.approx(0.5 * (4.0 - 1.0))
+    assert places[-1]["greatest"] > places[1]["greatest"] > 0.0
+
+
+def test_a_finger_without_plates_says_so(bare):
+    for key in ("sheets", "gage_point"):
+        row = bare.row(key)
+        assert not row.tested
+        assert "no plates" in row.reason
+        assert row.verdict == "not tested"
+        assert row.reason in row.advice
+    assert bare.row("plane_strain").along_z is None
+
+
+def test_both_poissons_ratios_are_told(bare):
+    row = bare.row("poissons_ratio")
+    assert [each["label"] for each in row.comparisons] == [
+        "nu 0.45 for 0.49",
+        "nu 0.4999 for 0.49",
+    ]
+    softer, stiffer = (forces(row, "assumed", k)[1] for k in (0, 1))
+    assert softer < forces(row, "better")[1] < stiffer
+    each = [c["equal_motion"]["errors"]["normal_force"]["greatest"] for c in row.comparisons]
+    assert row.greatest("equal_motion", "normal_force") == max(each)
+
+
+def test_the_band_of_another_material_lies_about_its_own_value():
+    soft = ONE_PLATE + "[materials.silicone]\nyoungs_modulus_MPa = 1.0\npoissons_ratio = 0.3\n"
+    assert nu_values(parse_design(soft)) == (0.25, 0.35)
+
+
+def test_the_record_is_whole(found):
+    data = json.loads(found.to_json())
+    assert data["schema_version"] == 1
+    assert data["thresholds"] == {"keep": 0.02, "limit": 0.1}
+    for row in data["assumptions"]:
+        assert set(row) == {
+            *("assumption", "title", "assumed", "better", "kind", "tested", "reason", "seconds"),
+            *("better_seconds", "saving", "equal_motion", "equal_force", "verdict", "advice"),
+            *("comparisons", "along_z"),
+        }
+        for side in (row["equal_motion"], row["equal_force"]):
+            assert set(side) == {"rows", "rows_left_out", "note", "errors", "gages"}
+            assert set(side["errors"]) == set(QUANTITIES)
+            assert len(side["gages"]) == 1
+        for each in row["comparisons"]:
+            assert len(each["better"]["normal_force_N"]) == 4
+            assert len(each["better"]["gages_microstrain"][0]) == 1
+
+
+def test_keys_are_distinct_and_stable():
+    assert [each.key for each in ASSUMPTIONS] == [
+        *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
+        *("youngs_modulus", "sheets", "gage_point", "plates_left_out", "discretisation"),
+    ]
