@@ -1,4 +1,4 @@
-"""The plane-strain map drawn: where plane strain holds within 1, 2, 5, 10, 20 and 40 %."""
+"""The plane-strain map drawn: where plane strain holds within 1, 2, 5, 10, 20, 40 and 80 %."""
 
 from __future__ import annotations
 
@@ -17,9 +17,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4)
+LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 # One hue from light (small errors) to dark: readable without colour, and in print.
-SHADES = ("#f4f8fb", "#dce9f3", "#bcd6e8", "#93bdd9", "#5f9cc4", "#2f78a8", "#0b4a75")
+SHADES = (
+    *("#f4f8fb", "#dce9f3", "#bcd6e8", "#93bdd9"),
+    *("#5f9cc4", "#2f78a8", "#0b4a75", "#06263f"),
+)
 _RATIOS = (0.3, 0.45, 0.49)
 _SAMPLES = 60
 
@@ -36,6 +39,7 @@ class Panel:
 PANELS = (
     Panel("normal_force", 0.0, "F_n at equal approach, no plates"),
     Panel("normal_force", 1.0, "F_n at equal approach, plates of full span"),
+    Panel("gage_face", 0.0, "strain of the rubber where the gages would be, no plates"),
     Panel("gage_face", 1.0, "gage on one face, plates of full span"),
     Panel("gage_both", 1.0, "gage on both faces (mean), plates of full span"),
 )
@@ -45,7 +49,7 @@ def draw_map(chart: PlaneStrainMap, path: Path, panels: tuple[Panel, ...] = PANE
     """Contours of the errors over D/a and D/H; a row a quantity, a column a Poisson's ratio."""
     ratios = sorted({_nearest(chart.poisson, wanted) for wanted in _RATIOS})
     with house_style():
-        figure = canvas(7.6, 0.9 + 2.15 * len(panels))
+        figure = canvas(7.6, 0.9 + 1.85 * len(panels))
         grid = figure.subplots(len(panels), len(ratios), sharex=True, sharey=True, squeeze=False)
         for row, panel in zip(grid, panels, strict=True):
             for axes, poisson in zip(row, ratios, strict=True):
