@@ -28,7 +28,7 @@ Tell = Callable[[str], None]
 Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"
-REFERENCE_SCALES = (0.38, 0.45, 0.55, 0.65)  # the finest of them that a machine of 16 GB solves
+REFERENCE_SCALES = (0.4, 0.45, 0.5, 0.55)  # the finest of them that a machine of 16 GB solves
 _REFERENCE_DOFS = 330_000
 _GROWTH = 2.5  # equations by size, to this power
 
