@@ -18,16 +18,18 @@ if TYPE_CHECKING:
     from fingerdesign.resources.counts import Counts
 
 ONE_CORE = 60.0  # GFLOP/s of one core: what the seconds below are those of
-# Operations of the factorisation with its border:
-#   plane strain   exp(5.66) n^1.30 kept^0.18           (0.88 to 1.09 of it)
-#   extruded       exp(7.89) triangles^1.70 layers^2.98 (0.72 to 1.29)
-#   tetrahedra     exp(5.99) n^1.70                     (0.62 to 1.8)
+# Operations of the factorisation with its border, n dofs, and how many times they were that:
+#   plane strain   12 models of 13k to 402k dofs   exp(5.66) n^1.30 kept^0.18           0.88 to 1.09
+#   extruded       22 models of 12k to 499k dofs   exp(3.40) (n / L)^1.77 L^2.68        0.62 to 1.49
+#   tetrahedra     12 models of 18k to 500k dofs   exp(5.09) n^1.754, half of a finger  0.75 to 1.35
+#                                                  2.25 times that, a whole one
+# L: layers and a half. P1 and P2 meshes, and fingers of 1 to 21 plates, are among them.
 _FLAT = (5.66, 1.30, 0.18)
-_SWEPT = (7.89, 1.70, 2.98)
-_TETRAHEDRA = (5.99, 1.70)
+_SWEPT = (3.40, 1.77, 2.68)
+_TETRAHEDRA, _WHOLE = (5.09, 1.754), 2.25
 # PARDISO's factors, kB: exp(a) n^b operations^c; the process, MB: base + per dof + factors.
 _FACTOR_FLAT = (-2.311, 0.719, 0.253)  # 0.98 to 1.02
-_FACTOR_SPACE = (-3.524, 0.540, 0.419)  # 0.97 to 1.04
+_FACTOR_SPACE = (-3.467, 0.546, 0.414)  # 0.93 to 1.12
 _BASE_MB = 140.0  # libraries, and what the report's figures take
 _PER_DOF_FLAT, _FACTORS_FLAT = -1.71e-3, 3.82  # 0.95 to 1.06
 _PER_DOF_SPACE, _FACTORS_SPACE = 3.02e-3, 0.975  # 0.94 to 1.05
@@ -43,11 +45,12 @@ def operations(counts: Counts) -> float:
     if counts.dimension == 2:
         a, b, c = _FLAT
         return float(math.exp(a) * counts.dofs**b * max(counts.kept, 1.0) ** c)
-    if counts.mesher == "extrude":
+    if counts.layers:
         a, b, c = _SWEPT
-        return float(math.exp(a) * counts.section**b * (counts.layers + 0.5) ** c)
+        layers = counts.layers + 0.5
+        return float(math.exp(a) * (counts.dofs / layers) ** b * layers**c)
     a, b = _TETRAHEDRA
-    return float(math.exp(a) * counts.dofs**b)
+    return float(math.exp(a) * counts.dofs**b * (1.0 if counts.half else _WHOLE))
 
 
 def peak_memory_MB(counts: Counts) -> float:
@@ -90,8 +93,8 @@ def _mesh_seconds(counts: Counts, case: Case) -> float:
         return 0.1 + 52e-6 * counts.elements
     if counts.mesher == "extrude":
         return 0.15 + 10e-6 * counts.elements
-    round_ = 1.5 if case.design.body.shape == "revolved" else 1.0
-    return 0.15 * round_ * math.sqrt(counts.elements)
+    revolved = 1.35 if case.design.body.shape == "revolved" else 1.0
+    return 0.13 * revolved * math.sqrt(counts.elements)
 
 
 def _row(counts: Counts) -> float:

@@ -33,7 +33,7 @@ class Counts:
     """The size of a model.
 
     mesher     "netgen" (a section), "extrude", "tetwild" or "file"
-    elements   triangles or tetrahedra; section: triangles of an extruded mesh's section
+    elements   triangles or tetrahedra; half: of half of the finger, z >= 0
     nodes, corners  of the quadratic mesh, and those of them that are vertices
     dofs       equations of the element used; kept: rows that they are condensed onto
     known      the mesh stands already (in the cache, or in a file): these are its own numbers
@@ -49,7 +49,7 @@ class Counts:
     contact_nodes: float
     kept: float
     layers: int = 0
-    section: float = 0.0
+    half: bool = False
     known: bool = False
 
 
@@ -122,7 +122,7 @@ def _extruded(case: Case, zone: Zone) -> Counts:
         contact_nodes=(plan.contact_edges + 1.0) * planes,
         kept=0.0,
         layers=layers,
-        section=plan.triangles,
+        half=case.symmetric,
     )
 
 
@@ -175,6 +175,7 @@ def _tetwild(case: Case, zone: Zone) -> Counts:
         dofs=dofs,
         contact_nodes=plan.contact_nodes,
         kept=0.0,
+        half=case.symmetric,
     )
 
 
@@ -200,5 +201,6 @@ def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
         dofs=dofs,
         contact_nodes=len(np.unique(facets[:, : mesh.dimension])),
         kept=0.0,
+        half=mesh.symmetric,
         known=True,
     )

@@ -139,7 +139,7 @@ def _forecast(case: Case, machine: Machine) -> Forecast:
     words = f"elements from {made}; memory and time from laws fitted to measured runs, on {own}"
     return Forecast(
         fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        half=counts.dimension == 3 and case.symmetric,
+        half=counts.half,
         mesher=counts.mesher,
         element=counts.element,
         elements=round(counts.elements),
