@@ -180,12 +180,17 @@ def _show(summaries: list[Summary], scene: str) -> None:
     print_table(title, headings, rows)
 
 
+def _remarks(found: Forecast) -> str:
+    said = [*(["half"] if found.half else []), *(["mesh kept"] if found.mesh_kept else [])]
+    return f" ({', '.join(said)})" if said else ""
+
+
 def _show_costs(costs: list[tuple[str, Forecast]], scene: str) -> None:
     """What an analysis will take at each fidelity that is open to the design."""
     rows = [
         [
             name,
-            found.fidelity + (" (half)" if found.half else ""),
+            found.fidelity + _remarks(found),
             f"{found.elements}",
             f"{found.dofs}",
             f"{found.contact_nodes}",

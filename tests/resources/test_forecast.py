@@ -138,6 +138,7 @@ def test_a_mesh_in_the_cache_is_counted_as_it_is(monkeypatch, tmp_path):
     assert (again.dofs, again.contact_nodes) == (model.dofs, model.reduced.nodes)
     assert again.seconds["mesh"] < 0.2 * before.seconds["mesh"]
     assert "in the cache" in again.words
+    assert (before.mesh_kept, again.mesh_kept) == (False, True)
 
 
 def test_what_cannot_be_analysed_is_not_foretold():
