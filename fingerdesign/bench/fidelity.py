@@ -31,10 +31,10 @@ from fingerdesign.bench.fidelity_run import (
     run,
 )
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.fidelity.estimate import GOALS, of_most
+from fingerdesign.fidelity.estimate import goal_errors, of_most
 from fingerdesign.fidelity.ladder import Ladder, Solve, climb
 from fingerdesign.fidelity.models import Model
-from fingerdesign.fidelity.readings import Readings, errors
+from fingerdesign.fidelity.readings import Readings
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -269,9 +269,9 @@ def fixed_models(
 
 def true_errors(pair: Pair, found: Readings, truth: dict[int, Readings]) -> Array:
     """Errors of all readings that the scene does not prescribe, in one row."""
-    off = errors(found, truth[pair.number])
-    read_out = [name for name in GOALS if not (pair.control == "force" and name in _PRESCRIBED)]
-    return off.read(read_out)
+    off = goal_errors(found, truth[pair.number])
+    given = _PRESCRIBED if pair.control == "force" else ()
+    return np.concatenate([each for name, each in off.items() if name not in given])
 
 
 def rows(found: FidelityBench) -> list[list[str]]:

@@ -7,7 +7,8 @@ rho = h_coarse / h_fine differ by D, so the finer one is off by about
 
 (Richardson). p = ORDER: plates' ends are singular, borders of contact and stick move by parts of a
 facet, and neither shows the quadratic elements' order. A quantity's error is that of 95 % of its
-readings; of the path, that of its worst quantity.
+readings; of the path, that of its worst quantity. Stick ratios count where something pulls
+sideways: under approach alone they say how the path was cut into increments.
 """
 
 from __future__ import annotations
@@ -24,6 +25,7 @@ Array = NDArray[np.float64]
 # What a scene reads: goals, not energies. Contact width is told, but no controller reads it.
 GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")
 ORDER = 1.5
+_PULLED = 1e-3  # of the path's largest F_t
 SHARE = 0.95  # of the readings of a quantity that an error is meant for
 
 
@@ -57,8 +59,16 @@ class Estimate:
 
 def difference(found: Readings, other: Readings) -> Estimate:
     """How far 95 % of the readings of each quantity are from ``other`` at the most."""
-    apart = errors(found, other)
-    return Estimate({name: of_most(getattr(apart, name)) for name in GOALS})
+    return Estimate({name: of_most(each) for name, each in goal_errors(found, other).items()})
+
+
+def goal_errors(found: Readings, truth: Readings) -> dict[str, Array]:
+    """Errors of what a scene reads, by quantity, each in one row."""
+    apart = errors(found, truth)
+    every = {name: getattr(apart, name).reshape(-1) for name in GOALS}
+    pull = np.abs(truth.tangential_force)
+    every["stick_ratio"] = every["stick_ratio"][pull > _PULLED * pull.max(initial=0.0)]
+    return every
 
 
 def of_most(values: Array) -> float:
