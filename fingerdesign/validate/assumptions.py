@@ -15,7 +15,7 @@ from fingerdesign.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.scene_contact import steps_sideways
 from fingerdesign.validate.comparison import Comparison, answer_of, compare
 from fingerdesign.validate.gages import AlongZ, along_z, depth_average, point_gage
-from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, SPACE, Solves
+from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Solves
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -78,7 +78,7 @@ def _plane_strain(solves: Solves, deep: bool) -> Pairs:
     _needs_section(solves)
     # The finger in space first: whatever is solved first pays for loading the libraries.
     truth = answer_of(solves.space(), "3-D")
-    flat = answer_of(solves.section(SPACE), "plane strain")
+    flat = answer_of(solves.section(solves.scale), "plane strain")
     return [compare("plane strain", flat, truth, solves.scene)]
 
 

@@ -1,7 +1,7 @@
 """The models that the comparisons share, each solved once.
 
-Sizes are the ladder's (fidelity.rungs): SPACE in three dimensions, SECTION in plane strain, and
-SPACE in plane strain too where both are compared, on the same section's mesh.
+Sizes are the ladder's (fidelity.rungs): one of SPACE in three dimensions, SECTION in plane strain,
+and in plane strain too that of the finger in space where both are compared, on the same section.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.fidelity.models import Model, Solved, solve
+from fingerdesign.fidelity.models import Model, Sizes, Solved, design_for, solve
 from fingerdesign.fidelity.readings import MICRO, Readings
 from fingerdesign.fidelity.rungs import rung
 from fingerdesign.validate.comparison import Answer, rows_of
@@ -27,8 +28,10 @@ if TYPE_CHECKING:
 Tell = Callable[[str], None]
 Values = Mapping[str, object]
 
-SPACE, FINER_SPACE = 2.0, 1.4
+SPACE = (2.0, 3.0, 4.0, 6.0)  # the first whose forecast is at most MOST_DOFS
+FINER_SPACE = 0.7  # of that: the next finer mesh
 SECTION, FINER_SECTION = 1.4, 0.7
+MOST_DOFS = 120_000  # 10 s and 1.5 GB here, for each of about eight models
 _WARM = 3.0
 
 
@@ -46,11 +49,29 @@ class Solves:
     _finite: dict[str, Answer | FingerDesignError] = field(default_factory=dict)
     _reader: Reader | None = None
 
+    @cached_property
+    def scale(self) -> float:
+        """Of the sizes in three dimensions: the finest of SPACE that MOST_DOFS allow."""
+        from fingerdesign.case import Case
+        from fingerdesign.pipeline import zone_of
+        from fingerdesign.resources.counts import count_model
+
+        for scale in SPACE:
+            model = rung(self.design, self.scene, "3-D", scale)
+            own = design_for(self.design, model)
+            section = own.mesh.section.model_copy(update=_section_sizes(model.sizes))
+            mesh = own.mesh.model_copy(update={"section": section})
+            own = own.model_copy(update={"mesh": mesh})
+            case = Case(own, self.scene, grips=False)
+            if count_model(case, zone_of(case, self.scene)).dofs <= MOST_DOFS:
+                return scale
+        return SPACE[-1]
+
     def space(
-        self, scale: float = SPACE, values: Values | None = None, plates: Plates | None = None
+        self, finer: float = 1.0, values: Values | None = None, plates: Plates | None = None
     ) -> Solved:
-        """The finger in three dimensions, with some keys of the design changed."""
-        return self._get("3-D", scale, values or {}, plates)
+        """The finger in three dimensions, sizes times ``finer``, with some keys changed."""
+        return self._get("3-D", finer * self.scale, values or {}, plates)
 
     def section(
         self, scale: float = SECTION, values: Values | None = None, plates: Plates | None = None
@@ -102,11 +123,9 @@ class Solves:
 
         own = with_values(self.design, values) if values else self.design
         model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
-        model = _meshed_as(model, own)
-        if plates is not None:
-            model = replace(model, plates=plates)
+        model = replace(_meshed_as(model, own), plates=plates)
         solved = solve(own, self.scene, model)
-        if dimension != "3-D" or values or plates is not None or scale != SPACE:
+        if dimension != "3-D" or values or plates is not None or scale != self.scale:
             solved.built = None  # its factors are needed where gages are read anew alone
         return solved
 
@@ -164,6 +183,16 @@ class Reader:
         operator = (sheet_gage_rows if sheets else gage_rows)(self.solved.mesh, frames, gages)
         strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
         return replace(old, gages=strains, face=gages.face)
+
+
+def _section_sizes(sizes: Sizes) -> dict[str, float]:
+    return {
+        "contact_size_mm": sizes.contact,
+        "plate_size_mm": sizes.plate,
+        "plate_end_size_mm": sizes.end,
+        "far_size_mm": sizes.far,
+        "gradation": sizes.gradation,
+    }
 
 
 def _meshed_as(model: Model, design: Design) -> Model:
