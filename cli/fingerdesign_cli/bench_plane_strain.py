@@ -11,7 +11,7 @@ from fingerdesign_cli.common import output_options, print_table, progress
 
 
 @click.command(
-    "plane-strain", short_help="Where does plane strain hold? The map (20 min; --quick 30 s)."
+    "plane-strain", short_help="Where does plane strain hold? The map (20 min; --quick 1)."
 )
 @out_option
 @click.option(

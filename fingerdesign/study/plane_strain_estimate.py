@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
+# The forecast of the contact's half-width errs to the wide side, the more the wider: in 3-D the 63
+# models of the study have 0.93 - 0.5 a/H of it, give or take 0.06.
+_FORECAST, _FORECAST_WIDE, _FORECAST_LEAST = 0.93, 0.5, 0.5
 _OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that were computed
 
 
@@ -111,6 +114,9 @@ def _half_width(design: Design, scene: Scene | None) -> float:
         fault = Fault("object.shape", scene.object.shape, bound, "compare with 3-D")
         raise DesignError([fault])
     reach = contact_reach(design, scene.object, greatest_approach(design, scene))[0]
+    if design.body.shape != "block" or scene.object.shape != "plane":  # a flat touches at once
+        wide = reach / float(crest_height(design.body))
+        reach *= max(_FORECAST - _FORECAST_WIDE * wide, _FORECAST_LEAST)
     return min(reach, 0.5 * design.body.width_mm)
 
 
