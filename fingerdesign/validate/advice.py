@@ -121,9 +121,23 @@ def advise(kind: Kind, comparisons: Sequence[Comparison], gages: bool = True) ->
         worst = [each for each in worst if each.group == "gages"]
     if not worst:
         raise ValueError("nothing was compared, so there is nothing to advise")
+    if kind == "reading":
+        return _reading(worst[0].error)
     verdict = _verdict(worst, kind)
     sentence = _value_words(worst, verdict) if kind == "value" else _model_words(worst, verdict)
     return Advice(verdict, sentence + (f"; {_saving(comparisons)}." if kind == "model" else "."))
+
+
+def _reading(error: float) -> Advice:
+    """How a gage is read: one model tells both, so that nothing is saved."""
+    told = f"gage strains are off by up to {percent(error)}"
+    if error <= KEEP:
+        return Advice("keep", f"Keep: {told}; reading them as they are costs nothing more, though.")
+    if error <= LIMIT:
+        return Advice(
+            "limited", f"Keep where it will do: {told}; reading them as they are is free."
+        )
+    return Advice("drop", f"Drop it: {told}; reading them as they are costs nothing more.")
 
 
 def _verdict(worst: Sequence[Worst], kind: Kind) -> Verdict:

@@ -58,7 +58,8 @@ def validate(
     _refuse_unknown(keys)
     name = scene_name or ("fundamental" if scene is None else "scene")
     scene = fundamental_scene() if scene is None else scene
-    refuse(Case(design, scene, grips=False, fields=False), scene)
+    # The models here are of their own sizes: that the design's mesh asks for more is no fault.
+    refuse(Case(design, scene, grips=False, fields=False, go_on=True), scene)
     start = time.perf_counter()
     done = 0
 

@@ -79,6 +79,14 @@ def test_the_worst_of_several_comparisons_counts():
     assert worst["forces"].error == 0.0
 
 
+@pytest.mark.parametrize(("gages", "verdict"), [(1.01, "keep"), (1.06, "limited"), (0.5, "drop")])
+def test_a_reading_is_told_of_its_gages_alone(gages, verdict):
+    told = advise("reading", [comparison(gages=gages)])
+    assert told.verdict == verdict
+    assert f"up to {100 * abs(gages - 1):.0f} %" in told.sentence
+    assert "F_n" not in told.sentence
+
+
 def test_nothing_compared_is_no_advice():
     with pytest.raises(ValueError, match="nothing was compared"):
         advise("model", [])
