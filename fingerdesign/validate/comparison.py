@@ -169,9 +169,9 @@ def usable_rows(truth: Answer, scene: Scene) -> tuple[int, int, str]:
         slips = slips | (pulled > FULL_SLIP * friction * found.normal_force)
     stops = np.flatnonzero((slips | ~presses)[first:])
     last = first + int(stops[0]) if len(stops) else found.rows
-    notes = [f"{first} rows before it presses"] if first else []
+    notes = [f"{_rows(first)} before it presses"] if first else []
     if last < found.rows:
-        notes.append(f"{found.rows - last} rows from complete slip or release on")
+        notes.append(f"{_rows(found.rows - last)} from complete slip or release on")
     return first, last, "; ".join(notes)
 
 
@@ -205,7 +205,7 @@ def _followed(
             continue
         lost = len(rows) - count
         if lost:
-            reason = f"{lost} rows that it cannot follow ({why})"
+            reason = f"{_rows(lost)} that it cannot follow ({why})"
             note = f"{note}; {reason}" if note else reason
         return side_of(readings, truth.part(count), left_out + lost, note)
     raise SolverError(f"it cannot follow even the first row: {why}")
@@ -222,3 +222,7 @@ def _without_noise(found: Readings, truth: Readings) -> tuple[Readings, Readings
 
 def _largest(values: Array | Sequence[float]) -> float:
     return float(np.abs(np.asarray(values)).max(initial=0.0))
+
+
+def _rows(count: int) -> str:
+    return f"{count} row{'s' * (count != 1)}"

@@ -33,7 +33,7 @@ def answer(along=None, **changed):
 def test_rows_before_touch_and_from_complete_slip_on_are_left_out():
     first, last, note = usable_rows(answer(), scene())
     assert (first, last) == (1, 3)
-    assert "1 rows before it presses" in note
+    assert "1 row before it presses" in note
     assert "2 rows from complete slip" in note
 
 
