@@ -71,7 +71,7 @@ def command(
         print_json(found.data())
     elif not quiet:
         _show(found, out / name)
-    return 0
+    return 0 if found.status == "ok" else 1
 
 
 def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Scene | None]:

@@ -1,4 +1,4 @@
-"""What validate.json and validate.csv hold. Errors are parts of one; NaN is never written."""
+"""What validate.json (see schema.py) and validate.csv hold. Errors are parts of one."""
 
 from __future__ import annotations
 
@@ -80,6 +80,11 @@ class Validation:
     versions: dict[str, str] = field(default_factory=dict)
     peak_memory_MB: float = 0.0
 
+    @property
+    def status(self) -> str:
+        """ "ok", or "failed" where no assumption could be tested."""
+        return "ok" if any(row.tested for row in self.rows) else "failed"
+
     def row(self, key: str) -> Row:
         """The row of an assumption. KeyError where there is none."""
         for row in self.rows:
@@ -94,6 +99,7 @@ class Validation:
             "design": self.design,
             "scene": self.scene,
             "digest": self.digest,
+            "status": self.status,
             "deep": self.deep,
             "gages": self.gages,
             "thresholds": {"keep": KEEP, "limit": LIMIT},

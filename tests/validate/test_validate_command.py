@@ -73,3 +73,13 @@ def test_what_is_wrong_is_refused_before_work(design, tmp_path, capsys):
     assert main(arguments) == 2
     assert "must be one of plane_strain" in capsys.readouterr().err
     assert not (tmp_path / "o").exists() or not list((tmp_path / "o").iterdir())
+
+
+def test_where_nothing_can_be_tested_the_record_says_so(design, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["validate", str(design), "--out", str(out), "--only", "sheets", "-q"]) == 1
+    record = json.loads((out / "bare" / "validate.json").read_text("utf-8"))
+    assert record["status"] == "failed"
+    assert record["assumptions"][0]["reason"] == "the design has no plates"
+    assert "nothing to draw" in (out / "bare" / "validate.html").read_text("utf-8")
+    assert capsys.readouterr().out == ""
