@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from fingerdesign.bench.check import Check
 from fingerdesign.bench.fidelity_pairs import Pair, pairs
 from fingerdesign.bench.fidelity_run import (
+    MOST_DOFS,
     REFERENCES,
     Record,
     Recorded,
@@ -32,7 +33,7 @@ from fingerdesign.bench.fidelity_run import (
 )
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.fidelity.estimate import goal_errors, of_most
-from fingerdesign.fidelity.ladder import Ladder, Solve, climb
+from fingerdesign.fidelity.ladder import GROWTH, Ladder, Solve, climb
 from fingerdesign.fidelity.models import Model
 from fingerdesign.fidelity.readings import Readings
 
@@ -172,10 +173,10 @@ def measure_fidelity(
 
 def make_references(folder: Path, tell: Tell, workers: int = 1) -> Path:
     """Compute the references anew (an hour), into ``folder``; needs its rungs.jsonl."""
-    sizes = {
-        each["pair"]: int(each["dofs"])
+    sizes = {  # equations at scale 1, from the finest rung
+        each["pair"]: round(each["dofs"] * each["scale"] ** GROWTH)
         for each in read(folder / "rungs.jsonl")
-        if each.get("dimension") == "3-D" and each["scale"] == 1.0
+        if each.get("dimension") == "3-D"
     }
     path = folder / "references.jsonl"
     run("reference", sorted(sizes.items()), path, workers, tell)
@@ -220,7 +221,8 @@ def judge(
     outcomes = []
     for pair in every:
         by_key = {record["key"]: answer for record, answer in solved[pair.number]}
-        ladder = climb(pair.design, pair.scene, pair.tolerance, _from(by_key))
+        solver = _from(by_key)
+        ladder = climb(pair.design, pair.scene, pair.tolerance, solver, most_dofs=MOST_DOFS)
         flat = [answer for record, answer in solved[pair.number] if record["dimension"] != "3-D"]
         section = of_most(true_errors(pair, flat[-1].readings, truth)) if flat else float("nan")
         found = true_errors(pair, ladder.chosen.readings, truth)

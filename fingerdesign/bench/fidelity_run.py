@@ -18,7 +18,7 @@ import numpy as np
 
 from fingerdesign.bench.fidelity_pairs import Pair, pairs
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.fidelity.ladder import MOST_DOFS
+from fingerdesign.fidelity.ladder import GROWTH
 from fingerdesign.fidelity.models import Dimension, Model
 from fingerdesign.fidelity.readings import Readings
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
@@ -28,9 +28,9 @@ Tell = Callable[[str], None]
 Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"
-REFERENCE_SCALES = (0.4, 0.45, 0.5, 0.55)  # the finest of them that a machine of 16 GB solves
-_REFERENCE_DOFS = 330_000
-_GROWTH = 2.5  # equations by size, to this power
+MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
+REFERENCE_SCALES = (0.5, 0.6, 0.7, 0.85, 1.0)  # the finest of them with about so many equations:
+_REFERENCE_DOFS = 290_000
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def solve_rungs(pair: Pair) -> list[Record]:
     first = rungs_of()[0]
     solve(pair.design, pair.scene, rung(pair.design, pair.scene, *first))  # loads the libraries
     for dimension, scale in rungs_of():
-        if dimension == "3-D" and last[0] * (last[1] / scale) ** _GROWTH > MOST_DOFS:
+        if dimension == "3-D" and last[0] * (last[1] / scale) ** GROWTH > MOST_DOFS:
             break
         model = rung(pair.design, pair.scene, dimension, scale)
         start = time.process_time()
@@ -109,7 +109,7 @@ def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
     """The much finer model in space: plates as the design says, more layers, smaller sizes."""
     from fingerdesign.fidelity.models import solve
 
-    sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-_GROWTH <= _REFERENCE_DOFS]
+    sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-GROWTH <= _REFERENCE_DOFS]
     scale = sizes[0] if sizes else REFERENCE_SCALES[-1]
     solved = solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", scale))
     return {

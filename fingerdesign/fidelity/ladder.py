@@ -49,7 +49,7 @@ LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 0.5
 MOST_DOFS = (
     350_000  # forecast from the rung before: 40 s and 6 GB here, and what comes next far more
 )
-_GROWTH = 2.5  # equations by size: to this power
+GROWTH = 2.5  # equations by size: to this power
 _AIM = 0.9  # of the tolerance: what a size must promise to be tried next
 WORDS = {
     "normal_force": "F_n",
@@ -119,10 +119,11 @@ def climb(
     tolerance: float,
     solver: Solve = solve,
     tell: Tell = lambda message: None,
+    most_dofs: float = MOST_DOFS,
 ) -> Ladder:
     """The cheapest model whose estimated error is under ``tolerance`` (a part of one).
 
-    Where even the finest is over it, that one is chosen, and ``reached`` is False. Raises
+    most_dofs: models that are forecast to have more equations are not tried. Where even the finest is over it, that one is chosen, and ``reached`` is False. Raises
     DesignError for a tolerance out of range, FingerDesignError where a model fails.
     """
     if faults := tolerance_faults(tolerance):
@@ -137,7 +138,7 @@ def climb(
             return ladder
     else:
         ladder.add(space, None, "the first: nothing to judge it by yet")
-    _climb_space(ladder, design, scene, space, solver, tell)
+    _climb_space(ladder, design, scene, space, solver, tell, most_dofs)
     return ladder
 
 
@@ -175,7 +176,13 @@ def _section_suffices(
 
 
 def _climb_space(
-    ladder: Ladder, design: Design, scene: Scene, first: Answer, solver: Solve, tell: Tell
+    ladder: Ladder,
+    design: Design,
+    scene: Scene,
+    first: Answer,
+    solver: Solve,
+    tell: Tell,
+    most_dofs: float,
 ) -> None:
     """Refine the finger in space until the estimate is under the tolerance, or to the end."""
     before, scale = first, SPACE_SCALES[0]
@@ -189,7 +196,7 @@ def _climb_space(
         ladder.add(now, estimate, _words(estimate, ladder.tolerance))
         if ladder.reached:
             return
-        left = [each for each in left if now.dofs * (finer / each) ** _GROWTH <= MOST_DOFS]
+        left = [each for each in left if now.dofs * (finer / each) ** GROWTH <= most_dofs]
         while len(left) > 1:
             promised = estimate.worst * (left[0] / finer) ** ORDER
             if promised <= _AIM * ladder.tolerance:
