@@ -108,24 +108,17 @@ def _cells(row: Row) -> list[list[str]]:
     found = []
     for name in ("equal_motion", "equal_force"):
         errors = [row.greatest(name, quantity) for quantity in QUANTITIES]
+        told = [
+            "-" if e is None else f"{e:.3f}" if q == "stick_ratio" else f"{100 * e:.2f}"
+            for e, q in zip(errors, QUANTITIES, strict=True)
+        ]
+        costs = [_number(row.seconds, 2), _number(row.better_seconds, 2), _number(row.saving, 1)]
         first = name == "equal_motion"
-        found.append(
-            [
-                row.title if first else "",
-                name.removeprefix("equal_"),
-                *(
-                    "-" if e is None else f"{e:.3f}" if q == "stick_ratio" else f"{100 * e:.2f}"
-                    for e, q in zip(errors, QUANTITIES, strict=True)
-                ),
-                *(
-                    [f"{row.seconds:.2f}", f"{row.better_seconds:.2f}", _saving(row)]
-                    if first
-                    else ["", "", ""]
-                ),
-            ]
-        )
+        title = row.title if first else ""
+        at = name.removeprefix("equal_")
+        found.append([title, at, *told, *(costs if first else [""] * len(costs))])
     return found
 
 
-def _saving(row: Row) -> str:
-    return "-" if row.saving is None else f"{row.saving:.1f}"
+def _number(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"

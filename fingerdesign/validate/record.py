@@ -26,10 +26,10 @@ SIDES = ("equal_motion", "equal_force")
 class Row:
     """One assumption, tested or not (then ``reason`` says why): plain values, ready to write.
 
-    seconds, better_seconds: of the comparison that costs most; saving: their ratio (None
-    for a value: another one costs the same). equal_motion,
-    equal_force: the worst over all comparisons, {quantity: {greatest, median}}, the greatest error
-    of each gage, rows compared and left out; None where nothing could be compared.
+    seconds, better_seconds: of the comparison that costs most; saving: their ratio (both None for a
+    value: another one costs the same). equal_motion, equal_force: the worst over all comparisons,
+    {quantity: {greatest, median}}, the greatest error of each gage, rows compared and left out;
+    None where nothing could be compared.
     """
 
     key: str
@@ -124,6 +124,8 @@ def compared_row(
     """The row of an assumption that was compared."""
     most = max(comparisons, key=lambda each: each.better.seconds)
     seconds, better = most.assumed.seconds, most.better.seconds
+    if of.kind == "value":  # the better one is the design's here, and another value costs the same
+        seconds = better
     return Row(
         key=of.key,
         title=of.title,
@@ -132,7 +134,7 @@ def compared_row(
         kind=of.kind,
         tested=True,
         seconds=seconds,
-        better_seconds=better,
+        better_seconds=None if of.kind == "value" else better,
         saving=None if of.kind == "value" else better / max(seconds, 1e-9),
         equal_motion=_worst([each.motion for each in comparisons]),
         equal_force=_worst([each.force for each in comparisons]),

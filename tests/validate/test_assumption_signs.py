@@ -87,6 +87,7 @@ def test_softer_rubber_strains_stiff_plates_less_at_equal_motion(found):
     assert row.greatest("equal_motion", "gage") == pytest.approx(0.2, abs=0.01)
     assert row.verdict == "measure"
     assert row.saving is None
+    assert row.better_seconds is None
 
 
 def test_finite_strain_differs_little_where_the_finger_is_hardly_pressed(found):
