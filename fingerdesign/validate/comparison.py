@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 FULL_SLIP = 0.95  # of mu F_n: from there on a given F_t has no unique motion, or none
-# Of the largest F_n: less F_t than that is no pull. Pressed and twisted alone, a block with plates at
-# 45 degrees showed 0.5 % on a coarse mesh and 0.1 % on a finer one.
+# Of the largest F_n: less F_t than that is no pull. Pressed and twisted alone, a block with plates
+# at 45 degrees showed 0.5 % on a coarse mesh and 0.1 % on a finer one.
 _NO_PULL = 1e-2
 _LEAST_PRESS = 1e-3  # of the largest F_n: a first touch with less says nothing
 
