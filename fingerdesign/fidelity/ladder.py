@@ -6,10 +6,10 @@
 Where formulas speak of the scene, what they say is told; the plane strain that judges them costs a
 tenth of a second and says more, so they are never the answer.
 
-Plane strain and a coarse finger in space of like sizes come first: what they differ by is what
-plane strain costs here. Where that is less than the tolerance, the section is refined instead of
-the finger. Else the finger is refined, each answer judged by the one before (estimate.py), sizes
-that cannot suffice skipped, until the estimate is under the tolerance.
+A coarse finger in space and plane strain come first: what they differ by is what plane strain costs
+here. Where that is near the tolerance, the section is refined, and taken as soon as a finger in
+space confirms it. Else the finger is refined, each answer judged by the one before (estimate.py),
+sizes that cannot suffice skipped, until the estimate is under the tolerance.
 """
 
 from __future__ import annotations
@@ -55,6 +55,8 @@ MOST_DOFS = (
 )
 GROWTH = 2.5  # equations by size: to this power
 _AIM = 0.9  # of the tolerance: what a size must promise to be tried next
+_HOPELESS = 2.0  # times the tolerance: plane strain so far from a coarse finger is given up
+_SMALL = 0.2  # of the tolerance: plane strain's own error
 WORDS = {
     "normal_force": "F_n",
     "tangential_force": "F_t",
@@ -134,16 +136,30 @@ def climb(
     if faults := tolerance_faults(tolerance):
         raise DesignError(faults)
     ladder = Ladder(tolerance)
-    section = can_be_section(design, scene)
-    first = SPACE_SCALES[0]
-    tell(f"in space, sizes x {first:g}")
-    space = solver(design, scene, rung(design, scene, "3-D", first))
-    if section:
-        if _section_suffices(ladder, design, scene, space, solver, tell):
+    scale, left = SPACE_SCALES[0], list(SPACE_SCALES[1:])
+    tell(f"in space, sizes x {scale:g}")
+    now = solver(design, scene, rung(design, scene, "3-D", scale))
+    ladder.add(now, None, "the first in space: it judges those below")
+    section = None
+    if can_be_section(design, scene):
+        section = _section(ladder, design, scene, now, solver, tell)
+    if section is not None and _section_suffices(ladder, section, now):
+        return ladder
+    while left:
+        before, coarser = now, scale
+        scale = left.pop(0)
+        tell(f"in space, sizes x {scale:g}")
+        now = solver(design, scene, rung(design, scene, "3-D", scale))
+        estimate = discretisation(now.readings, before.readings, coarser / scale)
+        ladder.solved, ladder.estimate = now, estimate
+        ladder.add(now, estimate, _words(estimate, tolerance))
+        if section is not None and _section_suffices(ladder, section, now):
             return ladder
-    else:
-        ladder.add(space, None, "the first: nothing to judge it by yet")
-    _climb_space(ladder, design, scene, space, solver, tell, most_dofs)
+        if ladder.reached:
+            return ladder
+        left = [each for each in left if now.dofs * (scale / each) ** GROWTH <= most_dofs]
+        while len(left) > 1 and _too_coarse(estimate, scale, left[0], tolerance):
+            left.pop(0)
     return ladder
 
 
@@ -155,63 +171,65 @@ def tolerance_faults(tolerance: float) -> list[Fault]:
     return [Fault("--tolerance", tolerance, bound, "choose one in between")]
 
 
-def _section_suffices(
+@dataclass(frozen=True)
+class _Section:
+    """Plane strain as fine as the tolerance asks, and its own error."""
+
+    answer: Answer
+    own: Estimate
+
+
+def _section(
     ladder: Ladder, design: Design, scene: Scene, space: Answer, solver: Solve, tell: Tell
-) -> bool:
-    """Whether plane strain does, judged by the coarse finger in space; then refined until it is."""
+) -> _Section | None:
+    """Plane strain where it may do, refined until its own error is a small part of the tolerance;
+    None where the coarse finger in space is too far from it."""
     tell("plane strain")
-    coarse = solver(design, scene, rung(design, scene, "plane strain", SPACE_SCALES[0]))
     formulas = analytic_readings(design, scene)
     if formulas is not None:
         off = difference(formulas, space.readings)
         ladder.tried.append(Tried(NAME, "plane strain", 0, 0, 0.0, off, _formula_words(off)))
-    price = difference(coarse.readings, space.readings)
-    ladder.add(coarse, price, _section_words(price, ladder.tolerance))
-    ladder.add(space, None, "the finger in space on the same section: judges plane strain")
-    if price.worst > _AIM * ladder.tolerance:
+    scale = SECTION_SCALES[0]
+    now = solver(design, scene, rung(design, scene, "plane strain", scale))
+    price = difference(now.readings, space.readings)
+    hopeless = price.worst > _HOPELESS * ladder.tolerance
+    ladder.add(now, price, _section_words(price, ladder.tolerance))
+    if hopeless:
+        return None
+    own = price
+    for finer in SECTION_SCALES[1:]:
+        before, coarser, scale = now, scale, finer
+        now = solver(design, scene, rung(design, scene, "plane strain", scale))
+        own = discretisation(now.readings, before.readings, coarser / scale)
+        ladder.add(now, None, f"plane strain, itself within {100 * own.worst:.2g} %")
+        if own.worst <= _SMALL * ladder.tolerance:
+            break
+    return _Section(now, own)
+
+
+def _section_suffices(ladder: Ladder, section: _Section, space: Answer) -> bool:
+    """Take plane strain where it is close enough to the finger in space as far as that is known."""
+    estimate = difference(section.answer.readings, space.readings).plus(section.own)
+    if estimate.worst > ladder.tolerance:
         return False
-    before, scale = coarse, SPACE_SCALES[0]
-    for finer in (each for each in SECTION_SCALES if each < SPACE_SCALES[0]):
-        tell(f"plane strain, sizes x {finer:g}")
-        now = solver(design, scene, rung(design, scene, "plane strain", finer))
-        estimate = price.plus(discretisation(now.readings, before.readings, scale / finer))
-        enough = estimate.worst <= ladder.tolerance
-        ladder.add(now, estimate, _words(estimate, ladder.tolerance))
-        if enough:
-            ladder.solved, ladder.estimate = now, estimate
-            return True
-        before, scale = now, finer
-    return False
+    ladder.solved, ladder.estimate = section.answer, estimate
+    ladder.tried.append(
+        Tried(
+            section.answer.model.name,
+            "plane strain",
+            section.answer.dofs,
+            section.answer.contact_nodes,
+            0.0,
+            estimate,
+            f"{_words(estimate, ladder.tolerance)}; judged by {space.model.name}",
+        )
+    )
+    return True
 
 
-def _climb_space(
-    ladder: Ladder,
-    design: Design,
-    scene: Scene,
-    first: Answer,
-    solver: Solve,
-    tell: Tell,
-    most_dofs: float,
-) -> None:
-    """Refine the finger in space until the estimate is under the tolerance, or to the end."""
-    before, scale = first, SPACE_SCALES[0]
-    left = list(SPACE_SCALES[1:])
-    while left:
-        finer = left.pop(0)
-        tell(f"in space, sizes x {finer:g}")
-        now = solver(design, scene, rung(design, scene, "3-D", finer))
-        estimate = discretisation(now.readings, before.readings, scale / finer)
-        ladder.solved, ladder.estimate = now, estimate
-        ladder.add(now, estimate, _words(estimate, ladder.tolerance))
-        if ladder.reached:
-            return
-        left = [each for each in left if now.dofs * (finer / each) ** GROWTH <= most_dofs]
-        while len(left) > 1:
-            promised = estimate.worst * (left[0] / finer) ** ORDER
-            if promised <= _AIM * ladder.tolerance:
-                break
-            left.pop(0)
-        before, scale = now, finer
+def _too_coarse(estimate: Estimate, scale: float, finer: float, tolerance: float) -> bool:
+    """Whether a finer size promises too little to be tried."""
+    return bool(estimate.worst * (finer / scale) ** ORDER > _AIM * tolerance)
 
 
 def _words(estimate: Estimate, tolerance: float) -> str:
@@ -228,6 +246,7 @@ def _formula_words(off: Estimate) -> str:
 
 def _section_words(price: Estimate, tolerance: float) -> str:
     name, worst = WORDS[price.worst_quantity], price.worst
-    if worst <= _AIM * tolerance:
-        return f"plane strain costs {100 * worst:.2g} % here ({name}): refined further"
-    return f"plane strain costs {100 * worst:.2g} % here ({name}), {100 * tolerance:g} % asked"
+    words = f"plane strain costs about {100 * worst:.2g} % here ({name})"
+    if worst > _HOPELESS * tolerance:
+        return f"{words}, {100 * tolerance:g} % asked: given up"
+    return f"{words}: refined"
