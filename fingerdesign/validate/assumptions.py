@@ -162,7 +162,7 @@ def _sheets(solves: Solves, deep: bool) -> Pairs:
     why = section_why_not(design, solves.scene)
     if why is not None:
         raise NotTestable(f"the plates cannot be sheets in layers here, and {why}")
-    found, truth = solves.section(plates="sheet"), solves.section(plates="solid")
+    found, truth = solves.section(plates="sheet"), solves.section(plates=_as_solids(design))
     return [_solved_pair("plane strain", found, truth, solves)]
 
 
@@ -191,8 +191,13 @@ def _varied(label: str, values: dict[str, object], solves: Solves) -> Comparison
 
 
 def _solid(solves: Solves) -> Solved:
-    """The finger with its plates as solids: as the design says where it says so."""
-    return solves.space(plates=None if solves.design.plates.model == "solid" else "solid")
+    """The finger in space with its plates as solids."""
+    return solves.space(plates=_as_solids(solves.design))
+
+
+def _as_solids(design: Design) -> Plates | None:
+    """None where the design's plates are solids anyway: that model serves other rows too."""
+    return None if design.plates.model == "solid" else "solid"
 
 
 def _needs_section(solves: Solves) -> None:
