@@ -176,7 +176,10 @@ def _discretisation(solves: Solves, deep: bool) -> Pairs:
     if section_why_not(solves.design, solves.scene) is None:
         pair = solves.section(), solves.section(FINER_SECTION)
         found.append(_solved_pair("plane strain", *pair, solves))
-    found.append(_solved_pair("3-D", solves.space(), solves.space(FINER_SPACE), solves))
+    if solves.design.mesh.mesher != "file" or can_extrude(solves.design):
+        found.append(_solved_pair("3-D", solves.space(), solves.space(FINER_SPACE), solves))
+    if not found:
+        raise NotTestable("mesh.mesher = 'file': there is no finer mesh than the file's")
     return found
 
 

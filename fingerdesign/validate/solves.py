@@ -28,10 +28,12 @@ if TYPE_CHECKING:
 Tell = Callable[[str], None]
 Values = Mapping[str, object]
 
-SPACE = (2.0, 3.0, 4.0, 6.0)  # the first whose forecast is at most MOST_DOFS
+SPACE = (2.0, 3.0, 4.0, 6.0)  # the first whose forecast holds MOST_DOFS and MOST_NODES
 FINER_SPACE = 0.7  # of that: the next finer mesh
 SECTION, FINER_SECTION = 1.4, 0.7
 MOST_DOFS = 120_000  # 10 s and 1.5 GB here, for each of about eight models
+MOST_NODES = 600  # in contact: the next finer mesh has twice as many, and takes 3 GB
+_FORECAST = 2.0  # within it forecasts hold
 _WARM = 3.0
 
 
@@ -63,7 +65,10 @@ class Solves:
             mesh = own.mesh.model_copy(update={"section": section})
             own = own.model_copy(update={"mesh": mesh})
             case = Case(own, self.scene, grips=False)
-            if count_model(case, zone_of(case, self.scene)).dofs <= MOST_DOFS:
+            counts = count_model(case, zone_of(case, self.scene))
+            # A mesh that the cache knows is counted, not forecast: let both choose the same.
+            factor = _FORECAST if counts.known else 1.0
+            if counts.dofs <= factor * MOST_DOFS and counts.contact_nodes <= factor * MOST_NODES:
                 return scale
         return SPACE[-1]
 
