@@ -10,7 +10,15 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text("utf-8")
-PAGES = ("README.md", "docs/method.md", "docs/benchmarks.md", "docs/fingers.md")
+PAGES = (
+    "README.md",
+    "docs/method.md",
+    "docs/benchmarks.md",
+    "docs/fingers.md",
+    "docs/plane_strain.md",
+    "docs/validate.md",
+    "docs/fidelity.md",
+)
 
 
 def blocks(kind: str) -> list[str]:
