@@ -29,8 +29,18 @@ Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
-REFERENCE_SCALES = (0.5, 0.6, 0.7, 0.85, 1.0)  # the finest of them with about so many equations:
-_REFERENCE_DOFS = 290_000
+REFERENCE_SCALES = (
+    0.5,
+    0.55,
+    0.6,
+    0.7,
+    0.8,
+    0.9,
+    1.0,
+    1.1,
+    1.2,
+)  # the finest of them with about so many equations:
+_REFERENCE_DOFS = 230_000
 
 
 @dataclass(frozen=True)

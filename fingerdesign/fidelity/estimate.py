@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 # What a scene reads: goals, not energies. Contact width is told, but no controller reads it.
 GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")
-ORDER = 1.5
+ORDER = 1.0
 _PULLED = 1e-3  # of the path's largest F_t
 SHARE = 0.95  # of the readings of a quantity that an error is meant for
 
