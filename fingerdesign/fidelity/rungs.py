@@ -9,8 +9,9 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
 - The stick ratio is the slowest: its border moves by parts of a facet. Facets of a tenth of the
   contact's half-width leave 5.5 % on 11k equations, of a twentieth 3.4 % on 14k, and with 1.4 times
   as many layers 1.6 % on 19k; F_n is within 0.3 % on all of them. So contact facets are small.
-- Plates bend too little in few layers of tetrahedra: on 5, 8, 13 layers in 2.5 mm the bending strain
-  of one plate read 5.48, 5.63, 5.68, its membrane strain the same on all. So plates get more layers.
+- Plates bend too little in few layers of tetrahedra: on 5, 8, 13 layers in 2.5 mm the bending
+  strain of one plate read 5.48, 5.63, 5.68, its membrane strain the same on all. So plates get more
+  layers.
 - Sheets spare the small elements of plates' ends: coarse, they are cheaper and better than solids
   (10k equations and 6 % in the gages for 14k and 8 %); fine, they are not.
 """
