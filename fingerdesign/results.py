@@ -235,7 +235,8 @@ class TriedModel:
 class LadderSummary:
     """How --fidelity auto came to its model: the last one tried that stands in ``chosen``.
 
-    reached: the greatest of error_estimates is at most the tolerance.
+    reached: the greatest of error_estimates is at most the tolerance; why_ended: a sentence where
+    it is not.
     """
 
     __pydantic_config__ = _STRICT
@@ -244,6 +245,7 @@ class LadderSummary:
     reached: bool
     chosen: str
     error_estimates: dict[str, float]
+    why_ended: str
     models: tuple[TriedModel, ...]
 
 

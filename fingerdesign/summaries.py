@@ -127,6 +127,6 @@ def not_reached(ladder: LadderSummary | None) -> tuple[str, ...]:
         return ()
     name, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
     return (
-        f"--tolerance {ladder.tolerance:g} was not reached: the finest model that this machine "
-        f"should solve is estimated to be off by {worst:.2g} ({name.replace('_', ' ')})",
+        f"--tolerance {ladder.tolerance:g} was not reached: the last model, {ladder.chosen}, is "
+        f"estimated to be off by {worst:.2g} ({name.replace('_', ' ')}), and {ladder.why_ended}",
     )

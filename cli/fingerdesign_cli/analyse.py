@@ -146,6 +146,7 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
                     "status": r.status,
                     "failure": r.failure,
                     "folder": str(out / r.design),
+                    **({"reached": r.ladder.reached} if r.ladder else {}),
                 }
                 for r in results
             ]
@@ -174,4 +175,9 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
     for r in results:
         if r.failure:
             click.echo(f"{r.design} failed: {r.failure}", err=True)
+        if r.ladder:
+            click.echo(f"{r.design}: {r.ladder.chosen}; {r.ladder.models[-1].why}")
+        for warning in r.warnings if r.ladder and not r.ladder.reached else ():
+            if warning.startswith("--tolerance"):
+                click.echo(f"{r.design}: {warning}", err=True)
         click.echo(f"report: {out / r.design / 'report.html'}")

@@ -40,7 +40,7 @@ REFERENCE_SCALES = (
     1.1,
     1.2,
 )  # the finest of them with about so many equations:
-_REFERENCE_DOFS = 230_000
+_REFERENCE_DOFS = 180_000
 
 
 @dataclass(frozen=True)

@@ -62,6 +62,7 @@ def summary(ladder: Ladder) -> LadderSummary:
         reached=ladder.reached,
         chosen=ladder.chosen.model.name,
         error_estimates=dict(estimate.by_quantity) if estimate is not None else {},
+        why_ended="" if ladder.reached else ladder.why_ended,
         models=tuple(
             TriedModel(
                 name=each.name,

@@ -55,6 +55,7 @@ MOST_DOFS = (
 )
 GROWTH = 2.5  # equations by size: to this power
 _AIM = 0.9  # of the tolerance: what a size must promise to be tried next
+_HARDLY = 1.15  # times finer: less tells nothing of the error
 _HOPELESS = 2.0  # times the tolerance: plane strain so far from a coarse finger is given up
 _SMALL = 0.2  # of the tolerance: plane strain's own error
 WORDS = {
@@ -86,6 +87,7 @@ class Ladder:
     tried: list[Tried] = field(default_factory=list)
     solved: Answer | None = None
     estimate: Estimate | None = None
+    why_ended: str = ""
 
     @property
     def chosen(self) -> Answer:
@@ -145,22 +147,44 @@ def climb(
         section = _section(ladder, design, scene, now, solver, tell)
     if section is not None and _section_suffices(ladder, section, now):
         return ladder
+    before, coarser = now, scale
     while left:
-        before, coarser = now, scale
         scale = left.pop(0)
         tell(f"in space, sizes x {scale:g}")
         now = solver(design, scene, rung(design, scene, "3-D", scale))
-        estimate = discretisation(now.readings, before.readings, coarser / scale)
+        ratio = refinement(now, before, coarser / scale)
+        if ratio < _HARDLY and left:
+            ladder.add(now, None, "hardly finer than the one before: judges nothing")
+            continue
+        estimate = discretisation(now.readings, before.readings, ratio)
         ladder.solved, ladder.estimate = now, estimate
         ladder.add(now, estimate, _words(estimate, tolerance))
         if section is not None and _section_suffices(ladder, section, now):
             return ladder
         if ladder.reached:
             return ladder
-        left = [each for each in left if now.dofs * (scale / each) ** GROWTH <= most_dofs]
+        affordable = [each for each in left if now.dofs * (scale / each) ** GROWTH <= most_dofs]
+        if left and not affordable:
+            ladder.why_ended = (
+                f"the next one would have about {now.dofs * (scale / left[0]) ** GROWTH:.0f} "
+                f"equations, over the ladder's {most_dofs:.0f}"
+            )
+        left = affordable
         while len(left) > 1 and _too_coarse(estimate, scale, left[0], tolerance):
             left.pop(0)
+        before, coarser = now, scale
+    ladder.why_ended = ladder.why_ended or "no finer size is on the ladder"
     return ladder
+
+
+def refinement(fine: Answer, coarse: Answer, ratio: float) -> float:
+    """How much finer an answer really is: ``ratio`` of sizes, but no more than its equations say.
+
+    Layers come in whole numbers, and small parts keep their elements small: sizes asked for may
+    not be those made.
+    """
+    grown = float(fine.dofs / max(coarse.dofs, 1)) ** (1.0 / GROWTH)
+    return float(max(min(ratio, grown), 1.0 + 1e-6))
 
 
 def tolerance_faults(tolerance: float) -> list[Fault]:
@@ -201,7 +225,7 @@ def _section(
         before, coarser, scale = now, scale, finer
         now = solver(design, scene, rung(design, scene, "plane strain", scale))
         own = discretisation(now.readings, before.readings, coarser / scale)
-        ladder.add(now, None, f"plane strain, itself within {100 * own.worst:.2g} %")
+        ladder.add(now, None, f"plane strain, itself within {percent(own.worst)}")
         if own.worst <= _SMALL * ladder.tolerance:
             break
     return _Section(now, own)
@@ -235,18 +259,27 @@ def _too_coarse(estimate: Estimate, scale: float, finer: float, tolerance: float
 def _words(estimate: Estimate, tolerance: float) -> str:
     name, worst = WORDS[estimate.worst_quantity], estimate.worst
     if worst <= tolerance:
-        return f"enough: {name} within {100 * worst:.2g} %, {100 * tolerance:g} % asked"
-    return f"not enough: {name} within {100 * worst:.2g} %, {100 * tolerance:g} % asked"
+        return f"enough: {name} within {percent(worst)}, {percent(tolerance)} asked"
+    return f"not enough: {name} within {percent(worst)}, {percent(tolerance)} asked"
+
+
+def percent(share: float) -> str:
+    """Two digits: "3.1 %", "120 %".
+
+    >>> percent(0.0314), percent(1.234), percent(0.1)
+    ('3.1 %', '120 %', '10 %')
+    """
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
 def _formula_words(off: Estimate) -> str:
     name, worst = WORDS[off.worst_quantity], off.worst
-    return f"off by {100 * worst:.2g} % ({name}) from the coarse finger in space; told, never taken"
+    return f"off by {percent(worst)} ({name}) from the coarse finger in space; told, never taken"
 
 
 def _section_words(price: Estimate, tolerance: float) -> str:
     name, worst = WORDS[price.worst_quantity], price.worst
-    words = f"plane strain costs about {100 * worst:.2g} % here ({name})"
+    words = f"plane strain costs about {percent(worst)} here ({name})"
     if worst > _HOPELESS * tolerance:
-        return f"{words}, {100 * tolerance:g} % asked: given up"
+        return f"{words}, {percent(tolerance)} asked: given up"
     return f"{words}: refined"

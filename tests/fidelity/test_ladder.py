@@ -122,3 +122,28 @@ def test_sizes_follow_the_scene():
     assert layers(wide, 1.0) > layers(DESIGN, 1.0) >= 2
     assert [rung(PLATED, SCENE, "3-D", s).plates for s in SPACE_SCALES[1:3]] == ["sheet", None]
     assert rung(PLATED, SCENE, "3-D", 1.0).mesher == "extrude"
+
+
+def test_a_size_that_refines_nothing_judges_nothing():
+    class Stuck(Law):
+        """Sizes from 4 to 2.8 give the same mesh."""
+
+        def __call__(self, design, scene, model):
+            found = super().__call__(design, scene, model)
+            if self.tried[-1][1] > 2.5:
+                found.dofs, found.readings = 100, self.first
+            return found
+
+        first = Readings(np.array([1.5, 3.0]), *[np.zeros(2)] * 3, np.empty((2, 0, 2)))
+
+    found = climb(DESIGN, SCENE, 0.05, Stuck(0.01, 3.0))
+    words = [each.why for each in found.tried if each.dimension == "3-D"]
+    assert words[1].startswith("hardly finer")
+    assert found.tried[0].dofs == 100
+    assert found.chosen.model.sizes.contact < 2.5 * scene_sizes(DESIGN, SCENE, 1.0).contact
+
+
+def test_an_end_before_the_tolerance_says_why():
+    found = climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3), most_dofs=1500)
+    assert "over the ladder's 1500" in found.why_ended
+    assert "no finer size" in climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3)).why_ended
