@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from fingerdesign.validate.record import Row, Validation
 
 _FILE = click.Path(path_type=Path)
+_KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
+    *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
+    *("youngs_modulus", "sheets", "gage_point", "plates_left_out", "discretisation"),
+)
 
 
 @click.command("validate")
@@ -34,7 +38,7 @@ _FILE = click.Path(path_type=Path)
     "keys",
     multiple=True,
     metavar="ASSUMPTION",
-    help="This assumption alone, by its key in validate.json; may be given again.",
+    help=f"This assumption alone; may be given again. One of: {', '.join(_KEYS)}.",
 )
 @output_options
 def command(
@@ -50,6 +54,9 @@ def command(
 
     Each is held against the next better model, at equal motion and at equal force. OUT/NAME then
     holds validate.html (table, chart, advice), validate.json, validate.csv and validate.png.
+
+    Exit code 0 also where DESIGN and scene can tell nothing: each row says why. 1, status "failed"
+    and a sentence as failure, where models failed and no assumption was told.
     """
     finger, scene = _read(design, scene_file, out)
     from fingerdesign.validate.folder import validation_folder
@@ -71,6 +78,8 @@ def command(
         print_json(found.data())
     elif not quiet:
         _show(found, out / name)
+    if found.failure is not None:
+        click.echo(f"{name}: {found.failure}", err=True)
     return 0 if found.status == "ok" else 1
 
 
@@ -93,10 +102,12 @@ def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Sce
 
 
 def _show(found: Validation, folder: Path) -> None:
-    columns = ["assumption", "at equal", "F_n %", "F_t %", "width %", "stick", "gages %"]
+    columns = ["assumption", "at equal", "F_n %", "F_t %", "width %", "stick ratio", "gages %"]
     columns += ["s", "better s", "saves"]
     rows = [cells for row in found.rows if row.tested for cells in _cells(row)]
-    print_table(f"{found.design}, scene {found.scene}: greatest errors", columns, rows)
+    if rows:
+        title = f"{found.design}, scene {found.scene}: greatest error over the path (median)"
+        print_table(title, columns, rows)
     for row in found.rows:
         click.echo(f"{row.title}: {row.advice}")
     click.echo(f"{found.seconds:.0f} s; report: {folder / 'validate.html'}")
@@ -104,14 +115,12 @@ def _show(found: Validation, folder: Path) -> None:
 
 def _cells(row: Row) -> list[list[str]]:
     from fingerdesign.fidelity.readings import QUANTITIES
+    from fingerdesign.validate.words import NONE, spread_cell
 
     found = []
     for name in ("equal_motion", "equal_force"):
-        errors = [row.greatest(name, quantity) for quantity in QUANTITIES]
-        told = [
-            "-" if e is None else f"{e:.3f}" if q == "stick_ratio" else f"{100 * e:.2f}"
-            for e, q in zip(errors, QUANTITIES, strict=True)
-        ]
+        side = getattr(row, name)
+        told = [spread_cell(q, side["errors"][q]) if side else NONE for q in QUANTITIES]
         costs = [_number(row.seconds, 2), _number(row.better_seconds, 2), _number(row.saving, 1)]
         first = name == "equal_motion"
         title = row.title if first else ""
@@ -121,4 +130,4 @@ def _cells(row: Row) -> list[list[str]]:
 
 
 def _number(value: float | None, decimals: int) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"
+    return "–" if value is None else f"{value:.{decimals}f}"

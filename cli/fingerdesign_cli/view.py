@@ -48,9 +48,25 @@ def _places(folder: Path) -> list[Path]:
     inside = sorted(path.parent for path in folder.glob(f"*/{RESULT_FILE}"))
     inside = [place for place in inside if not place.name.startswith(".")]
     if not inside:
+        _refuse_validation(folder)
         bound = f"a folder with a {RESULT_FILE}, or with folders that have one"
         raise DesignError([Fault("DIR", folder, bound, "give what analyse got as --out")])
     return inside
+
+
+def _refuse_validation(folder: Path) -> None:
+    """A fault that names what there is to look at where the folder holds what validate writes."""
+    from fingerdesign.errors import DesignError, Fault
+
+    record = "validate.json"  # validate.record.RECORD_FILE
+    places = [folder] if (folder / record).is_file() else []
+    places += sorted(path.parent for path in folder.glob(f"*/{record}"))
+    places = [place for place in places if not place.name.startswith(".")]
+    if places:
+        page, numbers = places[0] / "validate.html", places[0] / record
+        remedy = f"what validate wrote: open {page}, read {numbers}"
+        bound = "a folder that analyse wrote"
+        raise DesignError([Fault("DIR", folder, bound, remedy)])
 
 
 def _summary(place: Path, result: Result) -> dict[str, object]:

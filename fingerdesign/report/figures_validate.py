@@ -41,7 +41,7 @@ def chart_figure(data: dict[str, Any]) -> ReportFigure:
         figure = _chart(data)
         alternative = "Greatest errors and seconds. " + " ".join(
             f"{number} {row['title']}: "
-            + ", ".join(f"{group} {_most(row, group):.2g}" for group in GROUPS)
+            + ", ".join(f"{group} {_most(row, group)}" for group in GROUPS)
             + f"; {_seconds(row)}."
             for number, row in tested
         )
@@ -135,10 +135,8 @@ def _panel(
         drawn = []
         for side, filled in (("equal_motion", True), ("equal_force", False)):
             error = _greatest(row, side, quantities)
-            if error is None or (not filled and quantities == GROUPS["forces"]):
+            if error is None:
                 continue
-            if row["kind"] == "reading" and quantities != GROUPS["gages"]:
-                continue  # how a gage is read moves nothing else
             y = max(error, FLOOR)
             drawn.append(y)
             if row["better_seconds"] is not None:
@@ -235,9 +233,11 @@ def _greatest(row: dict[str, Any], side: str, quantities: tuple[str, ...]) -> fl
     found = row[side]
     if found is None:
         return None
-    return max(float(found["errors"][quantity]["greatest"]) for quantity in quantities)
+    told = (found["errors"][quantity] for quantity in quantities)
+    return max((float(each["greatest"]) for each in told if each is not None), default=None)
 
 
-def _most(row: dict[str, Any], group: str) -> float:
+def _most(row: dict[str, Any], group: str) -> str:
     both = (_greatest(row, side, GROUPS[group]) for side in ("equal_motion", "equal_force"))
-    return max((error for error in both if error is not None), default=0.0)
+    most = max((error for error in both if error is not None), default=None)
+    return "untold" if most is None else f"{most:.2g}"

@@ -7,6 +7,7 @@ from typing import Any
 from fingerdesign.report.figures_validate import along_z_figure, chart_figure
 from fingerdesign.report.html import rendered
 from fingerdesign.report.tables import Table
+from fingerdesign.validate.words import NONE, percent_cell, spread_cell
 
 ANSWERS = {
     "keep": "yes",
@@ -23,7 +24,6 @@ QUANTITIES = {
     "stick_ratio": "stick ratio",
     "gage": "gages %",
 }
-NONE = "–"
 
 
 def validate_html(data: dict[str, Any]) -> str:
@@ -53,22 +53,11 @@ def _errors_table(rows: list[dict[str, Any]], side: str) -> Table:
             missing = [NONE] * (len(QUANTITIES) + 2)
             cells.append((str(number), row["title"], *missing))
             continue
-        errors = [_spread(name, found["errors"][name]) for name in QUANTITIES]
+        errors = [spread_cell(name, found["errors"][name]) for name in QUANTITIES]
         counts = (str(found["rows"]), str(found["rows_left_out"]))
         cells.append((str(number), row["title"], *errors, *counts))
     caption = f"{SIDES[side]}: greatest error over the path (median)"
     return Table(side, caption, tuple(columns), tuple(cells), frozenset({1}))
-
-
-def _spread(name: str, found: dict[str, float]) -> str:
-    if name == "stick_ratio":
-        return f"{found['greatest']:.3f} ({found['median']:.3f})"
-    return f"{_percent(found['greatest'])} ({_percent(found['median'])})"
-
-
-def _percent(error: float) -> str:
-    hundred = 100.0 * error
-    return f"{hundred:,.0f}" if hundred >= 99.5 else f"{hundred:.2f}"
 
 
 def _cost_table(rows: list[dict[str, Any]]) -> Table:
@@ -105,7 +94,7 @@ def _gage_table(rows: list[dict[str, Any]], side: str) -> Table:
     ]
     count = len(told[0][1]) if told else 0
     cells = tuple(
-        (str(gage), *(_percent(gages[gage]) for _, gages in told)) for gage in range(count)
+        (str(gage), *(percent_cell(gages[gage]) for _, gages in told)) for gage in range(count)
     )
     columns = ("gage", *(str(number) for number, _ in told))
     caption = f"{SIDES[side]}: greatest error of each gage by assumption, % of the row's largest"

@@ -10,11 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from fingerdesign.validate.words import MANY, times
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fingerdesign.validate.assumptions import Kind
-    from fingerdesign.validate.comparison import Comparison, Side
+    from fingerdesign.validate.comparison import Comparison
     from fingerdesign.validate.gages import AlongZ
 
 KEEP, LIMIT = 0.02, 0.10
@@ -30,7 +32,6 @@ WORDS = {
     "stick_ratio": "stick ratio",
     "gage": "gage strain",
 }
-_MANY = 10.0  # from here on no percents
 _WORTH = 1.5  # a saving below this factor is none: seconds vary as much between runs
 
 Verdict = Literal["keep", "limited", "drop", "measure"]
@@ -67,12 +68,12 @@ def percent(error: float) -> str:
     """Two digits: "0.31 %"; what rounds to nothing, or is no matter of percents, says so.
 
     >>> percent(0.0031), percent(0.284), percent(1.37), percent(1e-7), percent(5167.0)
-    ('0.31 %', '28 %', '137 %', 'below 0.01 %', '5167 times itself')
+    ('0.31 %', '28 %', '137 %', 'below 0.01 %', '5,167 times itself')
     """
     if error < 1e-4:
         return "below 0.01 %"
-    if error >= _MANY:
-        return f"{error:.0f} times itself"
+    if error >= MANY:
+        return f"{times(error)} itself"
     hundred = 100.0 * error
     return f"{hundred:.0f} %" if hundred >= 9.95 else f"{hundred:.2g} %"
 
@@ -98,11 +99,12 @@ def worst_of(comparisons: Sequence[Comparison], gages: bool = True) -> list[Wors
         if group == "gages" and not gages:
             continue
         every = [
-            (_greatest(side, quantity), quantity, where)
+            (error, quantity, where)
             for comparison in comparisons
             for where, side in (("motion", comparison.motion), ("force", comparison.force))
             if side is not None
             for quantity in quantities
+            if (error := side.greatest(quantity)) is not None
         ]
         if not every:
             continue
@@ -153,7 +155,7 @@ def _verdict(worst: Sequence[Worst], kind: Kind) -> Verdict:
 def off_middle(along_z: AlongZ) -> str:
     """A sentence on gages that do not lie in the middle of the depth."""
     place, side = along_z.z_mm[-1], along_z.sides[-1]
-    error = percent(side.errors["gage"].greatest)
+    error = percent(side.greatest("gage") or 0.0)
     return f"Gages at z = {place:.3g} mm read up to {error} otherwise than those in the middle."
 
 
@@ -206,10 +208,6 @@ def _saving(comparisons: Sequence[Comparison]) -> str:
     if factor < _WORTH:
         return f"it saves nothing ({seconds})"
     return f"it saves a factor {factor_text(factor)} ({seconds})"
-
-
-def _greatest(side: Side, quantity: str) -> float:
-    return side.errors[quantity].greatest
 
 
 def _place(worst: Worst) -> str:

@@ -1,14 +1,16 @@
 """Two models' answers against each other: at equal motion, and at equal force.
 
 Errors are those of fidelity.readings: F_n relative to its row's, F_t and contact width to the
-path's largest, stick ratios absolute, gage strains to the largest reading of their row. Where the
-finger is hardly pulled at all F_t is taken as zero: its rounding is compared with nothing.
+path's largest, stick ratios absolute, gage strains to the largest reading of their row. What cannot
+differ has no error: forces at equal force, F_t where the finger is hardly pulled at all (its
+rounding is compared with nothing), gages where there are none, all but gages where one model is
+read in two ways.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +32,7 @@ FULL_SLIP = 0.95  # of mu F_n: from there on a given F_t has no unique motion, o
 # Of the largest F_n: less F_t than that is no pull. Pressed and twisted alone, a block with plates
 # at 45 degrees showed 0.5 % on a coarse mesh and 0.1 % on a finer one.
 _NO_PULL = 1e-2
+FORCES = ("normal_force", "tangential_force")
 _LEAST_PRESS = 1e-3  # of the largest F_n: a first touch with less says nothing
 
 
@@ -61,15 +64,21 @@ class Spread:
 class Side:
     """All quantities at equal motion, or at equal force.
 
-    rows: increments compared; left_out: rows of the path that are not; gages (plates,): the
-    greatest error of each; note: why rows are left out.
+    rows: increments compared; left_out: rows of the path that are not; errors: None for a quantity
+    that is prescribed or cannot differ; gages (plates,): the greatest error of each; note: why rows
+    are left out.
     """
 
     rows: int
     left_out: int
-    errors: dict[str, Spread]
+    errors: dict[str, Spread | None]
     gages: tuple[float, ...]
     note: str = ""
+
+    def greatest(self, quantity: str) -> float | None:
+        """The greatest error of a quantity; None where it has none."""
+        found = self.errors[quantity]
+        return None if found is None else found.greatest
 
 
 @dataclass(frozen=True)
@@ -115,19 +124,26 @@ def compare(label: str, found: Answer, truth: Answer, scene: Scene) -> Compariso
 
 def compare_gages(label: str, found: Answer, truth: Answer) -> Comparison:
     """One model read in two ways: forces, motions and contact are the same, whichever is given."""
-    side = side_of(found.readings, truth.readings)
+    same = [name for name in QUANTITIES if name != "gage"]
+    side = side_of(found.readings, truth.readings, same=same)
     return Comparison(label, found, truth, side, side)
 
 
-def side_of(found: Readings, truth: Readings, left_out: int = 0, note: str = "") -> Side:
-    """Greatest and median errors of readings row by row."""
-    apart = errors(*_without_noise(found, truth))
-    spread = {}
+def side_of(
+    found: Readings,
+    truth: Readings,
+    left_out: int = 0,
+    note: str = "",
+    same: Sequence[str] = (),
+) -> Side:
+    """Greatest and median errors of readings row by row; of what is the ``same`` in both: none."""
+    apart = errors(found, truth)
+    none = {*same} if _pulled(found, truth) else {*same, "tangential_force"}
+    spread: dict[str, Spread | None] = {}
     for name in QUANTITIES:
         values = np.asarray(getattr(apart, name)).reshape(-1)
-        spread[name] = Spread(
-            float(values.max(initial=0.0)), float(np.median(values)) if values.size else 0.0
-        )
+        told = values.size and name not in none
+        spread[name] = Spread(float(values.max()), float(np.median(values))) if told else None
     by_gage = tuple(float(value) for value in apart.gage.max(axis=0, initial=0.0))
     return Side(found.rows, left_out, spread, by_gage, note)
 
@@ -142,7 +158,7 @@ def _equal_motion(found: Answer, truth: Answer, scene: Scene) -> Side:
 
 def _equal_force(found: Answer, truth: Answer, scene: Scene) -> Side:
     if scene.path.control == "force":
-        return side_of(found.readings, truth.readings)
+        return side_of(found.readings, truth.readings, same=FORCES)
     if any(any(row[2:]) for row in scene.path.rows):
         raise SolverError("a path of forces has no shear_z and no twist, this scene's has")
     first, last, note = usable_rows(truth, scene)
@@ -209,17 +225,15 @@ def _followed(
         if lost:
             reason = f"{_rows(lost)} that it cannot follow ({why})"
             note = f"{note}; {reason}" if note else reason
-        return side_of(readings, truth.part(count), left_out + lost, note)
+        same = FORCES if path.control == "force" else ()
+        return side_of(readings, truth.part(count), left_out + lost, note, same)
     raise SolverError(f"it cannot follow even the first row: {why}")
 
 
-def _without_noise(found: Readings, truth: Readings) -> tuple[Readings, Readings]:
-    """F_t of both made zero where neither is pulled."""
+def _pulled(found: Readings, truth: Readings) -> bool:
+    """Whether F_t of either is more than rounding."""
     pull = max(_largest(found.tangential_force), _largest(truth.tangential_force))
-    if pull > _NO_PULL * _largest(truth.normal_force):
-        return found, truth
-    none = np.zeros_like(truth.tangential_force)
-    return replace(found, tangential_force=none), replace(truth, tangential_force=none)
+    return pull > _NO_PULL * _largest(truth.normal_force)
 
 
 def _largest(values: Array | Sequence[float]) -> float:

@@ -28,8 +28,8 @@ class Row:
 
     seconds, better_seconds: of the comparison that costs most; saving: their ratio (both None for a
     value: another one costs the same). equal_motion, equal_force: the worst over all comparisons,
-    {quantity: {greatest, median}}, the greatest error of each gage, rows compared and left out;
-    None where nothing could be compared.
+    {quantity: {greatest, median}, or None where it is prescribed or cannot differ}, the greatest
+    error of each gage, rows compared and left out; None where nothing could be compared.
     """
 
     key: str
@@ -50,9 +50,10 @@ class Row:
     along_z: tuple[dict[str, Any], ...] | None = None
 
     def greatest(self, side: str, quantity: str) -> float | None:
-        """The greatest error of a quantity at "equal_motion" or "equal_force"."""
+        """The greatest error of a quantity at "equal_motion" or "equal_force"; None: no error."""
         found = getattr(self, side)
-        return None if found is None else float(found["errors"][quantity]["greatest"])
+        told = None if found is None else found["errors"][quantity]
+        return None if told is None else float(told["greatest"])
 
     def data(self) -> dict[str, Any]:
         """As in the file."""
@@ -79,11 +80,12 @@ class Validation:
     seconds: float
     versions: dict[str, str] = field(default_factory=dict)
     peak_memory_MB: float = 0.0
+    failure: str | None = None
 
     @property
     def status(self) -> str:
-        """ "ok", or "failed" where no assumption could be tested."""
-        return "ok" if any(row.tested for row in self.rows) else "failed"
+        """ "failed" where a model failed and nothing was told; ``failure`` says of what."""
+        return "ok" if self.failure is None else "failed"
 
     def row(self, key: str) -> Row:
         """The row of an assumption. KeyError where there is none."""
@@ -100,6 +102,7 @@ class Validation:
             "scene": self.scene,
             "digest": self.digest,
             "status": self.status,
+            "failure": self.failure,
             "deep": self.deep,
             "gages": self.gages,
             "thresholds": {"keep": KEEP, "limit": LIMIT},
@@ -168,8 +171,8 @@ def _cells(row: Row, name: str) -> list[Any]:
     side = getattr(row, name)
     cells = [row.key, name, row.tested, row.verdict, row.seconds, row.better_seconds, row.saving]
     for quantity in QUANTITIES:
-        found = side["errors"][quantity] if side else {"greatest": None, "median": None}
-        cells += [found["greatest"], found["median"]]
+        found = side["errors"][quantity] if side else None
+        cells += [found["greatest"], found["median"]] if found else [None, None]
     return [*cells, *([side["rows"], side["rows_left_out"]] if side else [None, None]), row.advice]
 
 
@@ -204,7 +207,7 @@ def _side(of: Side) -> dict[str, Any]:
         "rows_left_out": of.left_out,
         "note": of.note,
         "errors": {
-            name: {"greatest": found.greatest, "median": found.median}
+            name: found and {"greatest": found.greatest, "median": found.median}
             for name, found in of.errors.items()
         },
         "gages": list(of.gages),
@@ -221,23 +224,27 @@ def _worst(sides: list[Side | None]) -> dict[str, Any] | None:
         "rows_left_out": max(each["rows_left_out"] for each in told),
         "note": "; ".join(dict.fromkeys(each["note"] for each in told if each["note"])),
         "errors": {
-            name: {
-                which: max(each["errors"][name][which] for each in told)
-                for which in ("greatest", "median")
-            }
-            for name in QUANTITIES
+            name: _worst_spread([each["errors"][name] for each in told]) for name in QUANTITIES
         },
         "gages": [max(values) for values in zip(*(each["gages"] for each in told), strict=True)],
     }
+
+
+def _worst_spread(spreads: list[dict[str, float] | None]) -> dict[str, float] | None:
+    told = [each for each in spreads if each is not None]
+    if not told:
+        return None
+    return {which: max(each[which] for each in told) for which in ("greatest", "median")}
 
 
 def _along(of: AlongZ) -> tuple[dict[str, Any], ...]:
     return tuple(
         {
             "z_mm": place,
-            "greatest": side.errors["gage"].greatest,
-            "median": side.errors["gage"].median,
+            "greatest": gage.greatest,
+            "median": gage.median,
             "gages": list(side.gages),
         }
         for place, side in zip(of.z_mm, of.sides, strict=True)
+        if (gage := side.errors["gage"]) is not None
     )

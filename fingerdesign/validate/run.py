@@ -16,7 +16,12 @@ from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.refusals import refuse
 from fingerdesign.validate.advice import advise, off_middle
-from fingerdesign.validate.assumptions import ASSUMPTIONS, Assumption, profile_along_z
+from fingerdesign.validate.assumptions import (
+    ASSUMPTIONS,
+    Assumption,
+    NotTestable,
+    profile_along_z,
+)
 from fingerdesign.validate.record import (
     CSV_FILE,
     RECORD_FILE,
@@ -52,7 +57,9 @@ def validate(
     """What each assumption costs; ``keys``: of these alone. ``scene`` None: the fundamental case.
 
     deep: finite strain in three dimensions too. An assumption that this design cannot tell of, or
-    one of whose models fails, is a row that says so. Raises DesignError for a wrong input.
+    one of whose models fails, is a row that says so. status is "failed", with ``failure``, where a
+    model failed and no assumption was told; "ok" where there is merely nothing to tell. Raises
+    DesignError for a wrong input.
     """
     chosen = [each for each in ASSUMPTIONS if not keys or each.key in keys]
     _refuse_unknown(keys)
@@ -66,11 +73,13 @@ def validate(
     def say(message: str) -> None:
         tell(message, done / len(chosen))
 
-    solves, rows = Solves(design, scene, say), []
+    solves = Solves(design, scene, say)
+    rows: list[Row] = []
+    failed: list[Row] = []
     say("loading")
     warm()
     for each in chosen:
-        rows.append(_row(each, solves, deep))
+        rows.append(_row(each, solves, deep, failed))
         done += 1
     solves.release()
     from fingerdesign.summaries import peak_memory_MB
@@ -85,6 +94,7 @@ def validate(
         seconds=time.perf_counter() - start,
         versions=versions(),
         peak_memory_MB=peak_memory_MB(),
+        failure=_failure(rows, failed),
     )
 
 
@@ -100,17 +110,31 @@ def write_validation(validation: Validation, folder: Path) -> None:
     (folder / RECORD_FILE).write_text(validation.to_json(), encoding="utf-8")
 
 
-def _row(of: Assumption, solves: Solves, deep: bool) -> Row:
+def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
+    """The row of an assumption; one whose models failed goes to ``failed`` too."""
     try:
         comparisons = of.pairs(solves, deep)
-    except FingerDesignError as error:
+    except NotTestable as error:
         return untested_row(of, _one_line(error))
+    except FingerDesignError as error:
+        failed.append(untested_row(of, _one_line(error)))
+        return failed[-1]
     if all(each.motion is None and each.force is None for each in comparisons):
-        return untested_row(of, "; ".join(each for c in comparisons for each in c.missing))
+        why = "; ".join(each for c in comparisons for each in c.missing)
+        failed.append(untested_row(of, why))
+        return failed[-1]
     advice = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)
     profile = profile_along_z(solves) if of.key == "plane_strain" else None
     words = advice.sentence if profile is None else f"{advice.sentence} {off_middle(profile)}"
     return compared_row(of, comparisons, advice.verdict, words, profile)
+
+
+def _failure(rows: Sequence[Row], failed: Sequence[Row]) -> str | None:
+    if not failed or any(row.tested for row in rows):
+        return None
+    return "no assumption could be tested: " + "; ".join(
+        f"{row.title}: {row.reason}" for row in failed
+    )
 
 
 def _one_line(error: FingerDesignError) -> str:
@@ -118,11 +142,14 @@ def _one_line(error: FingerDesignError) -> str:
 
 
 def _refuse_unknown(keys: Sequence[str]) -> None:
+    from difflib import get_close_matches
+
     known = [each.key for each in ASSUMPTIONS]
-    faults = [
-        Fault("--only", key, f"one of {', '.join(known)}", "choose one of them")
-        for key in keys
-        if key not in known
-    ]
+    faults = []
+    for key in keys:
+        if key not in known:
+            near = get_close_matches(key, known, 1, 0.5)
+            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+            faults.append(Fault("--only", key, f"one of {', '.join(known)}", remedy))
     if faults:
         raise DesignError(faults)

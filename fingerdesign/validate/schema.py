@@ -23,13 +23,16 @@ _NUMBERS = {"type": "array", "items": {"type": "number"}}
 
 def validation_schema() -> dict[str, Any]:
     """The schema: all keys are there, no others."""
-    spread = _object({"greatest": _SIZE, "median": _SIZE}, "parts of one, over the path")
+    spread = _object(
+        {"greatest": _SIZE, "median": _SIZE},
+        "parts of one, over the path; null: prescribed, or cannot differ",
+    )
     side = _object(
         {
             "rows": _COUNT,
             "rows_left_out": _COUNT,
             "note": _TEXT,
-            "errors": _object(dict.fromkeys(QUANTITIES, spread)),
+            "errors": _object(dict.fromkeys(QUANTITIES, _or_null(spread))),
             "gages": {"type": "array", "items": _SIZE, "description": "greatest of each gage"},
         },
         "null where it cannot be had",
@@ -84,7 +87,8 @@ def validation_schema() -> dict[str, Any]:
             "design": _TEXT,
             "scene": _TEXT,
             "digest": _TEXT,
-            "status": {"enum": ["ok", "failed"], "description": "failed: nothing could be tested"},
+            "status": {"enum": ["ok", "failed"], "description": "failed: see failure"},
+            "failure": _or_null({**_TEXT, "description": "a model failed and no row was told"}),
             "deep": {"type": "boolean"},
             "gages": _COUNT,
             "thresholds": _object({"keep": _SIZE, "limit": _SIZE}),

@@ -109,9 +109,7 @@ class Solves:
     ) -> Solved:
         key = f"{dimension} {scale} {sorted(values.items())} {plates}"
         if key not in self._known:
-            changed = ", ".join(f"{name} = {value}" for name, value in values.items())
-            words = [f"{dimension}, sizes x {scale:g}", changed, f"plates {plates}" * bool(plates)]
-            self.tell(", ".join(word for word in words if word))
+            self.tell(model_words(dimension, scale, values, plates))
             try:
                 self._known[key] = self._solve(dimension, scale, values, plates)
             except FingerDesignError as error:
@@ -188,6 +186,35 @@ class Reader:
         operator = (sheet_gage_rows if sheets else gage_rows)(self.solved.mesh, frames, gages)
         strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
         return replace(old, gages=strains, face=gages.face)
+
+
+_PLATES = {"solid": "plates as solids", "sheet": "plates as sheets", "none": "plates left out"}
+
+
+def model_words(
+    dimension: Dimension, scale: float, values: Values, plates: Plates | None = None
+) -> str:
+    """What is solved, for who waits for it; sizes are told relative to fidelity.rungs at scale 1.
+
+    >>> model_words("3-D", 2.0, {"plates.span_mm": None, "plates.stagger_mm": 0.0})
+    '3-D, elements 2 times the standard size, plates through the whole depth'
+    """
+    said: list[str] = [dimension]
+    said += ["elements of the standard size" if scale == 1.0 else _elements(scale)]
+    for name, value in values.items():
+        if name == "plates.span_mm":
+            whole = value is None
+            said += ["plates through the whole depth" if whole else f"plates' span {value:g} mm"]
+        elif name.endswith(".poissons_ratio"):
+            said += [f"Poisson's ratio {value:g}"]
+        elif name.endswith(".youngs_modulus_MPa"):
+            said += [f"Young's modulus {value:g} MPa"]
+    said += [_PLATES[plates]] if plates else []
+    return ", ".join(said)
+
+
+def _elements(scale: float) -> str:
+    return f"elements {scale:.2g} times the standard size"
 
 
 def _section_sizes(sizes: Sizes) -> dict[str, float]:

@@ -49,7 +49,9 @@ def test_the_better_models_forces_are_followed():
     assert asked[0].path.increments_N == ((1.0, 0.01), (3.0, 0.5))
     assert found.force.rows == 2
     assert found.force.left_out == 3
-    assert found.force.errors["normal_force"].greatest == 0.0
+    assert found.force.errors["normal_force"] is None  # prescribed
+    assert found.force.errors["tangential_force"] is None
+    assert found.force.errors["contact_width"].greatest == 0.0
     assert found.motion.errors["normal_force"].greatest == pytest.approx(0.3)
 
 
@@ -84,4 +86,5 @@ def test_paths_out_of_the_plane_have_no_equal_force():
 
 def test_rounding_of_a_pull_that_is_not_there_is_no_error():
     found = side_of(readings(pull=1e-6 * np.ones(5)), readings(pull=-1e-6 * np.ones(5)))
-    assert found.errors["tangential_force"].greatest == 0.0
+    assert found.errors["tangential_force"] is None
+    assert found.errors["normal_force"].greatest == 0.0

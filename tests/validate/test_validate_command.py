@@ -2,12 +2,22 @@
 
 import csv
 import json
+from dataclasses import replace
 
+import jsonschema
 import pytest
 from fingerdesign_cli.main import main
+from fingerdesign_cli.validate import _cells
 
+from fingerdesign.design.io import parse_design
+from fingerdesign.errors import SolverError
+from fingerdesign.fidelity.readings import QUANTITIES
 from fingerdesign.results import ResultError
+from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.folder import validation_folder
+from fingerdesign.validate.record import Row
+from fingerdesign.validate.run import validate
+from fingerdesign.validate.schema import validation_schema
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
 
@@ -38,6 +48,14 @@ def test_a_whole_folder_is_written(design, tmp_path, capsys):
         rows = list(csv.DictReader(stream))
     assert [row["at"] for row in rows] == ["equal_motion", "equal_force"]
     assert float(rows[0]["normal_force_greatest"]) == pytest.approx(0.2, abs=1e-6)
+    for row in rows:
+        assert row["gage_greatest"] == row["gage_median"] == ""
+    assert rows[1]["normal_force_greatest"] == rows[1]["tangential_force_greatest"] == ""
+    told = record["assumptions"][0]
+    assert told["equal_force"]["errors"]["normal_force"] is None
+    assert told["equal_motion"]["errors"]["gage"] is None
+    assert "<td>–</td>" in page.replace(' class="number"', "")
+    assert "</span> <span" in page  # "drop Plane strain" without its styles too
     assert (folder / "validate.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -75,11 +93,70 @@ def test_what_is_wrong_is_refused_before_work(design, tmp_path, capsys):
     assert not (tmp_path / "o").exists() or not list((tmp_path / "o").iterdir())
 
 
-def test_where_nothing_can_be_tested_the_record_says_so(design, tmp_path, capsys):
+def test_a_key_is_guessed_and_listed(design, tmp_path, capsys):
+    arguments = ["validate", str(design), "--out", str(tmp_path / "o"), "--only", "sheet"]
+    assert main(arguments) == 2
+    assert "did you mean sheets?" in capsys.readouterr().err
+    main(["validate", "--help"])
+    said = "".join(capsys.readouterr().out.split())
+    assert all(each.key in said for each in ASSUMPTIONS)
+
+
+def test_the_terminal_says_what_the_page_says(capsys):
+    spread = {"greatest": 0.25, "median": 0.1}
+    errors = dict.fromkeys(QUANTITIES, spread) | {"gage": {"greatest": 2612.31, "median": 11.0}}
+    forced = errors | {"normal_force": None}
+    row = Row("sheets", "Plates", "a", "b", "model", True, None, 1.0, 2.0, 2.0)
+    row = replace(row, equal_motion={"errors": errors}, equal_force={"errors": forced})
+    motion, force = _cells(row)
+    assert motion[2:7] == [
+        *("25.00 (10.00)", "25.00 (10.00)", "25.00 (10.00)", "0.250 (0.100)"),
+        "2,612 times (11 times)",
+    ]
+    assert force[2:4] == ["–", "25.00 (10.00)"]
+
+
+def test_view_names_what_validate_wrote(tmp_path, capsys):
+    (tmp_path / "pin").mkdir()
+    (tmp_path / "pin" / "validate.json").write_text("{}")
+    for place in (tmp_path, tmp_path / "pin"):
+        assert main(["view", str(place)]) == 2
+        said = capsys.readouterr().err
+        assert "validate.html" in said
+        assert "validate.json" in said
+
+
+def test_progress_is_told_in_words():
+    told = []
+    validate(
+        parse_design(DESIGN), keys=["youngs_modulus"], tell=lambda words, _: told.append(words)
+    )
+    assert any("Young's modulus" in words for words in told)
+    assert any("times the standard size" in words for words in told)
+    assert not any("=" in words or "None" in words for words in told)
+
+
+def test_models_that_fail_are_no_success(design, tmp_path, monkeypatch, capsys):
+    def fails(solves, deep):
+        raise SolverError("no equilibrium")
+
+    of = replace(ASSUMPTIONS[0], pairs=fails)
+    monkeypatch.setattr("fingerdesign.validate.run.ASSUMPTIONS", (of,))
     out = tmp_path / "out"
-    assert main(["validate", str(design), "--out", str(out), "--only", "sheets", "-q"]) == 1
+    assert main(["validate", str(design), "--out", str(out), "-q"]) == 1
     record = json.loads((out / "bare" / "validate.json").read_text("utf-8"))
     assert record["status"] == "failed"
+    assert record["failure"] == "no assumption could be tested: Plane strain: no equilibrium"
+    assert record["failure"] in capsys.readouterr().err
+    jsonschema.validate(record, validation_schema())
+
+
+def test_where_nothing_can_be_told_the_record_says_so(design, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["validate", str(design), "--out", str(out), "--only", "sheets", "-q"]) == 0
+    record = json.loads((out / "bare" / "validate.json").read_text("utf-8"))
+    assert record["status"] == "ok"
+    assert record["failure"] is None
     assert record["assumptions"][0]["reason"] == "the design has no plates"
     assert "nothing to draw" in (out / "bare" / "validate.html").read_text("utf-8")
     assert capsys.readouterr().out == ""
