@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 # The forecast of the contact's half-width errs to the wide side, the more the wider: in 3-D the 63
 # models of the study have 0.93 - 0.5 a/H of it, give or take 0.06.
 _FORECAST, _FORECAST_WIDE, _FORECAST_LEAST = 0.93, 0.5, 0.5
+# As in designs/studies/plane_strain.toml:
+_STUDY_PULL = 0.4  # shear over approach
+_STUDY_LENGTH = 2.0 / (30.0 - math.sqrt(300.0))  # plates' length over the crest's height
+_PULLED = ("tangential_force", "stick_ratio")  # what goes on changing as the finger is pulled
 _OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that were computed
 
 
@@ -27,13 +31,15 @@ class PlaneStrainEstimate:
     errors: by quantity (plane_strain_errors.QUANTITIES; "gage" and "force_gage" are those of the
     design's gages.face); signed where those are; uncertainty: by quantity, of the same unit, such
     that nine of ten one-off models lie within it. A quantity that has no value is left out.
-    ratios: what it was looked up by; inside: whether the map was computed there.
+    ratios: what it was looked up by; inside: whether the map was computed there; notes: why some
+    uncertainty is wider than that.
     """
 
     errors: dict[str, float]
     uncertainty: dict[str, float]
     ratios: dict[str, float]
     inside: bool
+    notes: tuple[str, ...] = ()
 
     def most(self, quantity: str) -> float:
         """The greatest error that is to be reckoned with."""
@@ -55,7 +61,7 @@ class PlaneStrainEstimate:
             f"{2.0 * ratios['half_width_over_height']:.2g} times it)"
         )
         beyond = "" if self.inside else "; beyond what was computed, a sketch"
-        return f"{said} {where}{beyond}"
+        return "; ".join([f"{said} {where}{beyond}", *self.notes])
 
 
 def plane_strain_error(
@@ -65,7 +71,9 @@ def plane_strain_error(
     chart: PlaneStrainMap | None = None,
 ) -> PlaneStrainEstimate:
     """The estimate for a straight finger whose contact is ``half_width`` (mm) half as wide, or as
-    wide as ``scene`` is forecast to make it at its greatest approach.
+    wide as ``scene`` is forecast to make it at its greatest approach. With a ``scene`` that pulls
+    further than the study did the uncertainty of what the pull changes reaches the error of F_n;
+    plates shorter than the study's make it reach the error without plates.
 
     Raises DesignError for a body or an object that no section shows: there plane strain is a sketch
     whose error no ratio tells. ValueError where neither scene nor half_width is given.
@@ -90,6 +98,11 @@ def plane_strain_error(
         own = known.get(quantity, {"relative": 0.5, "absolute": 0.05})
         unsure[quantity] = own["absolute"] + own["relative"] * abs(value)
         unsure[quantity] *= 1.0 if inside else _OUTSIDE
+    notes = []
+    if place[1] > 0.0 and _plate_length(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
+        notes.append(_widen_to_bare(errors, unsure, chart, place))
+    if scene is not None and _pulls_further(scene):
+        notes.append(_widen_to_slip(errors, unsure))
     kind = "both" if design.gages.face == "both" else "face"
     for prefix in ("", "force_"):
         if f"{prefix}gage_{kind}" in errors:
@@ -101,7 +114,53 @@ def plane_strain_error(
         "depth_over_height": depth,
         "half_width_over_height": width,
     }
-    return PlaneStrainEstimate(errors, unsure, ratios, inside)
+    return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
+
+
+def _widen_to_bare(
+    errors: dict[str, float],
+    unsure: dict[str, float],
+    chart: PlaneStrainMap,
+    place: tuple[float, float, float, float],
+) -> str:
+    """Let the uncertainty reach the errors without plates, gages apart: those are on plates."""
+    poisson, _, depth, width = place
+    for quantity, value in errors.items():
+        bare = chart.error(quantity, poisson, 0.0, depth, width)
+        if "gage" not in quantity and math.isfinite(bare):
+            unsure[quantity] = max(unsure[quantity], abs(bare - value))
+    return (
+        "plates shorter than the study's hold the rubber less: the errors lie between those with "
+        "and without plates"
+    )
+
+
+def _widen_to_slip(errors: dict[str, float], unsure: dict[str, float]) -> str:
+    """Let the uncertainty reach the error of F_n: at complete slip F_t is friction times F_n."""
+    most = abs(errors["normal_force"]) + unsure["normal_force"]
+    for quantity in _PULLED:
+        if quantity in errors:
+            unsure[quantity] = max(unsure[quantity], most - abs(errors[quantity]))
+    return (
+        f"pulled further than {_STUDY_PULL:g} of the approach: the errors of F_t and stick ratio "
+        f"may grow to that of F_n, {100.0 * most:.0f} %"
+    )
+
+
+def _pulls_further(scene: Scene) -> bool:
+    """Whether some row shears more than the study; forces with a pull do not tell, and may."""
+    if scene.path.control == "force":
+        return any(any(row[1:]) for row in scene.path.rows)
+    return any(
+        math.hypot(*row[1:3]) > (1.0 + 1e-9) * _STUDY_PULL * row[0]
+        for row in scene.path.rows
+        if row[0] > 0.0
+    )
+
+
+def _plate_length(design: Design) -> float:
+    """The shortest plate across the section, mm."""
+    return min(frame.length for frame in plate_frames(design) if frame.along == "x")
 
 
 def _half_width(design: Design, scene: Scene | None) -> float:

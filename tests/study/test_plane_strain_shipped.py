@@ -5,8 +5,14 @@ import pytest
 
 from fingerdesign import parse_design, parse_scene, with_values
 from fingerdesign.bench.plane_strain import beyond_the_grid, judged
+from fingerdesign.case import fundamental_scene
+from fingerdesign.design.starter import find_design
 from fingerdesign.study.plane_strain_errors import QUANTITIES
-from fingerdesign.study.plane_strain_estimate import plane_strain_error
+from fingerdesign.study.plane_strain_estimate import (
+    _STUDY_LENGTH,
+    _STUDY_PULL,
+    plane_strain_error,
+)
 from fingerdesign.study.plane_strain_file import points_of, read_study, shipped_study
 from fingerdesign.study.plane_strain_map import shipped_map
 from fingerdesign.study.plane_strain_rule import Rule
@@ -31,6 +37,63 @@ def test_the_shipped_map_says_what_was_known(depth, known):
     assert found.errors["normal_force"] == pytest.approx(known, abs=0.02)
     assert found.inside
     assert found.uncertainty["normal_force"] < 0.5 * known
+
+
+# What `fingerdesign validate maeno2000` finds: docs/validate.md, greatest error at equal motion.
+MAENO = {"normal_force": 0.259, "tangential_force": 0.258}
+
+
+def test_the_papers_finger_lies_within_its_estimate():
+    """Its plates are half as long as the study's and it is pulled to complete slip."""
+    found = plane_strain_error(find_design("maeno2000"), fundamental_scene())
+    for quantity, true in MAENO.items():
+        assert found.least(quantity) <= true <= found.most(quantity), quantity
+    assert found.most("stick_ratio") >= found.most("normal_force") - 1e-12
+    assert "pulled further than 0.4 of the approach" in found.words
+    assert "between those with and without plates" in found.words
+
+
+def test_short_plates_reach_the_error_without_plates():
+    design = find_design("maeno2000")
+    half = 2.0
+    found = plane_strain_error(design, half_width=half)
+    bare = plane_strain_error(with_values(design, {"plates.count": 0}), half_width=half)
+    assert found.most("normal_force") == pytest.approx(bare.errors["normal_force"])
+    assert bare.notes == ()
+    assert len(found.notes) == 1
+    long = with_values(design, {"plates.count": 3, "plates.length_mm": 1.5, "plates.pitch_mm": 2.0})
+    assert plane_strain_error(long, half_width=half).notes == ()
+
+
+@pytest.mark.parametrize(
+    ("path", "further"),
+    [
+        ("increments_mm = [[0.2, 0.0], [0.4, 0.16]]", False),
+        ("increments_mm = [[0.0, 0.1], [0.4, 0.0], [0.4, 0.17]]", True),
+        ("increments_mm = [[0.4, 0.1], [0.2, 0.1]]", True),
+        ("increments_mm = [[0.4, 0.1, 0.15]]", True),
+        ('control = "force"\nincrements_N = [[1.0, 0.0]]', False),
+        ('control = "force"\nincrements_N = [[1.0, 0.0], [1.0, 0.3]]', True),
+    ],
+)
+def test_a_pull_beyond_the_studys_widens_what_the_pull_changes(path, further):
+    scene = parse_scene("[path]\n" + path)
+    found = plane_strain_error(FINGER, scene, half_width=2.0)
+    plain = plane_strain_error(FINGER, half_width=2.0)
+    assert bool(found.notes) == further
+    reached = found.most("tangential_force")
+    if further:
+        assert reached == pytest.approx(found.most("normal_force"))
+        assert "pulled further" in found.words
+    else:
+        assert reached == plain.most("tangential_force")
+    assert found.most("normal_force") == plain.most("normal_force")
+
+
+def test_the_studys_ratios_are_those_of_its_file():
+    study = read_study(shipped_study())
+    assert study.scene.shear_per_approach == _STUDY_PULL
+    assert study.fixed["plates.length_mm"] / 12.679 == pytest.approx(_STUDY_LENGTH, rel=1e-3)
 
 
 def test_the_shipped_map_is_smooth_and_falls_with_depth():
