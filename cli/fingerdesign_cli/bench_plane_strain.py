@@ -34,6 +34,9 @@ def plane_strain(folder: Path, study: Path | None, quick: bool, quiet: bool, as_
     with progress("bench plane-strain", quiet or as_json) as tell:
         found = measure_plane_strain(folder, tell, quick, study)
     paths = write_plane_strain(found, folder)
+    if not quiet:
+        for note in found.notes:
+            click.echo(f"note: {note}", err=True)
     if not (quiet or as_json):
         rows = [
             [

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +40,13 @@ _NINE_OF_TEN = 90.0
 
 @dataclass(frozen=True)
 class PlaneStrainStudy:
-    """The map and the rules fitted to it; ``lines`` holds the records."""
+    """The map and the rules fitted to it; ``lines`` holds the records, ``notes`` says which of
+    them were left out."""
 
     chart: PlaneStrainMap
     rules: tuple[Rule, ...]
     lines: Path
+    notes: tuple[str, ...] = ()
 
     @property
     def checks(self) -> list[Check]:
@@ -87,8 +89,14 @@ def measure_plane_strain(
     asked = read_study(study if study is not None else shipped_study())
     points = list(points_of(asked, quick))
     start_mesher()
-    table = table_of(run_study(points, folder / LINES, tell))
-    return judged(table, folder / LINES)
+    notes: list[str] = []
+
+    def note(words: str) -> None:
+        notes.append(words)
+        tell(words)
+
+    table = table_of(run_study(points, folder / LINES, tell, note))
+    return replace(judged(table, folder / LINES), notes=tuple(notes))
 
 
 def judged(table: Table, lines: Path) -> PlaneStrainStudy:

@@ -6,7 +6,7 @@ and sheared in two: in 3-D, in plane strain by the same motions, and in plane st
 that 3-D gave. plane_strain_errors.py compares them.
 
 A record a model is one line of a file, written when it is done: a run that was stopped goes on
-there.
+there. Lines that are no whole records, and those of models that are not asked for, are left out.
 """
 
 from __future__ import annotations
@@ -34,38 +34,92 @@ Tell = Callable[[str], None]
 
 LINES = "plane_strain.jsonl"
 FORMAT = 1  # of the records: raised where what they hold means something else
+SECONDS = 20.0  # a model's, where none was solved yet: the shipped study's mean
 READ = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
 
 
 def run_study(
-    points: Iterable[Point], lines: Path, tell: Tell = lambda message: None
+    points: Iterable[Point],
+    lines: Path,
+    tell: Tell = lambda message: None,
+    note: Tell = lambda message: None,
 ) -> list[Record]:
-    """The records of all points, those that ``lines`` holds already not made again."""
+    """The records of all points, those that ``lines`` holds already not made again.
+
+    note: told what of ``lines`` is left out, a sentence each.
+    """
     points = list(points)
-    known = known_records(lines)
+    keys = [key_of(point) for point in points]
+    known, damaged = known_records(lines)
+    for words in _left_out(lines, known, damaged, set(keys)):
+        note(words)
+    tell(_ahead(known, set(keys)))
     found = []
-    for number, point in enumerate(points):
-        key = key_of(point)
+    for number, (key, point) in enumerate(zip(keys, points, strict=True)):
         if key not in known:
             tell(f"model {number + 1} of {len(points)}: {_words(point)}")
             known[key] = compare(point) | {"key": key}
-            lines.parent.mkdir(parents=True, exist_ok=True)
-            with lines.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(known[key], allow_nan=False) + "\n")
-        found.append(known[key])
+            _append(lines, known[key])
+        found.append(known[key] | {"name": point.name, "values": point.values})
     return found
 
 
-def known_records(lines: Path) -> dict[str, Record]:
-    """Whole records by their key; a line cut short by an interruption is none."""
+def known_records(lines: Path) -> tuple[dict[str, Record], int]:
+    """Whole records by their key, and how many lines are none: cut short by an interruption, or
+    damaged."""
     found: dict[str, Record] = {}
-    for line in lines.read_text("utf-8").splitlines() if lines.exists() else ():
-        try:
-            record = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        found[str(record["key"])] = record
+    damaged = 0
+    for line in lines.read_bytes().splitlines() if lines.exists() else ():
+        record = _record(line)
+        if record is not None:
+            found[record["key"]] = record
+        elif line.strip():
+            damaged += 1
+    return found, damaged
+
+
+def _record(line: bytes) -> Record | None:
+    """The record that a line holds; None: it holds none that can be used."""
+    from fingerdesign.study.plane_strain_map import table_of
+
+    try:
+        record = json.loads(line.decode("utf-8"))
+        (made,) = table_of([record])["points"] + table_of([record])["also"]
+        json.dumps(made, allow_nan=False)
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError):
+        return None  # what a damaged line may raise, whatever it holds instead
+    return record if made["rows"] and isinstance(record.get("key"), str) else None
+
+
+def _left_out(lines: Path, known: dict[str, Record], damaged: int, asked: set[str]) -> list[str]:
+    """What of a file is not used, a sentence each."""
+    found = []
+    if damaged:
+        what = "1 line is no whole record" if damaged == 1 else f"{damaged} lines are no records"
+        found.append(f"{lines}: {what}, left out; such models are solved again")
+    foreign = len(known.keys() - asked)
+    if foreign:
+        found.append(
+            f"{lines}: {foreign} of {len(known)} records are of models that this study does not "
+            "ask for (another base, scene, mesh or other values), left out"
+        )
     return found
+
+
+def _ahead(known: dict[str, Record], asked: set[str]) -> str:
+    """How many models are to be solved, and about how long that will take."""
+    to_solve = len(asked - known.keys())
+    seconds = [float(known[key].get("seconds", SECONDS)) for key in asked & known.keys()]
+    each = sum(seconds) / len(seconds) if seconds else SECONDS
+    return f"{to_solve} of {len(asked)} models to solve, about {each * to_solve / 60.0:.0f} min"
+
+
+def _append(lines: Path, record: Record) -> None:
+    """Add a line, on a line of its own also where the last one was cut short."""
+    lines.parent.mkdir(parents=True, exist_ok=True)
+    cut = lines.exists() and lines.read_bytes()[-1:] not in (b"", b"\n")
+    with lines.open("a", encoding="utf-8") as file:
+        file.write("\n" * cut + json.dumps(record, allow_nan=False) + "\n")
 
 
 def key_of(point: Point) -> str:

@@ -10,21 +10,25 @@ import itertools
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from fingerdesign.design.base import Many, Table
-from fingerdesign.design.faults import dotted
+from fingerdesign.design.faults import dotted, fault_of
 from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 SHIPPED = "plane_strain.toml"
+MOST_MODELS = 2000  # of one study: at a third of a minute each, half a day
 _Length = Annotated[float, Field(ge=1e-3, le=100)]
+
+
+_Table = TypeVar("_Table", bound=BaseModel)
 
 
 class StudyMeta(Table):
@@ -59,7 +63,7 @@ class StudyFile(Table):
 
     study: StudyMeta
     fixed: dict[str, Any] = Field(default_factory=dict)
-    parameters: dict[str, Many[float]] = Field(min_length=1)
+    parameters: dict[str, Annotated[Many[float], Field(min_length=1)]] = Field(min_length=1)
     scene: StudyScene
     mesh: StudyMesh = Field(default_factory=StudyMesh)
     also: Many[dict[str, Any]] = ()
@@ -107,25 +111,45 @@ def parse_study(text: str, source: str = "") -> StudyFile:
     try:
         return StudyFile.model_validate(data)
     except ValidationError as error:
-        faults = [
-            Fault(dotted(each["loc"]), each.get("input"), each["msg"], "correct it")
-            for each in error.errors()
-        ]
-        raise DesignError(faults, source) from None
+        raise DesignError(_faults_of(error), source) from None
+
+
+def _faults_of(error: ValidationError, table: type[BaseModel] = StudyFile) -> list[Fault]:
+    """Faults in the words of a design's."""
+    found = []
+    for each in error.errors():
+        if each["type"] == "too_short" and isinstance(each["input"], dict):
+            remedy = 'add one, such as "body.depth_mm" = [10.0, 40.0]'
+            found.append(Fault(dotted(each["loc"]), "{}", "a table of at least one key", remedy))
+        else:
+            found.append(fault_of(each, table))
+    return found
 
 
 def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
     """The grid's models, then the one-off ones. ``quick``: the first two of each list alone.
 
-    Raises DesignError where a combination is no sound design.
+    Raises DesignError where there are more than MOST_MODELS, or a combination is no sound design.
     """
-    base = _base(study)
     lists = {key: values[:2] if quick else values for key, values in study.parameters.items()}
+    _refuse_many([len(values) for values in lists.values()], 0 if quick else len(study.also))
+    base = _base(study)
     for combination in itertools.product(*lists.values()):
         values = dict(zip(lists, combination, strict=True))
         yield Point(_changed(base, values), study.scene, study.mesh, values)
     for row in () if quick else study.also:
         yield _one_off(study, base, row)
+
+
+def _refuse_many(lengths: list[int], also: int) -> None:
+    models = math.prod(lengths) + also
+    if models <= MOST_MODELS:
+        return
+    days = models * 20.0 / 86_400.0  # a model takes about 20 s
+    value = " x ".join(str(length) for length in lengths) + (f" + {also}" if also else "")
+    bound = f"at most {MOST_MODELS} models in all ({models} would take about {days:.0f} days)"
+    remedy = "give fewer values, or fewer parameters, or divide it into several studies"
+    raise DesignError([Fault("parameters", f"{value} models", bound, remedy)])
 
 
 def _base(study: StudyFile) -> Design:
@@ -144,10 +168,22 @@ def _one_off(study: StudyFile, base: Design, row: Mapping[str, Any]) -> Point:
             parts[table][rest] = value
         elif key != "name":
             parts["design"][key] = value
-    scene = StudyScene.model_validate(study.scene.model_dump() | parts["scene"])
-    mesh = StudyMesh.model_validate(study.mesh.model_dump() | parts["mesh"])
+    name = row.get("name", "(absent)")
+    if not isinstance(name, str) or not row.get("name"):
+        raise DesignError([Fault("also.name", name, "text in quotes", 'add one: name = "..."')])
+    scene = _with(study.scene, parts["scene"], f"also {name}: scene")
+    mesh = _with(study.mesh, parts["mesh"], f"also {name}: mesh")
     numbers = {key: value for key, value in parts["design"].items() if isinstance(value, float)}
-    return Point(_changed(base, parts["design"]), scene, mesh, numbers, str(row["name"]))
+    return Point(_changed(base, parts["design"]), scene, mesh, numbers, name)
+
+
+def _with(table: _Table, values: Mapping[str, Any], where: str) -> _Table:
+    """A table of the study with keys set."""
+    try:
+        return type(table).model_validate(table.model_dump() | dict(values))
+    except ValidationError as error:
+        faults = _faults_of(error, type(table))
+        raise DesignError([replace(each, key=f"{where}.{each.key}") for each in faults]) from None
 
 
 def _changed(base: Design, values: Mapping[str, Any]) -> Design:
@@ -170,5 +206,8 @@ def _changed(base: Design, values: Mapping[str, Any]) -> Design:
 def _value(design: Design, key: str) -> Any:
     found: Any = design
     for name in key.split("."):
-        found = getattr(found, name)
+        found = getattr(found, name, None)
+    if isinstance(found, bool) or not isinstance(found, (int, float)):
+        bound = "a key of the design that holds a number, to take a share of"
+        raise DesignError([Fault("parameters", f'"... / {key}"', bound, "correct the key")])
     return found

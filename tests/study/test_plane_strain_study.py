@@ -104,25 +104,98 @@ def test_a_combination_that_is_no_finger_is_refused_by_its_key():
         list(points_of(study))
 
 
+def _record(point):
+    """What compare gives of a model, made up."""
+    readings = {
+        "normal_force": [0.0, 1.0, 1.0, 1.0],
+        "tangential_force": [0.0, 0.0, 0.1, 0.2],
+        "contact_width": [1.0, 2.0, 2.0, 2.0],
+        "stick_ratio": [1.0, 1.0, 0.9, 0.8],
+        "gages": [[]] * 4,
+    }
+    row = {"space": readings, "motion": readings, "force": None, "why": "made up"}
+    sizes = ("radius_mm", "depth_mm", "width_mm", "height_mm", "poissons_ratio", "span_share")
+    own = dict.fromkeys(sizes, 1.0) | {"dofs": 1, "seconds": 60.0, "rows": [row]}
+    return own | {"name": point.name, "values": point.values}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b'{"foo": 1}', b"[1]", b"7", b"\xff\xfe\x00\x80", b'{"key": "a", "rows": []}', b"[" * 9999],
+)
+def test_damaged_lines_are_left_out_and_said(line, tmp_path, monkeypatch):
+    points = list(points_of(parse_study(SMALL)))[:2]
+    monkeypatch.setattr(plane_strain, "compare", _record)
+    lines = tmp_path / "records.jsonl"
+    run_study(points[:1], lines)
+    lines.write_bytes(line + b"\n" + lines.read_bytes() + line)
+    said, told = [], []
+    assert len(run_study(points, lines, told.append, said.append)) == 2
+    (note,) = said
+    assert "2 lines are no records, left out" in note
+    assert told[0] == "1 of 2 models to solve, about 1 min"
+    said.clear()
+    run_study(points, lines, note=said.append)
+    assert set(known_records(lines)[0]) == {key_of(point) for point in points}
+
+
+def test_records_of_another_study_are_left_out_and_said(tmp_path, monkeypatch):
+    monkeypatch.setattr(plane_strain, "compare", _record)
+    lines, said = tmp_path / "records.jsonl", []
+    run_study(list(points_of(parse_study(SMALL)))[:2], lines, note=said.append)
+    assert not said
+    other = list(points_of(parse_study(SMALL.replace("gradation = 0.6", "gradation = 0.7"))))[:1]
+    assert len(run_study(other, lines, note=said.append)) == 1
+    assert "2 of 2 records are of models that this study does not ask for" in said[0]
+
+
+def test_too_many_models_are_refused_at_once():
+    values = ", ".join(f"{10.0 + 0.01 * k:g}" for k in range(3000))
+    study = parse_study(SMALL.replace("[10.0, 40.0]", f"[{values}]"))
+    with pytest.raises(DesignError) as caught:
+        next(points_of(study))
+    assert str(caught.value).startswith(
+        "parameters = 3000 x 2 + 1 models: must be at most 2000 models in all (6001 would take "
+    )
+    assert len(list(points_of(study, quick=True))) == 4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[10.0, 40.0]", "[]", 'parameters."body.depth_mm" = []: must be an array of at least 1;'),
+        ("[10.0, 40.0]", "[inf]", 'parameters."body.depth_mm"[0] = inf: must be a finite number;'),
+        ("[10.0, 40.0]", "3.0", 'parameters."body.depth_mm" = 3.0: must be an array;'),
+        ("[0.4]", "[]", "scene.approach_mm = []: must be an array of at least 1; add to it"),
+        ('_mm" = 0.7', '_mm" = -1.0', "also rough: mesh.contact_size_mm = -1.0: must be at least"),
+        ('name = "rough"', "", "also.name = (absent): must be text in quotes; add one"),
+        ("s.span_mm / b", "s.span_mm / B", 'parameters = "... / Body.depth_mm": must be a key'),
+    ],
+)
+def test_faults_are_in_our_words(old, new, words):
+    with pytest.raises(DesignError) as caught:
+        list(points_of(parse_study(SMALL.replace(old, new))))
+    assert words in str(caught.value)
+    assert "nput should" not in str(caught.value)
+
+
 def test_a_stopped_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
     points = list(points_of(parse_study(SMALL)))
     made = []
 
     def stand_in(point):
         made.append(point)
-        return {"name": point.name, "values": point.values}
+        return _record(point)
 
     monkeypatch.setattr(plane_strain, "compare", stand_in)
     lines = tmp_path / "deep" / "records.jsonl"
     run_study(points[:2], lines)
     with lines.open("a") as file:
         file.write('{"key": "cut sho')
-    with lines.open("a") as file:
-        file.write("\n")
     found = run_study(points, lines)
     assert len(made) == len(points) == len(found)
     assert [record["values"] for record in found] == [point.values for point in points]
-    assert set(known_records(lines)) == {key_of(point) for point in points}
+    assert set(known_records(lines)[0]) == {key_of(point) for point in points}
     other = points[0].mesh.model_copy(update={"gradation": 0.7})
     assert isinstance(other, StudyMesh)
     changed = type(points[0])(points[0].design, points[0].scene, other, points[0].values)
