@@ -64,7 +64,7 @@ def _refuse_validation(folder: Path) -> None:
     places = [place for place in places if not place.name.startswith(".")]
     if places:
         page, numbers = places[0] / "validate.html", places[0] / record
-        remedy = f"what validate wrote: open {page}, read {numbers}"
+        remedy = f"validate wrote this one: open {page}, or read {numbers}"
         bound = "a folder that analyse wrote"
         raise DesignError([Fault("DIR", folder, bound, remedy)])
 
