@@ -53,8 +53,8 @@ def chart_figure(data: dict[str, Any]) -> ReportFigure:
         "Each number is an assumption of the table. Across: seconds of the model that makes it "
         "(side by side where one model serves several), with a line from there to the better "
         "one's. Up: the greatest error over the path, filled at equal motion, hollow at equal "
-        "force (where forces are prescribed). What stands low and has a long line to its right is worth "
-        "keeping. Dashed: the thresholds of the advice.",
+        "force (where forces are prescribed, so not drawn). What stands low and has a long line to "
+        "its right is worth keeping. Dashed: the thresholds of the advice.",
         alternative,
     )
 
