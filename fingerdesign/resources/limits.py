@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from fingerdesign.errors import Fault, GeometryError, MeshError
+import numpy as np
+
+from fingerdesign.design.io import with_values
+from fingerdesign.errors import DesignError, Fault, GeometryError, MeshError
 from fingerdesign.resources import machine
 from fingerdesign.resources.forecast import Forecast, forecast_case
 
@@ -15,7 +18,8 @@ if TYPE_CHECKING:
 
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
 SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment
-_HELPS = 0.95  # a doubled size that saves less is no remedy
+_ONE_KEY = 30.0  # times the free memory: beyond it no one size, doubled, can suffice
+_DOUBLINGS = 6  # of all sizes together, at the most
 _SIZES = ("contact_size_mm", "plate_size_mm", "far_size_mm")
 
 
@@ -38,17 +42,46 @@ def memory_faults(case: Case) -> list[Fault]:
         f"coarser for this machine: about {found.dofs} equations would take {found.memory_MB:.0f} "
         f"MB, and {free:.0f} MB are free"
     )
-    ways = ["--go-on to try all the same"]
-    if found.fidelity == "3d" and case.design.body.shape != "step":
-        ways.insert(0, "--fidelity plane-strain")
+    ways = [*_fidelities(case, free), "--go-on to try all the same"]
     if found.mesher == "file":
         return [Fault("mesh.file", case.design.mesh.file, bound, f"take {' or '.join(ways)}")]
-    key, value, other, less = _coarsened(case, found)
-    verb = "raise" if other > value else "lower"
-    remedy = f"{verb} it (at {other:g} about {less.memory_MB:.0f} MB), or take "
-    if less.memory_MB > _HELPS * found.memory_MB:
-        remedy = "free some memory, or take "
-    return [Fault(key, f"{value:g}", bound, remedy + " or ".join(ways))]
+    key, value, remedy = _remedy(case, found, free)
+    return [Fault(key, f"{value:g}", bound, f"{remedy}, or take {' or '.join(ways)}")]
+
+
+def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
+    """A key of the mesh, its value and what to do: change it where that suffices, or several."""
+    sizes = _sizes(case, found)
+    key, value = next(iter(sizes.items()))
+    if found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
+        key, value, other, less = _coarsened(case, found)
+        if _fits(less, free):
+            verb = "raise" if other > value else "lower"
+            return key, value, f"{verb} it (at {other:g} about {less.memory_MB:.0f} MB)"
+    several = _all_coarsened(case, sizes, found, free)
+    if several is None:
+        return key, value, "no coarser mesh of it fits: free some memory"
+    factor, layers, less = several
+    *names, last = sizes
+    also = f", and lower mesh.layers to {layers}" if layers else ""
+    remedy = f"raise {', '.join(names)} and {last} {factor} times each{also}"
+    return key, value, f"no one key suffices: {remedy} (about {less.memory_MB:.0f} MB)"
+
+
+def _fidelities(case: Case, free: float) -> list[str]:
+    """Other fidelities that the case can be analysed at in this memory, as options."""
+    from fingerdesign.refusals import refuse
+
+    found = []
+    for fidelity in ("plane-strain", "auto") if case.fidelity == "3d" else ():
+        other = replace(case, fidelity=fidelity, go_on=True)
+        try:
+            refuse(other, case.path_scene)
+            fits = fidelity == "auto" or _fits(forecast_case(other), free)
+        except (DesignError, MeshError, GeometryError):
+            continue
+        found += [f"--fidelity {fidelity}"] if fits else []
+    return found
 
 
 def _fits(found: Forecast, free: float) -> bool:
@@ -64,6 +97,36 @@ def too_large(found: Forecast) -> str:
         f"--fidelity {found.fidelity} would take about {found.memory_MB:.0f} MB, and {free:.0f} MB "
         "are free: it is refused without --go-on"
     )
+
+
+def _sizes(case: Case, found: Forecast) -> dict[str, float]:
+    """The sizes of the mesh by their dotted keys."""
+    flat = found.fidelity == "plane-strain"
+    mesh = case.design.mesh.section if flat else case.design.mesh
+    names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
+    return {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
+
+
+def _all_coarsened(
+    case: Case, sizes: dict[str, float], found: Forecast, free: float
+) -> tuple[int, int, Forecast] | None:
+    """By how many times all sizes must be raised to fit, to how many layers (0: as they are), and
+    the forecast with that; None: no such mesh fits."""
+    # Memory falls with about the fourth power of the sizes: fewer doublings need not be tried.
+    fewest = max(1, int(np.log2(found.memory_MB / max(free, SMALL_MB)) / 5.0))
+    for doublings in range(fewest, _DOUBLINGS + 1):
+        factor = 2**doublings
+        values: dict[str, float] = {key: factor * value for key, value in sizes.items()}
+        fewer = case.design.mesh.layers // factor if found.mesher == "extrude" else 0
+        for layers in (0, fewer) if fewer else (0,):
+            changed = values | ({"mesh.layers": layers} if layers else {})
+            try:
+                less = forecast_case(replace(case, design=with_values(case.design, changed)))
+            except (DesignError, MeshError, GeometryError):
+                return None
+            if _fits(less, free):
+                return factor, layers, less
+    return None
 
 
 def _coarsened(case: Case, found: Forecast) -> tuple[str, float, float, Forecast]:
