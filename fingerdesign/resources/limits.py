@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
 SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment
 _ONE_KEY = 30.0  # times the free memory: beyond it no one size, doubled, can suffice
-_DOUBLINGS = 6  # of all sizes together, at the most
+_DOUBLINGS, _ALONE = 6, 4  # of all sizes together and of one alone, at the most
 _SIZES = ("contact_size_mm", "plate_size_mm", "far_size_mm")
 
 
@@ -55,9 +55,10 @@ def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
     key, value = next(iter(sizes.items()))
     if found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
         key, value, other, less = _coarsened(case, found)
-        if _fits(less, free):
+        enough = (other, less) if _fits(less, free) else _further(case, key, value, other, free)
+        if enough is not None:
             verb = "raise" if other > value else "lower"
-            return key, value, f"{verb} it (at {other:g} about {less.memory_MB:.0f} MB)"
+            return key, value, f"{verb} it (at {enough[0]:g} about {enough[1].memory_MB:.0f} MB)"
     several = _all_coarsened(case, sizes, found, free)
     if several is None:
         return key, value, "no coarser mesh of it fits: free some memory"
@@ -105,6 +106,21 @@ def _sizes(case: Case, found: Forecast) -> dict[str, float]:
     mesh = case.design.mesh.section if flat else case.design.mesh
     names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
     return {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
+
+
+def _further(
+    case: Case, key: str, value: float, other: float, free: float
+) -> tuple[float, Forecast] | None:
+    """A key's value that fits, changed by more than a factor of two, and the forecast; or None."""
+    for doublings in range(1, _ALONE):
+        new: float = other * 2**doublings if other > value else int(other) // 2**doublings
+        try:
+            less = forecast_case(replace(case, design=with_values(case.design, {key: new})))
+        except (DesignError, MeshError, GeometryError):
+            return None
+        if _fits(less, free):
+            return new, less
+    return None
 
 
 def _all_coarsened(

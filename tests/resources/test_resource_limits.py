@@ -93,6 +93,17 @@ def test_an_astronomic_mesh_is_refused_at_once_with_what_would_fit(mesher, monke
     assert limits.memory_faults(Case(with_values(huge.design, coarser))) == []
 
 
+def test_one_key_is_changed_as_far_as_it_takes(case, monkeypatch):
+    _free(monkeypatch, 4000.0)
+    many = Case(with_values(case.design, {"mesh.layers": 100}))
+    (fault,) = limits.memory_faults(many)
+    told = re.match(r"lower it \(at (\d+) about", fault.remedy)
+    assert told is not None
+    assert int(told[1]) < 50
+    fewer = with_values(many.design, {"mesh.layers": int(told[1])})
+    assert limits.memory_faults(Case(fewer)) == []
+
+
 def test_sizes_and_layers_together_are_named_where_neither_suffices(monkeypatch):
     _free(monkeypatch, 3000.0)
     design = load_design(shipped_path("homogeneous"))
