@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, Field, ValidationError
 
 from fingerdesign.design.base import Many, Table
-from fingerdesign.design.faults import dotted, fault_of
+from fingerdesign.design.faults import dotted, fault_of, shown
 from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
@@ -133,6 +133,7 @@ def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
     """
     lists = {key: values[:2] if quick else values for key, values in study.parameters.items()}
     _refuse_many([len(values) for values in lists.values()], 0 if quick else len(study.also))
+    _refuse_twice(study)
     base = _base(study)
     for combination in itertools.product(*lists.values()):
         values = dict(zip(lists, combination, strict=True))
@@ -145,11 +146,24 @@ def _refuse_many(lengths: list[int], also: int) -> None:
     models = math.prod(lengths) + also
     if models <= MOST_MODELS:
         return
-    days = models * 20.0 / 86_400.0  # a model takes about 20 s
+    hours = models * 20.0 / 3600.0  # a model takes about 20 s
+    long = f"{hours:.0f} hours" if hours < 48.0 else f"{hours / 24.0:.0f} days"
     value = " x ".join(str(length) for length in lengths) + (f" + {also}" if also else "")
-    bound = f"at most {MOST_MODELS} models in all ({models} would take about {days:.0f} days)"
+    bound = f"at most {MOST_MODELS} models in all ({models} would take about {long})"
     remedy = "give fewer values, or fewer parameters, or divide it into several studies"
     raise DesignError([Fault("parameters", f"{value} models", bound, remedy)])
+
+
+def _refuse_twice(study: StudyFile) -> None:
+    """A value that is said twice leaves no grid to look errors up in."""
+    faults = []
+    for key, values in study.parameters.items():
+        twice = [value for value in dict.fromkeys(values) if values.count(value) > 1]
+        if twice:
+            where = dotted(("parameters", key))
+            faults.append(Fault(where, shown(values), "values that differ", f"say {twice[0]} once"))
+    if faults:
+        raise DesignError(faults)
 
 
 def _base(study: StudyFile) -> Design:

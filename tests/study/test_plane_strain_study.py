@@ -168,6 +168,7 @@ def test_too_many_models_are_refused_at_once():
         ("[10.0, 40.0]", "3.0", 'parameters."body.depth_mm" = 3.0: must be an array;'),
         ("[0.4]", "[]", "scene.approach_mm = []: must be an array of at least 1; add to it"),
         ('_mm" = 0.7', '_mm" = -1.0', "also rough: mesh.contact_size_mm = -1.0: must be at least"),
+        ("[10.0, 40.0]", "[9.0, 9.0]", '"body.depth_mm" = [9.0, 9.0]: must be values that differ;'),
         ('name = "rough"', "", "also.name = (absent): must be text in quotes; add one"),
         ("s.span_mm / b", "s.span_mm / B", 'parameters = "... / Body.depth_mm": must be a key'),
     ],
@@ -206,7 +207,8 @@ def test_plane_strain_overstates_by_what_was_known():
     """R = 20, nu = 0.49, approach 0.4, depth 10, no plates: 31 %; a coarse mesh does for it."""
     point = next(iter(points_of(parse_study(SMALL))))
     record = compare(point)
-    json.dumps(record, allow_nan=False)
+    line = json.dumps(record | {"key": key_of(point)}, allow_nan=False)
+    assert plane_strain._record(line.encode()) is not None
     (row,) = record["rows"]
     found = row_errors(row)
     assert found["normal_force"] == pytest.approx(0.31, abs=0.02)
