@@ -43,6 +43,9 @@ def refuse(case: Case, scene: Scene) -> None:
         from fingerdesign.fidelity.ladder import tolerance_faults
 
         faults += tolerance_faults(case.tolerance)
+        if case.design.mesh.mesher == "file":
+            bound = "'tetwild' or 'extrude' for --fidelity auto, which makes meshes of its own"
+            faults.append(Fault("mesh.mesher", "file", bound, "take --fidelity 3d"))
         faults += [] if can_extrude(case.design) else _space_faults(case, scene)
     elif not faults and not case.go_on:
         from fingerdesign.resources.limits import memory_faults

@@ -128,5 +128,6 @@ def not_reached(ladder: LadderSummary | None) -> tuple[str, ...]:
     name, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
     return (
         f"--tolerance {ladder.tolerance:g} was not reached: the last model, {ladder.chosen}, is "
-        f"estimated to be off by {worst:.2g} ({name.replace('_', ' ')}), and {ladder.why_ended}",
+        f"estimated to be off by {100 * worst:.2g} % ({name.replace('_', ' ')}), and "
+        f"{ladder.why_ended}",
     )

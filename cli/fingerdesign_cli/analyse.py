@@ -153,6 +153,9 @@ def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> Non
         )
         return
     if quiet:
+        for r in results:
+            if r.failure:
+                click.echo(f"{r.design} failed: {r.failure}", err=True)
         return
     rows = []
     for r in results:

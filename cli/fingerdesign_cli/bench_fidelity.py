@@ -25,7 +25,7 @@ from fingerdesign_cli.common import output_folder, output_options, print_table, 
     "--references",
     "anew",
     is_flag=True,
-    help="First compute the references anew, into DIR (an hour), instead of the shipped ones.",
+    help="Compute the references, into DIR, instead of taking shipped ones (hours).",
 )
 @output_options
 def fidelity(folder: Path, workers: int, anew: bool, quiet: bool, as_json: bool) -> int:

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from fingerdesign.bench.check import Check
 from fingerdesign.bench.fidelity_pairs import Pair, pairs
 from fingerdesign.bench.fidelity_run import (
-    MOST_DOFS,
     REFERENCES,
     Record,
     Recorded,
@@ -191,7 +190,12 @@ def references(every: list[Pair], text: str | None = None) -> dict[int, Readings
     Raises ReferencesMissing where they are of other pairs.
     """
     if text is None:
-        text = (resources.files("fingerdesign") / "data" / REFERENCES).read_text("utf-8")
+        shipped = resources.files("fingerdesign") / "data" / REFERENCES
+        if not shipped.is_file():
+            raise ReferencesMissing(
+                "no references are shipped yet: compute them with --references (hours on two cores)"
+            )
+        text = shipped.read_text("utf-8")
     found = {each["pair"]: each for each in json.loads(text)}
     for pair in every:
         record = found.get(pair.number, {})
@@ -221,8 +225,19 @@ def judge(
     outcomes = []
     for pair in every:
         by_key = {record["key"]: answer for record, answer in solved[pair.number]}
-        solver = _from(by_key)
-        ladder = climb(pair.design, pair.scene, pair.tolerance, solver, most_dofs=MOST_DOFS)
+        scales = [
+            float(record["scale"])
+            for record, _ in solved[pair.number]
+            if record["dimension"] == "3-D"
+        ]
+        ladder = climb(
+            pair.design,
+            pair.scene,
+            pair.tolerance,
+            _from(by_key),
+            most_dofs=np.inf,
+            scales=scales,
+        )
         flat = [answer for record, answer in solved[pair.number] if record["dimension"] != "3-D"]
         section = of_most(true_errors(pair, flat[-1].readings, truth)) if flat else float("nan")
         found = true_errors(pair, ladder.chosen.readings, truth)

@@ -2,7 +2,7 @@
 
 A record is a line of JSON: readings, equations, seconds, and cost: seconds on one thread, of the
 processor where that was busy with other work as well (the mesher's by the clock). References, much
-finer models in space, are computed once and shipped (data/fidelity_references.json).
+finer models in space, are computed once and kept (fidelity_references.json).
 """
 
 from __future__ import annotations
@@ -29,18 +29,8 @@ Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
-REFERENCE_SCALES = (
-    0.5,
-    0.55,
-    0.6,
-    0.7,
-    0.8,
-    0.9,
-    1.0,
-    1.1,
-    1.2,
-)  # the finest of them with about so many equations:
-_REFERENCE_DOFS = 180_000
+REFERENCE_SCALES = (0.3, 0.35, 0.4, 0.45, 0.5)  # the finest of them with about so many equations
+_REFERENCE_DOFS = 450_000
 
 
 @dataclass(frozen=True)

@@ -50,8 +50,18 @@ def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, tell: Tell) -> Ch
         model=chosen.built,
         zone=chosen.zone,
         summary=summary(ladder),
-        reasons=(f"chosen by --fidelity auto among {len(ladder.tried)}: {ladder.tried[-1].why}",),
+        reasons=(
+            f"chosen by --fidelity auto among {len(ladder.tried)}: {ladder.tried[-1].why}",
+            *_unjudged(scene),
+        ),
     )
+
+
+def _unjudged(scene: Scene) -> tuple[str, ...]:
+    """What the scene reads and the ladder does not estimate."""
+    if scene.path.mirrors_in_z:
+        return ()
+    return ("the force along z and the twist moment have no error estimate of their own",)
 
 
 def summary(ladder: Ladder) -> LadderSummary:

@@ -14,7 +14,7 @@ sizes that cannot suffice skipped, until the estimate is under the tolerance.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
@@ -128,17 +128,19 @@ def climb(
     solver: Solve = solve,
     tell: Tell = lambda message: None,
     most_dofs: float = MOST_DOFS,
+    scales: Sequence[float] = SPACE_SCALES,
 ) -> Ladder:
     """The cheapest model whose estimated error is under ``tolerance`` (a part of one).
 
-    most_dofs: models that are forecast to have more equations are not tried. Where even the finest
-    is over the tolerance, that one is chosen, and ``reached`` is False. Raises DesignError for a
-    tolerance out of range, FingerDesignError where a model fails.
+    most_dofs: models that are forecast to have more equations are not tried; scales: of the sizes
+    in space, falling. Where even the finest is over the tolerance, that one is chosen, and
+    ``reached`` is False. Raises DesignError for a tolerance out of range, FingerDesignError where a
+    model fails.
     """
     if faults := tolerance_faults(tolerance):
         raise DesignError(faults)
     ladder = Ladder(tolerance)
-    scale, left = SPACE_SCALES[0], list(SPACE_SCALES[1:])
+    scale, left = scales[0], list(scales[1:])
     tell(f"in space, sizes x {scale:g}")
     now = solver(design, scene, rung(design, scene, "3-D", scale))
     ladder.add(now, None, "the first in space: it judges those below")
@@ -163,13 +165,13 @@ def climb(
             return ladder
         if ladder.reached:
             return ladder
-        affordable = [each for each in left if now.dofs * (scale / each) ** GROWTH <= most_dofs]
-        if left and not affordable:
+        beyond = [each for each in left if now.dofs * (scale / each) ** GROWTH > most_dofs]
+        if beyond:
             ladder.why_ended = (
-                f"the next one would have about {now.dofs * (scale / left[0]) ** GROWTH:.0f} "
+                f"the next one would have about {now.dofs * (scale / beyond[0]) ** GROWTH:.0f} "
                 f"equations, over the ladder's {most_dofs:.0f}"
             )
-        left = affordable
+        left = left[: len(left) - len(beyond)]
         while len(left) > 1 and _too_coarse(estimate, scale, left[0], tolerance):
             left.pop(0)
         before, coarser = now, scale

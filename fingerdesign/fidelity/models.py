@@ -9,12 +9,13 @@ so further paths (another friction, forces instead of motions) cost their increm
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-from fingerdesign.errors import SolverError
+from fingerdesign.errors import MeshError, SolverError
 from fingerdesign.fidelity.readings import Readings, readings_of
 
 if TYPE_CHECKING:
@@ -43,6 +44,11 @@ class Sizes:
     far: float
     gradation: float = 0.3
 
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value > 0.0):
+                raise MeshError(f"{name} = {value} must be a finite number above 0")
+
     def scaled(self, factor: float) -> Sizes:
         """All of them ``factor`` times as long."""
         return replace(
@@ -70,6 +76,10 @@ class Model:
     mesher: str | None = None
     whole: bool = False
     element: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.dimension not in ("plane strain", "3-D"):
+            raise MeshError(f"dimension = {self.dimension!r} is neither 'plane strain' nor '3-D'")
 
     @property
     def name(self) -> str:

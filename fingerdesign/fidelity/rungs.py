@@ -19,6 +19,7 @@ five plates, 8 mm deep, against 300k equations; a homogeneous finger, 3.5 mm dee
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fingerdesign.fidelity.models import Dimension, Model, Sizes
@@ -29,11 +30,13 @@ if TYPE_CHECKING:
 
 SPACE_SCALES = (4.0, 2.8, 2.0, 1.4, 1.0, 0.7)
 SECTION_SCALES = (4.0, 2.0, 1.0, 0.5)
-SHEETS_FROM = 2.8
+SHEETS_FROM = 4.0  # the first alone: the next, solid, judges it
 
 _CONTACT, _PLATE, _END, _FAR = 0.05, 0.2, 0.6, 0.12  # see scene_sizes
 _LAYERS, _LAYERS_DEPTH = 10.0, 4.0  # so many in half a depth of so many mm
 _FOR_PLATES = 1.5
+_THIN, _SAME_MM = 0.01, 1e-9  # of the depth; mm
+_LEAST_HALF = 0.05  # of the body's half-width
 _GRADATION = 0.5
 _FARTHEST = 0.4  # of the crest's height
 
@@ -50,7 +53,8 @@ def scene_sizes(design: Design, scene: Scene, scale: float) -> Sizes:
 
     approach = greatest_approach(design, scene)
     wide, deep = contact_reach(design, scene.object, approach)
-    half = min(wide, deep, 0.5 * design.body.width_mm)
+    most = 0.5 * design.body.width_mm
+    half = max(min(wide, deep, most), _LEAST_HALF * most)  # a scene may hardly touch
     contact = _CONTACT * half
     far = _FAR * float(crest_height(design.body))
     frames = plate_frames(design) if design.plates.number else ()
@@ -96,9 +100,28 @@ def rung(design: Design, scene: Scene, dimension: Dimension, scale: float) -> Mo
 
 
 def can_extrude(design: Design) -> bool:
-    """Whether layers can mesh the finger, whatever mesher it asks for (a mesh's file excepted)."""
-    layered = bool(getattr(design, "layered", design.extruded))
-    return layered and design.mesh.mesher != "file"
+    """Whether layers can mesh the finger, whatever mesher it asks for (a mesh's file excepted).
+
+    Parts that end at nearly the same z want a layer too thin to mesh: those fTetWild takes.
+    """
+    if not design.layered or design.mesh.mesher == "file":
+        return False
+    return least_step(design) > _THIN * design.body.depth_mm
+
+
+def least_step(design: Design) -> float:
+    """Least distance along z between two heights at which plates, core or the body end, mm."""
+    from fingerdesign.design.layout import plate_frames
+
+    half = 0.5 * design.body.depth_mm
+    ends = [-half, 0.0, half]
+    if design.plates.model != "none":
+        ends += [end for frame in plate_frames(design) for end in (frame.low, frame.high)]
+    core = design.body.core
+    if core is not None and core.depth_mm is not None:
+        ends += [-0.5 * core.depth_mm, 0.5 * core.depth_mm]
+    steps = [b - a for a, b in pairwise(sorted(ends)) if b - a > _SAME_MM]
+    return min(steps)
 
 
 def can_be_sheets(design: Design) -> bool:

@@ -13,7 +13,14 @@ from fingerdesign.fidelity.estimate import ORDER
 from fingerdesign.fidelity.ladder import climb
 from fingerdesign.fidelity.models import Model
 from fingerdesign.fidelity.readings import Readings
-from fingerdesign.fidelity.rungs import SPACE_SCALES, can_be_section, layers, rung, scene_sizes
+from fingerdesign.fidelity.rungs import (
+    SPACE_SCALES,
+    can_be_section,
+    can_extrude,
+    layers,
+    rung,
+    scene_sizes,
+)
 
 DESIGN = parse_design('design.name = "made_up"\nplates.count = 0')
 SCENE = parse_scene("[object]\n[path]\nincrements_mm = [[0.1, 0.0], [0.1, 0.05]]")
@@ -120,8 +127,25 @@ def test_sizes_follow_the_scene():
     assert scene_sizes(PLATED, SCENE, 2.0).end == pytest.approx(2.0 * sizes.end)
     wide = parse_design('design.name = "w"\nplates.count = 0\nbody.depth_mm = 60.0')
     assert layers(wide, 1.0) > layers(DESIGN, 1.0) >= 2
-    assert [rung(PLATED, SCENE, "3-D", s).plates for s in SPACE_SCALES[1:3]] == ["sheet", None]
+    assert [rung(PLATED, SCENE, "3-D", s).plates for s in SPACE_SCALES[:2]] == ["sheet", None]
     assert rung(PLATED, SCENE, "3-D", 1.0).mesher == "extrude"
+
+
+def test_parts_that_end_at_nearly_one_height_are_not_swept_through_layers():
+    keys = (
+        'design.name = "n"\nbody.base_height_mm = 8.0\nplates.count = 1\nplates.span_mm = 2.0\n'
+        "body.core = {{ width_mm = 4.0, height_mm = 1.0, depth_mm = {} }}"
+    )
+    near = parse_design(keys.format(2.002))
+    assert near.layered
+    assert not can_extrude(near)
+    assert can_extrude(parse_design(keys.format(4.0)))
+    assert rung(near, SCENE, "3-D", 1.0).mesher == near.mesh.mesher
+
+
+def test_a_scene_that_hardly_touches_has_sizes_of_the_finger():
+    nothing = parse_scene("[object]\n[path]\nincrements_mm = [[1e-9, 0.0]]")
+    assert scene_sizes(DESIGN, nothing, 1.0).contact > 1e-3 * DESIGN.body.width_mm
 
 
 def test_a_size_that_refines_nothing_judges_nothing():
@@ -144,6 +168,6 @@ def test_a_size_that_refines_nothing_judges_nothing():
 
 
 def test_an_end_before_the_tolerance_says_why():
-    found = climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3), most_dofs=1500)
-    assert "over the ladder's 1500" in found.why_ended
+    found = climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3), most_dofs=500)
+    assert "over the ladder's 500" in found.why_ended
     assert "no finer size" in climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3)).why_ended
