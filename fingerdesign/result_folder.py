@@ -39,7 +39,7 @@ def result_folder(target: Path | str) -> Iterator[Path]:
     refuse_foreign(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        aside = _sibling(target, "partial")
+        aside = sibling(target, "partial")
         aside.mkdir()
     except OSError as error:
         raise ResultError(f"cannot write beside {target}: {error}") from error
@@ -49,7 +49,7 @@ def result_folder(target: Path | str) -> Iterator[Path]:
             raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
         with _locked(target):
             refuse_foreign(target)
-            _take_place(aside, target)
+            take_place(aside, target)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 
@@ -194,9 +194,9 @@ def refuse_foreign(target: Path) -> None:
         )
 
 
-def _take_place(aside: Path, target: Path) -> None:
+def take_place(aside: Path, target: Path) -> None:
     """Rename; the older folder is deleted only once the new one is in its place."""
-    older = _sibling(target, "older")
+    older = sibling(target, "older")
     try:
         try:
             if target.is_dir():
@@ -243,5 +243,6 @@ def _lock_file(path: Path) -> int:
         os.close(stream)
 
 
-def _sibling(target: Path, role: str) -> Path:
+def sibling(target: Path, role: str) -> Path:
+    """A hidden name beside ``target`` that nothing else has."""
     return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")

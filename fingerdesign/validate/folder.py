@@ -6,12 +6,12 @@ What is not an older validation is not replaced: an analysis has a folder of its
 from __future__ import annotations
 
 import os
-import secrets
 import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from fingerdesign.result_folder import sibling, take_place
 from fingerdesign.results import ResultError
 from fingerdesign.validate.record import RECORD_FILE
 from fingerdesign.validate.run import PRODUCTS
@@ -26,7 +26,7 @@ def validation_folder(target: Path | str) -> Iterator[Path]:
     """
     target = Path(target).absolute()
     refuse_foreign(target)
-    aside = _sibling(target, "partial")
+    aside = sibling(target, "partial")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         aside.mkdir()
@@ -37,7 +37,7 @@ def validation_folder(target: Path | str) -> Iterator[Path]:
         if not (aside / RECORD_FILE).is_file():
             raise ResultError(f"{target} was not written: it was made without {RECORD_FILE}")
         refuse_foreign(target)
-        _take_place(aside, target)
+        take_place(aside, target)
     finally:
         shutil.rmtree(aside, ignore_errors=True)
 
@@ -57,25 +57,3 @@ def refuse_foreign(target: Path) -> None:
         raise ResultError(
             f"{target} holds {', '.join(foreign[:5])}, which is no validation; choose another --out"
         )
-
-
-def _take_place(aside: Path, target: Path) -> None:
-    """Rename; the older folder is deleted only once the new one is in its place."""
-    older = _sibling(target, "older")
-    try:
-        try:
-            if target.is_dir():
-                target.rename(older)
-            aside.rename(target)
-        except BaseException:  # an interruption between the two as well
-            if older.is_dir() and not target.exists():
-                older.rename(target)
-            raise
-    except OSError as error:
-        kept = f"; the older one is in {older}" if older.is_dir() else ""
-        raise ResultError(f"cannot put it in place at {target}: {error}{kept}") from error
-    shutil.rmtree(older, ignore_errors=True)
-
-
-def _sibling(target: Path, role: str) -> Path:
-    return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
