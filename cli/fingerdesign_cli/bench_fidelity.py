@@ -6,20 +6,12 @@ from pathlib import Path
 
 import click
 
-from fingerdesign_cli.bench_charts import say_busy, show_checks
-from fingerdesign_cli.common import output_folder, output_options, print_table, progress
+from fingerdesign_cli.bench_charts import out_option, say_busy, show_checks
+from fingerdesign_cli.common import output_options, print_table, progress
 
 
 @click.command("fidelity", short_help="Does --fidelity auto keep its tolerance? (20 min).")
-@click.option(
-    "--out",
-    "folder",
-    metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
-    callback=output_folder,
-    required=True,
-    help="Rungs are kept here as they are solved; an interrupted run goes on.",
-)
+@out_option
 @click.option("--workers", default=1, show_default=True, type=click.IntRange(1, 64))
 @click.option(
     "--references",
@@ -32,8 +24,9 @@ def fidelity(folder: Path, workers: int, anew: bool, quiet: bool, as_json: bool)
     """Thirty seeded fingers and scenes with tolerances of 1 to 10 %: true errors and costs.
 
     Every rung of each is solved once; the ladder climbs on these, and each rung is also taken as
-    the one model for all. True errors are against much finer models in space. Exit code 1 where a
-    number falls short of what was asked.
+    the one model for all. True errors are against much finer models in space. Rungs are kept in DIR
+    as they are solved; an interrupted run goes on. Exit code 1 where a number falls short of what
+    was asked.
     """
     from fingerdesign.bench.fidelity import measure_fidelity, rows, write_fidelity
 

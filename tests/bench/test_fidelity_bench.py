@@ -1,0 +1,109 @@
+"""bench fidelity: pairs that stay the same, records that read back, and a judge that can say no."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerdesign.bench.fidelity import ReferencesMissing, judge, references, rows
+from fingerdesign.bench.fidelity_pairs import KINDS, TOLERANCES, pairs
+from fingerdesign.bench.fidelity_run import model_key, plain, read, readings_from, rungs_of
+from fingerdesign.fidelity.readings import Readings
+from fingerdesign.fidelity.rungs import rung
+
+EVERY = pairs()
+
+
+def test_the_pairs_are_of_all_kinds_and_always_the_same():
+    assert len(EVERY) == 30
+    assert [pair.number for pair in EVERY] == list(range(30))
+    assert {pair.control for pair in EVERY} == {"motion", "force"}
+    assert {pair.tolerance for pair in EVERY} == set(TOLERANCES)
+    for low, high, plates in KINDS:
+        own = [p.design for p in EVERY if low <= p.design.body.depth_mm <= high]
+        assert own
+        assert max(design.plates.number for design in own) <= plates
+    again = pairs(3)
+    assert [(p.design.digest(), p.scene.digest()) for p in again] == [
+        (p.design.digest(), p.scene.digest()) for p in EVERY[:6]
+    ]
+
+
+def readings(pair, error: float, price: float = 0.0) -> Readings:
+    k = len(pair.scene.path.rows)
+    force = np.linspace(1.0, 2.0, k) * (1.0 + error + price)
+    gages = np.full((k, pair.design.plates.number, 2), 10.0) * (1.0 + error)
+    stick = np.linspace(1.0, 0.5, k) + error + price
+    return Readings(force, 0.3 * force, force, stick, gages, "both")
+
+
+def records(pair, error: float, price: float, seconds: float = 1.0) -> list[dict]:
+    found = []
+    for dimension, scale in rungs_of():
+        flat = dimension != "3-D"
+        answer = readings(pair, error * scale, price * flat)
+        found.append(
+            {
+                "pair": pair.number,
+                "dimension": dimension,
+                "scale": scale,
+                "key": model_key(rung(pair.design, pair.scene, dimension, scale)),
+                "dofs": round((100 if flat else 1000) * scale**-2.5),
+                "contact_nodes": 10,
+                "seconds": {"mesh": seconds},
+                "cost_s": (0.1 if flat else 1.0) * seconds * scale**-3,
+                "readings": plain(answer),
+            }
+        )
+    return found
+
+
+def test_records_read_back():
+    pair = EVERY[4]
+    told = readings(pair, 0.01)
+    back = readings_from(plain(told))
+    np.testing.assert_allclose(back.gages, told.gages)
+    np.testing.assert_allclose(back.stick_ratio, told.stick_ratio)
+    assert back.face == told.face
+
+
+def test_the_judge_counts_what_holds_and_what_it_costs():
+    chosen = EVERY[:4]
+    truth = {pair.number: readings(pair, 0.0) for pair in chosen}
+    every = [each for pair in chosen for each in records(pair, 0.002, 0.3)]
+    found = judge(chosen, every, truth)
+    assert found.within == 1.0
+    assert found.wrong == 0
+    assert found.cheapest is not None
+    meeting = [each for each in found.fixed if each.meets == len(chosen)]
+    assert found.cheapest.seconds == min(each.seconds for each in meeting)
+    spent = sum(each.ladder.seconds for each in found.outcomes)
+    assert found.seconds_share == pytest.approx(spent / found.cheapest.seconds)
+    assert len(rows(found)) == 4
+    assert all(each.ladder.reached for each in found.outcomes)
+    bad = {number: readings(chosen[number], 0.5) for number in truth}
+    off = judge(chosen, every, bad)
+    assert off.within == 0.0
+    assert not off.checks()[0].holds
+    assert off.cheapest is None
+
+
+def test_plane_strain_that_does_is_expected_to_be_used():
+    (pair,) = (p for p in EVERY if p.number == 6)  # 10 % asked, 49 mm deep
+    alone = [pair if p.number == 6 else p for p in EVERY[:7]]
+    truth = {p.number: readings(p, 0.0) for p in alone}
+    every = [each for p in alone for each in records(p, 0.001, 0.0)]
+    found = judge(alone, every, truth)
+    assert found.missed == 0
+    assert found.outcomes[6].section_used
+
+
+def test_references_that_are_missing_or_of_other_pairs_are_refused():
+    with pytest.raises(ReferencesMissing, match="--references"):
+        references(EVERY[:1], "[]")
+
+
+def test_a_line_cut_short_is_left_out(tmp_path):
+    path = tmp_path / "rungs.jsonl"
+    path.write_text('{"pair": 1}\n{"pair": 2', encoding="utf-8")
+    assert read(path) == [{"pair": 1}]
