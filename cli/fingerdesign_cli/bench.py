@@ -18,7 +18,7 @@ from fingerdesign_cli import (
     bench_search,
 )
 from fingerdesign_cli.bench_charts import say_busy, show_checks
-from fingerdesign_cli.common import output_folder, output_options, progress
+from fingerdesign_cli.common import optional_folder, output_options, progress
 
 
 @click.group("bench", invoke_without_command=True)
@@ -27,9 +27,7 @@ from fingerdesign_cli.common import output_folder, output_options, progress
     "folder",
     metavar="DIR",
     type=click.Path(file_okay=False, path_type=Path),
-    callback=lambda context, parameter, value: (
-        None if value is None else output_folder(context, parameter, value)
-    ),
+    callback=optional_folder,
     help="Measure precision, speed and stability (these three only); charts and tables go here.",
 )
 @click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute in all.")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign_cli.bench_charts import show_checks
-from fingerdesign_cli.common import output_folder, output_options, progress
+from fingerdesign_cli.common import optional_folder, output_options, progress
 
 if TYPE_CHECKING:
     from fingerdesign.bench.check import Check
@@ -20,9 +20,7 @@ _table_option = click.option(
     "folder",
     metavar="DIR",
     type=click.Path(file_okay=False, path_type=Path),
-    callback=lambda context, parameter, value: (
-        None if value is None else output_folder(context, parameter, value)
-    ),
+    callback=optional_folder,
     help="Also write the numbers here.",
 )
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from fingerdesign_cli.bench_charts import say_busy, show_checks
-from fingerdesign_cli.common import output_folder, output_options, print_table, progress
+from fingerdesign_cli.common import optional_folder, output_options, print_table, progress
 
 
 @click.command("forecast", short_help="Foretold dofs, memory, time, and what they were (15 min).")
@@ -16,9 +16,7 @@ from fingerdesign_cli.common import output_folder, output_options, print_table, 
     "folder",
     metavar="DIR",
     type=click.Path(file_okay=False, path_type=Path),
-    callback=lambda context, parameter, value: (
-        None if value is None else output_folder(context, parameter, value)
-    ),
+    callback=optional_folder,
     help="Also write the numbers here.",
 )
 @click.option("--quick", is_flag=True, help="Three small ones: half a minute.")

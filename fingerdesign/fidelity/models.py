@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -249,8 +248,3 @@ def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]
 
 def _add(seconds: dict[str, float], stage: str, more: float) -> None:
     seconds[stage] = seconds.get(stage, 0.0) + more
-
-
-def total_seconds(every: Sequence[Solved]) -> float:
-    """Seconds of several solves together."""
-    return sum(each.total for each in every)

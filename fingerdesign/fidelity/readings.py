@@ -79,10 +79,6 @@ class Errors:
         """The greatest of each quantity; ``gage`` 0 where there is none."""
         return {name: float(getattr(self, name).max(initial=0.0)) for name in QUANTITIES}
 
-    def read(self, quantities: Sequence[str] = QUANTITIES) -> Array:
-        """All errors of these quantities in one row."""
-        return np.concatenate([getattr(self, name).reshape(-1) for name in quantities])
-
 
 def readings_of(steps: Sequence[Step], face: str = "both") -> Readings:
     """The readings of solved increments."""
