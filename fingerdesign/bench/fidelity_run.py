@@ -29,8 +29,8 @@ Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
-REFERENCE_SCALES = (0.3, 0.35, 0.4, 0.45, 0.5)  # the finest of them with about so many equations
-_REFERENCE_DOFS = 450_000
+REFERENCE_SCALES = (0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0)
+_REFERENCE_DOFS = 350_000  # the finest of them with about so many equations: 8 GB
 
 
 @dataclass(frozen=True)
@@ -74,8 +74,9 @@ def rungs_of() -> list[tuple[Dimension, float]]:
 
 def solve_rungs(pair: Pair) -> list[Record]:
     """All rungs of a pair, the finest as far as the ladder would go."""
-    from fingerdesign.fidelity.models import solve
+    from fingerdesign.fidelity.models import InTurn
 
+    solve = InTurn()
     found: list[Record] = []
     last = (0, 0.0)
     first = rungs_of()[0]
@@ -107,10 +108,12 @@ def solve_rungs(pair: Pair) -> list[Record]:
 
 def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
     """The much finer model in space: plates as the design says, more layers, smaller sizes."""
-    from fingerdesign.fidelity.models import solve
+    from fingerdesign.fidelity.models import InTurn
 
     sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-GROWTH <= _REFERENCE_DOFS]
     scale = sizes[0] if sizes else REFERENCE_SCALES[-1]
+    solve = InTurn()
+    solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", SPACE_SCALES[0]))  # the zone
     solved = solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", scale))
     return {
         "pair": pair.number,

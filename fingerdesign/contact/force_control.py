@@ -33,7 +33,7 @@ _ITERATIONS = 60
 _SHORTEST = 1e-3  # of a Newton step
 _DOUBLINGS, _BISECTIONS = 12, 60
 _SHARES = 8
-_TRIALS = 200  # increments solved in one search: an ordinary one takes 3 to 5
+_OUTSIDE = 3  # trials of one Newton search that outgrow the candidates: the answer is out there too
 # Stiffness against shear over that of the stiffest trial: below it friction carries no more.
 _SLACK = 1e-7
 
@@ -92,7 +92,9 @@ def solve_forces(
     workspace = workspace or Workspace()
     workspace.patient = False  # many trials, of which any may fail
     try:
-        return _Search(problem, state, forces, workspace).run()
+        found = _Search(problem, state, forces, workspace).run()
+        workspace.passed(state, found.state)
+        return found
     finally:
         workspace.patient = True
 
@@ -132,7 +134,7 @@ class _Search:
         self.wanted = np.array(wanted)[self.free]
         self.exhausted: ZoneExhausted | None = None
         self.guess = state  # carries forces and motion to start from; its history is the state's
-        self.trials = 0
+        self.outside = 0  # trials of this Newton search
         self._last: Increment
 
     def run(self) -> Increment:
@@ -140,6 +142,7 @@ class _Search:
             return self._by_approach()
         found = self._newton()
         if found is None:
+            self.guess = self.state
             found = self._in_shares()
         return self._by_shear() if found is None else found
 
@@ -159,9 +162,13 @@ class _Search:
             found = self._newton()
             if found is None:
                 break
-            self.guess = replace(self.state, multiplier=found.multiplier, motion=found.state.motion)
+            self._start_from(found)
         self.wanted, self.guess = goal, self.state
         return found
+
+    def _start_from(self, trial: Increment) -> None:
+        """The next trial's forces and motion to start from are this one's: it is nearer."""
+        self.guess = replace(self.state, multiplier=trial.multiplier, motion=trial.motion)
 
     def _by_approach(self) -> Increment:
         """Newton between an approach that presses too little and one that presses too much."""
@@ -195,6 +202,7 @@ class _Search:
         return 0.1 * share * float(self.problem.self_compliance.min())
 
     def _newton(self) -> Increment | None:
+        self.outside = 0
         unknown = self._start()
         trial = self._solve(unknown)
         stiffest = 0.0
@@ -260,15 +268,12 @@ class _Search:
         held = replace(self.forces.held, shear=shear)
         pressed = Forces(self.forces.normal, None, held)
         search = _Search(self.problem, self.state, pressed, self.workspace)
-        search.trials = self.trials
         try:
             self._last = search.run()
         except ZoneExhausted:
             raise
         except SolverError:
             raise self._failure() from None  # it names the forces asked for, not the inner ones
-        finally:
-            self.trials = search.trials
         return float(self.problem.model.total_force(self._last.force)[0])
 
     def _reached(self, force: float, which: int) -> bool:
@@ -292,6 +297,9 @@ class _Search:
             return solve_increment(self.problem, self.guess, self._motion(unknown), self.workspace)
         except ZoneExhausted as exhausted:
             self.exhausted = exhausted
+            self.outside += 1
+            if self.outside >= _OUTSIDE:
+                raise
         except SolverError:
             pass
         self.workspace.inverse = None
@@ -329,6 +337,7 @@ class _Search:
             if trial is not None:
                 left = float(np.abs(self.wanted - self._resultant(trial)).max())
                 if left <= (1.0 - 1e-3 * length) * missing:
+                    self._start_from(trial)
                     return unknown + length * step, trial
             length *= 0.5
         return unknown, None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.errors import SolverError
 from fingerdesign.fidelity.ladder import Answer, Ladder, Tell, climb
-from fingerdesign.fidelity.models import Model, Solved, solve
+from fingerdesign.fidelity.models import InTurn, Model, Solved
 from fingerdesign.results import LadderSummary, TriedModel
 
 if TYPE_CHECKING:
@@ -35,8 +35,10 @@ def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, tell: Tell) -> Ch
     Raises FingerDesignError where a model fails.
     """
 
+    in_turn = InTurn(zone)
+
     def solver(design: Design, path: Scene, model: Model) -> Answer:
-        solved = solve(design, path, model, zone)
+        solved = in_turn(design, path, model)
         clock.add(solved.seconds)
         return solved
 

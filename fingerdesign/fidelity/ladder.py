@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Protocol
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fidelity.analytic import NAME, analytic_readings
 from fingerdesign.fidelity.estimate import ORDER, Estimate, difference, discretisation
-from fingerdesign.fidelity.models import Model, solve
+from fingerdesign.fidelity.models import InTurn, Model
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def climb(
     design: Design,
     scene: Scene,
     tolerance: float,
-    solver: Solve = solve,
+    solver: Solve | None = None,
     tell: Tell = lambda message: None,
     most_dofs: float = MOST_DOFS,
     scales: Sequence[float] = SPACE_SCALES,
@@ -139,7 +139,7 @@ def climb(
     """
     if faults := tolerance_faults(tolerance):
         raise DesignError(faults)
-    ladder = Ladder(tolerance)
+    ladder, solver = Ladder(tolerance), solver or InTurn()
     scale, left = scales[0], list(scales[1:])
     tell(f"in space, sizes x {scale:g}")
     now = solver(design, scene, rung(design, scene, "3-D", scale))

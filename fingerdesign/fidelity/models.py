@@ -166,6 +166,22 @@ def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) 
     raise SolverError(f"the contact outgrew a candidate zone of {zone} again and again")
 
 
+class InTurn:
+    """Solves models of one finger in one scene, each in the candidate zone that the last needed.
+
+    What the contact outgrew once, it would outgrow in every model: widening means meshing anew.
+    """
+
+    def __init__(self, zone: Zone | None = None) -> None:
+        self.zone = zone
+
+    def __call__(self, design: Design, scene: Scene, model: Model) -> Solved:
+        """As :func:`solve`."""
+        solved = solve(design, scene, model, self.zone)
+        self.zone = solved.zone
+        return solved
+
+
 def _solve_in(
     design: Design,
     scene: Scene,
