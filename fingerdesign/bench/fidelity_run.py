@@ -112,9 +112,9 @@ def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
 
     sizes = [s for s in REFERENCE_SCALES if dofs_at_one * s**-GROWTH <= _REFERENCE_DOFS]
     scale = sizes[0] if sizes else REFERENCE_SCALES[-1]
-    solve = InTurn()
-    solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", SPACE_SCALES[0]))  # the zone
-    solved = solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", scale))
+    solve, coarsest = InTurn(), SPACE_SCALES[0]  # which shows how wide a zone it takes
+    for each in (coarsest, scale):
+        solved = solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", each))
     return {
         "pair": pair.number,
         "scale": scale,
