@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fidelity.analytic import NAME, analytic_readings
-from fingerdesign.fidelity.estimate import ORDER, Estimate, difference, discretisation
+from fingerdesign.fidelity.estimate import Estimate, difference, discretisation
 from fingerdesign.fidelity.models import InTurn, Model
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
 
@@ -255,7 +255,7 @@ def _section_suffices(ladder: Ladder, section: _Section, space: Answer) -> bool:
 
 def _too_coarse(estimate: Estimate, scale: float, finer: float, tolerance: float) -> bool:
     """Whether a finer size promises too little to be tried."""
-    return bool(estimate.worst * (finer / scale) ** ORDER > _AIM * tolerance)
+    return bool(estimate.refined(scale / finer).worst > _AIM * tolerance)
 
 
 def _words(estimate: Estimate, tolerance: float) -> str:
