@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerdesign.fidelity.estimate import ORDER, difference, discretisation, of_most
+from fingerdesign.fidelity.estimate import ORDERS, difference, discretisation, of_most
 from fingerdesign.fidelity.readings import Readings, errors
 
 
@@ -51,7 +51,7 @@ def test_a_finger_without_gages_has_no_gage_error():
 
 def test_richardson_finds_the_error_of_a_power_law():
     exact = path()
-    coarse = path(normal=(1.0 + 2.0**ORDER * 0.01, 2.0))
+    coarse = path(normal=(1.0 + 2.0 ** ORDERS["normal_force"] * 0.01, 2.0))
     fine = path(normal=(1.01, 2.0))
     estimate = discretisation(fine, coarse, 2.0).by_quantity["normal_force"]
     truth = difference(fine, exact).by_quantity["normal_force"]
