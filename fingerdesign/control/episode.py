@@ -55,6 +55,7 @@ class _Record:
         self.samples: list[Sample] = []
         self.truths: list[Truth] = []
         self.commands: list[Command] = []
+        self.lift: int | None = None  # the first step at which the object is lifted
 
     def add(self, sample: Sample, truth: Truth, command: Command) -> None:
         self.samples.append(sample)
@@ -73,12 +74,14 @@ def run_episode(
     bounds: Bounds,
     friction_coefficient: float,
     object_mass_g: float,
+    after_lift: int = 0,
 ) -> Episode:
     """Press to the preload, then move as the controller says until something ends the grip.
 
-    Friction and mass are for the judge alone. A SolverError of the plant ends the grip as failed,
-    with the plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone
-    of contact candidates is needed, the grip has not failed.
+    after_lift: steps for which the lifted object is held on; it can still slip then, and the result
+    says lifted as well as gross_slip. Friction and mass are for the judge alone. A SolverError of
+    the plant ends the grip as failed, with the plant's sentence as its reason; ZoneExhausted is
+    raised on: a model with a wider zone of contact candidates is needed, the grip has not failed.
     """
     record = _Record()
     preload_moves = 0
@@ -89,14 +92,15 @@ def run_episode(
             record.add(sample, truth, Command(0.0, closed, False))
         preload_moves = len(record.samples)
         controller.start(calibration, sample)
-        ending, reason = _grip(plant, controller, record, sample, bounds, object_mass_g)
+        ending, reason = _grip(plant, controller, record, sample, bounds, object_mass_g, after_lift)
     except ZoneExhausted:
         raise
     except SolverError as error:
         ending, reason = "failed", str(error)
     gripping = record.truths[preload_moves:] if preload_moves else []
     last = record.truths[-1] if record.truths else None
-    lifted = ending == "lifted"
+    lifted = record.lift is not None
+    at_lift = record.truths[record.lift] if record.lift is not None else None
     result = GripResult(
         controller=controller.name,
         friction_coefficient=friction_coefficient,
@@ -105,7 +109,7 @@ def run_episode(
         gross_slip=ending == "complete slip",
         final_normal_force_N=last.normal_force if last else 0.0,
         final_tangential_force_N=last.tangential_force if last else 0.0,
-        safety_margin=safety_margin(last, friction_coefficient) if lifted and last else None,
+        safety_margin=safety_margin(at_lift, friction_coefficient) if at_lift else None,
         minimum_stick_ratio=minimum_stick_ratio(gripping),
         peak_normal_force_N=max((truth.normal_force for truth in record.truths), default=0.0),
         slip_distance_mm=last.slip_distance if last else 0.0,
@@ -124,9 +128,14 @@ def _grip(
     sample: Sample,
     bounds: Bounds,
     object_mass_g: float,
+    after_lift: int,
 ) -> tuple[Ending, str]:
-    for _ in range(bounds.max_steps):
+    held = 0
+    for _ in range(bounds.max_steps + after_lift):
         command = controller.command(sample)
+        left = bounds.max_approach - record.approach
+        if record.lift is not None:  # a hand at the end of its stage goes on holding
+            command = replace(command, dy=min(command.dy, left))
         if record.approach + command.dy > bounds.max_approach + 1e-9:
             return "stage travel", f"not lifted within an approach of {bounds.max_approach:g} mm"
         sample = plant.move(command.dx, command.dy)
@@ -134,8 +143,13 @@ def _grip(
         record.add(sample, truth, command)
         if truth.complete_slip:
             return "complete slip", f"the whole contact slips at F_n = {truth.normal_force:.2f} N"
-        if is_lifted(truth, object_mass_g):
-            return "lifted", f"2 F_t is over the weight at F_n = {truth.normal_force:.2f} N"
+        if record.lift is None and is_lifted(truth, object_mass_g):
+            record.lift = len(record.truths) - 1
+        if record.lift is not None:
+            if held == after_lift:
+                force = record.truths[record.lift].normal_force
+                return "lifted", f"2 F_t is over the weight at F_n = {force:.2f} N"
+            held += 1
     return "steps", f"not lifted in {bounds.max_steps} steps"
 
 
@@ -165,7 +179,7 @@ def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
         dy=numbers(command.dy for command in commands),
         hold=np.array([command.hold for command in commands], dtype=bool),
         gage_readings=np.array([s.readings for s in record.samples]).reshape(len(truths), gages),
-        lift_step=len(truths) - 1 if result.lifted else None,
+        lift_step=record.lift,
     )
 
 

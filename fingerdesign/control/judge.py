@@ -19,7 +19,10 @@ def weight_per_finger(object_mass_g: float) -> float:
 
 
 def is_lifted(truth: Truth, object_mass_g: float) -> bool:
-    """The paper's end of a grip, mg < 2 F_t, with the object not sliding through."""
+    """The object hangs, or in a plant without one the paper's end of a grip, mg < 2 F_t; and it
+    does not slide through."""
+    if truth.lifted is not None:
+        return truth.lifted and not truth.complete_slip
     return not truth.complete_slip and truth.tangential_force > weight_per_finger(object_mass_g)
 
 

@@ -18,7 +18,9 @@ class Truth:
     """The plant's true state, for the judge alone; mm and N, forces of one finger.
 
     stick_ratio: stick area / contact area, None without contact. slip_distance: least accumulated
-    slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks.
+    slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks. lifted:
+    the object hangs free of its support; None where the plant holds no object with a weight. rise:
+    of the object above its support, mm.
     """
 
     approach: float
@@ -28,6 +30,8 @@ class Truth:
     stick_ratio: float | None
     slip_distance: float
     complete_slip: bool
+    lifted: bool | None = None
+    rise: float = 0.0
 
 
 class Plant(Protocol):

@@ -46,11 +46,15 @@ class NormalCalibration:
 
 @dataclass(frozen=True)
 class Sample:
-    """What a hand can know at one instant: readings (g,) microstrain, its own two forces in N."""
+    """What a hand can know at one instant: readings (g,) microstrain, its own two forces in N.
+
+    lifted: the object has left its support, which a hand sees by its rising.
+    """
 
     readings: Array
     normal_force: float
     tangential_force: float
+    lifted: bool = False
 
 
 def response(before: Sample, now: Sample, calibration: NormalCalibration | None = None) -> Array:
