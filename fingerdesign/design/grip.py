@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from fingerdesign.design.base import Many, Table
+from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Reactive
 
 Friction = Annotated[float, Field(gt=0, le=5)]
 
@@ -27,8 +28,10 @@ class Grip(Table):
     object_mass_g: float = Field(
         default=500.0, gt=0, le=1e5, description="two fingers carry half the weight each"
     )
-    controller: Literal["paper"] = Field(
-        default="paper", description="paper: the flow chart of Maeno et al. 2000, Fig. 9"
+    controller: ControllerName = Field(
+        default="paper",
+        description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are told friction "
+        "and mass and hold 1.2 or 1.5 times the least force",
     )
     preload_mm: float = Field(
         default=0.03, gt=0, le=50, description="approach before the first tangential move"
@@ -78,4 +81,13 @@ class Grip(Table):
         le=5,
         description="of the surface that the rig is calibrated on, not of the object",
     )
+    pull_share: float = Field(
+        default=0.03,
+        gt=0,
+        le=1,
+        description="all but paper: F_t rises by at most this share of F_n in one control step",
+    )
+    fixed_force: FixedForce = Field(default_factory=FixedForce)
+    fixed_ratio: FixedRatio = Field(default_factory=FixedRatio)
+    reactive: Reactive = Field(default_factory=Reactive)
     seed: int = Field(default=0, ge=0, le=2**32 - 1, description="seeds whatever noise is asked")
