@@ -57,3 +57,15 @@ def force_response(
         forces = forces + inverse.inverse[:, tangential_dofs(sliding, dim)] @ slips
     changes[:, nodes] = forces.T.reshape(len(modes), len(nodes), dim)
     return changes
+
+
+def stiffness(
+    problem: ContactProblem,
+    increment: Increment,
+    workspace: Workspace | None = None,
+    held: bool = False,
+) -> Array:
+    """d(F_n, F_t) / d(approach, shear) (2, 2) of the whole finger, N/mm; ``held`` as above."""
+    changes = force_response(problem, increment, problem.modes[:2], workspace, held)
+    columns = [problem.model.total_force(problem.to_global(change)) for change in changes]
+    return np.array([[-column[1], column[0]] for column in columns]).T

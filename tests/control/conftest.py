@@ -1,5 +1,7 @@
 """A finger in closed form: an incompressible half-plane with gages (Flamant), numpy only."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -61,6 +63,13 @@ def flamant_model(nodes=81, half=4.0, radius=20.0, gages=11, reach=5.0):
 @pytest.fixture(scope="session")
 def half_plane():
     return contact_problem(flamant_model(), Plane(0.0), 0.5)
+
+
+@pytest.fixture(scope="session")
+def softer():
+    """The same crest, twice as compliant."""
+    model = flamant_model()
+    return contact_problem(replace(model, compliance=2.0 * model.compliance), Plane(0.0), 0.5)
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,173 @@
+"""Two fingers lift an object off its support; then it hangs, is tugged, changes weight, drops.
+
+Quasi-static, along x alone. W is the object's weight and what tugs at it, toward +x; the hand moves
+toward -x, ``hand`` mm in all. While the object stands, the fingers are sheared by all of that,
+
+    shear = hand,          F_t + F_t' <= W                     (the support carries the rest)
+
+and where they would carry more than W, it hangs: they carry W and it rises by what is left,
+
+    F_t + F_t' = W,        rise = hand - shear > 0
+
+A hanging object that friction cannot carry falls back onto its support: complete slip. It can be
+gripped anew there. Dynamics, tilting and the support's own friction are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from fingerdesign.contact.force_control import NoEquilibrium
+from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.judge import GRAVITY
+from fingerdesign.control.plant import Truth
+from fingerdesign.control.signals import Sample, gage_readings
+from fingerdesign.control.two_fingers import Held, MirrorPair, Pair, UnlikePair
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """A tug at the lifted object: ``extra_force_N`` toward +x (down), or up where negative.
+
+    It acts from move ``step_after_lift`` after the one that lifted (1 is the next), for
+    ``duration_steps`` moves.
+    """
+
+    step_after_lift: int
+    extra_force_N: float
+    duration_steps: int = 1
+
+    def __post_init__(self) -> None:
+        if self.step_after_lift < 1 or self.duration_steps < 1:
+            raise ValueError("a tug begins 1 or more steps after the lift and lasts 1 or more")
+        if not isfinite(self.extra_force_N):
+            raise ValueError(f"a tug of {self.extra_force_N} N is not finite")
+
+
+@dataclass(frozen=True)
+class WeightChange:
+    """The lifted object has another mass from move ``step_after_lift`` after the lift on."""
+
+    step_after_lift: int
+    object_mass_g: float
+
+    def __post_init__(self) -> None:
+        if self.step_after_lift < 1:
+            raise ValueError("the weight changes 1 or more steps after the lift")
+        if not (isfinite(self.object_mass_g) and self.object_mass_g > 0.0):
+            raise ValueError(f"a mass of {self.object_mass_g} g must be over 0")
+
+
+class LiftPlant:
+    """A finger with gages and an opposite one, an object between them on a support.
+
+    dx is the hand's move away from the support, dy what each finger closes by, both mm; a step is
+    one move. Forces and truth are those of the finger with gages. opposite: another finger's
+    problem, without it a mirror image. The support is where the object is first touched.
+
+    Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        face: str,
+        object_mass_g: float,
+        opposite: ContactProblem | None = None,
+        disturbances: Sequence[Disturbance | WeightChange] = (),
+    ) -> None:
+        if not (isfinite(object_mass_g) and object_mass_g > 0.0):
+            raise ValueError(f"a mass of {object_mass_g} g must be over 0")
+        self._problem, self._face = problem, face
+        self._fingers: Pair = (
+            MirrorPair(problem) if opposite is None else UnlikePair(problem, opposite)
+        )
+        self._mass = object_mass_g
+        self._disturbances = tuple(disturbances)
+        self._check_tugs()
+        self._closing = self._hand = 0.0
+        self._since_lift: int | None = None  # moves since the first lift
+        self._lifted = False
+        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False)
+        self._held: Held | None = None
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Raise the hand by ``dx``, close each finger by ``dy``; see :class:`Plant`."""
+        if self._since_lift is not None:
+            self._since_lift += 1
+        closing, hand = self._closing + dy, self._hand + dx
+        held, lifted, dropped = self._find(closing, hand, self.weight(self._since_lift or 0))
+        self._fingers.accept(held)
+        self._held = held
+        self._closing, self._hand, self._lifted = closing, hand, lifted
+        if lifted and self._since_lift is None:
+            self._since_lift = 0
+        measures = measure(self._problem, held.increment)
+        slips = completely_slips(measures, self._problem.model.dimension)
+        self._truth = Truth(
+            approach=held.increment.motion.approach,
+            shear=held.shear,
+            normal_force=measures.normal_force,
+            tangential_force=measures.tangential_force,
+            stick_ratio=measures.stick_ratio,
+            slip_distance=measures.slip_distance,
+            complete_slip=slips or dropped,
+            lifted=lifted,
+            rise=hand - held.shear if lifted else 0.0,
+        )
+        readings = gage_readings(measures.gages, self._face)
+        return Sample(readings, measures.normal_force, measures.tangential_force, lifted)
+
+    def truth(self) -> Truth:
+        """The state after the last move, for the judge."""
+        return self._truth
+
+    @property
+    def held(self) -> Held | None:
+        """What both fingers do after the last move, for the judge; None before the first."""
+        return self._held
+
+    def weight(self, step_after_lift: int) -> float:
+        """What pulls at the object toward +x that many moves after the lift, N."""
+        mass, extra = self._mass, 0.0
+        if step_after_lift > 0:
+            for each in sorted(self._disturbances, key=lambda each: each.step_after_lift):
+                since = step_after_lift - each.step_after_lift
+                if isinstance(each, WeightChange):
+                    mass = each.object_mass_g if since >= 0 else mass
+                elif 0 <= since < each.duration_steps:
+                    extra += each.extra_force_N
+        return 1e-3 * GRAVITY * mass + extra
+
+    def _find(self, closing: float, hand: float, weight: float) -> tuple[Held, bool, bool]:
+        """What the fingers do now, whether the object hangs, whether it has dropped."""
+        if self._lifted:
+            try:
+                hanging = self._fingers.hang(closing, weight)
+            except NoEquilibrium:
+                return self._fingers.stand(closing, hand), False, True
+            if hanging.shear < hand:
+                return hanging, True, False
+            return self._fingers.stand(closing, hand), False, False  # the hand has set it down
+        standing = self._fingers.stand(closing, hand)
+        if standing.carried <= weight:
+            return standing, False, False
+        return self._fingers.hang(closing, weight), True, False
+
+    def _check_tugs(self) -> None:
+        tugs = [each for each in self._disturbances if isinstance(each, Disturbance)]
+        changes = [each for each in self._disturbances if isinstance(each, WeightChange)]
+        for tug in tugs:
+            last = tug.step_after_lift + tug.duration_steps - 1
+            begins = [each.step_after_lift for each in tugs]
+            begins += [each.step_after_lift for each in changes]
+            # The force changes where something begins; between it can only return.
+            during = [step for step in begins if tug.step_after_lift <= step <= last]
+            if any(self.weight(step) < 0.0 for step in during):
+                raise ValueError(
+                    f"a tug of {tug.extra_force_N:g} N lifts the object out of the fingers; "
+                    "tug less, or use a heavier object"
+                )

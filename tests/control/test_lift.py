@@ -1,0 +1,223 @@
+"""An object lifted off its support by two fingers: weight, hanging, tugs, drops."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.judge import GRAVITY, is_lifted
+from fingerdesign.control.lift import Disturbance, LiftPlant, WeightChange
+from fingerdesign.control.plant import CondensedPlant, press
+
+MASS = 200.0
+HALF = 0.5e-3 * GRAVITY * MASS
+
+
+def raised(plant, mass_share=1.0, closing=0.12, most=200):
+    """Press, then raise the hand until the object hangs."""
+    list(press(plant, closing, 0.02))
+    for _ in range(most):
+        plant.move(0.005, 0.0)
+        if plant.truth().lifted:
+            return plant
+    raise AssertionError("never lifted")
+
+
+def test_standing_the_support_carries_the_rest_and_the_finger_feels_as_on_a_stage(half_plane):
+    plant, stage = LiftPlant(half_plane, "upper", MASS), CondensedPlant(half_plane, "upper")
+    for dx, dy in [(0.0, 0.03), (0.0, 0.03), (0.004, 0.01), (0.004, 0.01)]:
+        felt, there = plant.move(dx, dy), stage.move(dx, dy)
+        assert np.array_equal(felt.readings, there.readings)
+        assert felt.normal_force == there.normal_force
+        assert plant.truth().tangential_force < HALF
+        assert (plant.truth().lifted, plant.truth().rise, felt.lifted) == (False, 0.0, False)
+
+
+def test_hanging_both_fingers_carry_the_weight_whatever_the_hand_does(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS))
+    for dx, dy in [(0.0, 0.0), (0.01, 0.0), (0.0, 0.02), (0.5, -0.01), (-0.02, 0.004)]:
+        before = plant.truth()
+        sample = plant.move(dx, dy)
+        now = plant.truth()
+        assert 2.0 * now.tangential_force == pytest.approx(1e-3 * GRAVITY * MASS, rel=1e-6)
+        assert now.rise - before.rise == pytest.approx(dx - (now.shear - before.shear), abs=1e-12)
+        assert (now.lifted, sample.lifted, now.complete_slip) == (True, True, False)
+        assert is_lifted(now, MASS)
+        assert now.approach - before.approach == pytest.approx(dy)
+
+
+def test_at_the_lift_the_shear_is_what_the_weight_needs(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS))
+    now = plant.truth()
+    assert 0.0 < now.rise <= 0.005
+    assert now.tangential_force == pytest.approx(HALF, rel=1e-8)
+
+
+def test_squeezing_a_hanging_object_raises_the_normal_force_alone(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS))
+    forces = []
+    for _ in range(8):
+        plant.move(0.0, 0.005)
+        forces.append(plant.truth().normal_force)
+        assert plant.truth().tangential_force == pytest.approx(HALF, rel=1e-8)
+    assert (np.diff(forces) > 0.0).all()
+
+
+def test_a_tug_is_felt_while_it_lasts(half_plane):
+    tug = Disturbance(step_after_lift=3, extra_force_N=0.6, duration_steps=2)
+    plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[tug]))
+    plant.move(0.1, 0.0)
+    felt = [2.0 * (plant.move(0.0, 0.0).tangential_force - HALF) for _ in range(5)]
+    assert felt == pytest.approx([0.0, 0.6, 0.6, 0.0, 0.0], abs=1e-7)
+    assert plant.truth().lifted
+
+
+def test_a_tug_beyond_friction_drops_the_object_onto_its_support(half_plane):
+    limit = 2.0 * 0.5  # of both fingers, per N of F_n
+    plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, 50.0)]))
+    plant.move(0.3, 0.0)
+    now = plant.truth()
+    assert (now.lifted, now.complete_slip, now.rise) == (False, True, 0.0)
+    assert limit * now.normal_force == pytest.approx(2.0 * now.tangential_force, rel=1e-6)
+    assert not is_lifted(now, MASS)
+    assert now.slip_distance > 0.25  # all the way back to the support
+    plant.move(0.01, 0.0)
+    assert plant.truth().lifted  # without the tug it can be raised anew
+
+
+def test_a_tug_soon_after_the_lift_sets_the_object_down_again(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, 0.6)]))
+    plant.move(0.0, 0.0)
+    assert (plant.truth().lifted, plant.truth().complete_slip) == (False, False)
+    assert plant.truth().tangential_force < HALF + 0.3
+
+
+def test_a_tug_that_friction_carries_does_not(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, 0.0)]))
+    spare = 0.98 * (0.5 * plant.truth().normal_force - HALF) * 2.0
+    for share, kept in ((1.0, True), (1.1, False)):
+        tugs = [Disturbance(1, share * spare)]
+        other = raised(LiftPlant(half_plane, "upper", MASS, disturbances=tugs))
+        other.move(0.1, 0.0)
+        assert other.truth().lifted is kept
+        assert other.truth().complete_slip is not kept
+
+
+def test_a_heavier_object_slips_where_a_lighter_one_is_held(half_plane):
+    for mass, kept in ((210.0, True), (2000.0, False)):
+        plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[WeightChange(2, mass)]))
+        plant.move(0.05, 0.0)
+        assert plant.truth().lifted
+        plant.move(0.05, 0.0)
+        assert (plant.truth().lifted, plant.truth().complete_slip) == (kept, not kept)
+        if kept:
+            carried = 2.0 * plant.truth().tangential_force
+            assert carried == pytest.approx(1e-3 * GRAVITY * mass, rel=1e-6)
+
+
+def test_opening_the_hand_drops_it_and_closing_grips_it_anew(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS))
+    plant.move(0.05, 0.0)
+    dropped = False
+    for _ in range(12):
+        plant.move(0.0, -0.01)
+        dropped = dropped or plant.truth().complete_slip
+    assert dropped
+    assert not plant.truth().lifted
+    list(press(plant, 0.12, 0.02))
+    for _ in range(100):
+        plant.move(0.005, 0.0)
+        if plant.truth().lifted:
+            break
+    assert plant.truth().lifted
+    assert plant.truth().tangential_force == pytest.approx(HALF, rel=1e-8)
+
+
+def test_lowering_the_hand_sets_the_object_down_without_slip(half_plane):
+    plant = raised(LiftPlant(half_plane, "upper", MASS))
+    plant.move(0.03, 0.0)
+    for _ in range(10):
+        plant.move(-0.005, 0.0)
+        assert not plant.truth().complete_slip
+    assert (plant.truth().lifted, plant.truth().rise) == (False, 0.0)
+    assert plant.truth().tangential_force < HALF
+
+
+def test_slip_takes_energy_and_gives_none(half_plane):
+    """Tugs down and up, again and again: a closed loop of F_t against shear, run the lossy way."""
+    cycle = [0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
+    tugs = [Disturbance(k, force) for k, force in enumerate(3 * cycle, 2)]
+    plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=tugs))
+    plant.move(0.2, 0.0)
+    path = []
+    for _ in 3 * cycle:
+        plant.move(0.0, 0.0)
+        assert plant.truth().lifted
+        path.append((plant.truth().shear, plant.truth().tangential_force))
+    shear, force = np.array([path[7], *path[8:16]]).T
+    assert force[0] == pytest.approx(force[-1], rel=1e-8)
+    assert shear[0] == pytest.approx(shear[-1], abs=1e-6)
+    loss = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(shear))
+    assert loss > 1e-4 * np.ptp(force) * np.ptp(shear)
+
+
+def test_the_same_moves_give_the_same_samples(half_plane):
+    def history():
+        tugs = [Disturbance(2, 1.0, 3), WeightChange(4, 150.0)]
+        plant = raised(LiftPlant(half_plane, "both", MASS, disturbances=tugs))
+        return [plant.move(0.002, 0.001).readings for _ in range(8)]
+
+    assert all(np.array_equal(a, b) for a, b in zip(history(), history(), strict=True))
+
+
+def test_an_equal_finger_opposite_is_the_mirror_image(half_plane):
+    """Two equal problems, solved apart, find half of everything each."""
+    tugs = [Disturbance(2, 0.5, 3)]
+    mirror = LiftPlant(half_plane, "upper", MASS, disturbances=tugs)
+    apart = LiftPlant(half_plane, "upper", MASS, half_plane, tugs)
+    for dx, dy in [(0.0, 0.04)] * 3 + [(0.006, 0.002)] * 14 + [(0.002, 0.001)] * 5:
+        one, two = mirror.move(dx, dy), apart.move(dx, dy)
+        assert two.readings == pytest.approx(one.readings, rel=1e-6, abs=1e-6)
+        assert two.normal_force == pytest.approx(one.normal_force, rel=1e-8)
+        assert apart.truth().shear == pytest.approx(mirror.truth().shear, abs=1e-8)
+        assert apart.truth().lifted == mirror.truth().lifted
+    assert mirror.truth().lifted
+
+
+def test_unlike_fingers_press_alike_and_carry_the_weight_between_them(half_plane, softer):
+    plant = raised(LiftPlant(half_plane, "upper", MASS, softer))
+    like = raised(LiftPlant(half_plane, "upper", MASS))
+    for _ in range(3):
+        plant.move(0.0, 0.004)
+        like.move(0.0, 0.004)
+    now = plant.truth()
+    # The softer one yields more: the object drifts toward it, off the stiffer finger.
+    assert now.approach < like.truth().approach
+    held = plant.held
+    pressed, against = (
+        -problem.model.total_force(each.force)[1]
+        for problem, each in ((half_plane, held.increment), (softer, held.other))
+    )
+    assert pressed == pytest.approx(against, rel=1e-8)
+    assert held.carried == pytest.approx(1e-3 * GRAVITY * MASS, rel=1e-6)
+    assert now.tangential_force > HALF  # the stiffer one carries more
+    assert held.increment.motion.approach + held.other.motion.approach == pytest.approx(0.264)
+
+
+def test_unlike_fingers_drop_what_they_cannot_carry(half_plane, softer):
+    plant = raised(LiftPlant(half_plane, "upper", MASS, softer, [Disturbance(1, 50.0)]))
+    plant.move(0.2, 0.0)
+    assert (plant.truth().lifted, plant.truth().complete_slip) == (False, True)
+
+
+def test_what_cannot_be_is_refused(half_plane):
+    for mass in (0.0, -5.0, float("nan")):
+        with pytest.raises(ValueError, match="mass"):
+            LiftPlant(half_plane, "upper", mass)
+    with pytest.raises(ValueError, match="out of the fingers"):
+        LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, -3.0)])
+    lighter_by_then = [Disturbance(1, -1.5, 10), WeightChange(5, 100.0)]
+    with pytest.raises(ValueError, match="out of the fingers"):
+        LiftPlant(half_plane, "upper", MASS, disturbances=lighter_by_then)
+    with pytest.raises(ValueError, match="steps after the lift"):
+        Disturbance(0, 1.0)
+    with pytest.raises(ValueError, match="mass"):
+        WeightChange(1, 0.0)
