@@ -23,7 +23,7 @@ from fingerdesign.contact.increment import (
     solve_increment,
 )
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.contact.tangent import force_response
+from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
 Array = NDArray[np.float64]
@@ -311,14 +311,8 @@ class _Search:
 
     def _tangent(self, increment: Increment, held: bool = False) -> Array:
         """d(F_n, F_t) / d(approach, shear) of the free ones, N/mm."""
-        changes = force_response(
-            self.problem, increment, self.problem.modes[self.free], self.workspace, held
-        )
-        columns = [
-            self.problem.model.total_force(self.problem.to_global(change)) for change in changes
-        ]
-        rows = np.array([[-column[1], column[0]] for column in columns]).T
-        return np.asarray(rows[self.free])
+        whole = stiffness(self.problem, increment, self.workspace, held)
+        return whole[np.ix_(self.free, self.free)]
 
     @staticmethod
     def _shear_stiffness(tangent: Array) -> float:

@@ -36,8 +36,9 @@ class Hardware:
     the gages' relative gain errors. dead_gages: numbers of plates whose gages answer to nothing.
     quantisation_microstrain: step of the converter. force_noise_N: standard deviation on both
     forces. delay_samples: the hand hears everything so late. backlash_mm: of the stage, each axis.
-    stage_step_mm: least move of the stage. unit: which specimen, its gains are drawn from this.
-    Raises ValueError on numbers that are not finite or below 0.
+    stage_step_mm: least move of the stage. specimen: which of many such rigs; its gains are drawn
+    from this number. As ``[grip.hardware]`` has them: ``Hardware(**design.grip.hardware
+    .model_dump())``. Raises ValueError on numbers that are not finite or below 0.
     """
 
     gage_noise_microstrain: float = 0.0
@@ -50,7 +51,7 @@ class Hardware:
     delay_samples: int = 0
     backlash_mm: float = 0.0
     stage_step_mm: float = 0.0
-    unit: int = 0
+    specimen: int = 0
 
     def __post_init__(self) -> None:
         for each in fields(self):
@@ -82,7 +83,7 @@ class Hardware:
         A plate's gain is its own, whichever other gages there are.
         """
         gains = [
-            1.0 + self.gain_spread * np.random.default_rng([self.unit, plate]).standard_normal()
+            1.0 + self.gain_spread * np.random.default_rng([self.specimen, plate]).standard_normal()
             for plate in plates
         ]
         dead = np.isin(plates, self.dead_gages)

@@ -10,6 +10,7 @@ from collections.abc import Set
 
 from fingerdesign.design.body_checks import body_faults, sound_outline
 from fingerdesign.design.faults import involves
+from fingerdesign.design.grip_checks import plant_faults
 from fingerdesign.design.layers import lies_over, not_sweepable
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.meshing import mesh_file_faults
@@ -113,7 +114,8 @@ def is_sound(design: Design) -> bool:
 def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     """Faults of the stage's motions against each other and against the body."""
     grip = design.grip
-    faults: list[Fault] = []
+    unsure = involves(doubtful, "grip", "plates.count", "plates.placement", "plates.rows")
+    faults = [] if unsure else plant_faults(design)
     if involves(doubtful, "grip.max_approach_mm", "grip.preload_mm", "grip.approach_step_mm"):
         return faults
     most = design.body.base_height_mm

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from fingerdesign.design.base import Many, Table
+from fingerdesign.design.grip_plant import HardwareTable, PlantName, Tug, WeightChange
 from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Reactive
 
 Friction = Annotated[float, Field(gt=0, le=5)]
@@ -28,6 +29,24 @@ class Grip(Table):
     object_mass_g: float = Field(
         default=500.0, gt=0, le=1e5, description="two fingers carry half the weight each"
     )
+    plant: PlantName = Field(
+        default="finger",
+        description="finger: one finger on a stage, lifted where 2 F_t exceeds the weight, as in "
+        "the paper; lift: two fingers and the object on its support, which then hangs from them",
+    )
+    hold_steps: int = Field(
+        default=0,
+        ge=0,
+        le=100_000,
+        description="lift: control steps for which the lifted object is held on",
+    )
+    tugs: Many[Tug] = Field(
+        default=(), max_length=1000, description="lift: what pulls at the object while it hangs"
+    )
+    weight_changes: Many[WeightChange] = Field(
+        default=(), max_length=1000, description="lift: when the hanging object's mass changes"
+    )
+    hardware: HardwareTable = Field(default_factory=HardwareTable)
     controller: ControllerName = Field(
         default="paper",
         description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are told friction "

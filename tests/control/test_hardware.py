@@ -78,7 +78,7 @@ def test_gains_belong_to_the_specimen_and_its_plates():
     gains = first / clean
     assert gains == pytest.approx(np.broadcast_to(gains[0], gains.shape))
     assert np.ptp(gains[0]) > 0.01
-    other = read(imperfect(gain_spread=0.05, unit=1), 5, 0.01)
+    other = read(imperfect(gain_spread=0.05, specimen=1), 5, 0.01)
     assert not np.allclose(other, first)
     chosen = read(imperfect(plates=[3, 2, 1, 0], gain_spread=0.05), 5, 0.01)
     assert (chosen / clean)[0] == pytest.approx(gains[0][::-1])

@@ -1,0 +1,90 @@
+"""The ``[grip]`` tables of plant and hardware: what is accepted, and each fault by its key."""
+
+import pytest
+
+from fingerdesign import parse_design
+from fingerdesign.control.hardware import Hardware
+from fingerdesign.errors import DesignError
+
+LIFT = """
+design.name = "a"
+[grip]
+plant = "lift"
+hold_steps = 50
+object_mass_g = 200.0
+"""
+
+
+def test_the_default_grips_with_one_finger_and_perfect_hardware():
+    grip = parse_design('design.name = "a"').grip
+    assert (grip.plant, grip.hold_steps, grip.tugs, grip.weight_changes) == ("finger", 0, (), ())
+    assert Hardware(**grip.hardware.model_dump()) == Hardware()
+
+
+def test_a_lift_with_all_that_can_happen_to_it():
+    grip = parse_design(
+        LIFT
+        + """
+[[grip.tugs]]
+step_after_lift = 10
+extra_force_N = 1.0
+duration_steps = 5
+[[grip.tugs]]
+step_after_lift = 30
+extra_force_N = -1.9
+[[grip.weight_changes]]
+step_after_lift = 40
+object_mass_g = 300.0
+[grip.hardware]
+gage_noise_microstrain = 0.5
+dead_gages = [3, 4]
+delay_samples = 2
+"""
+    ).grip
+    assert [tug.duration_steps for tug in grip.tugs] == [5, 1]
+    assert grip.weight_changes[0].object_mass_g == 300.0
+    hardware = Hardware(**grip.hardware.model_dump())
+    assert (hardware.dead_gages, hardware.delay_samples) == ((3, 4), 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("hold_steps = 5", "grip.hold_steps"),
+        ("[[grip.tugs]]\nstep_after_lift = 1\nextra_force_N = 1.0", "grip.tugs[0]"),
+        ('plant = "hand"', "grip.plant"),
+        ("[grip.hardware]\ngage_noise_microstrain = -0.5", "grip.hardware.gage_noise_microstrain"),
+        ("[grip.hardware]\nsample_rate_Hz = 0", "grip.hardware.sample_rate_Hz"),
+        ("[grip.hardware]\ndelay_samples = 1.5", "grip.hardware.delay_samples"),
+        ("[grip.hardware]\ndead_gages = [15]", "grip.hardware.dead_gages"),
+        ("[grip.hardware]\ndead_gages = [3, 3]", "grip.hardware.dead_gages"),
+        ("[grip.hardware]\nnoise = 1.0", "grip.hardware.noise"),
+    ],
+)
+def test_each_fault_is_blamed_on_its_key(text, key):
+    with pytest.raises(DesignError) as caught:
+        parse_design(f'design.name = "a"\n[grip]\n{text}')
+    assert [fault.key for fault in caught.value.faults] == [key]
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("tugs", "grip.tugs[0].step_after_lift"),
+        ("weight_changes", "grip.weight_changes[0].step_after_lift"),
+    ],
+)
+def test_what_begins_after_the_end_is_refused(text, key):
+    value = "extra_force_N" if text == "tugs" else "object_mass_g"
+    with pytest.raises(DesignError) as caught:
+        parse_design(f"{LIFT}[[grip.{text}]]\nstep_after_lift = 51\n{value} = 1.0")
+    assert [fault.key for fault in caught.value.faults] == [key]
+
+
+def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():
+    tug = "[[grip.tugs]]\nstep_after_lift = 2\nduration_steps = 20\nextra_force_N = "
+    lighter = "\n[[grip.weight_changes]]\nstep_after_lift = 15\nobject_mass_g = 100.0\n"
+    with pytest.raises(DesignError, match=r"tugs\[0\].extra_force_N.*0.981 N"):
+        parse_design(LIFT + tug + "-1.5" + lighter)
+    parse_design(LIFT + tug + "-0.98" + lighter)
+    parse_design(LIFT + tug + "-1.5")
