@@ -28,7 +28,7 @@ from fingerdesign.errors import FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.load_path import PathStopped, follow_path
 from fingerdesign.records import contact_history, increment_result
-from fingerdesign.refusals import refuse
+from fingerdesign.refusals import refuse, refuse_controller
 from fingerdesign.results import (
     Analysis,
     FieldHistory,
@@ -73,6 +73,7 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     """
     scene = case.path_scene
     refuse(case, scene)
+    refuse_controller(case)
     if case.fidelity in ("plane-strain", "auto") or case.design.mesh.mesher == "extrude":
         from fingerdesign.mesh.section_process import start_mesher
 

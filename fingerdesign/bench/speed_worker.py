@@ -123,8 +123,9 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
     """Moves and seconds of one lift with steps of ``share`` of the design's."""
     from fingerdesign.control.calibration import calibrate
     from fingerdesign.control.controller import PaperController
-    from fingerdesign.control.episode import Bounds, paper_settings, run_episode
+    from fingerdesign.control.episode import Bounds, run_episode
     from fingerdesign.control.plant import CondensedPlant
+    from fingerdesign.control.roster import paper_settings
     from fingerdesign.design.io import with_values
     from fingerdesign.pipeline import one_thread
 

@@ -82,7 +82,8 @@ class PaperController:
     Each step closes by dy. A is made between now and the last sample since the hold whose F_t
     differs by ``force_floor``. It has fallen when it is ``dead_band`` below its largest value since
     the hold: small falls add up, whatever the step. Then dx = 0 until F_n has risen by
-    ``hold_force``; from there the curve starts anew, with slope zero.
+    ``hold_force``; from there the curve starts anew, with slope zero. A lifted object ends the flow
+    chart: the hand stays where it is.
 
     ``rule=False`` never holds: what the same path does without the rule.
     """
@@ -106,6 +107,8 @@ class PaperController:
 
     def command(self, sample: Sample) -> Command:
         """The next move; see :class:`Controller`."""
+        if sample.lifted:
+            return Command(0.0, 0.0, False, self._area)
         self._learn_stiffness(sample)
         rise = sample.normal_force - self._last.normal_force
         self._last = sample

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control import roster
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.controller import Command, Controller, PaperController, PaperSettings
+from fingerdesign.control.controller import Command, Controller, PaperController
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
 from fingerdesign.control.plant import CondensedPlant, Plant, Truth, press
 from fingerdesign.control.signals import Sample
@@ -21,11 +22,13 @@ from fingerdesign.result_arrays import GripTrace
 from fingerdesign.results import GripResult
 
 if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
     from fingerdesign.design.schema import Design
 
 Array = NDArray[np.float64]
 Ending = Literal["lifted", "complete slip", "stage travel", "steps", "failed"]
+
+
+_RAISE = 0.03  # mm a step: a tug at an object that barely hangs would only set it down
 
 
 @dataclass(frozen=True)
@@ -78,10 +81,11 @@ def run_episode(
 ) -> Episode:
     """Press to the preload, then move as the controller says until something ends the grip.
 
-    after_lift: steps for which the lifted object is held on; it can still slip then, and the result
-    says lifted as well as gross_slip. Friction and mass are for the judge alone. A SolverError of
-    the plant ends the grip as failed, with the plant's sentence as its reason; ZoneExhausted is
-    raised on: a model with a wider zone of contact candidates is needed, the grip has not failed.
+    after_lift: steps for which the lifted object is held on, while the arm raises it clear of its
+    support; it can still slip then, and the result says lifted as well as gross_slip. Friction and
+    mass are for the judge alone. A SolverError of the plant ends the grip as failed, with the
+    plant's sentence as its reason; ZoneExhausted is raised on: a model with a wider zone of contact
+    candidates is needed, the grip has not failed.
     """
     record = _Record()
     preload_moves = 0
@@ -134,11 +138,13 @@ def _grip(
     for _ in range(bounds.max_steps + after_lift):
         command = controller.command(sample)
         left = bounds.max_approach - record.approach
+        raising = 0.0
         if record.lift is not None:  # a hand at the end of its stage goes on holding
             command = replace(command, dy=min(command.dy, left))
+            raising = _RAISE
         if record.approach + command.dy > bounds.max_approach + 1e-9:
             return "stage travel", f"not lifted within an approach of {bounds.max_approach:g} mm"
-        sample = plant.move(command.dx, command.dy)
+        sample = plant.move(command.dx + raising, command.dy)
         truth = plant.truth()
         record.add(sample, truth, command)
         if truth.complete_slip:
@@ -191,7 +197,8 @@ def run_episodes(
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
-    Each grip is run a second time with the rule off: ``slips_without_rule`` and
+    The table says the controller, and the oracles are told the friction and the mass. A grip by the
+    paper's rule is run a second time with the rule off: ``slips_without_rule`` and
     ``trace.without_rule``. Raises SolverError where the calibration itself fails.
     """
     grip, face = design.grip, design.gages.face
@@ -204,30 +211,25 @@ def run_episodes(
         bounds.approach_step,
         bounds.max_approach,
     )
-    settings = paper_settings(grip)
+
+    def run(friction: float, hand: Controller) -> Episode:
+        plant = CondensedPlant(problem.with_friction(friction), face)
+        return run_episode(plant, hand, calibration, bounds, friction, object_mass_g)
+
     episodes = []
     for friction in friction_coefficients:
-        own = problem.with_friction(friction)
-        ruled, free = (
-            run_episode(
-                CondensedPlant(own, face),
-                PaperController(settings, rule),
-                calibration,
-                bounds,
-                friction,
-                object_mass_g,
+        hand = roster.controller(grip.controller, grip, friction=friction, mass_g=object_mass_g)
+        episode = run(friction, hand)
+        if grip.controller == "paper":
+            free = run(friction, PaperController(roster.paper_settings(grip), rule=False))
+            # A comparison that failed shows nothing either way.
+            slips = None if free.ending == "failed" else free.result.gross_slip
+            episode = replace(
+                episode,
+                result=replace(episode.result, slips_without_rule=slips),
+                trace=replace(episode.trace, without_rule=free.trace),
             )
-            for rule in (True, False)
-        )
-        # A comparison that failed shows nothing either way.
-        slips = None if free.ending == "failed" else free.result.gross_slip
-        episodes.append(
-            replace(
-                ruled,
-                result=replace(ruled.result, slips_without_rule=slips),
-                trace=replace(ruled.trace, without_rule=free.trace),
-            )
-        )
+        episodes.append(episode)
     return episodes
 
 
@@ -240,16 +242,3 @@ def run_grips(
     """Results and traces of :func:`run_episodes`; in plane strain and in 3-D alike."""
     episodes = run_episodes(problem, design, friction_coefficients, object_mass_g)
     return [(episode.result, episode.trace) for episode in episodes]
-
-
-def paper_settings(grip: Grip) -> PaperSettings:
-    """The rule's parameters from a design's ``[grip]`` table."""
-    return PaperSettings(
-        approach_step=grip.approach_step_mm,
-        shear_step=grip.shear_step_mm,
-        curve=grip.curve_per_N,
-        threshold_share=grip.threshold_share,
-        force_floor=grip.force_floor_N,
-        dead_band=grip.dead_band_mm,
-        hold_force=grip.hold_force_N,
-    )

@@ -7,8 +7,9 @@ import pytest
 
 from fingerdesign.control.calibration import Calibration, calibrate
 from fingerdesign.control.controller import PaperController, PaperSettings
-from fingerdesign.control.episode import paper_settings, run_episodes
+from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plant import CondensedPlant
+from fingerdesign.control.roster import paper_settings
 from fingerdesign.control.signals import NormalCalibration, Sample
 
 SETTINGS = PaperSettings(

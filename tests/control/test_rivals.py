@@ -1,0 +1,236 @@
+"""The rivals: where their forces end, what they react to, and that none of them reads a gage."""
+
+import dataclasses
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.episode import Bounds, run_episode
+from fingerdesign.control.lift import Disturbance, LiftPlant
+from fingerdesign.control.plant import CondensedPlant
+from fingerdesign.control.roster import NAMES, controller, paper_settings
+from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip_rivals import ControllerName
+from fingerdesign.design.io import with_values
+from fingerdesign.errors import DesignError
+
+GRAVITY = 9.80665e-3
+BASE = {
+    "grip.preload_mm": 0.02,
+    "grip.approach_step_mm": 0.008,
+    "grip.max_approach_mm": 0.3,
+    "grip.pull_share": 0.02,
+    "grip.force_floor_N": 0.01,
+}
+
+
+@pytest.fixture(scope="module")
+def grip(design):
+    return with_values(design, BASE).grip
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane, grip):
+    return calibrate(
+        lambda: CondensedPlant(half_plane, "both"),
+        half_plane.model.gage_x,
+        grip.preload_mm,
+        grip.approach_step_mm,
+        grip.max_approach_mm,
+    )
+
+
+@pytest.fixture
+def lift(half_plane, grip, bench):
+    """Lift an object by a named controller: on its support, or without one."""
+
+    def run(name, friction, mass_g, values=None, after_lift=0, hangs=True, disturbances=()):
+        table = with_grip(grip, values or {})
+        problem = half_plane.with_friction(friction)
+        plant = (
+            LiftPlant(problem, "both", mass_g, disturbances=disturbances)
+            if hangs
+            else CondensedPlant(problem, "both")
+        )
+        hand = controller(name, table, friction=friction, mass_g=mass_g)
+        bounds = Bounds(table.preload_mm, table.approach_step_mm, table.max_approach_mm, 300)
+        return run_episode(plant, hand, bench, bounds, friction, mass_g, after_lift)
+
+    return run
+
+
+def with_grip(grip, values):
+    """A copy with dotted keys set."""
+    for key, value in values.items():
+        table, _, name = key.rpartition(".")
+        inner = getattr(grip, table) if table else grip
+        changed = inner.model_copy(update={name: value})
+        grip = grip.model_copy(update={table: changed}) if table else changed
+    return grip
+
+
+@pytest.mark.parametrize("hangs", [True, False])
+@pytest.mark.parametrize(("friction", "mass_g"), [(0.2, 150.0), (0.5, 60.0), (0.8, 500.0)])
+@pytest.mark.parametrize("margin", [1.2, 1.5])
+def test_an_oracle_lifts_at_its_margin(lift, margin, friction, mass_g, hangs):
+    result = lift(f"oracle_{margin}", friction, mass_g, hangs=hangs).result
+    assert (result.lifted, result.gross_slip) == (True, False)
+    # 2 % below: the hand pulls from 0.98 of its force on; without a support F_t overshoots a bit.
+    assert 0.96 * margin < result.safety_margin <= 1.01 * margin
+    least = 0.5 * GRAVITY * mass_g / friction
+    assert result.peak_normal_force_N <= 1.01 * margin * least
+
+
+@pytest.mark.parametrize(("friction", "mass_g"), [(0.3, 300.0), (0.8, 100.0)])
+def test_fixed_force_ends_at_its_force(lift, friction, mass_g):
+    episode = lift("fixed_force", friction, mass_g, {"fixed_force.force_N": 6.0}, after_lift=5)
+    assert episode.result.lifted
+    assert episode.result.final_normal_force_N == pytest.approx(6.0, rel=0.02)
+    trace = episode.trace
+    assert (trace.tangential_force[trace.normal_force < 0.97 * 6.0] < 0.02).all()
+
+
+def test_fixed_force_drops_what_is_too_heavy_for_it(lift):
+    episode = lift("fixed_force", 0.3, 500.0, {"fixed_force.force_N": 6.0})
+    assert (episode.ending, episode.result.lifted) == ("complete slip", False)
+
+
+@pytest.mark.parametrize("mass_g", [100.0, 300.0])
+def test_fixed_ratio_keeps_its_ratio_whatever_the_weight(lift, mass_g):
+    friction, ratio = 0.4, 0.2
+    episode = lift("fixed_ratio", friction, mass_g, {"fixed_ratio.ratio": ratio}, after_lift=5)
+    assert episode.result.lifted
+    assert episode.result.safety_margin == pytest.approx(friction / ratio, rel=0.08)
+    on = episode.trace.tangential_force > 0.5 * GRAVITY * mass_g * 0.5
+    used = episode.trace.tangential_force[on] / episode.trace.normal_force[on]
+    assert np.allclose(used, ratio, rtol=0.08)
+
+
+def test_fixed_ratio_slips_on_what_is_smoother_than_it(lift):
+    assert lift("fixed_ratio", 0.2, 300.0, {"fixed_ratio.ratio": 0.25}).result.gross_slip
+
+
+def test_the_reactive_hand_grips_harder_at_each_sign_of_slip(lift):
+    values = {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.93, "reactive.step_up": 1.4}
+    episode = lift("reactive", 0.4, 150.0, values)
+    result, trace = episode.result, episode.trace
+    assert (result.lifted, result.gross_slip) == (True, False)
+    assert result.holds >= 3
+    assert trace.normal_force[0] < 0.5
+    first = int(np.flatnonzero(trace.hold)[0])
+    before, after = trace.normal_force[first - 1], trace.normal_force[first:]
+    waited = int(np.flatnonzero(~trace.hold[first:])[0])
+    assert after[waited - 1] == pytest.approx(1.4 * before, rel=0.03)
+    assert trace.dx[trace.hold].max() == 0.0
+    # It does react to slip: not before much of the friction was in use.
+    used = trace.tangential_force[first - 1] / trace.limit[first - 1]
+    assert 0.4 < used < 1.0
+
+
+def test_waiting_for_gross_slip_is_too_late(lift):
+    values = {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3}
+    assert lift("reactive", 0.4, 150.0, values).ending == "complete slip"
+    firm = lift("reactive", 0.4, 150.0, values | {"reactive.first_force_N": 3.0})
+    assert firm.result.lifted
+    assert firm.result.holds == 0
+
+
+def test_after_its_slip_it_grips_on(half_plane, grip, bench):
+    """The episode ends there; a hand would not."""
+    table = with_grip(grip, {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3})
+    hand = controller("reactive", table)
+    plant = CondensedPlant(half_plane.with_friction(0.4), "both")
+    sample = plant.move(0.0, table.preload_mm)
+    hand.start(bench, sample)
+    slipped = 0
+    for _ in range(120):
+        command = hand.command(sample)
+        sample = plant.move(command.dx, command.dy)
+        slipped += plant.truth().complete_slip
+    assert slipped >= 3
+    assert sample.normal_force > 3.0 * 0.5
+
+
+@pytest.mark.parametrize("name", ["fixed_ratio", "reactive", "oracle_1.2"])
+def test_a_tug_is_answered_by_a_harder_grip(lift, name):
+    values = {"reactive.first_force_N": 4.0, "fixed_ratio.ratio": 0.25}
+    tug = Disturbance(step_after_lift=10, extra_force_N=0.3, duration_steps=30)
+    episode = lift(name, 0.4, 200.0, values, after_lift=25, disturbances=(tug,))
+    trace = episode.trace
+    at = trace.lift_step + 10
+    assert (episode.result.lifted, episode.result.gross_slip) == (True, False)
+    assert trace.tangential_force[at] > trace.tangential_force[at - 1] + 0.1
+    ratio = trace.tangential_force[-1] / trace.tangential_force[at - 1]
+    assert trace.normal_force[-1] / trace.normal_force[at - 1] == pytest.approx(ratio, rel=0.05)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name != "regulator"])
+def test_a_lifted_object_is_not_pulled_any_more(lift, name):
+    values = {"fixed_force.force_N": 6.0, "reactive.first_force_N": 6.0}
+    episode = lift(name, 0.5, 150.0, values, after_lift=10)
+    trace, at = episode.trace, episode.trace.lift_step
+    assert (episode.result.lifted, episode.result.gross_slip) == (True, False)
+    assert len(trace.dx) == at + 11
+    assert (trace.dx[at + 1 :] == 0.0).all()
+    assert trace.normal_force[-1] == pytest.approx(trace.normal_force[at], rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["fixed_force", "fixed_ratio", "reactive", "oracle_1.5"])
+def test_rivals_do_not_read_gages(bench, grip, name):
+    def moves(scale):
+        hand = controller(name, grip, friction=0.3, mass_g=300.0)
+        hand.start(bench, felt(0.5, 0.0, scale))
+        forces = [(0.5, 0.0), (0.6, 0.0), (0.7, 0.05), (15.0, 0.3), (15.0, 0.31), (15.0, 0.31)]
+        return [hand.command(felt(*pair, scale)) for pair in forces]
+
+    assert moves(0.0) == moves(1e4)
+
+
+def felt(normal, tangential, scale):
+    return Sample(scale * np.arange(11.0), normal, tangential)
+
+
+def test_starting_again_forgets_the_last_grip(bench, grip):
+    for name in ("fixed_force", "fixed_ratio", "reactive", "oracle_1.2"):
+        hand = controller(name, grip, friction=0.3, mass_g=300.0)
+        runs = []
+        for _ in range(2):
+            hand.start(bench, felt(0.5, 0.0, 0.0))
+            forces = [(0.6, 0.1), (15.0, 0.3), (15.0, 0.3), (15.0, 0.3)]
+            runs.append([hand.command(felt(*pair, 0.0)) for pair in forces])
+        assert runs[0] == runs[1]
+
+
+def test_no_move_is_larger_than_the_hand_can_do(bench, grip):
+    chance = np.random.default_rng(3)
+    for name in ("fixed_force", "fixed_ratio", "reactive", "oracle_1.5"):
+        hand = controller(name, grip, friction=0.3, mass_g=300.0)
+        hand.start(bench, felt(0.5, 0.0, 0.0))
+        for normal, tangential in chance.uniform([-1.0, -5.0], [60.0, 20.0], (100, 2)):
+            command = hand.command(felt(normal, tangential, 0.0))
+            assert abs(command.dy) <= grip.approach_step_mm
+            assert 0.0 <= command.dx <= grip.shear_step_mm
+
+
+def test_names_are_those_of_the_table(grip):
+    assert get_args(ControllerName) == NAMES
+    for name in NAMES:
+        if name != "regulator":
+            assert controller(name, grip, friction=0.5, mass_g=200.0).name == name
+
+
+def test_who_is_not_told_enough_is_refused(grip):
+    with pytest.raises(ValueError, match=r"oracle_1\.2 must be told"):
+        controller("oracle_1.2", grip, friction=0.5)
+    with pytest.raises(DesignError, match="estimator"):
+        controller("regulator", grip)
+    with pytest.raises(DesignError, match="one of paper, fixed_force"):
+        controller("magic", grip)
+
+
+def test_the_paper_is_set_by_the_table(grip):
+    settings = paper_settings(grip.model_copy(update={"dead_band_mm": 0.123}))
+    assert settings.dead_band == 0.123
+    assert dataclasses.asdict(settings)["approach_step"] == grip.approach_step_mm
