@@ -37,6 +37,10 @@ COMMANDS = {
         "fingerdesign_cli.validate:command",
         "What each modelling assumption costs, and saves.",
     ),
+    "study-control": (
+        "fingerdesign_cli.study_control:command",
+        "Compare controllers over friction, weight and noise.",
+    ),
     "view": ("fingerdesign_cli.view:command", "Look at a result."),
     "bench": ("fingerdesign_cli.bench:command", "Compare with known answers; speed and accuracy."),
 }

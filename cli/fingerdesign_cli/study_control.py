@@ -1,0 +1,222 @@
+"""``fingerdesign study-control``: controllers over friction x weight x noise, on one design."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import (
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+    read_case,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.study.control_grid import ControlGrid
+    from fingerdesign.study.control_record import ControlStudy
+
+_FILE = click.Path(path_type=Path)
+_NAMES = (  # control.roster.NAMES, which would load numpy
+    *("paper", "fixed_force", "fixed_ratio", "reactive", "oracle_1.2", "oracle_1.5", "regulator"),
+)
+
+
+@click.command("study-control")
+@click.argument("design_file", metavar="DESIGN", type=_FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The record goes to OUT/NAME of the design.",
+)
+@click.option(
+    "--controller",
+    "controllers",
+    metavar="NAME",
+    multiple=True,
+    help=f"This controller alone; may be given again. One of: {', '.join(_NAMES)}.",
+)
+@click.option(
+    "--friction",
+    "frictions",
+    metavar="MU",
+    type=float,
+    multiple=True,
+    help="Friction coefficient; may be given again. Without it ten from 0.2 to 0.8.",
+)
+@click.option(
+    "--mass-g",
+    "masses",
+    metavar="G",
+    type=float,
+    multiple=True,
+    help="The object's mass; may be given again. Without it ten from 100 to 1000 g.",
+)
+@click.option(
+    "--noise",
+    "noises",
+    metavar="E",
+    type=float,
+    multiple=True,
+    help="Standard deviation of a gage's sample, microstrain; may be given again. Without it 0, "
+    "0.5, 1, 2, 5 and 10.",
+)
+@click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
+@click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of all noise.")
+@click.option(
+    "--estimator",
+    "estimator_file",
+    metavar="FILE",
+    type=_FILE,
+    help="For the regulator: an estimator taught on DESIGN (JSON).",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Processes; without it as many as there are cores.",
+)
+@output_options
+def command(
+    design_file: Path,
+    out: Path,
+    controllers: tuple[str, ...],
+    frictions: tuple[float, ...],
+    masses: tuple[float, ...],
+    noises: tuple[float, ...],
+    quick: bool,
+    no_tug: bool,
+    seed: int,
+    estimator_file: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain.
+
+    Each lifts every object at every noise and, once, holds it against a tug. OUT/NAME then holds
+    control.html (findings, tables, figures), control.json, grips.csv (every grip), control.png and
+    path_*.csv (the grips that are drawn).
+
+    What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted study
+    goes on where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
+    finding.
+    """
+    design, _ = read_case(design_file)
+    from fingerdesign.study.control_folder import control_folder, journal_beside
+    from fingerdesign.study.control_study import study_control, write_study
+
+    name = design.design.name
+    target = out / name
+    grid = _grid(frictions, masses, noises, quick, no_tug, seed)
+    grid.refuse()
+    estimator = None if estimator_file is None else _estimator(estimator_file)
+    names = controllers or tuple(
+        each for each in _NAMES if each != "regulator" or estimator is not None
+    )
+    journal = journal_beside(target.absolute())
+    with control_folder(target) as folder, progress(name, quiet) as show:
+        found = study_control(
+            design,
+            names,
+            grid,
+            journal,
+            estimator=estimator,
+            workers=workers or _cores(),
+            tell=lambda message, fraction: show(message, fraction),
+        )
+        show("writing the report", 1.0)
+        write_study(found, folder)
+    journal.unlink(missing_ok=True)
+    if as_json:
+        print_json(found.data())
+    elif not quiet:
+        _show(found, target, estimator is None and not controllers)
+    return 0
+
+
+def _grid(
+    frictions: tuple[float, ...],
+    masses: tuple[float, ...],
+    noises: tuple[float, ...],
+    quick: bool,
+    no_tug: bool,
+    seed: int,
+) -> ControlGrid:
+    from dataclasses import replace
+
+    from fingerdesign.study.control_grid import ControlGrid
+
+    grid = ControlGrid.quick() if quick else ControlGrid()
+    return replace(
+        grid,
+        frictions=frictions or grid.frictions,
+        masses_g=masses or grid.masses_g,
+        noises=noises or grid.noises,
+        seed=seed,
+        tug=None if no_tug else grid.tug,
+    )
+
+
+def _estimator(path: Path) -> GripEstimator:
+    from fingerdesign.control.estimator import EstimatorError, GripEstimator
+    from fingerdesign.errors import DesignError, Fault
+
+    try:
+        return GripEstimator.from_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, EstimatorError) as error:
+        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
+        raise DesignError([fault]) from error
+
+
+def _cores() -> int:
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _show(found: ControlStudy, folder: Path, without_regulator: bool) -> None:
+    from fingerdesign.report.control_words import findings
+
+    noise = found.trace_noise
+    headings = ["controller", "success %", "95 %", "held %", "dropped", "crushed", "not lifted"]
+    headings += ["margin", "peak", "least stick", "tug held %", "reaction ms"]
+    rows = [_row(found, name, noise) for name in found.controllers]
+    print_table(f"{found.design} at {noise:g} microstrain", headings, rows)
+    for each in findings(found.data()):
+        click.echo(f"{each.question} {each.answer}: {each.words}")
+    for warning in found.warnings:
+        click.echo(f"mind: {warning}")
+    if without_regulator:
+        click.echo("the regulator was left out: it needs --estimator FILE")
+    click.echo(f"{found.seconds['whole']:.0f} s; report: {folder / 'control.html'}")
+
+
+def _row(found: ControlStudy, name: str, noise: float) -> list[str]:
+    told = found.summary(name, noise)
+    low, high = told.success.interval or (0.0, 1.0)
+    margin, peak, stick = told.margin_at_lift, told.peak_ratio, told.minimum_stick_ratio
+    tugged = found.summary(name, tugged=True)
+    reaction = tugged.reaction_steps
+    rate = found.hardware["sample_rate_Hz"]
+    return [
+        name,
+        _number(told.success.rate, 1, 100.0),
+        f"{100 * low:.1f} to {100 * high:.1f}",
+        _number(told.held.rate, 1, 100.0),
+        *(str(count) for count in (told.dropped, told.crushed, told.not_lifted)),
+        *(_number(None if each is None else each.median, 2) for each in (margin, peak, stick)),
+        _number(tugged.held.rate, 1, 100.0),
+        _number(None if reaction is None else reaction.median, 0, 1000.0 / rate),
+    ]
+
+
+def _number(value: float | None, decimals: int, factor: float = 1.0) -> str:
+    return "–" if value is None else f"{factor * value:.{decimals}f}"

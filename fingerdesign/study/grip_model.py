@@ -1,0 +1,56 @@
+"""The plane-strain model that grips are run on by the hundred: condensed once, small, and said how.
+
+A control step costs what its Python costs below some 150 contact nodes, so the contact is meshed
+for grips with :data:`CONTACT_SIZE_MM` at the crest. On ``sensitive``, against 0.05 mm, over a
+lift's path at mu = 0.2, 0.5 and 0.8: forces to 1e-4, stick ratio 0.006 RMS (at most 0.034, where
+the contact has a few nodes), readings 0.35 microstrain RMS; with 0.15 mm 0.009, 0.041 and 0.7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from fingerdesign.case import Case, fundamental_scene, gage_array
+from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.design.contact_zone import candidate_zone
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.refusals import refuse
+from fingerdesign.scene_contact import object_at_touch
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+CONTACT_SIZE_MM = 0.1
+_ROOM = 1.2  # times the zone of a pure approach: a hanging object drags the contact along
+
+
+def grip_problem(
+    design: Design,
+    contact_size_mm: float = CONTACT_SIZE_MM,
+    tell: Callable[[str], None] = lambda message: None,
+) -> ContactProblem:
+    """The design's section against a plane, for the stage travel of its ``[grip]`` table.
+
+    Its gages are those of the array that the slip rule reads; the friction is the bench's. No
+    coarser than the design's own section asks for beyond ``contact_size_mm``. Raises DesignError
+    where the design cannot be gripped with or has no section.
+    """
+    from fingerdesign.design.io import with_values
+    from fingerdesign.pipeline import condense, make_mesh
+
+    if design.plates.number < 2:
+        remedy = "add plates: without gages there is nothing to feel"
+        raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
+    size = max(contact_size_mm, design.mesh.section.contact_size_mm)
+    coarse = with_values(design, {"mesh.section.contact_size_mm": size})
+    scene = fundamental_scene()
+    refuse(Case(coarse, fidelity="plane-strain", fields=False, go_on=True), scene)
+    reach = coarse.grip.max_approach_mm
+    zone = candidate_zone(coarse, scene.object, reach).widened(_ROOM, coarse)
+    tell("meshing")
+    mesh = make_mesh(coarse, "plane-strain", zone)
+    tell(f"condensing {len(mesh.cells)} elements")
+    model = condense(coarse, mesh, zone, scene).reduced.with_gages(gage_array(coarse))
+    rigid = object_at_touch(scene.object, coarse.body)
+    return contact_problem(model, rigid, coarse.grip.bench_friction_coefficient)
