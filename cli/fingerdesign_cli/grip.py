@@ -134,7 +134,8 @@ def _report(result: Result, out: Path, quiet: bool, as_json: bool) -> None:
     elif not quiet and result.status == "ok":
         headings = ["friction", "ends", "F_n N", "F_t N", "margin", "least stick", "holds"]
         headings += ["without the rule", "steps"]
-        title = f"{result.design}: {result.grips[0].object_mass_g:g} g, {result.fidelity}"
+        first = result.grips[0]
+        title = f"{result.design}: {first.object_mass_g:g} g, {first.controller}, {result.fidelity}"
         print_table(title, headings, [_row(grip) for grip in result.grips])
         click.echo(f"report: {folder / 'report.html'}")
     if result.failure:

@@ -17,6 +17,7 @@ from fingerdesign.errors import DesignError, Fault
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
+    from fingerdesign.design.grip_rivals import Rival
 
 MARGINS = {"oracle_1.2": 1.2, "oracle_1.5": 1.5}
 NAMES = ("paper", "fixed_force", "fixed_ratio", "reactive", *MARGINS, "regulator")
@@ -38,18 +39,22 @@ def controller(
     if name == "paper":
         return PaperController(paper_settings(grip))
     if name == "fixed_force":
-        return FixedForce(hand_steps(grip), grip.fixed_force.force_N)
+        return FixedForce(hand_steps(grip, grip.fixed_force), grip.fixed_force.force_N)
     if name == "fixed_ratio":
-        return FixedRatio(hand_steps(grip), grip.fixed_ratio.ratio)
+        return FixedRatio(hand_steps(grip, grip.fixed_ratio), grip.fixed_ratio.ratio)
     if name == "reactive":
         own = grip.reactive
         return Reactive(
-            hand_steps(grip), own.first_force_N, own.slip_share, own.step_up, grip.force_floor_N
+            hand_steps(grip, own),
+            own.first_force_N,
+            own.slip_share,
+            own.step_up,
+            own.force_floor_N,
         )
     if name in MARGINS:
         if friction is None or mass_g is None:
             raise ValueError(f"{name} must be told the object's friction and mass")
-        return Oracle(hand_steps(grip), MARGINS[name], friction, mass_g)
+        return Oracle(hand_steps(grip, grip.oracle), MARGINS[name], friction, mass_g)
     if name == "regulator":
         raise DesignError([regulator_fault()])
     raise DesignError(
@@ -80,14 +85,14 @@ def paper_settings(grip: Grip) -> PaperSettings:
     )
 
 
-def hand_steps(grip: Grip) -> Steps:
-    """What a hand may do in one control step, from a design's ``[grip]`` table.
+def hand_steps(grip: Grip, own: Rival) -> Steps:
+    """What a hand may do in one control step, from a design's ``[grip]`` table and a rival's own.
 
     The calibration must have been made with the table's ``max_approach_mm``.
     """
     return Steps(
         approach_step=grip.approach_step_mm,
         shear_step=grip.shear_step_mm,
-        pull_share=grip.pull_share,
+        pull_share=own.pull_share,
         bench_travel=grip.max_approach_mm,
     )

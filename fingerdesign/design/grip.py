@@ -8,7 +8,7 @@ from pydantic import Field
 
 from fingerdesign.design.base import Many, Table
 from fingerdesign.design.grip_plant import HardwareTable, PlantName, Tug, WeightChange
-from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Reactive
+from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Oracle, Reactive
 
 Friction = Annotated[float, Field(gt=0, le=5)]
 
@@ -100,13 +100,8 @@ class Grip(Table):
         le=5,
         description="of the surface that the rig is calibrated on, not of the object",
     )
-    pull_share: float = Field(
-        default=0.03,
-        gt=0,
-        le=1,
-        description="all but paper: F_t rises by at most this share of F_n in one control step",
-    )
     fixed_force: FixedForce = Field(default_factory=FixedForce)
     fixed_ratio: FixedRatio = Field(default_factory=FixedRatio)
     reactive: Reactive = Field(default_factory=Reactive)
+    oracle: Oracle = Field(default_factory=Oracle)
     seed: int = Field(default=0, ge=0, le=2**32 - 1, description="seeds whatever noise is asked")

@@ -19,7 +19,18 @@ ControllerName = Literal[
 ]
 
 
-class FixedForce(Table):
+class Rival(Table):
+    """What every rival's table says."""
+
+    pull_share: float = Field(
+        default=0.02,
+        gt=0,
+        le=1,
+        description="F_t rises by about this share of F_n in one control step, no more",
+    )
+
+
+class FixedForce(Rival):
     """``[grip.fixed_force]``: one normal force for every object."""
 
     force_N: float = Field(
@@ -31,7 +42,7 @@ class FixedForce(Table):
     )
 
 
-class FixedRatio(Table):
+class FixedRatio(Rival):
     """``[grip.fixed_ratio]``: both forces grow in one ratio."""
 
     ratio: float = Field(
@@ -42,19 +53,26 @@ class FixedRatio(Table):
     )
 
 
-class Reactive(Table):
+class Reactive(Rival):
     """``[grip.reactive]``: pull lightly gripped, grip harder once it slips."""
 
     first_force_N: float = Field(
         default=1.0, gt=0, le=1e5, description="normal force before anything has slipped"
     )
     slip_share: float = Field(
-        default=0.1,
+        default=0.5,
         gt=0,
         lt=1,
-        description="it slips where F_t rises by less than this share of what the stiffest pull "
-        "at this normal force gave",
+        description="it slips where F_t rises by less than this share of what the stiffest pull at "
+        "this normal force gave",
+    )
+    force_floor_N: float = Field(
+        default=0.02, gt=0, le=1e3, description="rise of F_t over which that is judged"
     )
     step_up: float = Field(
         default=1.3, gt=1, le=10, description="the normal force grows by this factor at a slip"
     )
+
+
+class Oracle(Rival):
+    """``[grip.oracle]``: told friction and mass; its margin is in its name."""

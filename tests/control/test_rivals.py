@@ -21,8 +21,7 @@ BASE = {
     "grip.preload_mm": 0.02,
     "grip.approach_step_mm": 0.008,
     "grip.max_approach_mm": 0.3,
-    "grip.pull_share": 0.02,
-    "grip.force_floor_N": 0.01,
+    "grip.reactive.force_floor_N": 0.01,
 }
 
 
