@@ -10,7 +10,7 @@ writing the folder that a user opens is outputs.py.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -122,7 +122,7 @@ def _run_in_zone(
     if case.grips and case.scene is None and case.gage_array:
         tell("gripping")
         with clock.stage("grips"), one_thread():
-            grips = run_all_grips(design, heard)
+            grips = run_all_grips(design, heard, case.gage_array)
     with clock.stage("report"):
         fields = recover_fields(model, steps) if case.fields else None
     result = Result(
@@ -242,11 +242,15 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     return tuple(study(problem, rows, case.design.gages.face, frictions))
 
 
-def run_all_grips(design: Design, problem: ContactProblem) -> list[tuple[GripResult, GripTrace]]:
-    """The grips of the design's ``[grip]`` table on one condensed model."""
+def run_all_grips(
+    design: Design, problem: ContactProblem, plates: Sequence[int]
+) -> list[tuple[GripResult, GripTrace]]:
+    """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
+    gages it has."""
     from fingerdesign.control.episode import run_grips
 
-    return run_grips(problem, design, design.grip.friction_coefficients, design.grip.object_mass_g)
+    grip = design.grip
+    return run_grips(problem, design, grip.friction_coefficients, grip.object_mass_g, plates)
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control import roster
-from fingerdesign.control.calibration import Calibration, calibrate
+from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controller import Command, Controller, PaperController
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
-from fingerdesign.control.plant import CondensedPlant, Plant, Truth, press
+from fingerdesign.control.plant import Plant, Truth, press
+from fingerdesign.control.rig import Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 from fingerdesign.result_arrays import GripTrace
@@ -194,34 +195,31 @@ def run_episodes(
     design: Design,
     friction_coefficients: Iterable[float],
     object_mass_g: float,
+    plates: Sequence[int] | None = None,
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
-    The table says the controller, and the oracles are told the friction and the mass. A grip by the
-    paper's rule is run a second time with the rule off: ``slips_without_rule`` and
-    ``trace.without_rule``. Raises SolverError where the calibration itself fails.
+    The table says plant, hardware and controller; the oracles are told the friction and the mass. A
+    grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
+    ``trace.without_rule``. plates: numbers of those whose gages the problem's model has, None for
+    all. Raises SolverError where the calibration itself fails.
     """
-    grip, face = design.grip, design.gages.face
+    grip = design.grip
+    rig = Rig(problem, design.gages.face, grip, plates)
     bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
-    bench = problem.with_friction(grip.bench_friction_coefficient)
-    calibration = calibrate(
-        lambda: CondensedPlant(bench, face),
-        problem.model.gage_x,
-        bounds.preload,
-        bounds.approach_step,
-        bounds.max_approach,
-    )
+    calibration = rig.calibration()
 
-    def run(friction: float, hand: Controller) -> Episode:
-        plant = CondensedPlant(problem.with_friction(friction), face)
-        return run_episode(plant, hand, calibration, bounds, friction, object_mass_g)
+    def run(number: int, friction: float, hand: Controller) -> Episode:
+        plant = rig.plant(friction, object_mass_g, number)
+        after = grip.hold_steps
+        return run_episode(plant, hand, calibration, bounds, friction, object_mass_g, after)
 
     episodes = []
-    for friction in friction_coefficients:
+    for number, friction in enumerate(friction_coefficients):
         hand = roster.controller(grip.controller, grip, friction=friction, mass_g=object_mass_g)
-        episode = run(friction, hand)
+        episode = run(number, friction, hand)
         if grip.controller == "paper":
-            free = run(friction, PaperController(roster.paper_settings(grip), rule=False))
+            free = run(number, friction, PaperController(roster.paper_settings(grip), rule=False))
             # A comparison that failed shows nothing either way.
             slips = None if free.ending == "failed" else free.result.gross_slip
             episode = replace(
@@ -238,7 +236,8 @@ def run_grips(
     design: Design,
     friction_coefficients: Iterable[float],
     object_mass_g: float,
+    plates: Sequence[int] | None = None,
 ) -> list[tuple[GripResult, GripTrace]]:
     """Results and traces of :func:`run_episodes`; in plane strain and in 3-D alike."""
-    episodes = run_episodes(problem, design, friction_coefficients, object_mass_g)
+    episodes = run_episodes(problem, design, friction_coefficients, object_mass_g, plates)
     return [(episode.result, episode.trace) for episode in episodes]

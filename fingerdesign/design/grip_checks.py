@@ -11,11 +11,13 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 _GRAVITY = 9.80665  # m/s^2
+_BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
 
 def plant_faults(design: Design) -> list[Fault]:
-    """Faults of ``[grip]``'s plant: a lift's keys without a lift, gages that are not there."""
-    return [*_lift_faults(design.grip), *_dead_gage_faults(design)]
+    """Faults of ``[grip]``'s plant: a lift's keys without a lift, gages that are not there, a
+    stage too coarse."""
+    return [*_lift_faults(design.grip), *_dead_gage_faults(design), *_stage_faults(design.grip)]
 
 
 def _lift_faults(grip: Grip) -> list[Fault]:
@@ -78,3 +80,14 @@ def _dead_gage_faults(design: Design) -> list[Fault]:
         return []
     bound = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
     return [Fault("grip.hardware.dead_gages", wrong, bound, "name plates that there are")]
+
+
+def _stage_faults(grip: Grip) -> list[Fault]:
+    """A stage too coarse for the moves that calibrate the finger: some would be no move at all."""
+    step = grip.hardware.stage_step_mm
+    least = min(0.5 * grip.approach_step_mm, _BENCH_SHEAR * grip.preload_mm)
+    if step <= least:
+        return []
+    bound = f"at most {least:.4g}: half of grip.approach_step_mm, {_BENCH_SHEAR:g} grip.preload_mm"
+    remedy = "take a finer stage, or longer moves"
+    return [Fault("grip.hardware.stage_step_mm", step, bound, remedy)]

@@ -56,6 +56,7 @@ delay_samples = 2
         ("[grip.hardware]\ngage_noise_microstrain = -0.5", "grip.hardware.gage_noise_microstrain"),
         ("[grip.hardware]\nsample_rate_Hz = 0", "grip.hardware.sample_rate_Hz"),
         ("[grip.hardware]\ndelay_samples = 1.5", "grip.hardware.delay_samples"),
+        ("[grip.hardware]\nstage_step_mm = 0.0021", "grip.hardware.stage_step_mm"),
         ("[grip.hardware]\ndead_gages = [15]", "grip.hardware.dead_gages"),
         ("[grip.hardware]\ndead_gages = [3, 3]", "grip.hardware.dead_gages"),
         ("[grip.hardware]\nnoise = 1.0", "grip.hardware.noise"),

@@ -1,0 +1,178 @@
+"""A grip recorded on a rig, as a CSV file (numpy only): read whole, or refused row by row.
+
+    time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ..., gage_n [, lifted]
+
+A row is one sample: its time, the move of the object that led to it, the finger's two forces and
+the gages in microstrain; lifted is 0 or 1. Signs are those of :class:`Sample`. Rows are numbered
+as in the file, the header being row 1. A controller that is fed a trace with a hole, a NaN or
+another unit would answer all the same: so none is read.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.control.trace_units import unit_faults
+from fingerdesign.errors import DesignError, Fault
+
+Array = NDArray[np.float64]
+
+COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
+LEAST_GAGES = 2  # one tells nothing about where it sticks
+_MOST_FAULTS = 20  # told at once
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A recorded grip of k samples: (k,) arrays, readings (k, g) microstrain; mm, N, s.
+
+    rows (k,): the samples' rows in their file. lifted (k,), None where the rig does not tell.
+    """
+
+    time: Array
+    dx: Array
+    dy: Array
+    normal_force: Array
+    tangential_force: Array
+    readings: Array
+    rows: NDArray[np.int64]
+    lifted: NDArray[np.bool_] | None = None
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+def read_trace(path: Path | str, gages: int | None = None) -> Trace:
+    """Read a trace's file; ``gages``: how many the finger has, where that is known.
+
+    Raises DesignError with the faults found, each with its row and column.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise DesignError([Fault("trace", str(path), "a readable CSV file", f"{why}")]) from None
+    return parse_trace(text, gages, str(path))
+
+
+def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> Trace:
+    """As :func:`read_trace`, of a file's text; ``source`` names it in what is raised."""
+    header, lines = _lines(text, source)
+    _refuse(_header_faults(header, gages), source)
+    table, faults = _numbers(header, lines)
+    _refuse(faults, source)
+    rows = np.array([row for row, _ in lines], dtype=np.int64)
+    column = dict(zip(header, table.T, strict=True))
+    faults = _lifted_faults(column, rows)
+    _refuse(faults + list(unit_faults(column, rows)), source)
+    readings = table[:, [header.index(name) for name in _gages_of(header)]]
+    lifted = column["lifted"] > 0.0 if "lifted" in column else None
+    return Trace(*(column[name] for name in COLUMNS), readings, rows, lifted)
+
+
+def _refuse(faults: Sequence[Fault], source: str) -> None:
+    if len(faults) > _MOST_FAULTS:
+        left = len(faults) - _MOST_FAULTS
+        more = Fault("trace", f"{left} more faults", "without any", "mend these first")
+        faults = [*faults[:_MOST_FAULTS], more]
+    if faults:
+        raise DesignError(list(faults), source)
+
+
+def _lines(text: str, source: str) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The header's names, and (row, cells) of each line that holds anything."""
+    try:
+        reader = csv.reader(text.splitlines(), strict=True)
+        lines = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader if cells]
+    except csv.Error as error:
+        raise DesignError([Fault("trace", source, "a CSV file", str(error))]) from None
+    if len(lines) < 3:
+        bound = "a header and at least 2 samples"
+        raise DesignError([Fault("trace", f"{len(lines)} rows", bound, "record a grip")], source)
+    return lines[0][1], lines[1:]
+
+
+def _gages_of(header: Sequence[str]) -> list[str]:
+    """The gages' columns in the order of their numbers."""
+    named = [name for name in header if re.fullmatch(r"gage_[1-9]\d*", name)]
+    return sorted(named, key=lambda name: int(name.removeprefix("gage_")))
+
+
+def _header_faults(header: Sequence[str], gages: int | None) -> list[Fault]:
+    found = _gages_of(header)
+    known = [*COLUMNS, *found, "lifted"]
+    faults = []
+    for place, name in enumerate(header, 1):
+        if name not in known:
+            near = difflib.get_close_matches(name, [*known, "gage_1"], 1, 0.5)
+            remedy = f"did you mean {near[0]}?" if near else "units stand in the names"
+            faults.append(_cell(1, str(place), f"'{name}'", "a known column", remedy))
+        elif name in header[: place - 1]:
+            faults.append(_cell(1, str(place), f"'{name}'", "there once", "leave one out"))
+    faults += [
+        _cell(1, name, "absent", "there", f"the columns are {', '.join(COLUMNS)}, gage_1, ...")
+        for name in COLUMNS
+        if name not in header
+    ]
+    least = LEAST_GAGES if gages is None else gages
+    whose = "" if gages is None else ", as the finger has"
+    if len(found) < least:
+        bound = f"at least {least} gages (gage_1 to gage_{least}){whose}"
+        name = f"gage_{len(found) + 1}"
+        faults.append(_cell(1, name, f"{len(found)} gages", bound, "record every gage"))
+    elif gages is not None and len(found) > gages:
+        remedy = "leave out what the finger has not"
+        faults.append(_cell(1, found[gages], f"{len(found)} gages", f"{gages}{whose}", remedy))
+    elif found and found[-1] != f"gage_{len(found)}":
+        bound = f"gage_1 to gage_{len(found)} without a gap"
+        faults.append(_cell(1, found[-1], "a number too high", bound, "number them from 1"))
+    return faults
+
+
+def _numbers(
+    header: Sequence[str], lines: Sequence[tuple[int, list[str]]]
+) -> tuple[Array, list[Fault]]:
+    """The table (k, columns), and a fault for each cell that holds no finite number."""
+    table = np.full((len(lines), len(header)), np.nan)
+    faults = []
+    for k, (row, cells) in enumerate(lines):
+        if len(cells) != len(header):
+            bound = f"{len(header)}, one for each name of the header"
+            place = header[min(len(cells), len(header) - 1)]
+            remedy = "mend the row; decimals take a point"
+            faults.append(_cell(row, place, f"{len(cells)} cells in the row", bound, remedy))
+            continue
+        for j, (name, cell) in enumerate(zip(header, cells, strict=True)):
+            try:
+                table[k, j] = float(cell)
+            except ValueError:
+                what = f"'{cell}'" if cell else "empty"
+                remedy = "record it, or cut the trace there"
+                faults.append(_cell(row, name, what, "a number", remedy))
+                continue
+            if not np.isfinite(table[k, j]):
+                remedy = "the sensor gave nothing: cut the trace there"
+                faults.append(_cell(row, name, cell, "a finite number", remedy))
+    return table, faults
+
+
+def _lifted_faults(column: dict[str, Array], rows: NDArray[np.int64]) -> list[Fault]:
+    def wrong() -> Iterator[Fault]:
+        for row, value in zip(rows, column.get("lifted", ()), strict=False):
+            if value not in (0.0, 1.0):
+                yield _cell(int(row), "lifted", f"{value:g}", "0 or 1", "say which")
+
+    return list(wrong())
+
+
+def _cell(row: int, column: str, value: object, bound: str, remedy: str) -> Fault:
+    return Fault(f"row {row}, column {column}", value, bound, remedy)

@@ -1,0 +1,235 @@
+"""Recorded traces: read as they are, and every fault named by row and column."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.controller import Command
+from fingerdesign.control.plant import CondensedPlant
+from fingerdesign.control.recorded import RecordedPlant, TraceEnded, replay
+from fingerdesign.control.trace import parse_trace, read_trace
+from fingerdesign.errors import DesignError
+
+NAMES = ["time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N"]
+SAMPLES = 12
+
+
+def table(gages=3):
+    """A grip of 12 samples at 100 Hz: 0.01 mm closing and 0.3 N each, shear from the fifth on."""
+    k = np.arange(1, SAMPLES + 1)
+    dx = np.where(k > 4, 0.002, 0.0)
+    tangential = 20.0 * np.cumsum(dx)
+    strain = 10.0 * np.outer(0.3 * k, np.arange(1, gages + 1))
+    return np.column_stack([0.01 * k, dx, np.full(SAMPLES, 0.01), 0.3 * k, tangential, strain])
+
+
+def text(cells=None, names=None, gages=3):
+    cells = table(gages) if cells is None else cells
+    names = [*NAMES, *(f"gage_{k + 1}" for k in range(gages))] if names is None else names
+    lines = [",".join(names)]
+    lines += [",".join(c if isinstance(c, str) else f"{c:.10g}" for c in row) for row in cells]
+    return "\n".join(lines) + "\n"
+
+
+def changed(row, name, value, gages=3):
+    """The trace's text with one cell changed; rows as in the file."""
+    names = [*NAMES, *(f"gage_{k + 1}" for k in range(gages))]
+    cells = [list(line) for line in table(gages)]
+    cells[row - 2][names.index(name)] = value
+    return text(cells, names, gages)
+
+
+def scaled(name, factor, gages=3):
+    names = [*NAMES, *(f"gage_{k + 1}" for k in range(gages))]
+    cells = table(gages)
+    wanted = [k for k, each in enumerate(names) if each.startswith(name)]
+    cells[:, wanted] *= factor
+    return text(cells, names, gages)
+
+
+def faults(trace, gages=None):
+    with pytest.raises(DesignError) as caught:
+        parse_trace(trace, gages, "grip.csv")
+    return [str(fault) for fault in caught.value.faults]
+
+
+def test_a_trace_is_played_sample_by_sample(tmp_path):
+    path = tmp_path / "grip.csv"
+    path.write_text(text(), "utf-8")
+    plant, expected = RecordedPlant(path, gages=3), table()
+    assert len(plant) == SAMPLES
+    for k in range(SAMPLES):
+        sample = plant.move(9.9, 9.9)  # a record does not do as it is told
+        assert sample.readings == pytest.approx(expected[k, 5:])
+        assert sample.normal_force == pytest.approx(expected[k, 3])
+        assert sample.tangential_force == pytest.approx(expected[k, 4])
+        assert sample.lifted is False
+        truth = plant.truth()
+        assert truth.approach == pytest.approx(0.01 * (k + 1))
+        assert truth.shear == pytest.approx(expected[: k + 1, 1].sum())
+        assert (truth.stick_ratio, truth.lifted) == (None, None)
+    with pytest.raises(TraceEnded, match="ends in row 13"):
+        plant.move(0.0, 0.0)
+
+
+def test_columns_may_stand_in_any_order_and_the_hand_may_see_the_lift():
+    order = ["lifted", "gage_2", "normal_force_N", "time_s", "gage_1", "dx_mm", "dy_mm"]
+    order.append("tangential_force_N")
+    cells = table(2)
+    source = dict(zip([*NAMES, "gage_1", "gage_2"], cells.T, strict=True))
+    source["lifted"] = (np.arange(SAMPLES) > 8).astype(float)
+    trace = parse_trace(text(np.column_stack([source[name] for name in order]), order))
+    assert np.allclose(trace.readings, cells[:, 5:])
+    assert RecordedPlant(trace).move(0, 0).lifted is False
+    plant = RecordedPlant(trace)
+    assert [plant.move(0, 0).lifted for _ in range(SAMPLES)] == [False] * 9 + [True] * 3
+
+
+def test_ten_gages_and_more_are_read_by_their_numbers():
+    trace = parse_trace(text(gages=12), 12)
+    assert (np.diff(trace.readings, axis=1) > 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("trace", "said"),
+    [
+        (changed(5, "gage_2", "nan"), "row 5, column gage_2 = nan: must be a finite number"),
+        (changed(5, "normal_force_N", "inf"), "row 5, column normal_force_N = inf"),
+        (changed(6, "dx_mm", ""), "row 6, column dx_mm = empty: must be a number"),
+        (changed(6, "gage_1", "12 ue"), "row 6, column gage_1 = '12 ue': must be a number"),
+        (changed(7, "time_s", 0.067), "row 7, column time_s = 0.067: must be about 0.01 s after"),
+        (changed(7, "time_s", 0.05), "row 7, column time_s = 0.05: must be after the row before"),
+        (changed(8, "dy_mm", 10.0), "row 8, column dy_mm = 10: must be at most 5 mm"),
+        (changed(8, "normal_force_N", -3.0), "row 8, column normal_force_N = -3"),
+        (changed(8, "tangential_force_N", 30.0), "row 8, column tangential_force_N = 30"),
+        (changed(9, "gage_3", 3e5), "row 9, column gage_3 = 300000: must be at most 20000"),
+    ],
+)
+def test_a_bad_cell_is_named_by_row_and_column(trace, said):
+    assert any(fault.startswith(said) for fault in faults(trace)), faults(trace)
+
+
+@pytest.mark.parametrize(
+    ("trace", "column"),
+    [
+        (scaled("gage", 1e-6), "gage_3"),  # plain strain
+        (scaled("normal", 1e3), "normal_force_N"),  # millinewtons
+        (scaled("normal", 1e3 / 9.80665), "normal_force_N"),  # grams
+        (scaled("tangential", 1e3), "tangential_force_N"),
+        (scaled("dy", 1e3), "dy_mm"),  # micrometres
+        (scaled("dy", 1e-3), "normal_force_N"),  # metres: forces beyond any finger's
+        (scaled("time", 1e3), "time_s"),  # milliseconds
+        (scaled("time", 1e6), "time_s"),
+        (scaled("normal", -1.0), "normal_force_N"),  # pressing counted negative
+    ],
+)
+def test_wrong_units_are_refused_with_row_and_column(trace, column):
+    found = faults(trace)
+    assert any(f.startswith("row ") and f"column {column} = " in f for f in found), found
+
+
+def test_a_lost_sample_is_a_gap():
+    lines = text().splitlines()
+    del lines[7]
+    (fault,) = faults("\n".join(lines))
+    assert fault.startswith("row 8, column time_s")
+    assert "missing" in fault
+
+
+@pytest.mark.parametrize(
+    ("trace", "gages", "said"),
+    [
+        (text(gages=1), None, "row 1, column gage_2 = 1 gages: must be at least 2"),
+        (text(gages=0), None, "row 1, column gage_1 = 0 gages"),
+        (text(gages=3), 15, "row 1, column gage_4 = 3 gages: must be at least 15"),
+        (text(gages=3), 2, "row 1, column gage_3 = 3 gages: must be 2"),
+        (text(names=[*NAMES, "gage_1", "gage_2", "gage_4"]), None, "row 1, column gage_4"),
+        (text(names=[*NAMES, "gage_1", "gage_2", "gage_2"]), None, "row 1, column 8"),
+        (text().replace("normal_force_N,", "normal_force_mN,", 1), None, "row 1, column 4"),
+        (text().replace("time_s", "time_ms"), None, "row 1, column time_s = absent"),
+        (text().replace(",", ";"), None, "row 1, column 1"),
+    ],
+)
+def test_a_wrong_header_is_named(trace, gages, said):
+    assert any(fault.startswith(said) for fault in faults(trace, gages)), faults(trace, gages)
+
+
+def test_a_misspelt_column_is_told_its_name():
+    assert any(
+        "did you mean normal_force_N?" in fault
+        for fault in faults(text().replace("normal_force_N", "normal_force_mN"))
+    )
+
+
+def test_rows_cut_short_and_decimal_commas():
+    lines = text().splitlines()
+    lines[4] = "0,04" + lines[4][lines[4].index(",") :]
+    lines[6] = lines[6].rsplit(",", 1)[0]
+    found = faults("\n".join(lines))
+    assert found[0].startswith("row 5, column gage_3 = 9 cells in the row: must be 8")
+    assert found[1].startswith("row 7, column gage_3 = 7 cells in the row")
+
+
+def test_every_fault_is_told_up_to_a_number():
+    cells = [["nan"] * 8 for _ in range(SAMPLES)]
+    found = faults(text(cells))
+    assert len(found) == 21
+    assert "76 more faults" in found[-1]
+
+
+def test_what_is_no_trace_is_refused(tmp_path):
+    for wrong in ("", "time_s\n", text().splitlines()[0], '"open,\n' + text()):
+        with pytest.raises(DesignError, match="trace"):
+            parse_trace(wrong)
+    with pytest.raises(DesignError, match="readable CSV"):
+        read_trace(tmp_path / "absent.csv")
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x81")
+    with pytest.raises(DesignError, match="UTF-8"):
+        read_trace(tmp_path / "binary.csv")
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane):
+    return calibrate(
+        lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, 0.04, 0.01, 0.2
+    )
+
+
+class Echo:
+    """Asks for a hundredth of what it feels."""
+
+    name = "echo"
+
+    def start(self, calibration, sample):
+        self.began = sample.normal_force
+
+    def command(self, sample):
+        return Command(0.01 * sample.normal_force, 0.0, False)
+
+
+def test_a_controller_is_asked_what_it_would_do_from_the_preload_on(bench):
+    hand, trace = Echo(), parse_trace(text(gages=11))
+    steps = list(replay(RecordedPlant(trace), hand, bench, preload=0.04))
+    assert hand.began == pytest.approx(1.2)
+    assert [step.row for step in steps] == list(range(6, 14))
+    assert [step.asked.dx for step in steps] == pytest.approx([0.003 * k for k in range(5, 13)])
+    assert steps[0].dx == pytest.approx(0.002)
+    with pytest.raises(DesignError, match=r"row 13, column dy_mm = 0.12: must be rows that close"):
+        list(replay(RecordedPlant(trace), hand, bench, preload=0.5))
+    with pytest.raises(DesignError, match="3 gages"):
+        list(replay(RecordedPlant(parse_trace(text())), hand, bench, preload=0.04))
+
+
+def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, bench, tmp_path):
+    """Written from a plant, read back: the same samples."""
+    plant, rows = CondensedPlant(half_plane, "both"), []
+    for k in range(10):
+        dx = 0.002 if k > 4 else 0.0
+        sample = plant.move(dx, 0.01)
+        forces = (sample.normal_force, sample.tangential_force)
+        rows.append([0.01 * k, dx, 0.01, *forces, *sample.readings])
+    path = tmp_path / "simulated.csv"
+    path.write_text(text(rows, gages=11), "utf-8")
+    recorded = RecordedPlant(path, 11)
+    for row in rows:
+        assert recorded.move(0, 0).readings == pytest.approx(row[5:], rel=1e-9)

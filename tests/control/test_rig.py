@@ -1,0 +1,100 @@
+"""The plants that a design's [grip] table asks for, and whole grips with them."""
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.episode import run_episodes
+from fingerdesign.control.hardware import Hardware
+from fingerdesign.control.plant import CondensedPlant
+from fingerdesign.control.rig import Rig
+from fingerdesign.design.io import with_values
+
+MASS = 300.0
+
+
+def lifting(design, **values):
+    return with_values(design, {"grip.plant": "lift", "grip.hold_steps": 20, **values})
+
+
+def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
+    rig = Rig(half_plane, "both", design.grip)
+    assert rig.hardware == Hardware()
+    plain = CondensedPlant(half_plane.with_friction(0.3), "both")
+    plant = rig.plant(0.3, MASS)
+    for dx, dy in [(0.0, 0.05), (0.01, 0.01)]:
+        one, two = plain.move(dx, dy), plant.move(dx, dy)
+        assert np.array_equal(one.readings, two.readings)
+    grip = design.grip
+    bench = calibrate(
+        lambda: CondensedPlant(half_plane.with_friction(grip.bench_friction_coefficient), "both"),
+        half_plane.model.gage_x,
+        grip.preload_mm,
+        grip.approach_step_mm,
+        grip.max_approach_mm,
+    )
+    assert np.array_equal(bench.full_stick, rig.calibration().full_stick)
+
+
+def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design):
+    (episode,) = run_episodes(half_plane, lifting(design), [0.4], MASS)
+    result, trace = episode.result, episode.trace
+    assert (result.lifted, result.gross_slip) == (True, False), episode.reason
+    after = trace.tangential_force[trace.lift_step :]
+    assert len(after) == 21
+    assert after == pytest.approx(0.5e-3 * 9.80665 * MASS, rel=1e-6)
+    assert result.safety_margin == pytest.approx(
+        0.4 * trace.normal_force[trace.lift_step] / after[0], rel=1e-6
+    )
+
+
+def test_a_tug_too_strong_is_lifted_and_dropped(half_plane, design):
+    tugs = [{"step_after_lift": 10, "extra_force_N": 40.0}]
+    (episode,) = run_episodes(half_plane, lifting(design, **{"grip.tugs": tugs}), [0.4], MASS)
+    assert (episode.result.lifted, episode.result.gross_slip) == (True, True)
+    assert len(episode.trace.dx) == episode.trace.lift_step + 11
+    assert episode.result.slip_distance_mm > 0.0
+
+
+def test_a_weight_change_is_carried_or_not(half_plane, design):
+    for mass, dropped in ((310.0, False), (3000.0, True)):
+        changes = [{"step_after_lift": 5, "object_mass_g": mass}]
+        own = lifting(design, **{"grip.weight_changes": changes})
+        (episode,) = run_episodes(half_plane, own, [0.4], MASS)
+        assert episode.result.gross_slip is dropped
+        if not dropped:
+            assert 2.0 * episode.result.final_tangential_force_N == pytest.approx(
+                1e-3 * 9.80665 * mass, rel=1e-6
+            )
+
+
+def test_noise_is_the_seeds_and_the_same_for_the_comparison(half_plane, design):
+    noisy = {"grip.hardware.gage_noise_microstrain": 0.5, "grip.max_steps": 12}
+
+    def readings(seed):
+        own = with_values(design, {**noisy, "grip.seed": seed})
+        (episode,) = run_episodes(half_plane, own, [0.4], MASS)
+        return episode.trace.gage_readings, episode.trace.without_rule.gage_readings
+
+    first, again, other = readings(1), readings(1), readings(2)
+    assert np.array_equal(first[0], again[0])
+    assert not np.array_equal(first[0], other[0])
+    # With the rule and without, up to where they part.
+    assert np.array_equal(first[0][:9], first[1][:9])
+
+
+def test_dead_gages_are_those_of_their_plates(half_plane, design):
+    own = with_values(design, {"grip.hardware.dead_gages": [4]})
+    plates = [2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12]
+    plant = Rig(half_plane, "both", own.grip, plates).plant(0.3, MASS)
+    readings = plant.move(0.0, 0.1).readings
+    assert np.flatnonzero(readings == 0.0).tolist() == [2]
+
+
+def test_the_opposite_finger_may_be_another_one(half_plane, softer, design):
+    own = lifting(design)
+    like, unlike = (
+        Rig(half_plane, "both", own.grip, opposite=opposite).plant(0.4, MASS)
+        for opposite in (None, softer)
+    )
+    assert unlike.move(0.0, 0.1).normal_force < like.move(0.0, 0.1).normal_force
