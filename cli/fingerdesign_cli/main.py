@@ -37,6 +37,10 @@ COMMANDS = {
         "fingerdesign_cli.validate:command",
         "What each modelling assumption costs, and saves.",
     ),
+    "teach": (
+        "fingerdesign_cli.teach:command",
+        "Teach the estimator that the regulator grips by.",
+    ),
     "study-control": (
         "fingerdesign_cli.study_control:command",
         "Compare controllers over friction, weight and noise.",

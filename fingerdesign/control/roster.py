@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fingerdesign.control.controller import Controller, PaperController, PaperSettings
+from fingerdesign.control.regulator import Regulator, RegulatorSettings
 from fingerdesign.control.rivals import FixedForce, FixedRatio, Oracle, Reactive, Steps
 from fingerdesign.errors import DesignError, Fault
 
@@ -56,9 +57,25 @@ def controller(
             raise ValueError(f"{name} must be told the object's friction and mass")
         return Oracle(hand_steps(grip, grip.oracle), MARGINS[name], friction, mass_g)
     if name == "regulator":
-        raise DesignError([regulator_fault()])
+        if estimator is None:
+            raise DesignError([regulator_fault()])
+        return Regulator(regulator_settings(grip), estimator)
     raise DesignError(
         [Fault("grip.controller", name, f"one of {', '.join(NAMES)}", "choose one of them")]
+    )
+
+
+def regulator_settings(grip: Grip) -> RegulatorSettings:
+    """The regulator's parameters from a design's ``[grip]`` table."""
+    own = grip.regulator
+    return RegulatorSettings(
+        approach_step=grip.approach_step_mm,
+        pull_step=own.pull_share,
+        shear_step=grip.shear_step_mm,
+        target=own.target,
+        memory=own.memory,
+        least_stick=own.least_stick,
+        most_used=own.most_used,
     )
 
 

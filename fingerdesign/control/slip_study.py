@@ -18,7 +18,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.increment import ContactState, Increment, solve_increment
 from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion
@@ -71,9 +71,14 @@ def full_stick_response(problem: ContactProblem, face: str, approach: float) -> 
     contact.
     """
     pressed = solve_increment(problem, ContactState.untouched(problem), Motion(approach, 0.0))
-    closed = np.flatnonzero(pressed.multiplier[:, 0] > 0.0)
-    if not len(closed):
+    if not (pressed.multiplier[:, 0] > 0.0).any():
         raise SolverError(f"an approach of {approach:g} mm makes no contact: no response to shear")
+    return np.abs(stick_response(problem, pressed, face))
+
+
+def stick_response(problem: ContactProblem, pressed: Increment, face: str) -> Array:
+    """Change of readings (g,) per N of F_t, signed, where the touching nodes are moved together."""
+    closed = np.flatnonzero(pressed.multiplier[:, 0] > 0.0)
     m, dim = problem.shape
     no_slip = np.zeros((m, dim - 1))
     change = problem.offset(Motion(0.0, 1.0), no_slip) - problem.offset(Motion(0.0, 0.0), no_slip)
@@ -84,7 +89,7 @@ def full_stick_response(problem: ContactProblem, face: str, approach: float) -> 
     )
     force = problem.to_global(multiplier.reshape(m, dim))
     strain = problem.model.gage_strain(force)
-    return np.asarray(np.abs(gage_readings(strain, face) / problem.model.total_force(force)[0]))
+    return np.asarray(gage_readings(strain, face) / problem.model.total_force(force)[0])
 
 
 def full_stick_threshold(

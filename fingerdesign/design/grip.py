@@ -8,6 +8,7 @@ from pydantic import Field
 
 from fingerdesign.design.base import Many, Table
 from fingerdesign.design.grip_plant import HardwareTable, PlantName, Tug, WeightChange
+from fingerdesign.design.grip_regulator import RegulatorTable
 from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Oracle, Reactive
 
 Friction = Annotated[float, Field(gt=0, le=5)]
@@ -52,6 +53,7 @@ class Grip(Table):
         description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are told friction "
         "and mass and hold 1.2 or 1.5 times the least force",
     )
+    regulator: RegulatorTable = Field(default_factory=RegulatorTable)
     preload_mm: float = Field(
         default=0.03, gt=0, le=50, description="approach before the first tangential move"
     )

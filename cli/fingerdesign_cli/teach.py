@@ -1,0 +1,71 @@
+"""``fingerdesign teach``: an estimator of the stick ratio for a design's gages, for a rig too."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import output_options, print_json, print_table, progress, read_case
+
+if TYPE_CHECKING:
+    from fingerdesign.study.teach import Lesson
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("teach")
+@click.argument("design_file", metavar="DESIGN", type=_FILE)
+@click.option("--out", required=True, type=_FILE, help="Files go to OUT/NAME of the design.")
+@click.option(
+    "--noise",
+    type=click.FloatRange(0.0, 1e3),
+    default=0.5,
+    show_default=True,
+    help="Of a sample of your gages, microstrain: written into the file.",
+)
+@click.option(
+    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
+)
+@output_options
+def command(
+    design_file: Path, out: Path, noise: float, workers: int, quiet: bool, as_json: bool
+) -> int:
+    """Teach the estimator that the regulator grips by, on DESIGN's own model.
+
+    OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
+    lesson.json tells its errors on grips that it was not taught on. Minutes the first time; what
+    has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
+    """
+    design, _ = read_case(design_file)
+    from fingerdesign.record_folder import RecordFolder
+    from fingerdesign.study.lessons import at_noise, lesson_for, lesson_text
+
+    name = design.design.name
+    kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
+    with kind.written(out / name) as folder, progress(name, quiet) as show:
+        lesson = lesson_for(design, tell=lambda message: show(message, 0.0), workers=workers)
+        lesson = at_noise(lesson, noise)
+        record = {k: v for k, v in json.loads(lesson_text(lesson)).items() if k != "estimator"}
+        (folder / "estimator.json").write_text(lesson.estimator.to_json(), encoding="utf-8")
+        (folder / "lesson.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        show("writing", 1.0)
+    if as_json:
+        print_json({"design": name, **record})
+    elif not quiet:
+        _show(lesson, name, out / name)
+    return 0
+
+
+def _show(lesson: Lesson, name: str, folder: Path) -> None:
+    rows = [
+        [f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"]
+        for noise, stick, used in zip(
+            lesson.noises, lesson.stick_errors, lesson.used_errors, strict=True
+        )
+    ]
+    columns = ["noise, microstrain", "stick ratio", "friction in use"]
+    print_table(f"{name}: errors (RMS) on grips that were not taught", columns, rows)
+    click.echo(f"{lesson.samples} samples were taught; {folder / 'estimator.json'} is for a rig")

@@ -1,0 +1,237 @@
+"""How much of the contact sticks, and how much of the friction is in use, from gages and forces.
+
+    estimator = GripEstimator.from_json(text)
+    told = estimator.estimate(history)     # told.stick_ratio, told.used
+
+A small network, taught on a design's own model (study/teach.py) and evaluated here with numpy
+alone, so that a rig can carry its JSON. It is never told friction or weight. ``used`` is
+
+    F_t / (mu F_n),   1 / used the safety margin,
+
+the one thing that a partial slip tells of friction. What the stick ratio says of it depends on the
+path of the forces (loaded along a straight line a contact sticks at any margin), so the network is
+handed the recent path as well as the present: gages over F_n, and the change of gages and forces
+over the last steps. From both, what F_n alone would cause is taken out first, and they are told in
+parts of what a shear causes where all sticks (:class:`FingerCurves`): without that, errors on the
+same 1250 grips were a sixth larger.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.control.signals import Sample
+from fingerdesign.errors import FingerDesignError
+
+Array = NDArray[np.float64]
+
+FORMAT = "fingerdesign grip estimator, 1"
+LAGS = (1, 4, 12)  # steps back
+LEAST_FORCE = 0.05  # N: below it there is hardly a contact
+_LEAST_MOTION = 1e-4  # mm
+_LEAST_CHANGE = 0.02  # N: smaller changes of force tell nothing through a force cell
+_NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
+_LEAST_RESPONSE = 1e-6  # microstrain/N
+_OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
+
+
+class EstimatorError(FingerDesignError):
+    """An estimator's file is not one, or is of another finger."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A sample and the move (mm) that led to it."""
+
+    sample: Sample
+    dx: float
+    dy: float
+
+
+@dataclass(frozen=True)
+class FingerCurves:
+    """What a finger's gages do, by F_n; a rig can measure both (control/calibration.py).
+
+    normal_force (c,) N rising from 0; pressed (c, g) microstrain under it alone; sticking (c, g)
+    microstrain per N of F_t, signed, for a small shear where nothing slips.
+    """
+
+    normal_force: Array
+    pressed: Array
+    sticking: Array
+
+    def at(self, normal_force: float) -> tuple[Array, Array]:
+        """``pressed`` and ``sticking`` (g,) at a force; past either end the nearest."""
+        force = self.normal_force
+        now = min(max(normal_force, float(force[0])), float(force[-1]))
+        k = int(np.clip(np.searchsorted(force, now) - 1, 0, len(force) - 2))
+        share = (now - force[k]) / (force[k + 1] - force[k])
+
+        def between(values: Array) -> Array:
+            return np.asarray(values[k] + share * (values[k + 1] - values[k]))
+
+        return between(self.pressed), between(self.sticking)
+
+
+@dataclass(frozen=True)
+class Told:
+    """Stick area / contact area, and F_t / (mu F_n), both within 0 and 1.
+
+    spread: standard deviation that ``used`` was found to have on grips that it was not taught on.
+    """
+
+    stick_ratio: float
+    used: float
+    spread: float
+
+
+@dataclass(frozen=True)
+class Layer:
+    """weight (inputs, outputs), bias (outputs,)."""
+
+    weight: Array
+    bias: Array
+
+
+@dataclass(frozen=True)
+class GripEstimator:
+    """A network of rectified linear layers on standardised features; see the module.
+
+    design: content digest of what it was taught on; noise: of a gage's sample, microstrain, that
+    the rig says it has; center, scale (features,); spread (k, 2): upper edges of ``used`` and its
+    standard deviation below each.
+    """
+
+    design: str
+    curves: FingerCurves
+    noise: float
+    center: Array
+    scale: Array
+    layers: tuple[Layer, ...]
+    spread: Array
+
+    def at_noise(self, noise: float) -> GripEstimator:
+        """The same for a rig with another noise, microstrain: it was taught on all."""
+        return replace(self, noise=noise)
+
+    @property
+    def gages(self) -> int:
+        """How many readings it wants."""
+        return self.curves.pressed.shape[1]
+
+    def estimate(self, history: Sequence[Moment]) -> Told:
+        """What the grip so far tells; ``history`` from the first touch on, not empty."""
+        found = self.evaluate(features(history, self.curves, self.noise)[None])[0]
+        used = float(min(max(found[1], 0.0), 1.0))
+        row = min(int(np.searchsorted(self.spread[:, 0], used)), len(self.spread) - 1)
+        return Told(float(min(max(found[0], 0.0), 1.0)), used, float(self.spread[row, 1]))
+
+    def evaluate(self, rows: Array) -> Array:
+        """Raw outputs (n, 2) of features (n, f)."""
+        values = np.clip((rows - self.center) / self.scale, -_OUTLIER, _OUTLIER)
+        for layer in self.layers[:-1]:
+            values = np.maximum(values @ layer.weight + layer.bias, 0.0)
+        return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)
+
+    def to_json(self) -> str:
+        """The estimator as text, for a rig."""
+        record = {
+            "format": FORMAT,
+            "design": self.design,
+            "curves": {
+                "normal_force_N": _plain(self.curves.normal_force),
+                "pressed_microstrain": _plain(self.curves.pressed),
+                "sticking_microstrain_per_N": _plain(self.curves.sticking),
+            },
+            "noise_microstrain": self.noise,
+            "lags": list(LAGS),
+            "center": _plain(self.center),
+            "scale": _plain(self.scale),
+            "layers": [
+                {"weight": _plain(each.weight), "bias": _plain(each.bias)} for each in self.layers
+            ],
+            "spread": _plain(self.spread),
+        }
+        return json.dumps(record, allow_nan=False) + "\n"
+
+    @staticmethod
+    def from_json(text: str) -> GripEstimator:
+        """Read what :meth:`to_json` wrote. Raises EstimatorError for anything else."""
+        try:
+            record: dict[str, Any] = json.loads(text)
+            if record["format"] != FORMAT or tuple(record["lags"]) != LAGS:
+                raise EstimatorError(f"this is not a {FORMAT!r} file")
+            found = GripEstimator(
+                str(record["design"]),
+                FingerCurves(
+                    np.array(record["curves"]["normal_force_N"], dtype=float),
+                    np.array(record["curves"]["pressed_microstrain"], dtype=float),
+                    np.array(record["curves"]["sticking_microstrain_per_N"], dtype=float),
+                ),
+                float(record["noise_microstrain"]),
+                np.array(record["center"], dtype=float),
+                np.array(record["scale"], dtype=float),
+                tuple(
+                    Layer(np.array(each["weight"], dtype=float), np.array(each["bias"], float))
+                    for each in record["layers"]
+                ),
+                np.array(record["spread"], dtype=float),
+            )
+            values = found.evaluate(np.zeros((1, feature_count(found.gages))))
+        except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
+            raise EstimatorError(f"not an estimator's file: {error!r}") from error
+        if values.shape != (1, 2) or not np.isfinite(values).all():
+            raise EstimatorError("the network does not give two finite numbers")
+        return found
+
+
+def feature_count(gages: int) -> int:
+    """How many features ``gages`` readings make."""
+    return gages + 3 + len(LAGS) * (gages + 5)
+
+
+def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> Array:
+    """Features (f,) of the last moment: the present, and the change over the last steps."""
+    now = history[-1].sample
+    pressed = max(now.normal_force, LEAST_FORCE)
+    alone, sticking = curves.at(pressed)
+    scale = max(float(np.abs(sticking).max()), _LEAST_RESPONSE)
+    parts: list[Any] = [
+        (now.readings - alone) / (scale * pressed),
+        [math.log(pressed), now.tangential_force / pressed, math.log(noise + 0.1)],
+    ]
+    last = len(history) - 1
+    for lag in LAGS:
+        first = max(last - lag, 0)
+        before = history[first].sample
+        moved = history[first + 1 :]
+        along = sum(abs(each.dx) for each in moved)
+        way = max(along + sum(abs(each.dy) for each in moved), _LEAST_MOTION)
+        rise = now.normal_force - before.normal_force
+        pull = now.tangential_force - before.tangential_force
+        size = abs(pull) + _NORMAL_SHARE * abs(rise) + _LEAST_CHANGE
+        change = now.readings - before.readings - (alone - curves.at(before.normal_force)[0])
+        parts += [
+            change / (scale * size),
+            [
+                rise / size,
+                pull / size,
+                sum(each.dx for each in moved) / way,
+                math.log(way),
+                math.log(size / pressed),
+            ],
+        ]
+    return np.concatenate([np.asarray(part, dtype=float) for part in parts])
+
+
+def _plain(values: Array) -> Any:
+    return (
+        np.asarray([float(f"{v:.6g}") for v in values.reshape(-1)]).reshape(values.shape).tolist()
+    )

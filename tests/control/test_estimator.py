@@ -1,0 +1,144 @@
+"""The estimator's file, its features, and the regulator's moves on what a fake estimator tells."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.estimator import (
+    LAGS,
+    EstimatorError,
+    FingerCurves,
+    GripEstimator,
+    Layer,
+    Moment,
+    Told,
+    feature_count,
+    features,
+)
+from fingerdesign.control.regulator import Regulator, RegulatorSettings
+from fingerdesign.control.signals import NormalCalibration, Sample
+
+GAGES = 3
+CURVES = FingerCurves(
+    np.array([0.0, 1.0, 2.0]),
+    np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]),
+    np.full((3, GAGES), 10.0),
+)
+
+
+def estimator(seed=0):
+    rng = np.random.default_rng(seed)
+    count = feature_count(GAGES)
+    layers = (
+        Layer(rng.standard_normal((count, 5)), rng.standard_normal(5)),
+        Layer(rng.standard_normal((5, 2)), rng.standard_normal(2)),
+    )
+    spread = np.array([[0.5, 0.1], [1.0, 0.05]])
+    return GripEstimator("digest", CURVES, 0.5, np.zeros(count), np.ones(count), layers, spread)
+
+
+def moment(normal=1.0, tangential=0.2, dx=0.01, dy=0.0, readings=None):
+    values = np.array([1.0, 2.0, 3.0]) if readings is None else np.asarray(readings, dtype=float)
+    return Moment(Sample(values, normal, tangential), dx, dy)
+
+
+def test_a_file_brings_the_same_estimator_back():
+    before = estimator()
+    after = GripEstimator.from_json(before.to_json())
+    history = [moment(1.0, 0.1), moment(1.2, 0.3)]
+    assert after.estimate(history).used == pytest.approx(before.estimate(history).used, abs=1e-4)
+    assert after.to_json() == before.to_json()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[]", "null", '{"format": "another"}', '{"format": 1, "lags": []}']
+)
+def test_what_is_no_estimator_is_refused(text):
+    with pytest.raises(EstimatorError):
+        GripEstimator.from_json(text)
+
+
+def test_a_network_that_says_nothing_finite_is_refused():
+    text = estimator().to_json().replace('"noise_microstrain": 0.5', '"noise_microstrain": "x"')
+    with pytest.raises(EstimatorError):
+        GripEstimator.from_json(text)
+
+
+def test_readings_under_normal_force_alone_are_no_signal():
+    told = features([moment(1.0, 0.0, readings=[1.0, 2.0, 3.0])], CURVES, 0.5)
+    assert told[:GAGES] == pytest.approx(0.0)
+    half = features([moment(0.5, 0.0, readings=[0.5, 1.0, 1.5])], CURVES, 0.5)
+    assert half[:GAGES] == pytest.approx(0.0)
+
+
+def test_a_shear_that_slips_nowhere_reads_one_per_newton():
+    pulled = moment(1.0, 0.2, readings=[3.0, 4.0, 5.0])  # 10 microstrain/N times 0.2 N more
+    told = features([moment(1.0, 0.0), pulled], CURVES, 0.5)
+    change = told[GAGES + 3 : 2 * GAGES + 3]
+    assert change == pytest.approx(0.2 / 0.22)  # 0.02 N are added to every change of force
+
+
+def test_features_look_no_farther_back_than_the_longest_lag():
+    history = [moment(1.0 + 0.01 * k, 0.01 * k) for k in range(40)]
+    short = history[-max(LAGS) - 1 :]
+    assert np.array_equal(features(history, CURVES, 0.5), features(short, CURVES, 0.5))
+    assert len(features(history, CURVES, 0.5)) == feature_count(GAGES)
+
+
+class Teller:
+    """An estimator that tells what the test wants."""
+
+    def __init__(self, friction, stick=0.8):
+        self.friction, self.stick = friction, stick
+
+    def estimate(self, history):
+        now = history[-1].sample
+        used = min(now.tangential_force / (self.friction * now.normal_force), 1.0)
+        return Told(self.stick, used, 0.02)
+
+
+def grip(teller, steps=60, lifted_at=None, settings=None):
+    """Forces of a finger that never slips, 10 N/mm in shear and 30 N/mm in pressing."""
+    settings = settings or RegulatorSettings()
+    regulator = Regulator(settings, teller)
+    normal = NormalCalibration(np.array([0.0, 1.0]), np.zeros((2, GAGES)))
+    calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0)
+    sample = Sample(np.zeros(GAGES), 0.5, 0.0)
+    regulator.start(calibration, sample)
+    path = []
+    for k in range(steps):
+        command = regulator.command(sample)
+        lifted = lifted_at is not None and k >= lifted_at
+        pull = sample.tangential_force + (0.0 if sample.lifted else 10.0 * command.dx)
+        sample = Sample(np.zeros(GAGES), sample.normal_force + 30.0 * command.dy, pull, lifted)
+        path.append((sample, command))
+    return regulator, path
+
+
+def test_it_probes_first_and_then_climbs_at_the_margin():
+    regulator, path = grip(Teller(0.5))
+    probe = [command for sample, command in path if command.dy == 0.0]
+    assert probe
+    assert path[0][1].dy == 0.0
+    assert path[0][1].dx > 0.0
+    assert regulator.friction == pytest.approx(0.5, rel=1e-6)
+    last = path[-1][0]
+    margin = 0.5 * last.normal_force / last.tangential_force
+    assert margin == pytest.approx(1.0 / RegulatorSettings().target, rel=0.05)
+
+
+def test_it_closes_without_pulling_where_hardly_anything_sticks():
+    _, path = grip(Teller(0.5, stick=0.1), steps=5)
+    assert all(command.dx == 0.0 and command.dy > 0.0 for _, command in path)
+
+
+def test_a_lifted_object_is_held_and_a_tug_is_answered():
+    regulator, path = grip(Teller(0.5), steps=40, lifted_at=30)
+    held = path[-1]
+    assert held[1].dx == 0.0
+    tugged = Sample(held[0].readings, held[0].normal_force, 1.3 * held[0].tangential_force, True)
+    answer = regulator.command(tugged)
+    assert answer.dy > 0.0
+    assert answer.dx == 0.0
