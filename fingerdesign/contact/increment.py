@@ -14,6 +14,7 @@ from fingerdesign.contact.laws import (
     STICK,
     Certificate,
     certify,
+    lengths,
     project,
     status_of,
 )
@@ -159,7 +160,7 @@ def solve_increment(
     sliding = _sliding(problem, state, multiplier, local[:, 1:])
     status[(sliding > 0.0) & (status == STICK)] = SLIP
     # A sticking node has not moved, whatever the rounding; an open one starts anew.
-    moved = np.where(status == SLIP, np.linalg.norm(local[:, 1:], axis=1), 0.0)
+    moved = np.where(status == SLIP, lengths(local[:, 1:]), 0.0)
     travelled = np.where(status != OPEN, state.travelled + moved, 0.0)
     after = ContactState(slip, multiplier, motion, travelled, sliding)
     workspace.passed(state, after)
@@ -185,10 +186,8 @@ def _sliding(problem: ContactProblem, state: ContactState, multiplier: Array, sl
     still those that slid.
     """
     limit = problem.friction_coefficient * np.maximum(multiplier[:, 0], 0.0)
-    on_limit = (multiplier[:, 0] > 0.0) & (
-        np.linalg.norm(multiplier[:, 1:], axis=1) >= limit * (1.0 - _ON_LIMIT)
-    )
-    moved = np.linalg.norm(slip, axis=1)
+    on_limit = (multiplier[:, 0] > 0.0) & (lengths(multiplier[:, 1:]) >= limit * (1.0 - _ON_LIMIT))
+    moved = lengths(slip)
     still = moved <= _ON_LIMIT * problem.self_compliance * multiplier[:, 0]
     return np.where(on_limit, np.where(still, state.sliding, moved), 0.0)
 

@@ -18,11 +18,20 @@ IntArray = NDArray[np.int64]
 OPEN, STICK, SLIP = 0, 1, 2
 
 
+def lengths(vectors: Array) -> Array:
+    """Euclidean lengths (m,) of the rows of (m, k); in the plane (k = 1) without a square root.
+
+    >>> lengths(np.array([[3.0, 4.0]])).tolist(), lengths(np.array([[-2.0]])).tolist()
+    ([5.0], [2.0])
+    """
+    return np.abs(vectors[:, 0]) if vectors.shape[1] == 1 else np.linalg.norm(vectors, axis=1)
+
+
 def project(multiplier: Array, friction_coefficient: float) -> Array:
     """Nearest admissible forces by parts: normal onto [0, inf), tangential onto its disc."""
     projected = multiplier.copy()
     projected[:, 0] = np.maximum(projected[:, 0], 0.0)
-    size = np.linalg.norm(projected[:, 1:], axis=1)
+    size = lengths(projected[:, 1:])
     bound = friction_coefficient * projected[:, 0]
     over = size > bound
     projected[over, 1:] *= (bound[over] / size[over])[:, None]
@@ -92,11 +101,11 @@ def certify(
     tension = max(0.0, -float(normal.min(initial=0.0))) / force
     penetration = max(0.0, -float(gap.min(initial=0.0))) / length
     product = float(np.abs(np.minimum(normal / force, gap / length)).max(initial=0.0))
-    size = np.linalg.norm(tangential, axis=1)
+    size = lengths(tangential)
     bound = friction_coefficient * np.maximum(normal, 0.0)
     coulomb = max(0.0, float((size - bound).max(initial=0.0))) / force
     # Maximum dissipation: bound |d| + lambda_t . d = 0 in contact; open nodes carry nothing.
-    travelled = np.linalg.norm(slip, axis=1)
+    travelled = lengths(slip)
     loss = bound * travelled + np.sum(tangential * slip, axis=1)
     # Per node: a long slip (light contact, large shear) carries the rounding of its own length.
     dissipation = float((np.abs(loss) / (force * np.maximum(travelled, length))).max(initial=0.0))
@@ -111,7 +120,7 @@ def status_of(
     trial = multiplier - motion / self_compliance[:, None]
     status = np.full(len(multiplier), STICK, dtype=np.int64)
     bound = friction_coefficient * np.maximum(trial[:, 0], 0.0)
-    size = np.linalg.norm(trial[:, 1:], axis=1)
+    size = lengths(trial[:, 1:])
     status[size > bound * (1.0 + 1e-9)] = SLIP
     status[trial[:, 0] <= 0.0] = OPEN
     return status

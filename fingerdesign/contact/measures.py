@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.increment import Increment
-from fingerdesign.contact.laws import OPEN, SLIP, STICK
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.reduced import ReducedModel
 
@@ -57,11 +57,10 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
     force = model.total_force(increment.force)
     factor = model.symmetry_factor
     # Plane strain: areas are lengths x depth already; in 3-D of the modelled half.
-    contact_area = factor * _positive_area(model.facets, model.facet_areas, contact)
-    stick_area = factor * _positive_area(
-        model.facets, model.facet_areas, np.minimum(contact, stick)
-    )
-    line = mid_line(model)
+    fields = contact, np.minimum(contact, stick)
+    shares = [_positive_fraction(field[model.facets]) for field in fields]
+    contact_area, stick_area = (factor * float(model.facet_areas @ share) for share in shares)
+    contact_width, stick_width = _widths(model, fields, shares)
     pressure = increment.multiplier[:, 0] / model.areas
     inner = ~model.free_end
     touching = increment.multiplier[:, 0] > 0.0
@@ -73,8 +72,8 @@ def measure(problem: ContactProblem, increment: Increment) -> Measures:
         tangential_force=float(force[0]),
         contact_area=contact_area,
         stick_area=stick_area,
-        contact_width=_positive_length(model.points, line, contact),
-        stick_width=_positive_length(model.points, line, np.minimum(contact, stick)),
+        contact_width=contact_width,
+        stick_width=stick_width,
         peak_pressure=float(pressure[inner].max(initial=0.0)),
         open_nodes=int((status == OPEN).sum()),
         stick_nodes=int((status == STICK).sum()),
@@ -108,7 +107,7 @@ def level_sets(problem: ContactProblem, increment: Increment) -> tuple[Array, Ar
     opened, slipped = _border_compliances(problem)
     contact = (increment.multiplier[:, 0] - increment.gap / opened) / model.areas
     # In pressure too, so that where nothing pulls sideways both borders are the same.
-    size = np.linalg.norm(increment.multiplier[:, 1:], axis=1)
+    size = lengths(increment.multiplier[:, 1:])
     friction = max(problem.friction_coefficient, 1e-12)
     stick = contact - (size + increment.state.sliding / slipped) / (friction * model.areas)
     sliding = increment.status == SLIP
@@ -127,17 +126,8 @@ def _border_compliances(problem: ContactProblem) -> tuple[Array, Array]:
     own = problem.self_compliance
     if problem.model.dimension == 3:
         return own, own
-    normal, pairs = problem.compliance[::2, ::2], problem.model.facets
-    nearest = np.full(len(own), -np.inf)
-    for here, there in (pairs.T, pairs.T[::-1]):
-        np.maximum.at(nearest, here, normal[here, there])
-    local = np.maximum(own - np.maximum(nearest, 0.0), 0.05 * own)
+    local = np.maximum(problem.own_compliance, 0.05 * own)
     return 4.0 * local, 5.0 * local
-
-
-def _positive_area(facets: IntArray, areas: Array, field: Array) -> float:
-    """Area where a linear field on segments (f, 2) or triangles (f, 3) is positive."""
-    return float(areas @ _positive_fraction(field[facets]))
 
 
 def _positive_fraction(values: Array) -> Array:
@@ -148,15 +138,17 @@ def _positive_fraction(values: Array) -> Array:
     >>> _positive_fraction(np.array([[1.0, -1.0, -1.0], [1.0, 1.0, -1.0]])).tolist()
     [0.25, 0.75]
     """
+    corners = values.shape[1]
+    if corners == 2:
+        high = np.maximum(np.maximum(values[:, 0], values[:, 1]), 0.0)
+        span = high - np.minimum(np.minimum(values[:, 0], values[:, 1]), 0.0)
+        return np.asarray(np.divide(high, span, out=np.zeros(len(values)), where=span > 0.0))
     positive = values > 0.0
     count = positive.sum(axis=1)
-    corners = values.shape[1]
     fraction = (count == corners).astype(float)
     # One corner on its own side: a small simplex similar to the whole is cut off there.
     for lone_positive in (True, False):
         mixed = (count == (1 if lone_positive else corners - 1)) & (count > 0) & (count < corners)
-        if corners == 2 and not lone_positive:
-            continue
         rows = np.flatnonzero(mixed)
         if not len(rows):
             continue
@@ -202,6 +194,18 @@ def mid_line(model: ReducedModel) -> tuple[IntArray, IntArray, Array]:
         np.array(seconds, dtype=np.int64).reshape(shape),
         np.array(weights, dtype=float).reshape(shape),
     )
+
+
+def _widths(
+    model: ReducedModel, fields: tuple[Array, Array], shares: list[Array]
+) -> tuple[float, float]:
+    """Lengths along x at z = 0 where the fields are positive, given their shares of each facet."""
+    if model.dimension == 2:
+        along = np.abs(np.diff(model.points[model.facets, 0])[:, 0])
+        return float(along @ shares[0]), float(along @ shares[1])
+    line = mid_line(model)
+    contact, stick = (_positive_length(model.points, line, field) for field in fields)
+    return contact, stick
 
 
 def _positive_length(points: Array, line: tuple[IntArray, IntArray, Array], field: Array) -> float:

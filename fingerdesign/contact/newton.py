@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.contact.active import ActiveInverse, block, dofs_of
-from fingerdesign.contact.laws import OPEN, SLIP, STICK, natural_residual
+from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths, natural_residual
 
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -111,7 +111,7 @@ def classify(
     trial = multiplier - rho * motion
     status = np.full(len(multiplier), STICK, dtype=np.int64)
     bound = friction_coefficient * np.maximum(trial[:, 0], 0.0)
-    status[np.linalg.norm(trial[:, 1:], axis=1) > bound] = SLIP
+    status[lengths(trial[:, 1:]) > bound] = SLIP
     status[trial[:, 0] <= 0.0] = OPEN
     return status, trial
 
@@ -178,7 +178,7 @@ def slip_system(
     """
     nodes = active.nodes[sliding]
     count, dim = len(nodes), multiplier.shape[1]
-    size = np.linalg.norm(trial[nodes, 1:], axis=1)
+    size = lengths(trial[nodes, 1:])
     direction = trial[nodes, 1:] / size[:, None]
     bound = friction_coefficient * np.maximum(multiplier[nodes, 0], 0.0)
     ratio = np.minimum(bound / size, 1.0)[:, None, None]

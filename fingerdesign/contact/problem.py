@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
@@ -90,9 +91,21 @@ class ContactProblem:
     def self_compliance(self) -> Array:
         return np.diag(self.compliance).reshape(self.shape)[:, 0].copy()
 
+    @cached_property
+    def own_compliance(self) -> Array:
+        """What a node yields to a normal force beyond its most yielding neighbour (m,), mm/N."""
+        own = self.self_compliance
+        dim = self.shape[1]
+        normal, pairs = self.compliance[::dim, ::dim], self.model.facets
+        nearest = np.full(len(own), -np.inf)
+        for here, there in combinations(pairs.T, 2):
+            np.maximum.at(nearest, here, normal[here, there])
+            np.maximum.at(nearest, there, normal[here, there])
+        return np.asarray(own - np.maximum(nearest, 0.0))
+
     def offset(self, motion: Motion, slip_reference: Array) -> Array:
         """Gap and slip increment (m, dim) that the motion gives a rigid finger."""
-        local: Array = np.tensordot(motion.amplitudes, self.modes, axes=1)
+        local = (motion.amplitudes @ self.modes.reshape(5, -1)).reshape(self.shape)
         local[:, 0] += self.gap0
         local[:, 1:] -= slip_reference
         return local
