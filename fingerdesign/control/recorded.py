@@ -1,25 +1,17 @@
 """A recorded grip in the place of a plant: the same controllers and estimators beside a real rig.
 
-    plant = RecordedPlant("grip.csv", gages=15)
-    for step in replay(plant, controller, calibration, preload=0.03):
-        print(step.asked.dx, "asked;", step.dx, "done")
-
 A record cannot answer to what is asked of it: each move returns its next sample, whatever the
-controller would have done.
+controller would have done. replay.py asks a controller along it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
-from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controller import Command, Controller
 from fingerdesign.control.plant import Truth
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace import Trace, read_trace
-from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.errors import SolverError
 
 
 class TraceEnded(SolverError):
@@ -68,47 +60,3 @@ class RecordedPlant:
     def __len__(self) -> int:
         """Samples left."""
         return len(self.trace) - self._next
-
-
-@dataclass(frozen=True)
-class Replayed:
-    """One sample of a trace: its row, what the rig did before it, what is asked for after it."""
-
-    row: int
-    time: float
-    dx: float
-    dy: float
-    sample: Sample
-    asked: Command
-
-
-def replay(
-    plant: RecordedPlant, controller: Controller, calibration: Calibration, preload: float
-) -> Iterator[Replayed]:
-    """What a controller asks for at each sample from the preload (mm of closing) on.
-
-    It judges the controller's senses, not its grip: the rig went its own way. Raises DesignError
-    where the trace never closes so far, or has not the calibration's gages.
-    """
-    trace = plant.trace
-    gages = trace.readings.shape[1]
-    if gages != len(calibration.gage_x):
-        bound = f"{len(calibration.gage_x)}, as the controller is calibrated for"
-        raise DesignError([Fault("row 1, column gage_1", f"{gages} gages", bound, "match them")])
-    started = False
-    while len(plant):
-        k = len(trace) - len(plant)
-        sample = plant.move(0.0, 0.0)
-        if not started and plant.truth().approach >= preload * (1.0 - 1e-6):
-            started = True
-            controller.start(calibration, sample)
-            continue
-        if started:
-            asked = controller.command(sample)
-            row, time = int(trace.rows[k]), float(trace.time[k])
-            yield Replayed(row, time, float(trace.dx[k]), float(trace.dy[k]), sample, asked)
-    if not started:
-        bound = f"rows that close by {preload:g} mm in all, the preload"
-        closed = f"{plant.truth().approach:.4g}"
-        fault = Fault(f"row {trace.rows[-1]}, column dy_mm", closed, bound, "record from touch on")
-        raise DesignError([fault])

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace_units import unit_faults
 from fingerdesign.errors import DesignError, Fault
 
@@ -48,6 +49,33 @@ class Trace:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def to_csv(self) -> str:
+        """The trace as its file's text."""
+        gages = [f"gage_{k + 1}" for k in range(self.readings.shape[1])]
+        columns = [self.time, self.dx, self.dy, self.normal_force, self.tangential_force]
+        names = [*COLUMNS, *gages]
+        columns += list(self.readings.T)
+        if self.lifted is not None:
+            names, columns = [*names, "lifted"], [*columns, self.lifted.astype(float)]
+        rows = [",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
+        return "\n".join([",".join(names), *rows]) + "\n"
+
+
+def trace_of(samples: Sequence[Sample], moves: Sequence[tuple[float, float]], rate: float) -> Trace:
+    """The trace of samples, the moves (dx, dy) mm that led to them, and their rate in Hz."""
+    count = len(samples)
+    dx, dy = np.array(moves, dtype=float).reshape(count, 2).T
+    return Trace(
+        time=np.arange(1, count + 1) / rate,
+        dx=dx,
+        dy=dy,
+        normal_force=np.array([sample.normal_force for sample in samples]),
+        tangential_force=np.array([sample.tangential_force for sample in samples]),
+        readings=np.array([sample.readings for sample in samples]).reshape(count, -1),
+        rows=np.arange(2, count + 2),
+        lifted=np.array([sample.lifted for sample in samples], dtype=bool),
+    )
 
 
 def read_trace(path: Path | str, gages: int | None = None) -> Trace:

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.controller import Command
 from fingerdesign.control.plant import CondensedPlant
-from fingerdesign.control.recorded import RecordedPlant, TraceEnded, replay
-from fingerdesign.control.trace import parse_trace, read_trace
+from fingerdesign.control.recorded import RecordedPlant, TraceEnded
+from fingerdesign.control.trace import parse_trace, read_trace, trace_of
 from fingerdesign.errors import DesignError
 
 NAMES = ["time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N"]
@@ -188,48 +186,17 @@ def test_what_is_no_trace_is_refused(tmp_path):
         read_trace(tmp_path / "binary.csv")
 
 
-@pytest.fixture(scope="module")
-def bench(half_plane):
-    return calibrate(
-        lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, 0.04, 0.01, 0.2
-    )
-
-
-class Echo:
-    """Asks for a hundredth of what it feels."""
-
-    name = "echo"
-
-    def start(self, calibration, sample):
-        self.began = sample.normal_force
-
-    def command(self, sample):
-        return Command(0.01 * sample.normal_force, 0.0, False)
-
-
-def test_a_controller_is_asked_what_it_would_do_from_the_preload_on(bench):
-    hand, trace = Echo(), parse_trace(text(gages=11))
-    steps = list(replay(RecordedPlant(trace), hand, bench, preload=0.04))
-    assert hand.began == pytest.approx(1.2)
-    assert [step.row for step in steps] == list(range(6, 14))
-    assert [step.asked.dx for step in steps] == pytest.approx([0.003 * k for k in range(5, 13)])
-    assert steps[0].dx == pytest.approx(0.002)
-    with pytest.raises(DesignError, match=r"row 13, column dy_mm = 0.12: must be rows that close"):
-        list(replay(RecordedPlant(trace), hand, bench, preload=0.5))
-    with pytest.raises(DesignError, match="3 gages"):
-        list(replay(RecordedPlant(parse_trace(text())), hand, bench, preload=0.04))
-
-
-def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, bench, tmp_path):
+def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, tmp_path):
     """Written from a plant, read back: the same samples."""
-    plant, rows = CondensedPlant(half_plane, "both"), []
-    for k in range(10):
-        dx = 0.002 if k > 4 else 0.0
-        sample = plant.move(dx, 0.01)
-        forces = (sample.normal_force, sample.tangential_force)
-        rows.append([0.01 * k, dx, 0.01, *forces, *sample.readings])
+    plant = CondensedPlant(half_plane, "both")
+    moves = [(0.002 if k > 4 else 0.0, 0.01) for k in range(10)]
+    samples = [plant.move(*move) for move in moves]
     path = tmp_path / "simulated.csv"
-    path.write_text(text(rows, gages=11), "utf-8")
+    path.write_text(trace_of(samples, moves, 50.0).to_csv(), "utf-8")
     recorded = RecordedPlant(path, 11)
-    for row in rows:
-        assert recorded.move(0, 0).readings == pytest.approx(row[5:], rel=1e-9)
+    assert recorded.trace.time == pytest.approx(np.arange(1, 11) / 50.0)
+    for sample in samples:
+        again = recorded.move(0, 0)
+        assert again.readings == pytest.approx(sample.readings, rel=1e-7, abs=1e-12)
+        assert again.normal_force == pytest.approx(sample.normal_force)
+    assert recorded.truth().shear == pytest.approx(plant.truth().shear)
