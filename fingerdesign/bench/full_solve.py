@@ -229,7 +229,7 @@ def as_increment(problem: ContactProblem, step: FullStep) -> Increment:
     certificate = certify(
         multiplier,
         local,
-        problem.self_compliance,
+        problem.typical_compliance,
         friction,
         reaction[free],
         force.sum(axis=0)[free],

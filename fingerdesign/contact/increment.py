@@ -144,7 +144,7 @@ def solve_increment(
     certificate = certify(
         multiplier,
         local,
-        problem.self_compliance,
+        problem.typical_compliance,
         problem.friction_coefficient,
         reaction[free],
         force.sum(axis=0)[free],

@@ -80,12 +80,15 @@ class Certificate:
 def certify(
     multiplier: Array,
     motion: Array,
-    self_compliance: Array,
+    typical_compliance: float,
     friction_coefficient: float,
     base_reaction: Array,
     contact_force: Array,
 ) -> Certificate:
-    """Check the laws as they are written, apart from the residual that the solver drove down."""
+    """Check the laws as they are written, apart from the residual that the solver drove down.
+
+    typical_compliance: of a node to its own normal force, mm/N; it makes a length of a force.
+    """
     if not (np.isfinite(multiplier).all() and np.isfinite(motion).all()):
         return Certificate(*4 * [float("inf")])
     normal, gap = multiplier[:, 0], motion[:, 0]
@@ -97,7 +100,7 @@ def certify(
             deepest / max(float(np.abs(gap).max(initial=0.0)), 1e-300), 0.0, 0.0, 0.0
         )
     force = float(np.abs(normal).max())
-    length = force * float(np.median(self_compliance))
+    length = force * typical_compliance
     tension = max(0.0, -float(normal.min(initial=0.0))) / force
     penetration = max(0.0, -float(gap.min(initial=0.0))) / length
     product = float(np.abs(np.minimum(normal / force, gap / length)).max(initial=0.0))

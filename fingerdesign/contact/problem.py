@@ -92,6 +92,11 @@ class ContactProblem:
         return np.diag(self.compliance).reshape(self.shape)[:, 0].copy()
 
     @cached_property
+    def typical_compliance(self) -> float:
+        """The median of ``self_compliance``, mm/N."""
+        return float(np.median(self.self_compliance))
+
+    @cached_property
     def own_compliance(self) -> Array:
         """What a node yields to a normal force beyond its most yielding neighbour (m,), mm/N."""
         own = self.self_compliance
