@@ -24,6 +24,7 @@ from fingerdesign.report.style import (
     canvas,
     house_style,
     small_multiples,
+    spread,
     to_svg,
 )
 from fingerdesign.results import GripTrace
@@ -237,9 +238,9 @@ def _draw_map(
         y = [masses.index(row["mass_g"]) for row in found]
         axes.plot(x, y, color=colour, marker=marker, ms=4, mew=1.2, ls="none")
     axes.grid(False)
-    for axis, values_along, every in ((axes.xaxis, frictions, 3), (axes.yaxis, masses, 3)):
-        ticks = range(0, len(values_along), every)
-        axis.set_ticks(list(ticks), [f"{values_along[k]:.3g}" for k in ticks])
+    for axis, along, decimals in ((axes.xaxis, frictions, 2), (axes.yaxis, masses, 0)):
+        ticks = spread(len(along), 4)
+        axis.set_ticks(ticks, [f"{along[k]:.{decimals}f}" for k in ticks])
 
 
 def _mark_legend(figure: Canvas) -> None:

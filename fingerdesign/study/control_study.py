@@ -119,7 +119,7 @@ _VARIED = "gage_noise_microstrain"
 
 def hardware_of(design: Design) -> Hardware:
     """The rig of the design's ``[grip.hardware]`` table; its gage noise is the grid's to vary."""
-    return Hardware()
+    return Hardware(**design.grip.hardware.model_dump())
 
 
 def shown_noise(grid: ControlGrid) -> float:
