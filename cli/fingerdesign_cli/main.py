@@ -33,6 +33,7 @@ COMMANDS = {
         "fingerdesign_cli.grip:command",
         "Lift an object whose weight and friction are unknown.",
     ),
+    "replay": ("fingerdesign_cli.replay:command", "Ask a controller along a recorded grip."),
     "validate": (
         "fingerdesign_cli.validate:command",
         "What each modelling assumption costs, and saves.",

@@ -54,7 +54,7 @@ def replay(
         _refuse_other_gages(plant, estimator.gages, "the estimator was taught")
     trace = plant.trace
     history: list[Moment] = []
-    started = False
+    started, first = False, None
     for k in range(len(trace)):
         sample = plant.move(0.0, 0.0)
         dx, dy = float(trace.dx[k]), float(trace.dy[k])
@@ -65,10 +65,10 @@ def replay(
             row, time = int(trace.rows[k]), float(trace.time[k])
             yield Replayed(row, time, dx, dy, sample, asked, told)
         elif plant.truth().approach >= preload * (1.0 - 1e-6):
-            started = True
+            started, first = True, sample
             controller.start(calibration, sample)
-    if not started:
-        bound = f"rows that close by {preload:g} mm in all, the preload"
+    if not started or history[-1].sample is first:
+        bound = f"rows that close by {preload:g} mm in all, the preload, and samples after them"
         closed = f"{plant.truth().approach:.4g}"
         where = f"row {trace.rows[-1]}, column dy_mm"
         raise DesignError([Fault(where, closed, bound, "record from the first touch on")])

@@ -1,0 +1,109 @@
+"""``fingerdesign replay``: a recorded grip put before a controller; faulty ones refused."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign import load_design
+from fingerdesign.control.hardware import Hardware, ImperfectPlant
+from fingerdesign.control.lift import LiftPlant
+from fingerdesign.control.trace import trace_of
+from fingerdesign.study.grip_model import grip_problem
+
+DESIGN = """
+[design]
+name = "coarse"
+[plates]
+length_mm = 1.0
+cover_mm = 1.2
+[gages]
+length_mm = 0.6
+[mesh.section]
+contact_size_mm = 0.3
+plate_size_mm = 0.3
+plate_end_size_mm = 0.1
+"""
+MOVES = [(0.0, 0.004)] * 10 + [(0.004, 0.004)] * 20
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A design's file and a grip "recorded" on its model, a little noisy."""
+    folder = tmp_path_factory.mktemp("replay")
+    (folder / "coarse.toml").write_text(DESIGN)
+    problem = grip_problem(load_design(folder / "coarse.toml"), 0.3)
+    lift = LiftPlant(problem.with_friction(0.3), "both", 500.0)
+    rig = ImperfectPlant(lift, Hardware(gage_noise_microstrain=0.5), np.random.default_rng(0))
+    trace = trace_of([rig.move(*move) for move in MOVES], MOVES, 100.0)
+    (folder / "grip.csv").write_text(trace.to_csv())
+    return folder
+
+
+def run(folder: Path, out: Path, *options: str, trace: str = "grip.csv") -> int:
+    return main(
+        ["replay", str(folder / "coarse.toml"), str(folder / trace), "--out", str(out), *options]
+    )
+
+
+def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, tmp_path, "--json", "--controller", "reactive") == 0
+    printed = json.loads(capsys.readouterr().out)
+    record = json.loads((tmp_path / "coarse/replay.json").read_text())
+    assert record == printed
+    assert (record["controller"], record["samples"]) == ("reactive", len(MOVES))
+    with (tmp_path / "coarse/replay.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    # 0.03 mm of preload are eight moves; the header is row 1.
+    assert [int(row["row"]) for row in rows] == list(range(10, 32))
+    assert float(rows[-1]["dx_mm"]) == 0.004
+    assert float(rows[-1]["asked_dy_mm"]) >= 0.0
+    assert {row["stick_ratio_told"] for row in rows} == {""}
+    total = sum(float(row["asked_dx_mm"]) for row in rows)
+    assert record["asked_shear_mm"] == pytest.approx(total, rel=1e-6)
+
+
+def test_the_table_is_for_people(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(folder, tmp_path) == 0
+    shown = capsys.readouterr().out
+    assert "the rig" in shown
+    assert "rows 10 to 31 of grip.csv" in shown
+
+
+def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lines = (folder / "grip.csv").read_text().splitlines()
+    cells = lines[6].split(",")
+    cells[5], cells[7] = "nan", ""
+    (folder / "bad.csv").write_text("\n".join([*lines[:6], ",".join(cells), *lines[7:]]))
+    assert run(folder, tmp_path, trace="bad.csv") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len([line for line in told if "row 7" in line]) == 2
+    assert any("bad.csv" in line and "row 7, column gage_1 = nan" in line for line in told)
+    assert any("row 7, column gage_3 = empty" in line for line in told)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_fingers_trace_and_unfit_controllers_are_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    few = [",".join(line.split(",")[:10]) for line in (folder / "grip.csv").read_text().split()]
+    (folder / "few.csv").write_text("\n".join(few))
+    assert run(folder, tmp_path, trace="few.csv") == 2
+    assert "row 1, column gage_6 = 5 gages: must be at least 15" in capsys.readouterr().err
+    for name in ("oracle_1.2", "regulator", "magic"):
+        assert run(folder, tmp_path, "--controller", name) == 2
+        assert name in capsys.readouterr().err
+    assert run(folder, tmp_path, "--estimator", str(folder / "none.json")) == 2
+    assert "--estimator" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
