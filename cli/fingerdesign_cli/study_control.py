@@ -76,7 +76,8 @@ _NAMES = (  # control.roster.NAMES, which would load numpy
     "estimator_file",
     metavar="FILE",
     type=_FILE,
-    help="For the regulator: an estimator taught on DESIGN (JSON).",
+    help="For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+    "first (minutes), or taken from the cache.",
 )
 @click.option(
     "--workers",
@@ -110,22 +111,23 @@ def command(
     finding.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.study.control_folder import control_folder, journal_beside
-    from fingerdesign.study.control_study import study_control, write_study
+    from fingerdesign.study.control_study import (
+        FOLDER,
+        journal_beside,
+        study_control,
+        write_study,
+    )
 
     name = design.design.name
     target = out / name
     grid = _grid(frictions, masses, noises, quick, no_tug, seed)
     grid.refuse()
     estimator = None if estimator_file is None else _estimator(estimator_file)
-    names = controllers or tuple(
-        each for each in _NAMES if each != "regulator" or estimator is not None
-    )
     journal = journal_beside(target.absolute())
-    with control_folder(target) as folder, progress(name, quiet) as show:
+    with FOLDER.written(target) as folder, progress(name, quiet) as show:
         found = study_control(
             design,
-            names,
+            controllers or _NAMES,
             grid,
             journal,
             estimator=estimator,
@@ -138,7 +140,7 @@ def command(
     if as_json:
         print_json(found.data())
     elif not quiet:
-        _show(found, target, estimator is None and not controllers)
+        _show(found, target)
     return 0
 
 
@@ -182,7 +184,7 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _show(found: ControlStudy, folder: Path, without_regulator: bool) -> None:
+def _show(found: ControlStudy, folder: Path) -> None:
     from fingerdesign.report.control_words import findings
 
     noise = found.trace_noise
@@ -194,8 +196,6 @@ def _show(found: ControlStudy, folder: Path, without_regulator: bool) -> None:
         click.echo(f"{each.question} {each.answer}: {each.words}")
     for warning in found.warnings:
         click.echo(f"mind: {warning}")
-    if without_regulator:
-        click.echo("the regulator was left out: it needs --estimator FILE")
     click.echo(f"{found.seconds['whole']:.0f} s; report: {folder / 'control.html'}")
 
 

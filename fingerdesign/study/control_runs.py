@@ -1,8 +1,8 @@
 """The lots of a grid over processes; what is done is kept, line by line, and not done again.
 
 A line of the file is one grip. Its first line names what decides every grip beside its own
-conditions: a study that was interrupted goes on where it stopped, also with other controllers,
-frictions, weights or noises than before.
+conditions: a study that was interrupted goes on where it stopped, also with other frictions,
+weights, noises or controllers than before (one that is taught anew apart).
 """
 
 from __future__ import annotations

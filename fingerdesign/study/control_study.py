@@ -23,6 +23,7 @@ from fingerdesign.control.roster import NAMES
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.identity import versions
 from fingerdesign.pipeline import one_thread
+from fingerdesign.record_folder import RecordFolder
 from fingerdesign.study.control_bench import GripBench
 from fingerdesign.study.control_grid import GOOD_AMPLIFIER, Cell, ControlGrid
 from fingerdesign.study.control_record import (
@@ -41,8 +42,10 @@ if TYPE_CHECKING:
     from fingerdesign.result_arrays import GripTrace
 
 PAGE_FILE, CHART_FILE = "control.html", "control.png"
-PRODUCTS = (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE)
-PATHS = "path_*.csv"  # of the grips that the page draws, one each
+# path_*.csv: the grips that the page draws, one each.
+FOLDER = RecordFolder(
+    "control study", RECORD_FILE, (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE, "path_*.csv")
+)
 
 
 def study_control(
@@ -58,13 +61,20 @@ def study_control(
 ) -> ControlStudy:
     """Run every grip that ``journal`` (JSON lines) does not hold yet, and sum up.
 
+    estimator: the regulator's; without one it is taught on this design, or taken from the cache.
     The journal stays: whoever has written the study's files may delete it. Raises DesignError for
     wrong input, ResultError for a journal of something else, SolverError where a process died.
     """
     names = tuple(dict.fromkeys(controllers))
-    _refuse(names, grid, estimator)
+    _refuse(names, grid)
     start = time.perf_counter()
     problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
+    if "regulator" in names and estimator is None:
+        from fingerdesign.study.lessons import lesson_for
+
+        lesson = lesson_for(design, problem, lambda message: tell(message, 0.0), workers)
+        estimator = lesson.estimator
+    taught = time.perf_counter()
     hardware = hardware_of(design)
     bench = GripBench(
         problem, design.gages.face, gage_array(design), design.grip, hardware, grid, estimator
@@ -103,7 +113,8 @@ def study_control(
         traces=traces,
         trace_noise=noise,
         seconds={
-            "model": made - start,
+            "model_and_teaching": taught - start,
+            "calibration": made - taught,
             "grips": gripped - made,
             "whole": time.perf_counter() - start,
         },
@@ -120,6 +131,11 @@ _VARIED = "gage_noise_microstrain"
 def hardware_of(design: Design) -> Hardware:
     """The rig of the design's ``[grip.hardware]`` table; its gage noise is the grid's to vary."""
     return Hardware(**design.grip.hardware.model_dump())
+
+
+def journal_beside(target: Path) -> Path:
+    """The JSON-lines file that keeps the grips of an unfinished study for the folder ``target``."""
+    return target.with_name(f"{target.name}.unfinished.jsonl")
 
 
 def shown_noise(grid: ControlGrid) -> float:
@@ -159,7 +175,7 @@ def write_study(study: ControlStudy, folder: Path) -> None:
     (folder / RECORD_FILE).write_text(study.to_json(), encoding="utf-8")
 
 
-def _refuse(names: Sequence[str], grid: ControlGrid, estimator: GripEstimator | None) -> None:
+def _refuse(names: Sequence[str], grid: ControlGrid) -> None:
     from difflib import get_close_matches
 
     faults = grid.faults()
@@ -168,9 +184,6 @@ def _refuse(names: Sequence[str], grid: ControlGrid, estimator: GripEstimator | 
             near = get_close_matches(name, NAMES, 1, 0.5)
             remedy = f"did you mean {near[0]}?" if near else "choose one of them"
             faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
-    if "regulator" in names and estimator is None:
-        bound = "given an estimator that was taught on this design"
-        faults.append(Fault("--controller", "regulator", bound, "add --estimator FILE"))
     if faults:
         raise DesignError(faults)
 
