@@ -122,7 +122,8 @@ def _run_in_zone(
     if case.grips and case.scene is None and case.gage_array:
         tell("gripping")
         with clock.stage("grips"), one_thread():
-            grips = run_all_grips(design, heard, case.gage_array)
+            bare = bare_opposite(case, problem, zone, scene)
+            grips = run_all_grips(design, heard, case.gage_array, bare)
     with clock.stage("report"):
         fields = recover_fields(model, steps) if case.fields else None
     result = Result(
@@ -242,15 +243,34 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     return tuple(study(problem, rows, case.design.gages.face, frictions))
 
 
+def bare_opposite(
+    case: Case, problem: ContactProblem, zone: Zone, scene: Scene
+) -> ContactProblem | None:
+    """The finger opposite where it is the same one without plates; None where it is alike."""
+    from fingerdesign.design.bare import without_plates
+
+    if case.design.grip.opposite != "bare":
+        return None
+    other = without_plates(case.design)
+    mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
+    model = condense(other, mesh, zone, scene).reduced
+    rigid = object_at_touch(scene.object, other.body)
+    return contact_problem(model, rigid, problem.friction_coefficient)
+
+
 def run_all_grips(
-    design: Design, problem: ContactProblem, plates: Sequence[int]
+    design: Design,
+    problem: ContactProblem,
+    plates: Sequence[int],
+    opposite: ContactProblem | None = None,
 ) -> list[tuple[GripResult, GripTrace]]:
     """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
-    gages it has."""
+    gages it has, ``opposite`` the other finger where it is unlike."""
     from fingerdesign.control.episode import run_grips
 
     grip = design.grip
-    return run_grips(problem, design, grip.friction_coefficients, grip.object_mass_g, plates)
+    frictions, mass = grip.friction_coefficients, grip.object_mass_g
+    return run_grips(problem, design, frictions, mass, plates, opposite)
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

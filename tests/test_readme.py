@@ -18,6 +18,7 @@ PAGES = (
     "docs/plane_strain.md",
     "docs/validate.md",
     "docs/fidelity.md",
+    "docs/plants.md",
 )
 
 

@@ -196,16 +196,18 @@ def run_episodes(
     friction_coefficients: Iterable[float],
     object_mass_g: float,
     plates: Sequence[int] | None = None,
+    opposite: ContactProblem | None = None,
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
     The table says plant, hardware and controller; the oracles are told the friction and the mass. A
     grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
     ``trace.without_rule``. plates: numbers of those whose gages the problem's model has, None for
-    all. Raises SolverError where the calibration itself fails.
+    all; opposite: the other finger of a lift, None for a mirror image. Raises SolverError where the
+    calibration itself fails.
     """
     grip = design.grip
-    rig = Rig(problem, design.gages.face, grip, plates)
+    rig = Rig(problem, design.gages.face, grip, plates, opposite)
     bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
     calibration = rig.calibration()
 
@@ -237,7 +239,8 @@ def run_grips(
     friction_coefficients: Iterable[float],
     object_mass_g: float,
     plates: Sequence[int] | None = None,
+    opposite: ContactProblem | None = None,
 ) -> list[tuple[GripResult, GripTrace]]:
     """Results and traces of :func:`run_episodes`; in plane strain and in 3-D alike."""
-    episodes = run_episodes(problem, design, friction_coefficients, object_mass_g, plates)
+    episodes = run_episodes(problem, design, friction_coefficients, object_mass_g, plates, opposite)
     return [(episode.result, episode.trace) for episode in episodes]

@@ -104,7 +104,16 @@ def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> T
     _refuse(faults + list(unit_faults(column, rows)), source)
     readings = table[:, [header.index(name) for name in _gages_of(header)]]
     lifted = column["lifted"] > 0.0 if "lifted" in column else None
-    return Trace(*(column[name] for name in COLUMNS), readings, rows, lifted)
+    return Trace(
+        time=column["time_s"],
+        dx=column["dx_mm"],
+        dy=column["dy_mm"],
+        normal_force=column["normal_force_N"],
+        tangential_force=column["tangential_force_N"],
+        readings=readings,
+        rows=rows,
+        lifted=lifted,
+    )
 
 
 def _refuse(faults: Sequence[Fault], source: str) -> None:

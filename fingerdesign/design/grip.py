@@ -7,7 +7,13 @@ from typing import Annotated
 from pydantic import Field
 
 from fingerdesign.design.base import Many, Table
-from fingerdesign.design.grip_plant import HardwareTable, PlantName, Tug, WeightChange
+from fingerdesign.design.grip_plant import (
+    HardwareTable,
+    OppositeName,
+    PlantName,
+    Tug,
+    WeightChange,
+)
 from fingerdesign.design.grip_regulator import RegulatorTable
 from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Oracle, Reactive
 
@@ -34,6 +40,11 @@ class Grip(Table):
         default="finger",
         description="finger: one finger on a stage, lifted where 2 F_t exceeds the weight, as in "
         "the paper; lift: two fingers and the object on its support, which then hangs from them",
+    )
+    opposite: OppositeName = Field(
+        default="mirror",
+        description="lift: the other finger; mirror: a mirror image, half of all forces each; "
+        "bare: the same body without plates, a second model",
     )
     hold_steps: int = Field(
         default=0,

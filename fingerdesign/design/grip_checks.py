@@ -17,7 +17,11 @@ _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibra
 def plant_faults(design: Design) -> list[Fault]:
     """Faults of ``[grip]``'s plant: a lift's keys without a lift, gages that are not there, a
     stage too coarse."""
-    return [*_lift_faults(design.grip), *_dead_gage_faults(design), *_stage_faults(design.grip)]
+    faults = [*_lift_faults(design.grip), *_dead_gage_faults(design), *_stage_faults(design.grip)]
+    if design.grip.opposite == "bare" and design.mesh.mesher == "file":
+        remedy = "the mesh's file holds the plates: take the mirror image"
+        faults.append(Fault("grip.opposite", "bare", "'mirror' with mesh.mesher = 'file'", remedy))
+    return faults
 
 
 def _lift_faults(grip: Grip) -> list[Fault]:
@@ -29,6 +33,8 @@ def _lift_faults(grip: Grip) -> list[Fault]:
     if grip.plant != "lift":
         remedy = 'set grip.plant = "lift": there alone an object hangs from the fingers'
         faults = [Fault(key, "given", "left out", remedy) for key, _ in events]
+        if grip.opposite != "mirror":
+            faults.append(Fault("grip.opposite", grip.opposite, "'mirror'", remedy))
         if grip.hold_steps:
             faults.append(Fault("grip.hold_steps", grip.hold_steps, "0", remedy))
         return faults
@@ -44,7 +50,8 @@ def _lift_faults(grip: Grip) -> list[Fault]:
 
 def _upward_faults(grip: Grip) -> list[Fault]:
     """Tugs that lift the object out of the fingers, wherever something else begins beside them."""
-    begins = [each.step_after_lift for each in (*grip.tugs, *grip.weight_changes)]
+    begins = [each.step_after_lift for each in grip.tugs]
+    begins += [each.step_after_lift for each in grip.weight_changes]
     faults = []
     for k, tug in enumerate(grip.tugs):
         last = tug.step_after_lift + tug.duration_steps - 1

@@ -9,6 +9,7 @@ from pydantic import Field
 from fingerdesign.design.base import Many, Table
 
 PlantName = Literal["finger", "lift"]
+OppositeName = Literal["mirror", "bare"]
 _PlateNumber = Annotated[int, Field(ge=0, le=100_000)]
 
 

@@ -2,8 +2,10 @@
 
 import pytest
 
-from fingerdesign import parse_design
+from fingerdesign import load_design, parse_design
 from fingerdesign.control.hardware import Hardware
+from fingerdesign.design.bare import without_plates
+from fingerdesign.design.starter import shipped_path
 from fingerdesign.errors import DesignError
 
 LIFT = """
@@ -53,6 +55,8 @@ delay_samples = 2
         ("hold_steps = 5", "grip.hold_steps"),
         ("[[grip.tugs]]\nstep_after_lift = 1\nextra_force_N = 1.0", "grip.tugs[0]"),
         ('plant = "hand"', "grip.plant"),
+        ('opposite = "bare"', "grip.opposite"),
+        ('plant = "lift"\nopposite = "like"', "grip.opposite"),
         ("[grip.hardware]\ngage_noise_microstrain = -0.5", "grip.hardware.gage_noise_microstrain"),
         ("[grip.hardware]\nsample_rate_Hz = 0", "grip.hardware.sample_rate_Hz"),
         ("[grip.hardware]\ndelay_samples = 1.5", "grip.hardware.delay_samples"),
@@ -89,3 +93,11 @@ def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():
         parse_design(LIFT + tug + "-1.5" + lighter)
     parse_design(LIFT + tug + "-0.98" + lighter)
     parse_design(LIFT + tug + "-1.5")
+
+
+@pytest.mark.parametrize("name", ["maeno2000", "sensitive", "both_ways", "boned"])
+def test_a_shipped_finger_without_its_plates_is_sound(name):
+    design = load_design(shipped_path(name))
+    bare = without_plates(design)
+    assert bare.plates.number == 0
+    assert (bare.body, bare.mesh) == (design.body, design.mesh)
