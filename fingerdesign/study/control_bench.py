@@ -69,6 +69,16 @@ class GripBench:
             )
         return self._calibrations[noise]
 
+    def with_grip(self, grip: Grip) -> GripBench:
+        """The same bench for other settings of the controllers.
+
+        What it has learnt on the bench is kept where the stage moves there as before.
+        """
+        other = replace(self, grip=grip)
+        if other.bounds == self.bounds:
+            vars(other)["_calibrations"] = self._calibrations
+        return other
+
     def controller(self, cell: Cell) -> Controller:
         """A fresh one; the estimator is told its rig's noise, the oracles friction and mass."""
         estimator = self.estimator

@@ -1,0 +1,238 @@
+"""One way of tuning for every controller: the same procedure, the same number of grips.
+
+Rounds of trials, each judged on more grips than the last and searched in a smaller box:
+
+    trials are Sobol points of the box of a controller's parameters, the design's own values first;
+    the best go on to the next round, with new points of a box a third as wide around the best one.
+
+A round's grips are the last round's and more, so what was gripped once is not gripped again. The
+score is the success rate; ties (and they are frequent) go to the lower mean of the peak force over
+the least force that would hold, of the grips that succeed. The best of the last round is taken.
+
+The same seed gives the same trials, whatever the number of processes. A controller without
+parameters of its own would still be given every round; an oracle has one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.study.control_grid import Cell
+
+Array = NDArray[np.float64]
+Values = Mapping[str, float]
+Tell = Callable[[str, float], None]
+# Outcomes of each (parameters, grips), in order.
+Judge = Callable[[Sequence[tuple[Values, Sequence[Cell]]]], list[list[Outcome]]]
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter (dotted key of the design) between two bounds; searched by its logarithm."""
+
+    key: str
+    low: float
+    high: float
+    logarithmic: bool = True
+
+    def at(self, share: float) -> float:
+        """The value at ``share`` (0 to 1) of the range, to four digits."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        value = low + share * (high - low)
+        return float(f"{np.exp(value) if self.logarithmic else value:.4g}")
+
+    def share(self, value: float) -> float:
+        """Where ``value`` lies in the range, 0 to 1; beyond an end at that end."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        inside = min(max(value, self.low), self.high)
+        return float((self._scaled(inside) - low) / (high - low))
+
+    def _scaled(self, value: float) -> float:
+        return float(np.log(value)) if self.logarithmic else value
+
+
+_PULL = (0.003, 0.06)  # two moves to the limit of a slippery object, or sixty
+RANGES: dict[str, tuple[Range, ...]] = {
+    "paper": (
+        Range("grip.curve_per_N", 0.003, 0.3),
+        Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
+        Range("grip.force_floor_N", 0.005, 0.3),
+        Range("grip.dead_band_mm", 0.005, 1.0),
+        Range("grip.hold_force_N", 0.05, 5.0),
+    ),
+    "fixed_force": (
+        Range("grip.fixed_force.force_N", 0.5, 40.0),
+        Range("grip.fixed_force.pull_share", *_PULL),
+    ),
+    "fixed_ratio": (
+        Range("grip.fixed_ratio.ratio", 0.05, 0.8),
+        Range("grip.fixed_ratio.pull_share", *_PULL),
+    ),
+    "reactive": (
+        Range("grip.reactive.first_force_N", 0.3, 20.0),
+        Range("grip.reactive.slip_share", 0.1, 0.99, logarithmic=False),
+        Range("grip.reactive.force_floor_N", 0.003, 0.3),
+        Range("grip.reactive.step_up", 1.05, 2.5),
+        Range("grip.reactive.pull_share", *_PULL),
+    ),
+    "oracle_1.2": (Range("grip.oracle.pull_share", *_PULL),),
+    "oracle_1.5": (Range("grip.oracle.pull_share", *_PULL),),
+    "regulator": (
+        Range("grip.regulator.target", 0.5, 0.9, logarithmic=False),
+        Range("grip.regulator.pull_share", *_PULL),
+        Range("grip.regulator.memory", 0.5, 0.99, logarithmic=False),
+        Range("grip.regulator.least_stick", 0.0, 0.6, logarithmic=False),
+        Range("grip.regulator.most_used", 0.75, 1.0, logarithmic=False),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Round:
+    """So many new trials beside the default and the best so many of the last round, judged on so
+    many grips. The first round's trials count the default."""
+
+    new: int
+    kept: int
+    grips: int
+
+
+BUDGET = (Round(32, 0, 16), Round(8, 8, 48), Round(4, 4, 96))  # 1808 grips
+_SHRINK = 1.0 / 3.0  # of the box, from round to round
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Parameters, and what came of them. round: the one that it was made in, from 0."""
+
+    values: dict[str, float]
+    round: int
+    outcomes: tuple[Outcome, ...] = ()
+
+    @property
+    def success(self) -> float:
+        """Share of its grips that succeed; 0 of none."""
+        return sum(each.success for each in self.outcomes) / max(len(self.outcomes), 1)
+
+    @property
+    def mean_peak_ratio(self) -> float | None:
+        """Of the grips that succeed; None where none does."""
+        found = [each.peak_ratio for each in self.outcomes if each.success]
+        return float(np.mean(found)) if found else None
+
+    @property
+    def order(self) -> tuple[float, float]:
+        """Greater is better."""
+        peak = self.mean_peak_ratio
+        return self.success, -np.inf if peak is None else -peak
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """A controller's trials in the order they were made, on all the grips they were judged on.
+
+    best: the trial to take. default: the design's own values, judged on the last round's grips.
+    """
+
+    controller: str
+    seed: int
+    ranges: tuple[Range, ...]
+    budget: tuple[Round, ...]
+    trials: tuple[Trial, ...]
+    best: Trial
+    default: Trial
+
+    @property
+    def grips(self) -> int:
+        """How many grips it took."""
+        return sum(len(trial.outcomes) for trial in self.trials)
+
+
+def tune(
+    controller: str,
+    default: Values,
+    cells: Sequence[Cell],
+    judge: Judge,
+    *,
+    ranges: Sequence[Range] | None = None,
+    budget: Sequence[Round] = BUDGET,
+    seed: int = 0,
+    tell: Tell = lambda message, fraction: None,
+) -> Tuning:
+    """Tune one controller; ``default`` holds the design's own values of its parameters.
+
+    cells: the grips, as many as the last round asks for; each round takes them from the start.
+    Raises DesignError for a controller without ranges or too few grips.
+    """
+    own = _ranges_of(controller) if ranges is None else tuple(ranges)
+    if len(cells) < budget[-1].grips:
+        bound = f"at least {budget[-1].grips}, as the last round asks for"
+        raise DesignError([Fault("grips", len(cells), bound, "give more")])
+    everything: list[Trial] = []  # as last judged, in the order they were made
+    going: list[int] = []  # those of the last round, the best first
+    box = np.tile([0.0, 1.0], (len(own), 1))
+    for number, each in enumerate(budget):
+        tell(f"{controller}: round {number + 1} of {len(budget)}", number / len(budget))
+        made = [Trial(dict(default), 0)] if number == 0 else []
+        points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
+        made += [Trial(_values(own, point), number) for point in points]
+        best = [k for k in going if k != 0][: each.kept]
+        # The default stays to the end: it is what the tuning improves on.
+        chosen = [*([0] if going else []), *best]
+        chosen += range(len(everything), len(everything) + len(made))
+        everything += made
+        _judge_on(everything, chosen, cells[: each.grips], judge)
+        going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
+        box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
+    return Tuning(
+        controller,
+        seed,
+        own,
+        tuple(budget),
+        tuple(everything),
+        everything[going[0]],
+        everything[0],
+    )
+
+
+def _ranges_of(controller: str) -> tuple[Range, ...]:
+    if controller not in RANGES:
+        bound = f"one of {', '.join(RANGES)}"
+        raise DesignError([Fault("--controller", controller, bound, "choose one of them")])
+    return RANGES[controller]
+
+
+def _judge_on(
+    trials: list[Trial], chosen: Sequence[int], cells: Sequence[Cell], judge: Judge
+) -> None:
+    """Judge the chosen trials on those of the grips that they were not judged on yet."""
+    asked = [(trials[k].values, cells[len(trials[k].outcomes) :]) for k in chosen]
+    for k, found in zip(chosen, judge(asked), strict=True):
+        trials[k] = replace(trials[k], outcomes=(*trials[k].outcomes, *found))
+
+
+def _points(box: Array, count: int, rng: np.random.Generator) -> Array:
+    """``count`` Sobol points (count, d) of a box (d, 2) of shares."""
+    from scipy.stats import qmc
+
+    power = max(count - 1, 0).bit_length()
+    seed = int(rng.integers(2**31))
+    points = qmc.Sobol(len(box), scramble=True, seed=seed).random_base2(power)[:count]
+    return np.asarray(box[:, 0] + points * (box[:, 1] - box[:, 0]))
+
+
+def _values(ranges: Sequence[Range], point: Array) -> dict[str, float]:
+    return {each.key: each.at(float(share)) for each, share in zip(ranges, point, strict=True)}
+
+
+def _box_around(ranges: Sequence[Range], values: Values, width: float) -> Array:
+    """A box of that width, as a share of the whole, around ``values``, inside the whole."""
+    middle = np.array([each.share(values[each.key]) for each in ranges])
+    low = np.clip(middle - 0.5 * width, 0.0, 1.0 - width)
+    return np.column_stack([low, low + width])
