@@ -1,0 +1,149 @@
+"""Every figure of the paper, remade for one design: the numbers, and what they say of its words.
+
+    found = remake(load_design("designs/maeno2000.toml"))
+    found.claims[0].verdict
+
+Maeno, Hiromitsu and Kawai 2000. Figures 1, 4, 5, 9 and 11 of the paper are drawings of what was
+built and planned; the others are made here, in plane strain as there.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from fingerdesign.case import fundamental_scene
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion
+from fingerdesign.control.slip_study import slip_studies
+from fingerdesign.design.io import with_values
+from fingerdesign.pipeline import one_thread, zone_of
+from fingerdesign.records import contact_history, increment_result
+from fingerdesign.study.paper_case import FRICTIONS, PATHS, build_case, check_case
+from fingerdesign.study.paper_claims import Claim, claims_of
+from fingerdesign.study.paper_lifts import lifts, squeeze
+from fingerdesign.study.paper_likeness import likeness
+from fingerdesign.study.paper_places import gage_verdicts, rubber_verdicts
+from fingerdesign.study.paper_rectangles import rectangles
+from fingerdesign.study.paper_relation import make_bench, relation
+from fingerdesign.study.paper_rig import rig_of
+
+if TYPE_CHECKING:
+    from fingerdesign.design.contact_zone import Zone
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.result_arrays import ContactHistory, SlipStudy
+    from fingerdesign.results import IncrementResult
+    from fingerdesign.study.paper_case import PaperCase
+    from fingerdesign.study.paper_lifts import Lift, Route
+    from fingerdesign.study.paper_likeness import Likeness
+    from fingerdesign.study.paper_places import Verdicts
+    from fingerdesign.study.paper_rectangles import Rectangles
+    from fingerdesign.study.paper_relation import Relation
+    from fingerdesign.study.paper_rig import Rig
+
+Tell = Callable[[str, float], None]
+
+SOFT_MATERIAL = "polyimide"  # of designs/sensitive.toml: gages that answer 50 times as much
+_WIDEN = 1.4  # a candidate zone that the contact has outgrown
+
+
+@dataclass(frozen=True)
+class Remade:
+    """All that the figures show.
+
+    increments, contact: the eight steps (Figs 6, 7). studies: a slip study a friction coefficient,
+    the eight steps with the shear in proportion (Fig. 8); relations: one a path, rows cut finer.
+    route, lifts: Figs 2 and 10. rigs: Fig. 12, the design and, where its plates are of another
+    material, the same with plates of polyimide read on both faces.
+    """
+
+    design: Design
+    dofs: int
+    friction: float
+    increments: tuple[IncrementResult, ...]
+    contact: ContactHistory
+    rectangles: Rectangles
+    likeness: Likeness
+    studies: tuple[SlipStudy, ...]
+    relations: tuple[Relation, ...]
+    places: tuple[Verdicts, ...]
+    lifts: tuple[Lift, ...]
+    route: Route
+    rigs: tuple[Rig, ...]
+    seconds: float
+    claims: tuple[Claim, ...] = field(default=())
+
+
+def remake(design: Design, tell: Tell = lambda message, fraction: None) -> Remade:
+    """Make all figures' numbers. Raises DesignError for a design without an array of gages or that
+    has no section, another FingerDesignError where a stage fails."""
+    from dataclasses import replace
+
+    start = time.perf_counter()
+    scene = fundamental_scene()
+    case = check_case(design, scene)
+    zone = zone_of(case, scene)
+    while True:
+        try:
+            with one_thread():
+                found = _remade(case_in(design, scene, zone, tell), zone, scene, tell)
+            break
+        except ZoneExhausted:
+            if zone.fills(design):
+                raise
+            zone = zone.widened(_WIDEN, design)
+            tell(f"widening the contact zone to {zone}", 0.0)
+    found = replace(found, seconds=time.perf_counter() - start)
+    return replace(found, claims=claims_of(found))
+
+
+def case_in(design: Design, scene: Scene, zone: Zone, tell: Tell) -> PaperCase:
+    """The design and its twin, condensed."""
+    tell("condensing the finger, with plates and without", 0.02)
+    return build_case(check_case(design, scene), scene, zone)
+
+
+def _remade(case: PaperCase, zone: Zone, scene: Scene, tell: Tell) -> Remade:
+    tell("Figs 6 and 7: the eight steps", 0.2)
+    steps = list(follow(case.finger, [Motion(*row) for row in case.rows]))
+    tell("Fig. 3: rectangles near the surface", 0.25)
+    turned = rectangles(case)
+    tell("plates against the rubber's shear strain", 0.28)
+    alike = likeness(case)
+    tell("Fig. 8: gage area and stick area", 0.3)
+    bench = make_bench(case)
+    studies = slip_studies(case.finger, case.rows, case.face, FRICTIONS)
+    relations = tuple(relation(case, bench, path) for path in PATHS)
+    tell("each gage and the surface near it", 0.4)
+    places = (*gage_verdicts(case, bench.floor), *rubber_verdicts(case, bench.floor))
+    tell("Figs 2 and 10: lifts", 0.5)
+    grips = tuple(lifts(case))
+    route = squeeze(case)
+    tell("Fig. 12: lifts on a rig", 0.6)
+    material = case.design.plates.material
+    rigs = [rig_of(case, f"plates of {material.replace('_', ' ')}")]
+    if material != SOFT_MATERIAL:
+        tell("Fig. 12: the same with plates of polyimide", 0.8)
+        soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
+        other = with_values(case.design, soft)
+        rigs.append(rig_of(case_in(other, scene, zone, lambda *_: None), "plates of polyimide"))
+    return Remade(
+        design=case.design,
+        dofs=case.dofs,
+        friction=case.friction,
+        increments=tuple(increment_result(step, case.face) for step in steps),
+        contact=contact_history(case.finger, steps),
+        rectangles=turned,
+        likeness=alike,
+        studies=studies,
+        relations=relations,
+        places=places,
+        lifts=grips,
+        route=route,
+        rigs=tuple(rigs),
+        seconds=0.0,
+    )
