@@ -197,8 +197,8 @@ class Summary:
     """Many grips. Shares are of all of them; spreads of those that have the value.
 
     held: lifted without complete slip. dropped, crushed, not_lifted, failed say why others did not
-    succeed; a grip may be in more than one. margin_at_lift: of lifted ones. reaction_steps: of
-    those tugged that answered.
+    succeed; a grip may be in more than one. margin_at_lift, peaks, steps: of lifted ones;
+    slip_distance_mm: of held ones. reaction_steps: of those tugged that answered.
     """
 
     grips: int
@@ -231,8 +231,8 @@ def summarise(outcomes: Sequence[Outcome]) -> Summary:
         not_lifted=sum(not each.lifted for each in outcomes),
         failed=sum(each.ending == "failed" for each in outcomes),
         margin_at_lift=spread_of(each.margin_at_lift for each in outcomes),
-        peak_ratio=spread_of(each.peak_ratio for each in outcomes),
-        peak_normal_force_N=spread_of(each.peak_normal_force_N for each in outcomes),
+        peak_ratio=spread_of(each.peak_ratio for each in outcomes if each.lifted),
+        peak_normal_force_N=spread_of(each.peak_normal_force_N for each in outcomes if each.lifted),
         minimum_stick_ratio=spread_of(each.minimum_stick_ratio for each in outcomes),
         slip_distance_mm=spread_of(each.slip_distance_mm for each in outcomes if each.held),
         steps=spread_of(each.steps for each in outcomes if each.lifted),

@@ -57,7 +57,7 @@ def _main_table(data: dict[str, Any], noise: float) -> Table:
         cells.append(
             (
                 title_of(each["controller"]),
-                each["told"] or "nothing",
+                "μ, m" if each["told"] else NONE,
                 _percent(row["success"]["rate"]),
                 _interval(row["success"]),
                 _percent(row["held"]["rate"]),
@@ -111,13 +111,8 @@ def _tug_table(data: dict[str, Any]) -> Table:
             )
         )
     columns = (
-        "controller",
-        "held %",
-        "95 %",
-        "answered",
-        "reaction ms",
-        "three in four",
-        "slowest",
+        *("controller", "held %", "95 %", "answered"),
+        *("reaction ms", "three in four", "slowest", "peak"),
     )
     tug = data["conditions"]["tug"]
     caption = (
