@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.result_arrays import GripTrace
 
+VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
 PAGE_FILE, CHART_FILE = "control.html", "control.png"
 # path_*.csv: the grips that the page draws, one each.
 FOLDER = RecordFolder(
@@ -109,7 +110,7 @@ def study_control(
             "largest_bench_force_N": float(bench.calibration(0.0).normal.normal_force[-1]),
             "preload_force_N": _preload_force(bench),
         },
-        hardware={name: value for name, value in asdict(hardware).items() if name != _VARIED},
+        hardware={name: value for name, value in asdict(hardware).items() if name != VARIED},
         traces=traces,
         trace_noise=noise,
         seconds={
@@ -123,9 +124,6 @@ def study_control(
         peak_memory_MB=peak_memory_MB(),
         warnings=tuple(_warnings(bench, outcomes)),
     )
-
-
-_VARIED = "gage_noise_microstrain"
 
 
 def hardware_of(design: Design) -> Hardware:

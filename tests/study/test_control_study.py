@@ -4,6 +4,7 @@ import csv
 import json
 from dataclasses import asdict, replace
 
+import jsonschema
 import numpy as np
 import pytest
 from fingerdesign_cli.main import main
@@ -20,6 +21,7 @@ from fingerdesign.study.control_bench import GripBench
 from fingerdesign.study.control_grid import Cell, ControlGrid, Tug
 from fingerdesign.study.control_record import COLUMNS
 from fingerdesign.study.control_runs import Journal, run_lots
+from fingerdesign.study.control_schema import control_schema
 from fingerdesign.study.control_study import FOLDER, journal_beside
 
 DESIGN = """[design]
@@ -165,6 +167,7 @@ def test_the_command_writes_a_whole_folder(quick_model, tmp_path, capsys):
     assert sum(name.startswith("path_") for name in names) == 4
     record = json.loads((folder / "control.json").read_text("utf-8"))
     assert record == json.loads(capsys.readouterr().out)
+    jsonschema.validate(record, control_schema())
     assert [each["controller"] for each in record["controllers"]] == ["paper", "oracle_1.2"]
     oracle = record["controllers"][1]
     assert oracle["told"] == "friction and weight"
