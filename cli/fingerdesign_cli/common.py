@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import click
 
 if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.io import Judged
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
@@ -114,6 +116,23 @@ def go_on_option(function: _Command) -> _Command:
     return click.option(
         "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
     )(function)
+
+
+def read_estimator(path: Path) -> GripEstimator:
+    """The estimator in a file that ``fingerdesign teach`` wrote; DesignError for any other."""
+    from fingerdesign.control.estimator import EstimatorError, GripEstimator
+    from fingerdesign.errors import DesignError, Fault
+
+    try:
+        return GripEstimator.from_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, EstimatorError) as error:
+        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
+        raise DesignError([fault]) from error
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

@@ -42,6 +42,7 @@ COMMANDS = {
         "fingerdesign_cli.teach:command",
         "Teach the estimator that the regulator grips by.",
     ),
+    "tune": ("fingerdesign_cli.tune:command", "Tune controllers alike, on grips of their own."),
     "study-control": (
         "fingerdesign_cli.study_control:command",
         "Compare controllers over friction, weight and noise.",

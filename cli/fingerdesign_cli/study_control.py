@@ -8,16 +8,17 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign_cli.common import (
+    cores,
     output_folder,
     output_options,
     print_json,
     print_table,
     progress,
     read_case,
+    read_estimator,
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.study.control_grid import ControlGrid
     from fingerdesign.study.control_record import ControlStudy
 
@@ -122,7 +123,7 @@ def command(
     target = out / name
     grid = _grid(frictions, masses, noises, quick, no_tug, seed)
     grid.refuse()
-    estimator = None if estimator_file is None else _estimator(estimator_file)
+    estimator = None if estimator_file is None else read_estimator(estimator_file)
     journal = journal_beside(target.absolute())
     with FOLDER.written(target) as folder, progress(name, quiet) as show:
         found = study_control(
@@ -131,7 +132,7 @@ def command(
             grid,
             journal,
             estimator=estimator,
-            workers=workers or _cores(),
+            workers=workers or cores(),
             tell=lambda message, fraction: show(message, fraction),
         )
         show("writing the report", 1.0)
@@ -165,23 +166,6 @@ def _grid(
         seed=seed,
         tug=None if no_tug else grid.tug,
     )
-
-
-def _estimator(path: Path) -> GripEstimator:
-    from fingerdesign.control.estimator import EstimatorError, GripEstimator
-    from fingerdesign.errors import DesignError, Fault
-
-    try:
-        return GripEstimator.from_json(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, EstimatorError) as error:
-        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
-        raise DesignError([fault]) from error
-
-
-def _cores() -> int:
-    import os
-
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _show(found: ControlStudy, folder: Path) -> None:

@@ -10,12 +10,12 @@ in tables of its own.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.results import ResultError
 from fingerdesign.study.tuning import Trial, Tuning
 
 if TYPE_CHECKING:
@@ -28,44 +28,42 @@ RECORD_FILE = "tuning.json"
 
 @dataclass(frozen=True)
 class TuningRecord:
-    """What was tuned, on what. digest: of the design before; cells: the grips, as many as the last
-    round's; hardware, model: plain values that say what was gripped with."""
+    """What was tuned, on what.
+
+    digest: of all that decides it. cells: the grips, as many as the last round's. hardware, model:
+    plain values that say what was gripped with. controllers: by name, see :func:`tuning_data`.
+    """
 
     design: str
     digest: str
     seed: int
-    tunings: tuple[Tuning, ...]
     cells: tuple[Cell, ...]
     hardware: dict[str, Any]
     model: dict[str, Any]
+    controllers: dict[str, dict[str, Any]]
     versions: dict[str, str]
     seconds: float
 
+    def data(self) -> dict[str, Any]:
+        """The record as plain values."""
+        cells = [
+            {
+                "friction_coefficient": cell.friction,
+                "object_mass_g": cell.mass_g,
+                "noise_microstrain": cell.noise,
+            }
+            for cell in self.cells
+        ]
+        own = {key: value for key, value in vars(self).items() if key != "cells"}
+        return {"format": FORMAT, **own, "seconds": round(self.seconds, 1), "cells": cells}
+
     def to_json(self) -> str:
         """The record as text; NaN is never written."""
-        record = {
-            "format": FORMAT,
-            "design": self.design,
-            "digest": self.digest,
-            "seed": self.seed,
-            "seconds": round(self.seconds, 1),
-            "hardware": self.hardware,
-            "model": self.model,
-            "versions": self.versions,
-            "cells": [
-                {
-                    "friction_coefficient": cell.friction,
-                    "object_mass_g": cell.mass_g,
-                    "noise_microstrain": cell.noise,
-                }
-                for cell in self.cells
-            ],
-            "controllers": {each.controller: _tuning_data(each) for each in self.tunings},
-        }
-        return json.dumps(record, indent=1, allow_nan=False) + "\n"
+        return json.dumps(self.data(), indent=1, allow_nan=False) + "\n"
 
 
-def _tuning_data(tuning: Tuning) -> dict[str, Any]:
+def tuning_data(tuning: Tuning) -> dict[str, Any]:
+    """A tuning as plain values: its ranges and rounds, every trial, the best and the default."""
     return {
         "grips": tuning.grips,
         "ranges": [asdict(each) for each in tuning.ranges],
@@ -121,20 +119,30 @@ def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design
     return with_values(design, best_values(text, source))
 
 
-def toml_lines(tunings: Sequence[Tuning]) -> str:
-    """The best values as lines for a design file, above its first table.
+class Kept:
+    """Tunings of an unfinished run, a JSON line each; a file of something else is a ResultError.
 
-    >>> from fingerdesign.study.tuning import Trial, Tuning
-    >>> best = Trial({"grip.fixed_ratio.ratio": 0.25}, 0)
-    >>> toml_lines([Tuning("fixed_ratio", 0, (), (), (best,), best, best)])
-    'grip.fixed_ratio.ratio = 0.25'
+    A line that was cut short is left out, and made again.
     """
-    values = {key: value for each in tunings for key, value in each.best.values.items()}
-    return "\n".join(f"{key} = {value:g}" for key, value in values.items())
 
+    def __init__(self, path: Path, digest: str) -> None:
+        self._path, self._digest = path, digest
+        self.controllers: dict[str, dict[str, Any]] = {}
+        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
+            try:
+                record = json.loads(line)
+                digest, name, found = record["digest"], record["controller"], record["tuning"]
+            except (ValueError, KeyError, TypeError):
+                continue
+            if digest != self._digest:
+                what = f"{path} is of another design, setting or version"
+                raise ResultError(f"{what}; move it away, or choose another --out")
+            self.controllers[str(name)] = found
 
-def write_record(record: TuningRecord, folder: Path) -> Path:
-    """Write the record into a folder that exists; returns its path."""
-    path = folder / RECORD_FILE
-    path.write_text(record.to_json(), encoding="utf-8")
-    return path
+    def add(self, controller: str, tuning: dict[str, Any]) -> None:
+        """Keep a tuning, in memory and on a line of its own."""
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        line = {"digest": self._digest, "controller": controller, "tuning": tuning}
+        with self._path.open("a", encoding="utf-8") as stream:
+            stream.write("\n" + json.dumps(line, allow_nan=False) + "\n")
+        self.controllers[controller] = tuning

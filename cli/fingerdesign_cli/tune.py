@@ -1,0 +1,138 @@
+"""``fingerdesign tune``: every controller tuned alike, on grips that are not those of the study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fingerdesign_cli.common import (
+    cores,
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+    read_case,
+    read_estimator,
+)
+
+if TYPE_CHECKING:
+    pass
+
+_FILE = click.Path(path_type=Path)
+_NAMES = (  # control.roster.NAMES, which would load numpy
+    *("paper", "fixed_force", "fixed_ratio", "reactive", "oracle_1.2", "oracle_1.5", "regulator"),
+)
+
+
+@click.command("tune")
+@click.argument("design_file", metavar="DESIGN", type=_FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The record goes to OUT/NAME of the design.",
+)
+@click.option(
+    "--controller",
+    "controllers",
+    metavar="NAME",
+    multiple=True,
+    help=f"This controller alone; may be given again. One of: {', '.join(_NAMES)}.",
+)
+@click.option(
+    "--noise",
+    "noises",
+    metavar="E",
+    type=float,
+    multiple=True,
+    default=(0.5,),
+    show_default=True,
+    help="Standard deviation of a gage's sample in the tuning grips, microstrain; may be given "
+    "again.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of trials, grips and noise.")
+@click.option(
+    "--estimator",
+    "estimator_file",
+    metavar="FILE",
+    type=_FILE,
+    help="For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+    "or taken from the cache.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Processes; without it as many as there are cores.",
+)
+@output_options
+def command(
+    design_file: Path,
+    out: Path,
+    controllers: tuple[str, ...],
+    noises: tuple[float, ...],
+    seed: int,
+    estimator_file: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Tune the controllers of DESIGN, each by the same procedure and the same number of grips.
+
+    The grips have other frictions, masses and noise than those of study-control. OUT/NAME then
+    holds tuning.json (every trial) and tuned.toml: DESIGN with the best values in its [grip] table,
+    for `fingerdesign study-control`. Minutes a controller.
+
+    What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted run
+    goes on with the controllers that are left.
+    """
+    design, _ = read_case(design_file)
+    from fingerdesign.record_folder import RecordFolder
+    from fingerdesign.study.tune_study import DESIGN_FILE, tune_controllers, write_tuning
+    from fingerdesign.study.tuning_record import RECORD_FILE
+
+    name = design.design.name
+    target = out / name
+    journal = target.absolute().with_name(f"{name}.unfinished.jsonl")
+    estimator = None if estimator_file is None else read_estimator(estimator_file)
+    kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
+    with kind.written(target) as folder, progress(name, quiet) as show:
+        record = tune_controllers(
+            design,
+            controllers or _NAMES,
+            journal,
+            estimator=estimator,
+            noises=noises,
+            seed=seed,
+            workers=workers or cores(),
+            tell=lambda message, fraction: show(message, fraction),
+        )
+        write_tuning(record, design, folder)
+    journal.unlink(missing_ok=True)
+    if as_json:
+        print_json(record.data())
+    elif not quiet:
+        headings = ["controller", "success %", "before", "peak", "before", "grips", "takes"]
+        rows = [_row(name, found) for name, found in record.controllers.items()]
+        print_table(f"{record.design}: tuned on {len(record.cells)} grips", headings, rows)
+        click.echo(f"{record.seconds:.0f} s; tuned design: {target / DESIGN_FILE}")
+    return 0
+
+
+def _row(name: str, found: dict[str, Any]) -> list[str]:
+    best, default = found["best"], found["default"]
+    takes = (f"{key.removeprefix('grip.')} {value:g}" for key, value in best["values"].items())
+    return [
+        name,
+        *(f"{100 * each['success_rate']:.1f}" for each in (best, default)),
+        *(_ratio(each["mean_peak_ratio"]) for each in (best, default)),
+        f"{found['grips']}",
+        ", ".join(takes),
+    ]
+
+
+def _ratio(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
