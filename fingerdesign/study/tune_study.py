@@ -63,7 +63,6 @@ def tune_controllers(
 
         lesson = lesson_for(
             design,
-            noise=max(noises),
             problem=problem,
             tell=lambda message: tell(message, 0.0),
             workers=workers,
