@@ -65,14 +65,16 @@ def rising_root(
     start: float,
     last: float,
     softest: float,
+    most: float = np.inf,
 ) -> float:
     """Where a force that rises with a motion reaches ``target``; it was evaluated there last.
 
     evaluate gives None where the model has no answer. start: the first try, mm; last: a place near
-    it where the model has an answer; softest: mm/N, a spring softer than any without slip. Raises
-    OutOfReach where the force stays short of the target, SolverError where nothing was found.
+    it where the model has an answer; softest: mm/N, a spring softer than any without slip; most: a
+    motion known to give more than the target. Raises OutOfReach where the force stays short of the
+    target, SolverError where nothing was found.
     """
-    low, high = -np.inf, np.inf
+    low, high = -np.inf, most
     here, good, step = start, last, 0.0
     for _ in range(_ITERATIONS):
         trial = evaluate(here)
@@ -84,13 +86,13 @@ def rising_root(
         missing = target - trial.value
         if abs(missing) <= _TOLERANCE * max(trial.scale, abs(target)):
             return here
-        if missing * trial.limit > 0.0:
+        if missing * trial.limit > 0.0 and not np.isfinite(high if missing > 0.0 else low):
             raise OutOfReach(trial.value)
         good = here
         low, high = (here, high) if missing > 0.0 else (low, here)
-        most = _GROWTH * max(softest * abs(missing), abs(step))
-        step = float(np.sign(missing)) * most
-        if trial.slope * most > abs(missing):
+        longest = _GROWTH * max(softest * abs(missing), abs(step))
+        step = float(np.sign(missing)) * longest
+        if trial.slope * longest > abs(missing):
             step = missing / trial.slope
         here += step
         if not low < here < high:
@@ -186,12 +188,14 @@ def solve_shear(
     tangential: float,
     workspace: Workspace | None = None,
     start: float | None = None,
+    most: float = np.inf,
 ) -> Increment:
     """The increment to ``approach`` (mm) that carries ``tangential`` (N): its shear is the answer.
 
-    start: a shear to begin at, mm; without one the state's. Raises NoEquilibrium where friction
-    cannot carry the force or nothing is touched, ZoneExhausted where the contact outgrows the
-    candidates, SolverError where no shear was found.
+    start: a shear to begin at, mm; without one the state's. most: a shear known to carry more (in
+    3-D F_t grows a little even while all slides, its directions turning). Raises NoEquilibrium
+    where friction cannot carry the force or nothing is touched, ZoneExhausted where the contact
+    outgrows the candidates, SolverError where no shear was found.
     """
     if not np.isfinite([approach, tangential]).all():
         raise SolverError(f"approach {approach} mm and force {tangential} N must be finite")
@@ -210,7 +214,7 @@ def solve_shear(
     here = state.motion.shear
     begin = here if start is None else start
     try:
-        rising_root(evaluate, tangential, begin, here, trials.softest)
+        rising_root(evaluate, tangential, begin, here, trials.softest, most)
     except OutOfReach as reached:
         raise NoEquilibrium(
             f"no shear gives {tangential:g} N tangential at an approach of {approach:g} mm: "

@@ -148,14 +148,17 @@ class LiftPlant:
             try:
                 hanging = self._fingers.hang(closing, weight)
             except NoEquilibrium:
-                return self._fingers.stand(closing, hand), False, True
+                standing = self._fingers.stand(closing, hand)
+                if standing.carried <= weight:
+                    return standing, False, True
+                return self._fingers.hang(closing, weight, hand), True, False
             if hanging.shear < hand:
                 return hanging, True, False
             return self._fingers.stand(closing, hand), False, False  # the hand has set it down
         standing = self._fingers.stand(closing, hand)
         if standing.carried <= weight:
             return standing, False, False
-        return self._fingers.hang(closing, weight), True, False
+        return self._fingers.hang(closing, weight, hand), True, False
 
     def _check_tugs(self) -> None:
         tugs = [each for each in self._disturbances if isinstance(each, Disturbance)]

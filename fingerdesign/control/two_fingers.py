@@ -13,6 +13,7 @@ The object keeps its direction: its tilting under unlike tangential forces is le
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol
 
 from fingerdesign.contact.balance import (
@@ -50,10 +51,11 @@ class Pair(Protocol):
         """Both moved to ``closing`` and ``shear``, mm in all."""
         ...
 
-    def hang(self, closing: float, weight: float) -> Held:
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
         """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
 
-        Raises NoEquilibrium where friction cannot carry it.
+        most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
+        cannot carry it.
         """
         ...
 
@@ -76,7 +78,7 @@ class MirrorPair:
         motion = Motion(closing, shear)
         return self._held(solve_increment(self._problem, self._state, motion, self._workspace))
 
-    def hang(self, closing: float, weight: float) -> Held:
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
         """See :class:`Pair`."""
         start = None
         if self._before is not None:
@@ -84,7 +86,7 @@ class MirrorPair:
                 self._problem, self._before, closing, 0.5 * weight, self._workspace
             )
         found = solve_shear(
-            self._problem, self._state, closing, 0.5 * weight, self._workspace, start
+            self._problem, self._state, closing, 0.5 * weight, self._workspace, start, most
         )
         return self._held(found)
 
@@ -111,7 +113,7 @@ class UnlikePair:
         """See :class:`Pair`."""
         return self._between(closing).at(shear)
 
-    def hang(self, closing: float, weight: float) -> Held:
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
         """See :class:`Pair`."""
         between = self._between(closing)
 
@@ -120,7 +122,8 @@ class UnlikePair:
             return between.carried()
 
         try:
-            shear = rising_root(evaluate, weight, self._shear, self._shear, between.softest)
+            here = self._shear
+            shear = rising_root(evaluate, weight, here, here, between.softest, most)
         except OutOfReach as reached:
             raise NoEquilibrium(
                 f"no shear makes the two fingers carry {weight:g} N, closed by {closing:g} mm: "

@@ -167,3 +167,17 @@ def test_a_root_is_found_where_the_tangent_tells_nothing():
         rising_root(lambda x: Trial(1.0, 0.0, 1.0, limit=1), 1.5, 0.0, 0.0, 0.01)
     with pytest.raises(SolverError, match="no motion"):
         rising_root(lambda x: None, 1.5, 0.3, 0.0, 0.01)
+
+
+def test_a_little_more_is_found_beyond_full_slip_where_it_is_known_to_be_there():
+    """As in 3-D: all slides from 0.1 on, and the force still grows a little."""
+
+    def creeping(x):
+        value = x if x < 0.1 else 0.1 + 1e-3 * (x - 0.1)
+        return Trial(value, 1.0 if x < 0.1 else 1e-3, 1.0, int(x >= 0.1))
+
+    assert rising_root(creeping, 0.1005, 0.0, 0.0, 2.0, most=5.0) == pytest.approx(0.6)
+    with pytest.raises(OutOfReach):
+        rising_root(creeping, 0.1005, 0.0, 0.0, 2.0)
+    with pytest.raises(OutOfReach):  # downward nothing is known
+        rising_root(lambda x: Trial(-1.0, 0.0, 1.0, limit=-1), -1.5, 0.0, 0.0, 2.0, most=5.0)

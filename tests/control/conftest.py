@@ -73,5 +73,40 @@ def softer():
 
 
 @pytest.fixture(scope="session")
+def bump():
+    """In 3-D: a bump of radius 20 on springs coupled by 1/r, 11 x 11 nodes, no gages."""
+    side = np.linspace(-1.0, 1.0, 11)
+    x, z = (grid.ravel() for grid in np.meshgrid(side, side, indexing="ij"))
+    distance = np.hypot(x[:, None] - x[None], z[:, None] - z[None])
+    scalar = 0.05 / np.where(distance > 0, distance, 0.3 * (side[1] - side[0]))
+    number = np.arange(121).reshape(11, 11)
+    low, high = number[:-1, :-1].ravel(), number[1:, 1:].ravel()
+    facets = np.concatenate(
+        [
+            np.column_stack([low, number[1:, :-1].ravel(), high]),
+            np.column_stack([low, high, number[:-1, 1:].ravel()]),
+        ]
+    )
+    points = np.column_stack([x, -(x**2 + z**2) / 40.0, z])
+    area = (side[1] - side[0]) ** 2
+    model = ReducedModel(
+        points=points,
+        facets=facets,
+        facet_areas=np.full(len(facets), 0.5 * area),
+        areas=np.full(121, area),
+        compliance=np.kron(scalar, np.eye(3)),
+        gage_readout=np.zeros((0, 363)),
+        point_readout=np.zeros((0, 363)),
+        reaction_readout=-np.tile(np.eye(3), 121),
+        surface=SurfaceQuadrature(points, np.arange(121), np.arange(121), np.ones(121)),
+        rim=np.maximum(np.abs(x), np.abs(z)) > 0.99,
+        free_end=np.zeros(121, dtype=bool),
+        locked=np.zeros((121, 3), dtype=bool),
+        depth=1.0,
+    )
+    return contact_problem(model, Plane(0.0), 0.5)
+
+
+@pytest.fixture(scope="session")
 def design():
     return parse_design('design.name = "half-plane"')

@@ -221,3 +221,18 @@ def test_what_cannot_be_is_refused(half_plane):
         Disturbance(0, 1.0)
     with pytest.raises(ValueError, match="mass"):
         WeightChange(1, 0.0)
+
+
+def test_in_three_dimensions_too(bump):
+    """A bump on springs: lifted at its weight, held, dropped by a tug that friction can't carry."""
+    mass = 5.0
+    plant = LiftPlant(bump, "both", mass, disturbances=[Disturbance(20, 0.5)])
+    for _ in range(8):
+        plant.move(0.0, 0.002)
+    while not plant.truth().lifted:
+        plant.move(0.0004, 0.0)
+    for _ in range(19):
+        plant.move(0.002, 0.0001)
+        assert plant.truth().tangential_force == pytest.approx(0.5e-3 * GRAVITY * mass, rel=1e-6)
+    plant.move(0.002, 0.0)
+    assert (plant.truth().lifted, plant.truth().complete_slip) == (False, True)
