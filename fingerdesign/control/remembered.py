@@ -15,49 +15,55 @@ from fingerdesign.control.signals import Sample
 
 @dataclass
 class Memory:
-    """What followed on a sequence of moves, and what follows on each next one."""
+    """What followed on a sequence of moves, and what follows on each next one.
+
+    plant: one that has made just these moves and stands there, to go on from.
+    """
 
     sample: Sample | None = None
     truth: Truth | None = None
+    plant: Plant | None = None
     after: dict[tuple[float, float], Memory] = field(default_factory=dict)
 
 
 class RememberedPlant:
-    """A :class:`Plant` in front of another one, of which all that share ``memory`` are equal.
+    """A :class:`Plant` in front of others, which are equal for all that share ``memory``.
 
-    The plant made by ``make_plant`` must be a function of its moves alone: no noise of its own.
+    The plants made by ``make_plant`` must be functions of their moves alone: no noise of their own.
     """
 
     def __init__(self, make_plant: PlantMaker, memory: Memory) -> None:
         self._make_plant = make_plant
-        self._plant: Plant | None = None
-        self._here = memory
+        self._path = [memory]
         self._moves: list[tuple[float, float]] = []
-        self._made = 0  # moves that the plant itself has made
 
     def move(self, dx: float, dy: float) -> Sample:
         """As the plant; raises what it raises, anew each time."""
-        following = self._here.after.get((dx, dy))
-        self._moves.append((dx, dy))
+        here = self._path[-1]
+        following = here.after.get((dx, dy))
         if following is None:
-            sample, truth = self._solve()
-            following = Memory(sample, truth)
-            self._here.after[dx, dy] = following
-        self._here = following
+            plant = self._standing_here()
+            following = Memory(plant.move(dx, dy), plant.truth(), plant)
+            here.after[dx, dy], here.plant = following, None
+        self._path.append(following)
+        self._moves.append((dx, dy))
         assert following.sample is not None
         return following.sample
 
     def truth(self) -> Truth:
         """The state after the last move."""
-        if self._here.truth is None:
-            self._here.truth = self._make_plant().truth()
-        return self._here.truth
+        here = self._path[-1]
+        if here.truth is None:
+            here.truth = self._make_plant().truth()
+        return here.truth
 
-    def _solve(self) -> tuple[Sample, Truth]:
-        """Make the moves that the plant has not made yet; the answer to the last of them."""
-        if self._plant is None:
-            self._plant = self._make_plant()
-        for dx, dy in self._moves[self._made :]:
-            self._made += 1
-            sample = self._plant.move(dx, dy)
-        return sample, self._plant.truth()
+    def _standing_here(self) -> Plant:
+        """A plant that has made all moves so far: one left here, else the last on the way."""
+        last = len(self._moves)
+        while last > 0 and self._path[last].plant is None:
+            last -= 1
+        plant = self._path[last].plant or self._make_plant()
+        self._path[last].plant = None
+        for move in self._moves[last:]:
+            plant.move(*move)
+        return plant

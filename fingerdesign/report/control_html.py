@@ -117,7 +117,7 @@ def _tug_table(data: dict[str, Any]) -> Table:
     tug = data["conditions"]["tug"]
     caption = (
         f"Tugged with {100 * tug['share']:g} % of the weight: risen in {tug['rise_s']:g} s, held "
-        f"for {tug['hold_s']:g} s, at {tug['noise_microstrain']:g} microstrain"
+        f"for {tug['stay_s']:g} s, at {tug['noise_microstrain']:g} microstrain"
     )
     return Table("tug", caption, columns, tuple(cells), frozenset({0}))
 

@@ -17,14 +17,14 @@ from fingerdesign.control.controller import Controller
 from fingerdesign.control.episode import Bounds, Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.hardware import Hardware, ImperfectPlant
-from fingerdesign.control.lift import LiftPlant
+from fingerdesign.control.lift import Disturbance, LiftPlant
 from fingerdesign.control.metrics import Outcome, outcome
 from fingerdesign.control.plant import CondensedPlant, Plant
 from fingerdesign.control.remembered import Memory, RememberedPlant
 from fingerdesign.control.roster import controller
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
-from fingerdesign.study.control_grid import Cell, ControlGrid, Lot, seed_of
+from fingerdesign.study.control_grid import Cell, ControlGrid, Lot, seed_of, steps_in
 
 _ANSWER = 0.5  # of an approach step: closing by more against a tug is an answer
 
@@ -93,12 +93,11 @@ class GripBench:
     def run_lot(self, lot: Lot) -> list[Outcome]:
         """All cells of a lot; a grip whose model fails is a failed grip, with the reason."""
         memory = Memory()
-        return [self.run_cell(cell, memory if cell.tug == 0.0 else Memory()) for cell in lot.cells]
+        return [self.run_cell(cell, memory) for cell in lot.cells]
 
     def run_cell(self, cell: Cell, memory: Memory) -> Outcome:
-        """One grip's outcome."""
+        """One grip's outcome; ``memory`` is shared by cells of one object alone."""
         seed = seed_of(cell, self.grid.seed)
-        tug = self.grid.tug if cell.tug > 0.0 else None
         try:
             episode = self.episode(cell, memory)
         except SolverError as error:
@@ -108,16 +107,17 @@ class GripBench:
             cell.noise,
             seed,
             cell.tug,
-            None if tug is None else tug.begin(self.hardware.sample_rate_Hz),
+            self._held + 1 if cell.tug > 0.0 else None,
             _ANSWER * self.bounds.approach_step,
         )
 
     def episode(self, cell: Cell, memory: Memory | None = None) -> Episode:
         """One grip, step by step. Raises SolverError where the bench itself fails."""
-        rate = self.hardware.sample_rate_Hz
-        tug = self.grid.tug if cell.tug > 0.0 else None
-        pulls = () if tug is None else tug.pulls(cell.mass_g, rate)
-        after = max(1, round(self.grid.hold_s * rate)) if tug is None else tug.steps(rate)
+        rate, tug = self.hardware.sample_rate_Hz, self.grid.tug
+        after, pulls = self._held, tuple[Disturbance, ...]()
+        if tug is not None:  # it comes when grips without it are over: one plant serves both
+            pulls = tug.pulls(cell.mass_g, self._held + 1, rate)
+            after += tug.steps(rate) if cell.tug > 0.0 else 0
         problem = self.problem.with_friction(cell.friction)
         remembered = RememberedPlant(
             lambda: LiftPlant(problem, self.face, cell.mass_g, disturbances=pulls),
@@ -133,6 +133,11 @@ class GripBench:
             cell.mass_g,
             after,
         )
+
+    @property
+    def _held(self) -> int:
+        """Steps for which a lifted object is held on."""
+        return steps_in(self.grid.hold_s, self.hardware.sample_rate_Hz)
 
     def _noisy(self, noise: float) -> Hardware:
         return replace(self.hardware, gage_noise_microstrain=noise)

@@ -1,7 +1,8 @@
 """The grid that controllers are judged on: friction x weight x noise, and a tug at what is lifted.
 
 A cell is one grip. All noises of one friction and mass, and its tugged grip, are one lot, the unit
-of work of a process (control_runs.py): they share the object, and what their plant remembers.
+of work of a process (control_runs.py): they share the object, and what their plant remembers. The
+tug comes when the others end, so that a tugged grip goes on from one that is there already.
 Seeds follow from the conditions alone, not from the grid that they stand in, and are the same for
 every controller: each meets the same noise.
 """
@@ -28,29 +29,24 @@ _MOST = 1000  # values of one axis
 class Tug:
     """A pull at the lifted object along its weight, risen to ``share`` of it evenly.
 
-    In seconds: after the lift nothing happens for ``quiet_s``, the pull rises during ``rise_s``,
-    stays for ``hold_s`` and is gone; the hand is watched for ``after_s`` more.
+    In seconds: the pull rises during ``rise_s``, stays for ``stay_s`` and is gone; the hand is
+    watched for ``after_s`` more.
     """
 
     share: float = 0.3
-    quiet_s: float = 0.2
     rise_s: float = 0.1
-    hold_s: float = 0.3
+    stay_s: float = 0.3
     after_s: float = 0.1
 
-    def begin(self, rate_Hz: float) -> int:
-        """The step after the lift at which the pull is first felt."""
-        return _steps(self.quiet_s, rate_Hz) + 1
-
     def steps(self, rate_Hz: float) -> int:
-        """Steps from the lift to the end of the watch."""
-        parts = (self.quiet_s, self.rise_s, self.hold_s, self.after_s)
-        return sum(_steps(part, rate_Hz) for part in parts)
+        """Steps from the first that feels it to the end of the watch."""
+        return sum(steps_in(part, rate_Hz) for part in (self.rise_s, self.stay_s, self.after_s))
 
-    def pulls(self, object_mass_g: float, rate_Hz: float) -> tuple[Disturbance, ...]:
-        """The pull as a staircase of one disturbance a step, in newtons."""
-        begin, rise = self.begin(rate_Hz), _steps(self.rise_s, rate_Hz)
-        end = begin + rise + _steps(self.hold_s, rate_Hz)
+    def pulls(self, object_mass_g: float, begin: int, rate_Hz: float) -> tuple[Disturbance, ...]:
+        """The pull as a staircase of one disturbance a step, N; first felt ``begin`` steps after
+        the lift."""
+        rise = steps_in(self.rise_s, rate_Hz)
+        end = begin + rise + steps_in(self.stay_s, rate_Hz)
         part = self.share * 1e-3 * GRAVITY * object_mass_g / rise
         return tuple(Disturbance(begin + k, part, end - begin - k) for k in range(rise))
 
@@ -80,7 +76,7 @@ class Lot:
 class ControlGrid:
     """What is varied. seed: of all noise. hold_s: for which a lifted object is held on, seconds.
 
-    tug: None for none; tug_noise: at which the tugged grips are run, microstrain.
+    tug: what then befalls it in one more grip, None for nothing; tug_noise: of that, microstrain.
     """
 
     frictions: tuple[float, ...] = FRICTIONS
@@ -143,12 +139,15 @@ class ControlGrid:
 
 
 def seed_of(cell: Cell, seed: int) -> int:
-    """The seed (32 bits) of a cell's noise: of its conditions alone, the controller apart."""
-    conditions = (cell.friction, cell.mass_g, cell.noise, cell.tug)
+    """The seed (32 bits) of a cell's noise: of its conditions alone, the controller apart.
+
+    A tugged grip has that of the same grip without the tug, and is the same until it is felt.
+    """
+    conditions = (cell.friction, cell.mass_g, cell.noise)
     words = [seed, *(round(1e6 * value) for value in conditions)]
     return int(np.random.SeedSequence(words).generate_state(1)[0])
 
 
-def _steps(seconds: float, rate_Hz: float) -> int:
+def steps_in(seconds: float, rate_Hz: float) -> int:
     """Control steps in so many seconds, at least one."""
     return max(1, round(seconds * rate_Hz))

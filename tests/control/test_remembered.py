@@ -58,3 +58,15 @@ def test_another_move_goes_its_own_way(half_plane, shared):
 def test_truth_is_there_before_any_move(shared):
     _, make = shared
     assert make().truth().normal_force == 0.0
+
+
+def test_a_longer_grip_goes_on_from_where_the_shorter_stood(half_plane, shared):
+    moved, make = shared
+    for moves in (MOVES[:3], MOVES):
+        plant = make()
+        for move in moves:
+            sample = plant.move(*move)
+    assert moved == MOVES
+    plain = CondensedPlant(half_plane, "both")
+    *_, expected = [plain.move(*move) for move in MOVES]
+    assert np.array_equal(sample.readings, expected.readings)

@@ -33,9 +33,7 @@ preload_mm = 0.03
 approach_step_mm = 0.01
 max_approach_mm = 0.25
 """
-GRID = ControlGrid(
-    (0.4, 0.6), (150.0, 300.0), (0.0, 1.0), tug=Tug(quiet_s=0.05, hold_s=0.1), hold_s=0.05
-)
+GRID = ControlGrid((0.4, 0.6), (150.0, 300.0), (0.0, 1.0), tug=Tug(stay_s=0.1), hold_s=0.05)
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +85,19 @@ def test_the_same_seed_gives_the_same_grip_and_noise_is_felt(bench):
     quiet = bench.episode(replace(cell, noise=0.0))
     felt = first.trace.gage_readings[:3] - quiet.trace.gage_readings[:3]
     assert 0.5 < felt.std() < 2.0
+
+
+def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
+    cell = Cell("oracle_1.5", 0.5, 200.0, 1.0)
+    still, tugged = bench.episode(cell).trace, bench.episode(replace(cell, tug=0.3)).trace
+    steps = len(still.dx)
+    assert still.lift_step == tugged.lift_step == steps - 1 - 5  # held for 0.05 s
+    assert np.array_equal(tugged.gage_readings[:steps], still.gage_readings)
+    assert len(tugged.dx) == steps + 10 + 10 + 10
+    pull = tugged.tangential_force[steps:] / still.tangential_force[-1]
+    assert pull[0] == pytest.approx(1.03, abs=1e-6)
+    assert pull[9:20] == pytest.approx(1.3, abs=1e-6)
+    assert pull[-1] == pytest.approx(1.0, abs=1e-6)
 
 
 def test_processes_change_nothing(bench, tmp_path):
