@@ -43,6 +43,7 @@ COMMANDS = {
         "Teach the estimator that the regulator grips by.",
     ),
     "tune": ("fingerdesign_cli.tune:command", "Tune controllers alike, on grips of their own."),
+    "paper": ("fingerdesign_cli.paper:command", "Remake every figure of the paper."),
     "study-control": (
         "fingerdesign_cli.study_control:command",
         "Compare controllers over friction, weight and noise.",

@@ -220,7 +220,8 @@ def _relation_words(one: Relation) -> str:
     return (
         f"{_PATH_NAMES[one.path]}: rank correlation {_number(one.pooled_rank, 3)}, stick lengths "
         f"at equal A within {one.spread_mm:.2f} mm (median {one.spread_median_mm:.2f}) of "
-        f"{one.largest_mm:.1f}, error {100 * one.other_share:.1f} % ({100 * one.own_share:.1f} %)"
+        f"{one.largest_mm:.1f}, error {100 * one.other_share:.1f} % ({100 * one.own_share:.1f} %), "
+        f"before complete slip {100 * one.before_share:.1f} %"
     )
 
 

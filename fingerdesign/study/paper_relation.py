@@ -57,6 +57,7 @@ class Relation:
     rank (f,), pooled_rank: Spearman's. spread_mm, spread_median_mm: the largest and the median over
     A of the range of stick lengths at equal A. own_rms_mm (f,), other_rms_mm (f,): error of the
     stick length told from A, by the relation of its own friction and by that of all others.
+    before_rms_mm (f,): the same by the others', complete slip left out.
     """
 
     path: str
@@ -70,6 +71,7 @@ class Relation:
     spread_median_mm: float
     own_rms_mm: Array
     other_rms_mm: Array
+    before_rms_mm: Array
 
     @property
     def largest_mm(self) -> float:
@@ -80,6 +82,11 @@ class Relation:
     def other_share(self) -> float:
         """RMS over the frictions of the error by the others' relation, over the largest length."""
         return float(np.sqrt(np.mean(self.other_rms_mm**2))) / self.largest_mm
+
+    @property
+    def before_share(self) -> float:
+        """As :attr:`other_share`, complete slip left out."""
+        return float(np.sqrt(np.mean(self.before_rms_mm**2))) / self.largest_mm
 
     @property
     def own_share(self) -> float:
@@ -109,6 +116,7 @@ def relation(case: PaperCase, bench: Bench, path: str) -> Relation:
     area, stick = np.concatenate(areas), np.concatenate(sticks)
     spread = _spread(areas, sticks)
     own, other = _errors(label, area, stick)
+    loaded = stick > 0.0
     return Relation(
         path=path,
         frictions=FRICTIONS,
@@ -121,6 +129,7 @@ def relation(case: PaperCase, bench: Bench, path: str) -> Relation:
         spread_median_mm=float(np.median(spread)) if len(spread) else 0.0,
         own_rms_mm=own,
         other_rms_mm=other,
+        before_rms_mm=_errors(label[loaded], area[loaded], stick[loaded])[1],
     )
 
 

@@ -1,0 +1,77 @@
+"""``fingerdesign paper``: the figures of Maeno, Hiromitsu and Kawai 2000, remade."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import (
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+    read_case,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.study.paper_remade import Remade
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("paper")
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The folder that the figures go to.",
+)
+@click.option(
+    "--design",
+    "design_file",
+    metavar="DESIGN",
+    type=_FILE,
+    default="maeno2000",
+    show_default=True,
+    help="With this finger: a file, or a shipped design's name.",
+)
+@output_options
+def command(out: Path, design_file: Path, quiet: bool, as_json: bool) -> int:
+    """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
+
+    OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
+    SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
+    where a claim of the paper does not hold: that is a finding.
+    """
+    design, _ = read_case(design_file)
+    with progress("paper", quiet) as show:
+        from fingerdesign.study.paper_files import write_paper
+        from fingerdesign.study.paper_remade import remake
+
+        found = remake(design, show)
+        show("drawing", 0.93)
+        files = write_paper(found, out)
+    _report(found, files, quiet, as_json)
+    return 0
+
+
+def _report(found: Remade, files: list[Path], quiet: bool, as_json: bool) -> None:
+    if as_json:
+        from dataclasses import asdict
+
+        print_json(
+            {
+                "design": found.design.design.name,
+                "claims": [asdict(claim) for claim in found.claims],
+                "files": [str(path) for path in files],
+            }
+        )
+    elif not quiet:
+        rows = [[claim.title, claim.where, claim.verdict] for claim in found.claims]
+        name = found.design.design.name
+        print_table(f"{name}: does the paper's word hold?", ["claim", "paper", "holds"], rows)
+        click.echo(f"{found.seconds:.0f} s; page: {files[-1]}")
