@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
@@ -22,7 +23,8 @@ class Case:
 
     fidelity "auto": the cheapest model whose estimated error is under ``tolerance``. fields:
     recover displacement fields, for files and pictures. go_on: even where the forecast says that
-    the machine's free memory will not do.
+    the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
+    None: taught on the design.
     """
 
     design: Design
@@ -33,6 +35,7 @@ class Case:
     fields: bool = True
     go_on: bool = False
     tolerance: float = TOLERANCE
+    estimator: GripEstimator | None = None
 
     @property
     def path_scene(self) -> Scene:
@@ -48,6 +51,11 @@ class Case:
     def symmetric(self) -> bool:
         """Whether half of the finger says all: design and scene both mirror in z = 0."""
         return self.design.mirrors_in_z and self.path_scene.mirrors_in_z
+
+    @property
+    def runs_grips(self) -> bool:
+        """Whether the grips of the ``[grip]`` table are run."""
+        return self.grips and self.scene is None and bool(self.gage_array)
 
     @property
     def gage_array(self) -> tuple[int, ...]:

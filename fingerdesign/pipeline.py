@@ -24,11 +24,11 @@ from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.design.layout import plate_frames
-from fingerdesign.errors import FingerDesignError
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.load_path import PathStopped, follow_path
 from fingerdesign.records import contact_history, increment_result
-from fingerdesign.refusals import refuse, refuse_controller
+from fingerdesign.refusals import refuse
 from fingerdesign.results import (
     Analysis,
     FieldHistory,
@@ -48,6 +48,7 @@ from fingerdesign.summaries import (
 )
 
 if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.fem.model import FiniteElementModel
@@ -73,7 +74,7 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     """
     scene = case.path_scene
     refuse(case, scene)
-    refuse_controller(case)
+    case = with_estimator(case, tell)
     if case.fidelity in ("plane-strain", "auto") or case.design.mesh.mesher == "extrude":
         from fingerdesign.mesh.section_process import start_mesher
 
@@ -119,11 +120,11 @@ def _run_in_zone(
         heard = replace(problem, model=problem.model.with_gages(case.gage_array))
         studies = slip_studies(case, scene, heard) if case.scene is None else ()
     grips: list[tuple[GripResult, GripTrace]] = []
-    if case.grips and case.scene is None and case.gage_array:
+    if case.runs_grips:
         tell("gripping")
         with clock.stage("grips"), one_thread():
             bare = bare_opposite(case, problem, zone, scene)
-            grips = run_all_grips(design, heard, case.gage_array, bare)
+            grips = run_all_grips(design, heard, case.gage_array, bare, case.estimator)
     with clock.stage("report"):
         fields = recover_fields(model, steps) if case.fields else None
     result = Result(
@@ -184,7 +185,7 @@ def zone_of(case: Case, scene: Scene) -> Zone:
         touch_point(scene.object, case.design.body),
     )
     zone = candidate_zone(case.design, scene.object, reach, touch)
-    if case.scene is None and case.grips and case.gage_array:
+    if case.runs_grips:
         reach = case.design.grip.max_approach_mm
         grips = candidate_zone(case.design, scene.object, reach)
         zone = max(zone, grips, key=lambda each: each.half_width)
@@ -258,19 +259,39 @@ def bare_opposite(
     return contact_problem(model, rigid, problem.friction_coefficient)
 
 
+def with_estimator(case: Case, tell: Tell) -> Case:
+    """The case with what its regulator grips by, taught on the design where none is given.
+
+    Raises DesignError for an estimator of another number of gages.
+    """
+    if not case.runs_grips or case.design.grip.controller != "regulator":
+        return case
+    if case.estimator is None:
+        from fingerdesign.study.lessons import lesson_for
+
+        return replace(case, estimator=lesson_for(case.design, tell=tell).estimator)
+    wanted, gages = case.estimator.gages, len(case.gage_array)
+    if wanted != gages:
+        bound = f"one for the design's {gages} gages, not for {wanted}"
+        raise DesignError([Fault("--estimator", wanted, bound, "teach it on this design")])
+    return case
+
+
 def run_all_grips(
     design: Design,
     problem: ContactProblem,
     plates: Sequence[int],
     opposite: ContactProblem | None = None,
+    estimator: GripEstimator | None = None,
 ) -> list[tuple[GripResult, GripTrace]]:
     """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
-    gages it has, ``opposite`` the other finger where it is unlike."""
+    gages it has, ``opposite`` the other finger where it is unlike, ``estimator`` the regulator's.
+    """
     from fingerdesign.control.episode import run_grips
 
     grip = design.grip
     frictions, mass = grip.friction_coefficients, grip.object_mass_g
-    return run_grips(problem, design, frictions, mass, plates, opposite)
+    return run_grips(problem, design, frictions, mass, plates, opposite, estimator)
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

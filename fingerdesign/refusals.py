@@ -55,18 +55,6 @@ def refuse(case: Case, scene: Scene) -> None:
         raise DesignError(faults)
 
 
-def refuse_controller(case: Case) -> None:
-    """Raise DesignError where a design's grips, if they are to be run, have no controller.
-
-    Apart from :func:`refuse`: a study brings controllers of its own.
-    """
-    from fingerdesign.control.roster import regulator_fault
-
-    runs = case.grips and case.scene is None and case.gage_array
-    if runs and case.design.grip.controller == "regulator":
-        raise DesignError([regulator_fault()])
-
-
 def _section_faults(design: Design) -> list[Fault]:
     """What one section cannot show, and a mesh's file that would not be read."""
     faults = plane_strain_faults(design) or sheet_room_faults(design)

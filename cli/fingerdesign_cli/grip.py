@@ -16,6 +16,7 @@ from fingerdesign_cli.common import (
     print_table,
     progress,
     read_case,
+    read_estimator,
 )
 
 if TYPE_CHECKING:
@@ -52,6 +53,12 @@ _FILE = click.Path(path_type=Path)
     show_default=True,
     help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
 )
+@click.option(
+    "--estimator",
+    "estimator_file",
+    type=_FILE,
+    help="What the regulator grips by, from `fingerdesign teach`; without it, it is taught first.",
+)
 @go_on_option
 @output_options
 def command(
@@ -61,6 +68,7 @@ def command(
     frictions: tuple[float, ...],
     mass_g: float | None,
     fidelity: str,
+    estimator_file: Path | None,
     go_on: bool,
     quiet: bool,
     as_json: bool,
@@ -85,11 +93,14 @@ def command(
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
 
+    estimator = None if estimator_file is None else read_estimator(estimator_file)
+
     from fingerdesign.outputs import analyse_into
     from fingerdesign.pipeline import Case
 
     with progress(design.design.name, quiet) as show:
-        result = analyse_into(Case(design, None, fidelity, go_on=go_on), out, show)
+        case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
+        result = analyse_into(case, out, show)
     _report(result, out, quiet, as_json)
     return 0 if result.status == "ok" else 1
 

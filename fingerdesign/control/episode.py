@@ -23,6 +23,7 @@ from fingerdesign.result_arrays import GripTrace
 from fingerdesign.results import GripResult
 
 if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.schema import Design
 
 Array = NDArray[np.float64]
@@ -155,7 +156,8 @@ def _grip(
         if record.lift is not None:
             if held == after_lift:
                 force = record.truths[record.lift].normal_force
-                return "lifted", f"2 F_t is over the weight at F_n = {force:.2f} N"
+                why = "2 F_t is over the weight" if truth.lifted is None else "the object hangs"
+                return "lifted", f"{why} at F_n = {force:.2f} N"
             held += 1
     return "steps", f"not lifted in {bounds.max_steps} steps"
 
@@ -168,6 +170,7 @@ def _holds(commands: Sequence[Command]) -> int:
 
 def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
     truths, commands = record.truths, record.commands
+    supported = any(truth.lifted is not None for truth in truths)
 
     def numbers(values: Iterable[float | None]) -> Array:
         return np.array([np.nan if value is None else value for value in values], dtype=float)
@@ -187,6 +190,7 @@ def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
         hold=np.array([command.hold for command in commands], dtype=bool),
         gage_readings=np.array([s.readings for s in record.samples]).reshape(len(truths), gages),
         lift_step=record.lift,
+        rise=numbers(truth.rise for truth in truths) if supported else None,
     )
 
 
@@ -197,19 +201,23 @@ def run_episodes(
     object_mass_g: float,
     plates: Sequence[int] | None = None,
     opposite: ContactProblem | None = None,
+    estimator: GripEstimator | None = None,
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
     The table says plant, hardware and controller; the oracles are told the friction and the mass. A
     grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
     ``trace.without_rule``. plates: numbers of those whose gages the problem's model has, None for
-    all; opposite: the other finger of a lift, None for a mirror image. Raises SolverError where the
-    calibration itself fails.
+    all; opposite: the other finger of a lift, None for a mirror image; estimator: the regulator's,
+    which is told the noise of the table's hardware. Raises SolverError where the calibration itself
+    fails.
     """
     grip = design.grip
     rig = Rig(problem, design.gages.face, grip, plates, opposite)
     bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
     calibration = rig.calibration()
+    if estimator is not None and grip.hardware.gage_noise_microstrain > 0.0:
+        estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)
 
     def run(number: int, friction: float, hand: Controller) -> Episode:
         plant = rig.plant(friction, object_mass_g, number)
@@ -218,7 +226,9 @@ def run_episodes(
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):
-        hand = roster.controller(grip.controller, grip, friction=friction, mass_g=object_mass_g)
+        hand = roster.controller(
+            grip.controller, grip, estimator=estimator, friction=friction, mass_g=object_mass_g
+        )
         episode = run(number, friction, hand)
         if grip.controller == "paper":
             free = run(number, friction, PaperController(roster.paper_settings(grip), rule=False))
@@ -240,7 +250,10 @@ def run_grips(
     object_mass_g: float,
     plates: Sequence[int] | None = None,
     opposite: ContactProblem | None = None,
+    estimator: GripEstimator | None = None,
 ) -> list[tuple[GripResult, GripTrace]]:
     """Results and traces of :func:`run_episodes`; in plane strain and in 3-D alike."""
-    episodes = run_episodes(problem, design, friction_coefficients, object_mass_g, plates, opposite)
+    episodes = run_episodes(
+        problem, design, friction_coefficients, object_mass_g, plates, opposite, estimator
+    )
     return [(episode.result, episode.trace) for episode in episodes]

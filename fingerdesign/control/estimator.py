@@ -32,7 +32,7 @@ from fingerdesign.errors import FingerDesignError
 
 Array = NDArray[np.float64]
 
-FORMAT = "fingerdesign grip estimator, 1"
+FORMAT = "fingerdesign grip estimator, 2"
 LAGS = (1, 4, 12)  # steps back
 LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
@@ -101,21 +101,36 @@ class Layer:
 
 
 @dataclass(frozen=True)
-class GripEstimator:
-    """A network of rectified linear layers on standardised features; see the module.
+class Band:
+    """A network for gages with a noise of up to ``most_noise`` microstrain a sample.
 
-    design: content digest of what it was taught on; noise: of a gage's sample, microstrain, that
-    the rig says it has; center, scale (features,); spread (k, 2): upper edges of ``used`` and its
-    standard deviation below each.
+    Rectified linear layers on features less ``center``, over ``scale`` (features,). spread (k, 2):
+    upper edges of ``used`` and the standard deviation below each.
     """
 
-    design: str
-    curves: FingerCurves
-    noise: float
+    most_noise: float
     center: Array
     scale: Array
     layers: tuple[Layer, ...]
     spread: Array
+
+    def evaluate(self, rows: Array) -> Array:
+        """Raw outputs (n, 2), stick ratio and used, of features (n, f)."""
+        values = np.clip((rows - self.center) / self.scale, -_OUTLIER, _OUTLIER)
+        for layer in self.layers[:-1]:
+            values = np.maximum(values @ layer.weight + layer.bias, 0.0)
+        return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)
+
+
+@dataclass(frozen=True)
+class GripEstimator:
+    """See the module. design: key of what it was taught on; noise: of a gage's sample, microstrain,
+    that the rig says it has; bands: rising in noise."""
+
+    design: str
+    curves: FingerCurves
+    noise: float
+    bands: tuple[Band, ...]
 
     def at_noise(self, noise: float) -> GripEstimator:
         """The same for a rig with another noise, microstrain: it was taught on all."""
@@ -124,27 +139,27 @@ class GripEstimator:
     @property
     def gages(self) -> int:
         """How many readings it wants."""
-        return self.curves.pressed.shape[1]
+        return int(self.curves.pressed.shape[1])
+
+    @property
+    def band(self) -> Band:
+        """The network for its noise; the last one where it is louder than all."""
+        return next((b for b in self.bands if self.noise <= b.most_noise), self.bands[-1])
 
     def estimate(self, history: Sequence[Moment]) -> Told:
         """What the grip so far tells; ``history`` from the first touch on, not empty."""
-        found = self.evaluate(features(history, self.curves, self.noise)[None])[0]
+        band = self.band
+        found = band.evaluate(features(history, self.curves, self.noise)[None])[0]
         used = float(min(max(found[1], 0.0), 1.0))
-        row = min(int(np.searchsorted(self.spread[:, 0], used)), len(self.spread) - 1)
-        return Told(float(min(max(found[0], 0.0), 1.0)), used, float(self.spread[row, 1]))
-
-    def evaluate(self, rows: Array) -> Array:
-        """Raw outputs (n, 2) of features (n, f)."""
-        values = np.clip((rows - self.center) / self.scale, -_OUTLIER, _OUTLIER)
-        for layer in self.layers[:-1]:
-            values = np.maximum(values @ layer.weight + layer.bias, 0.0)
-        return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)
+        row = min(int(np.searchsorted(band.spread[:, 0], used)), len(band.spread) - 1)
+        return Told(float(min(max(found[0], 0.0), 1.0)), used, float(band.spread[row, 1]))
 
     def to_json(self) -> str:
         """The estimator as text, for a rig."""
         record = {
             "format": FORMAT,
             "design": self.design,
+            "gages": self.gages,
             "curves": {
                 "normal_force_N": _plain(self.curves.normal_force),
                 "pressed_microstrain": _plain(self.curves.pressed),
@@ -152,12 +167,19 @@ class GripEstimator:
             },
             "noise_microstrain": self.noise,
             "lags": list(LAGS),
-            "center": _plain(self.center),
-            "scale": _plain(self.scale),
-            "layers": [
-                {"weight": _plain(each.weight), "bias": _plain(each.bias)} for each in self.layers
+            "bands": [
+                {
+                    "most_noise_microstrain": band.most_noise,
+                    "center": _plain(band.center),
+                    "scale": _plain(band.scale),
+                    "layers": [
+                        {"weight": _plain(each.weight), "bias": _plain(each.bias)}
+                        for each in band.layers
+                    ],
+                    "spread": _plain(band.spread),
+                }
+                for band in self.bands
             ],
-            "spread": _plain(self.spread),
         }
         return json.dumps(record, allow_nan=False) + "\n"
 
@@ -168,28 +190,35 @@ class GripEstimator:
             record: dict[str, Any] = json.loads(text)
             if record["format"] != FORMAT or tuple(record["lags"]) != LAGS:
                 raise EstimatorError(f"this is not a {FORMAT!r} file")
+            curves = record["curves"]
             found = GripEstimator(
                 str(record["design"]),
                 FingerCurves(
-                    np.array(record["curves"]["normal_force_N"], dtype=float),
-                    np.array(record["curves"]["pressed_microstrain"], dtype=float),
-                    np.array(record["curves"]["sticking_microstrain_per_N"], dtype=float),
+                    _array(curves["normal_force_N"]),
+                    _array(curves["pressed_microstrain"]),
+                    _array(curves["sticking_microstrain_per_N"]),
                 ),
                 float(record["noise_microstrain"]),
-                np.array(record["center"], dtype=float),
-                np.array(record["scale"], dtype=float),
-                tuple(
-                    Layer(np.array(each["weight"], dtype=float), np.array(each["bias"], float))
-                    for each in record["layers"]
-                ),
-                np.array(record["spread"], dtype=float),
+                tuple(_band(each) for each in record["bands"]),
             )
-            values = found.evaluate(np.zeros((1, feature_count(found.gages))))
+            rows = np.zeros((1, feature_count(found.gages)))
+            values = np.array([band.evaluate(rows)[0] for band in found.bands])
+            found.curves.at(1.0)
         except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
             raise EstimatorError(f"not an estimator's file: {error!r}") from error
-        if values.shape != (1, 2) or not np.isfinite(values).all():
+        if values.shape[1:] != (2,) or not len(values) or not np.isfinite(values).all():
             raise EstimatorError("the network does not give two finite numbers")
         return found
+
+
+def _band(record: dict[str, Any]) -> Band:
+    return Band(
+        float(record["most_noise_microstrain"]),
+        _array(record["center"]),
+        _array(record["scale"]),
+        tuple(Layer(_array(each["weight"]), _array(each["bias"])) for each in record["layers"]),
+        _array(record["spread"]),
+    )
 
 
 def feature_count(gages: int) -> int:
@@ -231,7 +260,13 @@ def features(history: Sequence[Moment], curves: FingerCurves, noise: float) -> A
     return np.concatenate([np.asarray(part, dtype=float) for part in parts])
 
 
+def _array(values: Any) -> Array:
+    found = np.array(values, dtype=float)
+    if not np.isfinite(found).all():
+        raise ValueError("a number is not finite")
+    return found
+
+
 def _plain(values: Array) -> Any:
-    return (
-        np.asarray([float(f"{v:.6g}") for v in values.reshape(-1)]).reshape(values.shape).tolist()
-    )
+    short = [float(f"{value:.6g}") for value in values.reshape(-1)]
+    return np.asarray(short).reshape(values.shape).tolist()

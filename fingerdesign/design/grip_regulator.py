@@ -30,7 +30,7 @@ class RegulatorTable(Table):
         default=0.88, gt=0, le=1, description="share in use above which it does the same"
     )
     taught_grips: int = Field(
-        default=1500,
+        default=3000,
         ge=50,
         le=100_000,
         description="simulated grips that its estimator learns from",

@@ -13,7 +13,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 Tell = Callable[[str], None]
-TEACHING = 1  # raise it when what is taught, or how, changes
+TEACHING = 2  # raise it when what is taught, or how, changes
 
 
 def lesson_for(
@@ -41,14 +41,15 @@ def lesson_for(
     problem: the design's grip_problem, where it has been made already. Raises what
     :func:`grip_model.grip_problem` and :func:`teach.teach` raise.
     """
-    key = lesson_key(design)
+    settings = settings_of(design)
+    key = lesson_key(design, settings)
     kept = _folder() / f"{key}.json"
     if kept.is_file():
         found = _read(kept)
         if found is not None:
             return found
     problem = grip_problem(design, tell=tell) if problem is None else problem
-    lesson = teach(problem, key, settings_of(design), tell, workers=workers)
+    lesson = teach(problem, key, settings, tell, workers=workers)
     kept.parent.mkdir(parents=True, exist_ok=True)
     aside = kept.with_suffix(f".{os.getpid()}")
     aside.write_text(lesson_text(lesson), encoding="utf-8")
@@ -67,7 +68,7 @@ def settings_of(design: Design) -> Settings:
     )
 
 
-def lesson_key(design: Design) -> str:
+def lesson_key(design: Design, settings: Settings) -> str:
     """SHA-256 of all that an estimator depends on; of the design without names and controllers."""
     from fingerdesign.design.digest import content_digest
 
@@ -81,7 +82,7 @@ def lesson_key(design: Design) -> str:
         content_digest(design.gages),
         {name: content_digest(each) for name, each in sorted(design.materials.items())},
         content_digest(design.mesh.section),
-        [grip.max_approach_mm, grip.regulator.taught_grips, grip.seed],
+        asdict(settings),
         grip.bench_friction_coefficient,
     ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

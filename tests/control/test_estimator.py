@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.estimator import (
     LAGS,
+    Band,
     EstimatorError,
     FingerCurves,
     GripEstimator,
@@ -36,7 +39,8 @@ def estimator(seed=0):
         Layer(rng.standard_normal((5, 2)), rng.standard_normal(2)),
     )
     spread = np.array([[0.5, 0.1], [1.0, 0.05]])
-    return GripEstimator("digest", CURVES, 0.5, np.zeros(count), np.ones(count), layers, spread)
+    band = Band(1.6, np.zeros(count), np.ones(count), layers, spread)
+    return GripEstimator("digest", CURVES, 0.5, (band, replace(band, most_noise=15.0)))
 
 
 def moment(normal=1.0, tangential=0.2, dx=0.01, dy=0.0, readings=None):
@@ -58,6 +62,13 @@ def test_a_file_brings_the_same_estimator_back():
 def test_what_is_no_estimator_is_refused(text):
     with pytest.raises(EstimatorError):
         GripEstimator.from_json(text)
+
+
+def test_each_noise_has_its_network():
+    both = estimator()
+    assert both.at_noise(1.0).band is both.bands[0]
+    assert both.at_noise(2.0).band is both.bands[1]
+    assert both.at_noise(100.0).band is both.bands[1]
 
 
 def test_a_network_that_says_nothing_finite_is_refused():
