@@ -136,6 +136,7 @@ class GripTrace:
     gage_readings       (steps, gages) microstrain
     lift_step           first step at which the object is lifted, None if it is not
     without_rule        the same grip with the rule switched off, if it was tried
+    rise                of the object above its support, mm; None where there is no support
     """
 
     controller: str
@@ -153,11 +154,13 @@ class GripTrace:
     gage_readings: Array
     lift_step: int | None = None
     without_rule: GripTrace | None = None
+    rise: Array | None = None
 
     def __post_init__(self) -> None:
         steps = len(self.approach)
         forces = ("shear", "normal_force", "tangential_force")
         names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold")
+        names += ("rise",) if self.rise is not None else ()
         gages = self.gage_readings.shape[1:]
         _require_shapes(self, **dict.fromkeys(names, (steps,)), gage_readings=(steps, *gages))
 

@@ -134,6 +134,8 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
         "command_dy_mm": trace.dy,
         "hold": trace.hold.astype(int),
     }
+    if trace.rise is not None:
+        columns["rise_mm"] = trace.rise
     gages = trace.gage_readings
     for plate in range(gages.shape[1]):
         columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]

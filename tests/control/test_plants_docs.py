@@ -39,7 +39,7 @@ def test_a_hand_of_ones_own_grips(capsys):
     exec(compile(blocks("python")[1], "plants.md", "exec"), {"__name__": "own"})
     lifted, margin, *reason = capsys.readouterr().out.split()
     assert (lifted, float(margin)) == ("True", pytest.approx(2.4, abs=0.3))
-    assert "weight" in " ".join(reason)
+    assert "hangs" in " ".join(reason)
 
 
 def test_the_columns_and_bounds_are_those_of_the_code():

@@ -9,6 +9,7 @@ from fingerdesign.control.hardware import Hardware
 from fingerdesign.control.plant import CondensedPlant
 from fingerdesign.control.rig import Rig
 from fingerdesign.design.io import with_values
+from fingerdesign.result_folder import write_grip_csv
 
 MASS = 300.0
 
@@ -42,6 +43,9 @@ def test_a_lifted_object_is_held_on_at_its_weight(half_plane, design):
     assert (result.lifted, result.gross_slip) == (True, False), episode.reason
     after = trace.tangential_force[trace.lift_step :]
     assert len(after) == 21
+    assert (trace.rise[: trace.lift_step] == 0.0).all()
+    assert (trace.rise[trace.lift_step :] > 0.0).all()
+    assert "hangs" in result.ending
     assert after == pytest.approx(0.5e-3 * 9.80665 * MASS, rel=1e-6)
     assert result.safety_margin == pytest.approx(
         0.4 * trace.normal_force[trace.lift_step] / after[0], rel=1e-6
@@ -98,3 +102,14 @@ def test_the_opposite_finger_may_be_another_one(half_plane, softer, design):
         for opposite in (None, softer)
     )
     assert unlike.move(0.0, 0.1).normal_force < like.move(0.0, 0.1).normal_force
+
+
+def test_the_rise_stands_in_the_grips_table(half_plane, design, tmp_path):
+    for own, there in ((design, False), (lifting(design), True)):
+        (episode,) = run_episodes(half_plane, own, [0.4], MASS)
+        write_grip_csv(tmp_path / "grip.csv", episode.trace)
+        header, *_, last = (tmp_path / "grip.csv").read_text("utf-8").splitlines()
+        assert ("rise_mm" in header.split(",")) is there
+        if there:
+            rise = last.split(",")[header.split(",").index("rise_mm")]
+            assert float(rise) == episode.trace.rise[-1] > 0.0
