@@ -15,10 +15,10 @@ from fingerdesign_cli.common import (
     print_table,
     progress,
     read_case,
+    read_estimator,
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.study.replay_trace import Replay
 
 _FILE = click.Path(path_type=Path)
@@ -61,7 +61,7 @@ def command(
     from fingerdesign.record_folder import RecordFolder
 
     design, _ = read_case(design_file)
-    estimator = None if estimator_file is None else _estimator(estimator_file)
+    estimator = None if estimator_file is None else read_estimator(estimator_file)
     name = design.design.name
     kind = RecordFolder("replay", "replay.json", ("replay.json", "replay.csv"))
     with kind.written(out / name) as folder, progress(name, quiet) as show:
@@ -78,17 +78,6 @@ def command(
     elif not quiet:
         _show(found, out / name)
     return 0
-
-
-def _estimator(path: Path) -> GripEstimator:
-    from fingerdesign.control.estimator import EstimatorError, GripEstimator
-    from fingerdesign.errors import DesignError, Fault
-
-    try:
-        return GripEstimator.from_json(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, EstimatorError) as error:
-        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
-        raise DesignError([fault]) from error
 
 
 def _show(found: Replay, folder: Path) -> None:

@@ -190,7 +190,7 @@ def _numbers(
             continue
         for j, (name, cell) in enumerate(zip(header, cells, strict=True)):
             try:
-                table[k, j] = float(cell)
+                table[k, j] = float(cell.replace("_", "?"))  # Python would read 1_0 as 10
             except ValueError:
                 what = f"'{cell}'" if cell else "empty"
                 remedy = "record it, or cut the trace there"

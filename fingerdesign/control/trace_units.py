@@ -25,7 +25,7 @@ _FORCE_N = 1000.0  # a thumb presses with 100
 _FRICTION = 5.0  # the most that [grip] takes
 _FELT_N = 0.5  # below it too little is going on to tell
 _ZERO_N = 0.1  # an offset of the force cell, beside 5 % of its largest reading
-_STIFFEST = 2000.0  # N/mm; fingers here have 30 to 200
+_STIFFNESS = (0.1, 2000.0)  # N/mm; silicone fingers have 30 to 200, of the softest rubber 1
 _STRAIN = (0.02, 20_000.0)  # microstrain: the noise of any amplifier; what a gage survives
 
 
@@ -100,13 +100,21 @@ def _force_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
 def _stiffness_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
     """Forces against the closing that they took: one of the two may be in another unit."""
     normal, closed = column["normal_force_N"], np.cumsum(column["dy_mm"])
-    most = int(np.argmax(normal))
+    touched = np.flatnonzero(normal > _ZERO_N)
+    if normal.max() <= _FELT_N or not len(touched):
+        return
+    first, most = int(touched[0]), int(np.argmax(normal))
+    way = float(closed[first:].max() - closed[0])
     rise = float(normal[most] - normal[0])
-    way = float(np.max(closed) - closed[0])
-    if rise > _FELT_N and 0.0 < way * _STIFFEST < rise:
-        bound = f"at most {_STIFFEST:g} N for each mm of closing, {way:.4g} mm"
-        remedy = "write newtons and millimetres"
+    remedy = "write newtons and millimetres"
+    if rise > _FELT_N and 0.0 < way * _STIFFNESS[1] < rise:
+        bound = f"at most {_STIFFNESS[1]:g} N for each mm of closing, {way:.4g} mm"
         yield _fault(rows, most, "normal_force_N", normal, bound, remedy)
+    pressed = float(closed[first:].max() - closed[first])
+    if pressed * _STIFFNESS[0] > normal[most]:
+        place = first + int(np.argmax(closed[first:]))
+        bound = f"at least {_STIFFNESS[0]:g} N for each mm of closing since touch, {pressed:.4g} mm"
+        yield _fault(rows, place, "normal_force_N", normal, bound, remedy)
 
 
 def _strain_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:

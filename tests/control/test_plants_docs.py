@@ -45,9 +45,9 @@ def test_a_hand_of_ones_own_grips(capsys):
 def test_the_columns_and_bounds_are_those_of_the_code():
     for name in trace.COLUMNS:
         assert f"`{name}`" in TEXT
-    strain, stiff = trace_units._STRAIN, trace_units._STIFFEST
+    strain, stiffness = trace_units._STRAIN, trace_units._STIFFNESS
     assert f"above {strain[0]:g} microstrain" in TEXT
     assert f"{strain[1]:,.0f}".replace(",", " ") in TEXT
-    assert f"{stiff:.0f} N for each mm" in TEXT
+    assert f"more than {stiffness[1]:.0f} or less than {stiffness[0]:g} N for each mm" in TEXT
     assert f"above {trace_units._FORCE_N:.0f} N" in TEXT
     assert f"longer than {trace_units._MOVE_MM:g} mm, {trace_units._TRAVEL_MM:g} mm" in TEXT

@@ -94,6 +94,7 @@ def test_ten_gages_and_more_are_read_by_their_numbers():
         (changed(5, "gage_2", "nan"), "row 5, column gage_2 = nan: must be a finite number"),
         (changed(5, "normal_force_N", "inf"), "row 5, column normal_force_N = inf"),
         (changed(6, "dx_mm", ""), "row 6, column dx_mm = empty: must be a number"),
+        (changed(6, "gage_1", "1_2"), "row 6, column gage_1 = '1_2': must be a number"),
         (changed(6, "gage_1", "12 ue"), "row 6, column gage_1 = '12 ue': must be a number"),
         (changed(7, "time_s", 0.067), "row 7, column time_s = 0.067: must be about 0.01 s after"),
         (changed(7, "time_s", 0.05), "row 7, column time_s = 0.05: must be after the row before"),
@@ -116,6 +117,7 @@ def test_a_bad_cell_is_named_by_row_and_column(trace, said):
         (scaled("tangential", 1e3), "tangential_force_N"),
         (scaled("dy", 1e3), "dy_mm"),  # micrometres
         (scaled("dy", 1e-3), "normal_force_N"),  # metres: forces beyond any finger's
+        (scaled("dy", 400.0), "normal_force_N"),  # micrometres, few: no force for so much
         (scaled("time", 1e3), "time_s"),  # milliseconds
         (scaled("time", 1e6), "time_s"),
         (scaled("normal", -1.0), "normal_force_N"),  # pressing counted negative
@@ -124,6 +126,13 @@ def test_a_bad_cell_is_named_by_row_and_column(trace, said):
 def test_wrong_units_are_refused_with_row_and_column(trace, column):
     found = faults(trace)
     assert any(f.startswith("row ") and f"column {column} = " in f for f in found), found
+
+
+def test_a_long_way_to_the_object_is_none_of_its_closing():
+    air = np.column_stack([np.zeros((SAMPLES, 2)), np.full(SAMPLES, 3.0), np.zeros((SAMPLES, 5))])
+    cells = np.concatenate([air, table()])
+    cells[:, 0] = 0.01 * np.arange(len(cells))
+    assert len(parse_trace(text(cells))) == 2 * SAMPLES
 
 
 def test_a_lost_sample_is_a_gap():
