@@ -59,11 +59,10 @@ def command(
     and a sentence as failure, where models failed and no assumption was told.
     """
     finger, scene = _read(design, scene_file, out)
-    from fingerdesign.validate.folder import validation_folder
-    from fingerdesign.validate.run import validate, write_validation
+    from fingerdesign.validate.run import FOLDER, validate, write_validation
 
     name = finger.design.name
-    with validation_folder(out / name) as folder, progress(name, quiet) as show:
+    with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
         found = validate(
             finger,
             scene,
@@ -87,14 +86,14 @@ def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Sce
     """Design and scene, every fault of both and of --out, before any work."""
     from fingerdesign.errors import DesignError, Fault
     from fingerdesign.results import ResultError
-    from fingerdesign.validate.folder import refuse_foreign
+    from fingerdesign.validate.run import FOLDER
     from fingerdesign_cli.common import read_case
 
     finger, scene = read_case(design, scene_file)
     try:
         if out.exists() and not out.is_dir():
             raise ResultError(f"{out} is a file")
-        refuse_foreign(out / finger.design.name)
+        FOLDER.refuse_foreign(out / finger.design.name)
     except ResultError as error:
         fault = Fault("--out", str(out), "a folder for this record", str(error))
         raise DesignError([fault]) from error

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.case import Case, fundamental_scene
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.identity import result_digest, versions
+from fingerdesign.record_folder import RecordFolder
 from fingerdesign.refusals import refuse
 from fingerdesign.validate.advice import advise, off_middle
 from fingerdesign.validate.assumptions import (
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 Tell = Callable[[str, float], None]
 
 PAGE_FILE, CHART_FILE = "validate.html", "validate.png"
-PRODUCTS = (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE)
+FOLDER = RecordFolder("validation", RECORD_FILE, (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE))
 
 
 def validate(

@@ -14,7 +14,7 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fidelity.readings import QUANTITIES
 from fingerdesign.results import ResultError
 from fingerdesign.validate.assumptions import ASSUMPTIONS
-from fingerdesign.validate.folder import validation_folder
+from fingerdesign.validate.run import FOLDER
 from fingerdesign.validate.record import Row
 from fingerdesign.validate.run import validate
 from fingerdesign.validate.schema import validation_schema
@@ -62,20 +62,20 @@ def test_a_whole_folder_is_written(design, tmp_path, capsys):
 def test_an_older_one_is_replaced_and_foreign_files_are_left(tmp_path):
     target = tmp_path / "bare"
     for text in ("1", "2"):
-        with validation_folder(target) as folder:
+        with FOLDER.written(target) as folder:
             (folder / "validate.json").write_text(text)
     assert (target / "validate.json").read_text() == "2"
     (target / "mine.txt").write_text("kept")
     with (
         pytest.raises(ResultError, match="holds mine"),
-        validation_folder(target),
+        FOLDER.written(target),
     ):
         pass
     assert (target / "mine.txt").read_text() == "kept"
 
 
 def test_a_failure_leaves_nothing(tmp_path):
-    with pytest.raises(RuntimeError), validation_folder(tmp_path / "a"):
+    with pytest.raises(RuntimeError), FOLDER.written(tmp_path / "a"):
         raise RuntimeError
     assert list(tmp_path.iterdir()) == []
 
