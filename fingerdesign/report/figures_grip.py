@@ -56,43 +56,50 @@ def paths_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
 
 
 def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
-    """True stick ratio and the controller's gage area by step, holds shaded."""
+    """True stick ratio and, of a rule that makes one, its gage area by step; holds shaded."""
     columns = min(3, len(traces))
-    figure = canvas(7.2, 0.5 + 3.4 * -(-len(traces) // columns))
+    heard = any(np.isfinite(trace.gage_area_mm).any() for trace in traces)
+    high = 2 if heard else 1  # panels of one grip
     rows = -(-len(traces) // columns)
-    grid = figure.subplots(2 * rows, columns, squeeze=False)
+    figure = canvas(7.2, 0.5 + (3.4 if heard else 1.9) * rows)
+    grid = figure.subplots(high * rows, columns, squeeze=False)
     for spare in grid.ravel():
         spare.set_axis_off()
     for number, trace in enumerate(traces):
-        row, column = 2 * (number // columns), number % columns
-        upper, lower = grid[row][column], grid[row + 1][column]
+        row, column = high * (number // columns), number % columns
+        panels = [grid[row + k][column] for k in range(high)]
         step = np.arange(1, len(trace.dx) + 1)
-        for axes in (upper, lower):
+        for axes in panels:
             axes.set_axis_on()
             _shade_holds(axes, trace)
             axes.set_xlim(0.5, len(step) + 0.5)
+        upper, lower = panels[0], panels[-1]
         upper.plot(step, trace.stick_ratio, color=BLUE, label="stick ratio (the judge's)")
         upper.set_ylim(-0.04, 1.04)
         upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
-        upper.tick_params(labelbottom=False)
-        lower.plot(step, trace.gage_area_mm, color=VERMILION, ls=(0, (6, 2)), label="gage area")
-        lower.set_ylim(bottom=0.0)
+        if heard:
+            upper.tick_params(labelbottom=False)
+            lower.plot(step, trace.gage_area_mm, color=VERMILION, ls=(0, (6, 2)), label="gage area")
+            lower.set_ylim(bottom=0.0)
         lower.set_xlabel("step")
         if column == 0:
             upper.set_ylabel("true stick ratio")
-            lower.set_ylabel("gage area (mm)")
+            if heard:
+                lower.set_ylabel("gage area (mm)")
     alternative = " ".join(
         f"At friction coefficient {trace.friction_coefficient:g} the stick ratio is never below "
-        f"{_least(trace.stick_ratio)}; the rule held {int(trace.hold.sum())} of "
+        f"{_least(trace.stick_ratio)}; {trace.controller} held {int(trace.hold.sum())} of "
         f"{len(trace.hold)} steps."
         for trace in traces
     )
+    caption = "the true stick ratio, which the controller never sees"
+    below = "; below, the gage area that it makes of its readings" if heard else ""
     return ReportFigure(
         "rule",
-        "What the rule saw and what was true",
+        "What the rule saw and what was true" if heard else "How much stuck",
         to_svg(figure, "rule", alternative),
-        "Above, the true stick ratio, which the controller never sees; below, the gage area that "
-        "it makes of its readings. Shaded: steps in which it held the tangential motion.",
+        f"{'Above, ' if heard else 'By step, '}{caption}{below}. Shaded: steps in which it held "
+        "the tangential motion.",
         alternative,
     )
 

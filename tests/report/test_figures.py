@@ -11,7 +11,7 @@ from fingerdesign.mesh.types import Mesh, quadratic
 from fingerdesign.report.figures import report_figures
 from fingerdesign.report.figures_contact import force_figure, touched_reach, traction_figure
 from fingerdesign.report.figures_gage import area_figure, response_figure
-from fingerdesign.report.figures_grip import paths_figure
+from fingerdesign.report.figures_grip import paths_figure, rule_figure
 from fingerdesign.report.figures_status import (
     _panel_grid,
     _touched_window,
@@ -217,6 +217,19 @@ def test_grip_that_never_lifts_is_drawn_and_said(plane_strain) -> None:
     assert "not lifted in 102 steps" in figure.alternative
     assert ">lifted</text>" not in figure.image
     assert ">without the rule</text>" not in figure.image
+
+
+def test_a_hand_that_reads_no_gages_has_no_gage_area(plane_strain) -> None:
+    trace = plane_strain.grip_traces[0]
+    deaf = dataclasses.replace(
+        trace, controller="fixed_force", gage_area_mm=np.full_like(trace.gage_area_mm, np.nan)
+    )
+    with house_style():
+        heard, alone = rule_figure((trace,)), rule_figure((deaf,))
+    assert ">gage area (mm)</text>" in heard.image
+    assert ">gage area (mm)</text>" not in alone.image
+    assert "gage area" not in alone.reading
+    assert "fixed_force held" in alone.alternative
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 8])
