@@ -23,6 +23,7 @@ MASSES_G = tuple(float(f"{value:.1f}") for value in np.geomspace(100.0, 1000.0, 
 NOISES = (0.0, 0.5, 1.0, 2.0, 5.0, 10.0)  # microstrain, standard deviation of a gage's sample
 GOOD_AMPLIFIER = 0.5  # microstrain at 100 Hz
 _MOST = 1000  # values of one axis
+_MOST_GRIPS = 100_000  # of one controller: an hour
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,9 @@ class ControlGrid:
                     found.append(Fault(key, value, bound, "correct it"))
             again = sorted({each for each in values if values.count(each) > 1})
             found += [Fault(key, each, "given once", "leave the second one out") for each in again]
+        if self.cells_of_one > _MOST_GRIPS:
+            bound = f"at most {_MOST_GRIPS} grips a controller"
+            found.append(Fault("grid", self.cells_of_one, bound, "give fewer values of an axis"))
         if not 0 <= self.seed < 2**32:
             found.append(Fault("--seed", self.seed, f"from 0 to {2**32 - 1}", "choose another"))
         return found

@@ -53,6 +53,10 @@ def test_seeds_are_of_the_conditions_and_the_same_for_all_controllers():
         ({"noises": (float("nan"),)}, "--noise = nan"),
         ({"noises": (0.5, 0.5)}, "given once"),
         ({"seed": -1}, "--seed = -1"),
+        (
+            {"frictions": tuple(np.linspace(0.1, 1.0, 400)), "masses_g": tuple(range(1, 401))},
+            "at most 100000 grips",
+        ),
     ],
 )
 def test_a_wrong_axis_is_refused_by_its_option(change, said):
