@@ -159,8 +159,8 @@ class GripTrace:
     def __post_init__(self) -> None:
         steps = len(self.approach)
         forces = ("shear", "normal_force", "tangential_force")
-        names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold")
-        names += ("rise",) if self.rise is not None else ()
+        rise = () if self.rise is None else ("rise",)
+        names = (*forces, "stick_ratio", "gage_area_mm", "dx", "dy", "hold", *rise)
         gages = self.gage_readings.shape[1:]
         _require_shapes(self, **dict.fromkeys(names, (steps,)), gage_readings=(steps, *gages))
 
