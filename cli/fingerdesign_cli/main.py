@@ -42,6 +42,7 @@ COMMANDS = {
         "fingerdesign_cli.teach:command",
         "Teach the estimator that the regulator grips by.",
     ),
+    "gages": ("fingerdesign_cli.gages:command", "How few gages tell the stick ratio, and where."),
     "tune": ("fingerdesign_cli.tune:command", "Tune controllers alike, on grips of their own."),
     "paper": ("fingerdesign_cli.paper:command", "Remake every figure of the paper."),
     "study-control": (

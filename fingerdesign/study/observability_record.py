@@ -1,0 +1,308 @@
+"""What observability.json, gages.csv and counts.csv hold, and the advice in one sentence."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+SCHEMA_VERSION = 1
+RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
+CHART_FILE = "observability.png"
+
+TARGET = 0.05  # stick ratio, RMS: what a reference finger is asked for
+ENOUGH = 0.1  # of all gages' error: fewer that cost no more than this suffice
+WORTH = 0.2  # gages that take less than this off the error without gages are too quiet
+
+
+@dataclass(frozen=True)
+class Gage:
+    """One gage. rank: 1 is the last to be taken away; costs: what it adds to an error, dead.
+
+    untold: it reads 0 and the network, taught with it, is not told (network, judged grips). told:
+    the learner is taught without it (quick learner, grips chosen by). response: the most that it
+    answers to F_t where all sticks.
+    """
+
+    plate: int
+    x_mm: float
+    response_microstrain_per_N: float
+    rank: int
+    untold_stick_cost: float
+    untold_used_cost: float
+    told_stick_cost: float
+    told_used_cost: float
+
+
+@dataclass(frozen=True)
+class Count:
+    """Errors with some gages; ``kept`` numbers them in the order of the gages.
+
+    quick: of the learner that ranks, on the grips that it ranks by. stick_error, used_error: of a
+    network on grips that nothing was taught on or chosen by, None where none was taught;
+    stick_spread: standard error of the first.
+    """
+
+    kept: tuple[int, ...]
+    quick_stick_error: float
+    quick_used_error: float
+    stick_error: float | None
+    used_error: float | None
+    stick_spread: float | None
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A way of placing few gages, by the quick learner."""
+
+    layout: str
+    kept: tuple[int, ...]
+    quick_stick_error: float
+    quick_used_error: float
+
+
+@dataclass(frozen=True)
+class NoiseLevel:
+    """All gages at a noise, by the quick learner."""
+
+    noise_microstrain: float
+    quick_stick_error: float
+    quick_used_error: float
+
+
+@dataclass(frozen=True)
+class Dead:
+    """The gage (number) whose silence costs most, by networks on the judged grips."""
+
+    gage: int
+    stick_error: float
+    untold_stick_error: float
+    told_stick_error: float
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """Half the contact's width under a normal force without shear."""
+
+    normal_force_N: float
+    half_width_mm: float
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The least error of the stick ratio that any unbiased estimate from the gages can have.
+
+    change: of the readings (length of the vector) per unit of stick ratio at the same forces.
+    one_sample, window: from one sample, and from as many as the estimator looks back on.
+    """
+
+    normal_force_N: float
+    change_microstrain: float
+    one_sample_stick_error: float
+    window_stick_error: float
+
+
+@dataclass(frozen=True)
+class Observability:
+    """The record of one ``fingerdesign gages``; noise in microstrain, errors RMS."""
+
+    noise: float
+    grips: int
+    samples: int
+    seed: int
+    gages: tuple[Gage, ...]
+    counts: tuple[Count, ...]
+    layouts: tuple[Layout, ...]
+    noises: tuple[NoiseLevel, ...]
+    pressings: tuple[Pressing, ...]
+    floors: tuple[Floor, ...]
+    dead: Dead
+    seconds: float
+    design: str = ""
+    digest: str = ""
+
+    def count(self, number: int) -> Count:
+        """The row for ``number`` gages. Raises KeyError where there is none."""
+        for each in self.counts:
+            if len(each.kept) == number:
+                return each
+        raise KeyError(number)
+
+    @property
+    def confirmed(self) -> tuple[Count, ...]:
+        """Rows that a network was taught for, most gages first."""
+        return tuple(each for each in self.counts if each.stick_error is not None)
+
+    @property
+    def stick_error(self) -> float:
+        """Of the network with all gages."""
+        return self.confirmed[0].stick_error or 0.0
+
+    @property
+    def stick_error_without_gages(self) -> float:
+        """Of the network that has forces and moves alone."""
+        return self.confirmed[-1].stick_error or 0.0
+
+    @property
+    def worth(self) -> float:
+        """The share that the gages take off the error without gages."""
+        return 1.0 - self.stick_error / max(self.stick_error_without_gages, 1e-12)
+
+    @property
+    def too_quiet(self) -> bool:
+        """Whether the gages hardly tell more than forces and moves alone."""
+        return self.worth < WORTH
+
+    @property
+    def enough(self) -> Count:
+        """The fewest gages that cost no more than :data:`ENOUGH` of all gages' error."""
+        most = (1.0 + ENOUGH) * self.stick_error
+        return [each for each in self.confirmed if (each.stick_error or 0.0) <= most][-1]
+
+    @property
+    def loudest(self) -> float:
+        """Response of the strongest gage, microstrain/N."""
+        return max(each.response_microstrain_per_N for each in self.gages)
+
+    def places(self, count: Count) -> tuple[float, ...]:
+        """x (mm) of the gages kept, rising."""
+        return tuple(sorted(self.gages[k].x_mm for k in count.kept))
+
+    @property
+    def advice(self) -> str:
+        """One sentence for the designer."""
+        if self.too_quiet:
+            return self._quiet_advice()
+        fewest, every = self.enough, self.confirmed[0]
+        head = f"at {self.noise:g} microstrain "
+        if len(fewest.kept) == len(every.kept):
+            fewer = self.confirmed[1]
+            head += (
+                f"keep all {len(every.kept)} gages (stick ratio to {self.stick_error:.3f} RMS; "
+                f"the best {len(fewer.kept)}, at {self._at(fewer)}, give {fewer.stick_error:.3f})"
+            )
+        else:
+            head += (
+                f"{len(fewest.kept)} of {len(every.kept)} gages suffice (stick ratio to "
+                f"{fewest.stick_error:.3f} RMS, all give {self.stick_error:.3f}): put them at "
+                f"{self._at(fewest)}"
+            )
+        dead = self.dead
+        return (
+            f"{head}; tell the estimator of a dead gage: unnoticed, the worst (x = "
+            f"{self.gages[dead.gage].x_mm:g} mm) makes the error {dead.untold_stick_error:.2f}, "
+            f"taught without it {dead.told_stick_error:.3f}."
+        )
+
+    def _at(self, count: Count) -> str:
+        return "x = " + ", ".join(f"{x:g}" for x in self.places(count)) + " mm"
+
+    def _quiet_advice(self) -> str:
+        return (
+            f"these gages are too quiet for {self.noise:g} microstrain: they answer at most "
+            f"{self.loudest:.2g} microstrain/N and know the stick ratio to {self.stick_error:.3f} "
+            f"RMS, forces and moves alone to {self.stick_error_without_gages:.3f}"
+            f"{self._floor_words()}; {self._remedy()}."
+        )
+
+    def _floor_words(self) -> str:
+        if not self.floors:
+            return ""
+        low = self.floors[len(self.floors) // 2]
+        return (
+            f", and at {low.normal_force_N:.2g} N no unbiased estimate from one sample of them can "
+            f"err by less than {low.one_sample_stick_error:.2g} (Cramér and Rao)"
+        )
+
+    def _remedy(self) -> str:
+        alone = self.count(0).quick_stick_error
+        heard = [
+            each.noise_microstrain
+            for each in self.noises
+            if each.noise_microstrain < self.noise
+            and each.quick_stick_error < (1.0 - WORTH) * alone
+        ]
+        if not heard:
+            return "even without noise they would not tell more: place them anew"
+        if max(heard) == 0.0:
+            return "only without any noise would they tell more: take softer plates"
+        factor = self.noise / max(heard)
+        return (
+            f"they would need {max(heard):g} microstrain, or plates that answer {factor:.3g} times "
+            f"as strongly ({factor * self.loudest:.2g} microstrain/N): softer ones, or nearer to "
+            "the surface"
+        )
+
+    def data(self) -> dict[str, Any]:
+        """As in the file."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "design": self.design,
+            "digest": self.digest,
+            "status": "ok",
+            "noise_microstrain": self.noise,
+            "grips": self.grips,
+            "samples": self.samples,
+            "seed": self.seed,
+            "target_stick_error": TARGET,
+            "stick_error": self.stick_error,
+            "used_error": self.confirmed[0].used_error,
+            "stick_error_without_gages": self.stick_error_without_gages,
+            "worth_of_gages": self.worth,
+            "too_quiet": self.too_quiet,
+            "gages_that_suffice": len(self.enough.kept),
+            "advice": self.advice,
+            "gages": [asdict(each) for each in self.gages],
+            "counts": [self._named(each) for each in self.counts],
+            "layouts": [self._named(each) for each in self.layouts],
+            "noises": [asdict(each) for each in self.noises],
+            "dead_gage": self._dead(),
+            "floors": [asdict(each) for each in self.floors],
+            "pressings": [asdict(each) for each in self.pressings],
+            "seconds": self.seconds,
+        }
+
+    def _dead(self) -> dict[str, Any]:
+        values = asdict(self.dead)
+        gage = self.gages[values.pop("gage")]
+        return {"plate": gage.plate, "x_mm": gage.x_mm, **values}
+
+    def _named(self, row: Count | Layout) -> dict[str, Any]:
+        """A row with plates and places instead of numbers in the order of the gages."""
+        values = asdict(row)
+        kept = values.pop("kept")
+        return {
+            "count": len(kept),
+            "plates": [self.gages[k].plate for k in kept],
+            "x_mm": [self.gages[k].x_mm for k in kept],
+            **values,
+        }
+
+    def texts(self) -> dict[str, str]:
+        """File name -> content of the record's text files."""
+        names = [each.name for each in fields(Gage)]
+        gages = ([getattr(each, name) for name in names] for each in self.gages)
+        rows = [self._named(each) for each in self.counts]
+        counts = ([_cell(value) for value in row.values()] for row in rows)
+        return {
+            RECORD_FILE: json.dumps(self.data(), indent=2, allow_nan=False) + "\n",
+            GAGES_FILE: _csv(names, gages),
+            COUNTS_FILE: _csv(list(rows[0]), counts),
+        }
+
+
+def _csv(header: list[str], rows: Iterable[list[Any]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(rows)
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    return " ".join(f"{each:g}" for each in value) if isinstance(value, list) else value
