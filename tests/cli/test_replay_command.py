@@ -11,6 +11,13 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design
+from fingerdesign.control.estimator import (
+    Band,
+    FingerCurves,
+    GripEstimator,
+    Layer,
+    feature_count,
+)
 from fingerdesign.control.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.lift import LiftPlant
 from fingerdesign.control.trace import trace_of
@@ -107,3 +114,29 @@ def test_another_fingers_trace_and_unfit_controllers_are_refused(
     assert run(folder, tmp_path, "--estimator", str(folder / "none.json")) == 2
     assert "--estimator" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_estimator_tells_and_the_regulator_asks(folder: Path, tmp_path: Path) -> None:
+    """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
+    gages, rng = 15, np.random.default_rng(0)
+    curves = FingerCurves(np.array([0.0, 5.0]), np.zeros((2, gages)), np.full((2, gages), 1.0))
+    layer = Layer(0.01 * rng.standard_normal((feature_count(gages), 2)), np.array([0.7, 0.4]))
+    count = feature_count(gages)
+    band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
+    path = tmp_path / "estimator.json"
+    path.write_text(GripEstimator("none", curves, 0.5, (band,)).to_json())
+    out = tmp_path / "out"
+    assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
+    with (out / "coarse/replay.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        used = float(row["friction_used_told"])
+        assert 0.0 < used <= 1.0
+        ratio = float(row["tangential_force_N"]) / float(row["normal_force_N"])
+        assert float(row["friction_told"]) == pytest.approx(ratio / used, rel=2e-3)
+        assert 0.0 <= float(row["stick_ratio_told"]) <= 1.0
+    record = json.loads((out / "coarse/replay.json").read_text())
+    assert record["controller"] == "regulator"
+    assert record["most_friction_used_told"] == pytest.approx(
+        max(float(row["friction_used_told"]) for row in rows), abs=1e-4
+    )
