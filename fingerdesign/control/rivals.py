@@ -44,13 +44,15 @@ class Steps:
     """What a hand may do in one control step, the same for every rival.
 
     approach_step, shear_step: largest moves, mm. pull_share: F_t may rise by this share of F_n.
-    bench_travel: how deep the bench press of its calibration went, mm.
+    bench_travel: how deep the bench press of its calibration went; preload: where a grip begins, mm
+    both.
     """
 
     approach_step: float
     shear_step: float
     pull_share: float
     bench_travel: float
+    preload: float
 
 
 class _Hand:
@@ -66,6 +68,8 @@ class _Hand:
         self._forces = calibration.normal.normal_force
         self._travel = np.linspace(0.0, self._steps.bench_travel, len(self._forces))
         self._stiffness = calibration.tangential_stiffness
+        # What is felt now may be late; the bench knows what a preload gives.
+        self._preloaded = max(sample.normal_force, self._force_at(self._steps.preload))
         self._begin(sample)
 
     def command(self, sample: Sample) -> Command:
@@ -139,12 +143,9 @@ class FixedRatio(_Hand):
         super().__init__(steps)
         self._ratio = ratio
 
-    def _begin(self, sample: Sample) -> None:
-        self._least = sample.normal_force
-
     def _wanted(self, sample: Sample) -> float:
         ahead = 0.0 if sample.lifted else self._largest_pull(sample) * self._stiffness
-        return max(self._least, (sample.tangential_force + ahead) / self._ratio)
+        return max(self._preloaded, (sample.tangential_force + ahead) / self._ratio)
 
     def _pull(self, sample: Sample, wanted: float) -> float:
         now = sample.normal_force
@@ -178,7 +179,7 @@ class Reactive(_Hand):
         self._floor = force_floor
 
     def _begin(self, sample: Sample) -> None:
-        self._target = max(self._first, sample.normal_force)
+        self._target = max(self._first, self._preloaded)
         self._waiting = False
         self._lift: Sample | None = None
         self._begin_pulls()

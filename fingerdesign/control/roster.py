@@ -112,4 +112,5 @@ def hand_steps(grip: Grip, own: Rival) -> Steps:
         shear_step=grip.shear_step_mm,
         pull_share=own.pull_share,
         bench_travel=grip.max_approach_mm,
+        preload=grip.preload_mm,
     )

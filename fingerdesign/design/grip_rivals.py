@@ -67,7 +67,7 @@ class Reactive(Rival):
         "this normal force gave",
     )
     force_floor_N: float = Field(
-        default=0.02, gt=0, le=1e3, description="rise of F_t over which that is judged"
+        default=0.1, gt=0, le=1e3, description="rise of F_t over which that is judged"
     )
     step_up: float = Field(
         default=1.3, gt=1, le=10, description="the normal force grows by this factor at a slip"

@@ -191,6 +191,18 @@ def felt(normal, tangential, scale):
     return Sample(scale * np.arange(11.0), normal, tangential)
 
 
+@pytest.mark.parametrize("name", ["fixed_ratio", "reactive"])
+def test_a_sample_that_comes_late_does_not_loosen_the_preload(bench, grip, name):
+    """Told of an untouched finger at the start, it does not open towards it."""
+    hand = controller(name, with_grip(grip, {"reactive.first_force_N": 0.01}))
+    hand.start(bench, felt(0.0, 0.0, 0.0))
+    share = grip.preload_mm / grip.max_approach_mm
+    forces = bench.normal.normal_force
+    preload = float(np.interp(share, np.linspace(0.0, 1.0, len(forces)), forces))
+    assert hand.command(felt(preload, 0.0, 0.0)).dy == pytest.approx(0.0, abs=1e-9)
+    assert hand.command(felt(0.5 * preload, 0.0, 0.0)).dy > 0.0
+
+
 def test_starting_again_forgets_the_last_grip(bench, grip):
     for name in ("fixed_force", "fixed_ratio", "reactive", "oracle_1.2"):
         hand = controller(name, grip, friction=0.3, mass_g=300.0)
