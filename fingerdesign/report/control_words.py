@@ -87,16 +87,22 @@ def _regulator_against_rivals(data: dict[str, Any]) -> Finding | None:
         return None
     name, best = max(known.items(), key=lambda item: item[1]["success"]["rate"])
     as_good = own["success"]["rate"] >= best["success"]["rate"]
-    gentler = own["peak_ratio"]["median"] < best["peak_ratio"]["median"]
+    peak, their_peak = own["peak_ratio"], best["peak_ratio"]
+    gentler = peak is not None and (their_peak is None or peak["median"] < their_peak["median"])
     words = (
         f"Best rival that knows no more: {name.replace('_', ' ')}, success "
-        f"{100 * best['success']['rate']:.1f} % at a median peak of "
-        f"{best['peak_ratio']['median']:.2f} times the least; regulator "
-        f"{100 * own['success']['rate']:.1f} % at {own['peak_ratio']['median']:.2f}."
+        f"{100 * best['success']['rate']:.1f} %, {_peak_words(their_peak)}; regulator "
+        f"{100 * own['success']['rate']:.1f} %, {_peak_words(peak)}."
     )
     question = "Does it succeed at least as often as the best rival, at a lower peak force?"
     answer = "yes" if as_good and gentler else "partly" if as_good or gentler else "no"
     return Finding(answer, question, words)
+
+
+def _peak_words(peak: dict[str, Any] | None) -> str:
+    if peak is None:
+        return "nothing lifted"
+    return f"median peak {peak['median']:.2f} times the least force"
 
 
 def _best_of(data: dict[str, Any]) -> Finding:

@@ -1,0 +1,106 @@
+"""What the page of a control study says, from made-up grips; no model."""
+
+from dataclasses import asdict, replace
+
+import pytest
+
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.report.control_words import findings
+from fingerdesign.report.figures_control import force_figure, map_figure, success_figure
+from fingerdesign.study.control_grid import ControlGrid
+from fingerdesign.study.control_record import ControlStudy
+
+GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
+GOOD = Outcome(
+    controller="regulator",
+    friction=0.3,
+    mass_g=100.0,
+    noise=0.0,
+    seed=0,
+    lifted=True,
+    dropped=False,
+    slip_distance_mm=0.0,
+    margin_at_lift=1.3,
+    peak_normal_force_N=2.0,
+    peak_ratio=1.4,
+    minimum_stick_ratio=0.5,
+    steps=30,
+    ending="lifted",
+    reason="a sentence",
+)
+DROPPED = {"lifted": False, "dropped": True, "margin_at_lift": None, "ending": "complete slip"}
+
+
+def study(**controllers):
+    """Grips of controllers: what is changed in all of a controller's, and in its last one."""
+    outcomes = []
+    for name, (every, last) in controllers.items():
+        cells = [cell for lot in GRID.lots([name]) for cell in lot.cells]
+        for k, cell in enumerate(cells):
+            each = replace(
+                GOOD, controller=name, friction=cell.friction, mass_g=cell.mass_g, noise=cell.noise
+            )
+            changes = {**every, **(last if k == len(cells) - 1 else {})}
+            outcomes.append(replace(each, **changes))
+    return ControlStudy(
+        "made up", "0", tuple(controllers), GRID, tuple(outcomes), {}, {"sample_rate_Hz": 100.0}
+    )
+
+
+def answers(made):
+    return [each.answer for each in findings(made.data())]
+
+
+def test_all_is_well():
+    gentle = {"peak_ratio": 1.4}
+    made = study(
+        paper=({"peak_ratio": 2.0}, {}),
+        regulator=(gentle, {}),
+        **{"oracle_1.2": ({"peak_ratio": 1.2}, {})},
+    )
+    assert answers(made) == ["yes"] * 4
+    best = findings(made.data())[-1].words
+    assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is told
+
+
+@pytest.mark.parametrize(
+    ("paper", "regulator", "expected"),
+    [
+        # one grip of four dropped: held 75 %, no more often a success than the rival
+        (({"peak_ratio": 2.0}, {}), ({}, DROPPED), ["yes", "no", "yes", "partly"]),
+        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, {}), ["yes", "yes", "yes", "partly"]),
+        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, DROPPED), ["yes", "no", "yes", "no"]),
+        (({}, {}), ({"margin_at_lift": 1.6}, {}), ["yes", "yes", "no", "partly"]),
+        ((DROPPED, {}), ({}, {}), ["no", "yes", "yes", "yes"]),
+    ],
+)
+def test_what_is_not_well_is_said(paper, regulator, expected):
+    assert answers(study(paper=paper, regulator=regulator)) == expected
+
+
+def test_without_paper_and_regulator_the_best_is_named():
+    made = study(reactive=({}, DROPPED), fixed_force=({}, {}))
+    (only,) = findings(made.data())
+    assert only.answer == "untold"
+    assert only.words.startswith("fixed force: 100.0 %")
+
+
+def test_figures_say_in_words_what_they_show():
+    made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}))
+    data = made.data()
+    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
+    assert (
+        "paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %." in success_figure(data).alternative
+    )
+    told = map_figure(data, rows, 0.5).alternative
+    assert "paper: 3 of 4 succeed; 1 dropped." in told
+    assert "regulator: 0 of 4 succeed; 4 crushed." in told
+    assert "regulator: median 3.50" in force_figure(data, rows, 0.5).alternative
+
+
+def test_a_controller_that_lifts_nothing_is_drawn_too():
+    made = study(paper=(DROPPED, {}))
+    data = made.data()
+    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
+    assert "paper lifts nothing" in force_figure(data, rows, 0.5).alternative
+    assert "0 of 4 succeed; 4 dropped" in map_figure(data, rows, 0.5).alternative
