@@ -19,6 +19,7 @@ PAGES = (
     "docs/validate.md",
     "docs/fidelity.md",
     "docs/plants.md",
+    "docs/controllers.md",
 )
 
 

@@ -60,7 +60,7 @@ class Range:
 _PULL = (0.003, 0.06)  # two moves to the limit of a slippery object, or sixty
 RANGES: dict[str, tuple[Range, ...]] = {
     "paper": (
-        Range("grip.curve_per_N", 0.003, 0.3),
+        Range("grip.curve_per_N", 0.01, 1.0),
         Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
         Range("grip.force_floor_N", 0.005, 0.3),
         Range("grip.dead_band_mm", 0.005, 1.0),

@@ -1,8 +1,10 @@
 """Tuning: one procedure and budget for all, seeded, on grips of its own; record and command."""
 
 import json
+import re
 from collections import Counter
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from fingerdesign_cli.main import main
@@ -290,3 +292,20 @@ def test_the_command(quick, tmp_path, capsys):
     assert not list(out.glob("*.jsonl"))
     assert main(["tune", str(path), "--out", str(out), "--controller", "fixd_force"]) == 2
     assert "did you mean fixed_force?" in capsys.readouterr().err
+
+
+def test_the_pages_python_runs(capsys):
+    page = Path(__file__).parents[2] / "docs/controllers.md"
+    (block,) = re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL)
+    exec(compile(block, "controllers.md", "exec"), {})
+    assert capsys.readouterr().out.split() == ["oracle_1.2", "['grip.oracle.pull_share']", "96"]
+
+
+def test_the_page_says_the_budget():
+    text = (Path(__file__).parents[2] / "docs/controllers.md").read_text("utf-8")
+    assert "1808 grips" in text
+    assert [(each.new, each.kept, each.grips) for each in BUDGET] == [
+        (32, 0, 16),
+        (8, 8, 48),
+        (4, 4, 96),
+    ]
