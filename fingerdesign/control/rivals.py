@@ -214,8 +214,9 @@ class Reactive(_Hand):
         if self._lift is None:
             self._lift = sample
             self._target = max(self._target, sample.normal_force)
-        grown = sample.tangential_force / self._lift.tangential_force
-        return self._target * (grown if grown > _TUG else 1.0)
+        carried = self._lift.tangential_force
+        tugged = carried > 0.0 and sample.tangential_force > _TUG * carried
+        return self._target * (sample.tangential_force / carried if tugged else 1.0)
 
     def _moved(self, sample: Sample, dx: float) -> None:
         if dx > 0.0:

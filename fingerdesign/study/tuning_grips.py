@@ -87,8 +87,8 @@ def bench_judge(bench: GripBench, workers: int) -> Iterator[Judge]:
     )
 
     def judge(asked: Sequence[tuple[Values, Sequence[Cell]]]) -> list[list[Outcome]]:
-        waiting = [pool.submit(_run, dict(values), tuple(cells)) for values, cells in asked]
         try:
+            waiting = [pool.submit(_run, dict(values), tuple(cells)) for values, cells in asked]
             return [each.result() for each in waiting]
         except BrokenProcessPool as error:
             raise SolverError("a process of the tuning ended; was there memory enough?") from error

@@ -1,6 +1,7 @@
 """Tuning: one procedure and budget for all, seeded, on grips of its own; record and command."""
 
 import json
+import os
 import re
 from collections import Counter
 from dataclasses import replace
@@ -13,7 +14,7 @@ from fingerdesign import load_design, parse_design
 from fingerdesign.control.hardware import Hardware
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.control.roster import NAMES
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.results import ResultError
 from fingerdesign.study import tune_study
 from fingerdesign.study.control_bench import GripBench
@@ -219,6 +220,21 @@ def test_a_real_tuning_improves_and_processes_change_nothing(bench, design):
             )
     assert found[0] == found[1]
     assert found[0].best.order > found[0].default.order
+
+
+def test_a_process_that_dies_is_said(bench):
+    with (
+        bench_judge(bench, 2) as judge,
+        pytest.raises(SolverError, match="a process of the tuning"),
+    ):
+        judge([({}, [Dying("paper", 0.5, 200.0, 0.5)])])
+
+
+class Dying(Cell):
+    """A cell that no process survives to receive."""
+
+    def __reduce__(self):
+        return os._exit, (1,)
 
 
 def test_wrong_asking_is_refused():
