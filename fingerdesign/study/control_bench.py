@@ -34,7 +34,8 @@ class GripBench:
     """What all grips of a study share.
 
     problem: at the bench's friction. plates: numbers of those whose gages are read, in the order of
-    the readings. hardware: but for the gages' noise, which a cell says.
+    the readings. hardware: but for the gages' noise, which a cell says. opposite: the other finger
+    at any friction, None for a mirror image.
     """
 
     problem: ContactProblem
@@ -44,6 +45,7 @@ class GripBench:
     hardware: Hardware
     grid: ControlGrid
     estimator: GripEstimator | None = None
+    opposite: ContactProblem | None = None
 
     @cached_property
     def bounds(self) -> Bounds:
@@ -118,9 +120,10 @@ class GripBench:
         if tug is not None:  # it comes when grips without it are over: one plant serves both
             pulls = tug.pulls(cell.mass_g, self._held + 1, rate)
             after += tug.steps(rate) if cell.tug > 0.0 else 0
-        problem = self.problem.with_friction(cell.friction)
+        problem, other = self.problem.with_friction(cell.friction), self.opposite
+        other = None if other is None else other.with_friction(cell.friction)
         remembered = RememberedPlant(
-            lambda: LiftPlant(problem, self.face, cell.mass_g, disturbances=pulls),
+            lambda: LiftPlant(problem, self.face, cell.mass_g, other, pulls),
             Memory() if memory is None else memory,
         )
         rng = np.random.default_rng(seed_of(cell, self.grid.seed))

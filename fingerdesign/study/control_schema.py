@@ -92,6 +92,7 @@ def _model() -> dict[str, Any]:
             "contact_nodes": _COUNT,
             "gages": _COUNT,
             "face": {"enum": ["upper", "lower", "both"]},
+            "opposite": {"enum": ["mirror", "bare"]},
             **dict.fromkeys(sizes, _SIZE),
             "largest_bench_force_N": {**_SIZE, "description": "at max_approach_mm, without shear"},
             "preload_force_N": _SIZE,

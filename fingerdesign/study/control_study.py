@@ -34,7 +34,7 @@ from fingerdesign.study.control_record import (
     write_csv,
 )
 from fingerdesign.study.control_runs import Journal, Tell, key_of, run_lots
-from fingerdesign.study.grip_model import CONTACT_SIZE_MM, grip_problem
+from fingerdesign.study.grip_model import CONTACT_SIZE_MM, grip_problem, opposite_problem
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -69,16 +69,28 @@ def study_control(
     names = tuple(dict.fromkeys(controllers))
     _refuse(names, grid)
     start = time.perf_counter()
-    problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
+
+    def say(message: str) -> None:
+        tell(message, 0.0)
+
+    problem = grip_problem(design, contact_size_mm, say)
+    opposite = opposite_problem(design, contact_size_mm, say)
     if "regulator" in names and estimator is None:
         from fingerdesign.study.lessons import lesson_for
 
-        lesson = lesson_for(design, problem, lambda message: tell(message, 0.0), workers)
-        estimator = lesson.estimator
+        estimator = lesson_for(design, problem, say, workers).estimator
+    _refuse_other_gages(estimator, len(gage_array(design)))
     taught = time.perf_counter()
     hardware = hardware_of(design)
     bench = GripBench(
-        problem, design.gages.face, gage_array(design), design.grip, hardware, grid, estimator
+        problem,
+        design.gages.face,
+        gage_array(design),
+        design.grip,
+        hardware,
+        grid,
+        estimator,
+        opposite,
     )
     made = time.perf_counter()
     digest = study_digest(design, grid, estimator, contact_size_mm)
@@ -105,6 +117,7 @@ def study_control(
             "contact_nodes": problem.model.nodes,
             "gages": len(bench.plates),
             "face": bench.face,
+            "opposite": design.grip.opposite,
             "preload_mm": bench.bounds.preload,
             "max_approach_mm": bench.bounds.max_approach,
             "largest_bench_force_N": float(bench.calibration(0.0).normal.normal_force[-1]),
@@ -184,6 +197,13 @@ def _refuse(names: Sequence[str], grid: ControlGrid) -> None:
             faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
     if faults:
         raise DesignError(faults)
+
+
+def _refuse_other_gages(estimator: GripEstimator | None, gages: int) -> None:
+    if estimator is not None and estimator.gages != gages:
+        bound = f"one for the design's {gages} gages, not for {estimator.gages}"
+        fault = Fault("--estimator", estimator.gages, bound, "teach it on this design")
+        raise DesignError([fault])
 
 
 def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTrace]:

@@ -32,25 +32,47 @@ def grip_problem(
 ) -> ContactProblem:
     """The design's section against a plane, for the stage travel of its ``[grip]`` table.
 
-    Its gages are those of the array that the slip rule reads; the friction is the bench's. No
-    coarser than the design's own section asks for beyond ``contact_size_mm``. Raises DesignError
-    where the design cannot be gripped with or has no section.
+    Its gages are those of the array that the slip rule reads; the friction is the bench's. The
+    contact is no finer than ``contact_size_mm``. Raises DesignError where the design cannot be
+    gripped with or has no section.
     """
-    from fingerdesign.design.io import with_values
-    from fingerdesign.pipeline import condense, make_mesh
-
     if design.plates.number < 2:
         remedy = "add plates: without gages there is nothing to feel"
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
+    coarse = _coarsened(design, contact_size_mm)
+    refuse(Case(coarse, fidelity="plane-strain", fields=False, go_on=True), fundamental_scene())
+    return _section(coarse, gage_array(coarse), tell)
+
+
+def opposite_problem(
+    design: Design,
+    contact_size_mm: float = CONTACT_SIZE_MM,
+    tell: Callable[[str], None] = lambda message: None,
+) -> ContactProblem | None:
+    """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
+    from fingerdesign.design.bare import without_plates
+
+    if design.grip.opposite != "bare":
+        return None
+    return _section(_coarsened(without_plates(design), contact_size_mm), (), tell)
+
+
+def _coarsened(design: Design, contact_size_mm: float) -> Design:
+    from fingerdesign.design.io import with_values
+
     size = max(contact_size_mm, design.mesh.section.contact_size_mm)
-    coarse = with_values(design, {"mesh.section.contact_size_mm": size})
+    return with_values(design, {"mesh.section.contact_size_mm": size})
+
+
+def _section(design: Design, gages: tuple[int, ...], tell: Callable[[str], None]) -> ContactProblem:
+    from fingerdesign.pipeline import condense, make_mesh
+
     scene = fundamental_scene()
-    refuse(Case(coarse, fidelity="plane-strain", fields=False, go_on=True), scene)
-    reach = coarse.grip.max_approach_mm
-    zone = candidate_zone(coarse, scene.object, reach).widened(_ROOM, coarse)
+    reach = design.grip.max_approach_mm
+    zone = candidate_zone(design, scene.object, reach).widened(_ROOM, design)
     tell("meshing")
-    mesh = make_mesh(coarse, "plane-strain", zone)
+    mesh = make_mesh(design, "plane-strain", zone)
     tell(f"condensing {len(mesh.cells)} elements")
-    model = condense(coarse, mesh, zone, scene).reduced.with_gages(gage_array(coarse))
-    rigid = object_at_touch(scene.object, coarse.body)
-    return contact_problem(model, rigid, coarse.grip.bench_friction_coefficient)
+    model = condense(design, mesh, zone, scene).reduced.with_gages(gages)
+    rigid = object_at_touch(scene.object, design.body)
+    return contact_problem(model, rigid, design.grip.bench_friction_coefficient)

@@ -100,6 +100,14 @@ def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
     assert pull[-1] == pytest.approx(1.0, abs=1e-6)
 
 
+def test_an_opposite_finger_that_is_alike_changes_nothing(bench, half_plane_problem):
+    cell = Cell("fixed_ratio", 0.5, 200.0, 0.0)
+    mirror = bench.run_cell(cell, Memory())
+    alike = replace(bench, opposite=half_plane_problem).run_cell(cell, Memory())
+    assert alike.margin_at_lift == pytest.approx(mirror.margin_at_lift, rel=1e-6)
+    assert (alike.steps, alike.ending) == (mirror.steps, mirror.ending)
+
+
 def test_processes_change_nothing(bench, tmp_path):
     names = ["fixed_ratio", "paper"]
     one = all_outcomes(bench, tmp_path / "one", names)
@@ -159,6 +167,7 @@ def test_only_a_study_is_replaced(tmp_path):
 @pytest.fixture
 def quick_model(half_plane_problem, monkeypatch):
     monkeypatch.setattr(control_study, "grip_problem", lambda *given: half_plane_problem)
+    monkeypatch.setattr(control_study, "opposite_problem", lambda *given: None)
 
 
 OPTIONS = ["--friction", "0.4", "--friction", "0.6", "--mass-g", "150", "--mass-g", "300"]
