@@ -14,8 +14,8 @@ their own two forces, their own moves, a press on the bench. The oracle knows wh
 Once the object hangs, nothing is pulled any more and the wanted force is kept: the ratio and the
 oracle follow F_t when it is tugged, the reactive hand keeps the ratio of its forces at the lift.
 
-Slip is felt in F_t, which stops rising while the hand pulls. The model has no inertia, so gages do
-not jump when the contact breaks away; on a rig they would tell no earlier than F_t does.
+Slip is felt in F_t, which stops rising while the hand pulls. Gages that jump as the contact breaks
+away, a rig's other sign, are not in a model without inertia.
 """
 
 from __future__ import annotations
