@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.report.style import PAPER, ReportFigure, to_svg
+from fingerdesign.report.style import PAPER, ReportFigure, inlined
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,12 +61,13 @@ def paper_figure(
     rows: Iterable[Sequence[Any]],
 ) -> PaperFigure:
     """Save a drawing in all its forms; inside the house style."""
-    canvas.draw_without_rendering()  # lays out once for all three
+    canvas.draw_without_rendering()  # lays out once for both
     canvas.set_layout_engine("none")
     picture, drawing = io.BytesIO(), io.StringIO()
     canvas.savefig(picture, format="png", dpi=160, facecolor=PAPER, metadata={"Software": None})
     canvas.savefig(drawing, format="svg", facecolor=PAPER, metadata={"Date": None})
-    shown = ReportFigure(key, title, to_svg(canvas, key, alternative), reading, alternative)
+    image = inlined(drawing.getvalue(), key, alternative)
+    shown = ReportFigure(key, title, image, reading, alternative)
     cells = tuple(tuple(_cell(value) for value in row) for row in rows)
     return PaperFigure(shown, picture.getvalue(), drawing.getvalue(), tuple(columns), cells)
 

@@ -35,8 +35,10 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     weight, mu = trace.weight_per_finger_N, lift.friction
     figure = canvas(7.2, 3.8)
     axes = figure.subplots()
-    squeezed = float(route.normal_force.max()) * mu / weight
-    reach = 1.06 * max(float(route.normal_force.max()), float(trace.normal_force.max()))
+    squeezed = float(route.normal_force.max(initial=0.0)) * mu / weight
+    reach = 1.06 * max(
+        float(route.normal_force.max(initial=0.0)), float(trace.normal_force.max(initial=0.0))
+    )
     axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.3, label="F_t = μ F_n: it slips")
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2: it lifts")
     axes.plot(
@@ -110,9 +112,11 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     figure = canvas(7.2, 4.2)
     axes = figure.subplots()
     weight = lifts[0].ruled.trace.weight_per_finger_N
-    reach = 1.05 * max(float(lift.ruled.trace.normal_force.max()) for lift in lifts)
+    reach = 1.05 * max(float(lift.ruled.trace.normal_force.max(initial=0.0)) for lift in lifts)
     marks = "osD^v<>Ph"
-    top = 1.25 * max(weight, max(float(x.ruled.trace.tangential_force.max()) for x in lifts))
+    top = 1.25 * max(
+        weight, max(float(x.ruled.trace.tangential_force.max(initial=0.0)) for x in lifts)
+    )
     for k, (lift, colour) in enumerate(zip(lifts, shades(len(lifts)), strict=True)):
         trace = lift.ruled.trace
         axes.plot(
@@ -161,7 +165,8 @@ def measured_figure(rig: Rig, samples: int | None, noise: float) -> PaperFigure:
     for axes, friction in zip(panels, frictions, strict=True):
         grips = rig.at(samples, friction)
         weight = grips[0].episode.trace.weight_per_finger_N
-        reach = 1.08 * max(float(each.episode.trace.normal_force.max()) for each in grips)
+        furthest = max(float(each.episode.trace.normal_force.max(initial=0.0)) for each in grips)
+        reach = 1.08 * max(weight / friction, furthest)
         axes.plot([0, reach], [0, friction * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
         axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
         for each, (colour, dashes, _) in zip(grips, SERIES, strict=False):

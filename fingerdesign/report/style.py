@@ -121,12 +121,16 @@ def canvas(width: float = 7.2, height: float = 3.0) -> Canvas:
 
 
 def to_svg(figure: Canvas, key: str, alternative: str) -> str:
-    """The figure as one inline <svg>: ids made unique by ``key``, colours as CSS variables."""
-    import html
-
+    """The figure as one inline <svg>: see :func:`inlined`."""
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None}, dpi=150)
-    text = stream.getvalue()
+    return inlined(stream.getvalue(), key, alternative)
+
+
+def inlined(text: str, key: str, alternative: str) -> str:
+    """A drawing's SVG file as an element: ids made unique by ``key``, colours as CSS variables."""
+    import html
+
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'\bid="', f'id="{key}-', text)

@@ -5,7 +5,7 @@ the surface near the point sticks": a classifier with one threshold. A place is 
 above a gage; it sticks or not by the contact's own fields; the score is the change of the gage's
 reading per change of tangential force, rid of the normal force's part (control/signals.py). The
 threshold is the one with the fewest errors at TRAIN friction coefficients; errors are told at the
-others, TEST, over all paths of paper_case.py.
+others, over all paths of paper_case.py.
 
 Two questions are asked apart. Of all gages: does the surface stick above it, or does it slip or not
 touch at all? And of those under the contact alone: stick or slip? Each beside the share of right
@@ -39,14 +39,13 @@ Bools = NDArray[np.bool_]
 Reader = Callable[["Measures"], Array]
 
 TRAIN = (0.2, 0.4, 0.6, 0.8, 1.0)
-TEST = tuple(mu for mu in FRICTIONS if mu not in TRAIN)
 _CALIBRATION_POINTS = 16
 _REACH = 1.05  # of the largest approach: friction changes F_n a little
 
 
 @dataclass(frozen=True)
 class Verdicts:
-    """One kind of reading as a classifier, judged at the TEST frictions.
+    """One kind of reading as a classifier, judged at the frictions that are not in TRAIN.
 
     reading: its name; depth_mm: of its places under the surface. threshold: microstrain/N. right:
     share of right answers; constant: share right if the more common answer were always given;
@@ -84,10 +83,13 @@ class _Samples:
     friction: Array
 
 
-def gage_verdicts(case: PaperCase, floor: float) -> list[Verdicts]:
+def gage_verdicts(
+    case: PaperCase, floor: float, frictions: Sequence[float] = FRICTIONS
+) -> list[Verdicts]:
     """The gages as they are read, and a gage on the upper face alone where both are read.
 
-    floor: N, changes of F_t that are too small to say anything.
+    floor: N, changes of F_t that are too small to say anything. frictions: some of TRAIN and some
+    others.
     """
     faces = [case.face, *(["upper"] if case.face == "both" else [])]
     names = {
@@ -101,7 +103,7 @@ def gage_verdicts(case: PaperCase, floor: float) -> list[Verdicts]:
 
     readers = [reader(face) for face in faces]
     depth = _mean_depth(case)
-    made = _samples(case, case.finger, readers, floor)
+    made = _samples(case, case.finger, readers, floor, frictions)
     return [
         _verdicts(samples, names[face], depth, touching)
         for face, samples in zip(faces, made, strict=True)
@@ -109,7 +111,9 @@ def gage_verdicts(case: PaperCase, floor: float) -> list[Verdicts]:
     ]
 
 
-def rubber_verdicts(case: PaperCase, floor: float) -> list[Verdicts]:
+def rubber_verdicts(
+    case: PaperCase, floor: float, frictions: Sequence[float] = FRICTIONS
+) -> list[Verdicts]:
     """The shear strain of the finger without plates, where the gages are and at each depth."""
     count = len(case.gage_x)
 
@@ -119,7 +123,7 @@ def rubber_verdicts(case: PaperCase, floor: float) -> list[Verdicts]:
     depths = (_mean_depth(case), *case.depths)
     readers = [reader(block) for block in range(len(depths))]
     names = ["rubber, at the gages", *(f"rubber, {depth:g} mm deep" for depth in case.depths)]
-    made = _samples(case, case.twin, readers, floor)
+    made = _samples(case, case.twin, readers, floor, frictions)
     return [
         _verdicts(samples, name, depth, touching)
         for name, depth, samples in zip(names, depths, made, strict=True)
@@ -128,13 +132,17 @@ def rubber_verdicts(case: PaperCase, floor: float) -> list[Verdicts]:
 
 
 def _samples(
-    case: PaperCase, problem: ContactProblem, readers: Sequence[Reader], floor: float
+    case: PaperCase,
+    problem: ContactProblem,
+    readers: Sequence[Reader],
+    floor: float,
+    frictions: Sequence[float],
 ) -> list[_Samples]:
     """Scores and truths of all frictions and paths, one set a reading."""
     calibrations = _calibrations(case, problem, readers)
     scores: list[list[Array]] = [[] for _ in readers]
     sticks, touches, labels = [], [], []
-    for friction in FRICTIONS:
+    for friction in frictions:
         own = problem.with_friction(friction)
         for path in PATHS:
             before = [Sample(np.zeros(len(case.gage_x)), 0.0, 0.0) for _ in readers]
@@ -187,11 +195,11 @@ def _above(problem: ContactProblem, step: Step, x: Array) -> tuple[Bools, Bools]
 def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Verdicts:
     asked = samples.touches if touching else np.ones_like(samples.touches)
     training = asked & np.isin(samples.friction, TRAIN)[:, None]
-    testing = asked & np.isin(samples.friction, TEST)[:, None]
+    testing = asked & ~np.isin(samples.friction, TRAIN)[:, None]
     threshold = best_threshold(samples.score[training], samples.sticks[training])
     correct = (samples.score > threshold) == samples.sticks
     truth, scores = samples.sticks[testing], samples.score[testing]
-    share = float(truth.mean())
+    share = _share(truth)
     asked_here = testing.sum(axis=0)
     by_place = np.where(testing, correct, False).sum(axis=0) / np.maximum(asked_here, 1)
     return Verdicts(
@@ -199,7 +207,7 @@ def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Ver
         depth_mm=depth,
         touching=touching,
         threshold=threshold,
-        right=float(correct[testing].mean()),
+        right=_share(correct[testing]),
         constant=max(share, 1.0 - share),
         sticking=_share(scores[truth] > threshold),
         slipping=_share(scores[~truth] <= threshold),
@@ -212,9 +220,13 @@ def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Ver
 def best_threshold(scores: Array, truth: Bools) -> float:
     """The threshold with the fewest errors of ``score > threshold``, midway between two scores.
 
+    NaN without scores.
+
     >>> best_threshold(np.array([1.0, 2.0, 4.0, 5.0]), np.array([False, False, True, True]))
     3.0
     """
+    if not len(scores):
+        return float("nan")
     order = np.argsort(scores, kind="stable")
     ranked, sticks = scores[order], truth[order]
     # Errors when the k lowest are called "does not stick": sticking ones among them, and the rest.

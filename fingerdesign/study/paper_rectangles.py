@@ -37,7 +37,8 @@ Array = NDArray[np.float64]
 
 COUNT = 11  # as in the paper's Fig. 3
 _STICKING = 5  # of them, as in its Fig. 3 (b): 4 to 8
-_SHEAR_STEPS = 40  # up to the scene's last shear, which ends in complete slip
+_SHEAR_STEPS = 40  # up to the scene's last shear, which ends maeno2000's in complete slip
+_MOST_STEPS = 160  # for fingers that are softer in shear
 _FILL = 0.72  # of the rectangles' pitch
 _INSET_MM = 0.01  # under the surface: points of the mesh's curved border are not inside it
 OPEN, STICK, SLIP = "open", "stick", "slip"
@@ -121,7 +122,7 @@ def _each(values: Iterable[float]) -> tuple[float, float, float]:
 def _states(case: PaperCase) -> tuple[Step, Step, Step]:
     press = [(case.approach * k / 4, 0.0) for k in range(1, 5)]
     most = max(shear for _, shear in case.rows)
-    shears = [(case.approach, most * k / _SHEAR_STEPS) for k in range(1, _SHEAR_STEPS + 1)]
+    shears = [(case.approach, most * k / _SHEAR_STEPS) for k in range(1, _MOST_STEPS + 1)]
     steps = list(follow_rows(case.twin, press + shears))
     pressed = steps[len(press) - 1]
     middles, _ = _places(case.twin, pressed)
@@ -129,7 +130,9 @@ def _states(case: PaperCase) -> tuple[Step, Step, Step]:
         sticking = _statuses(case.twin, now, middles).count(STICK)
         if 0 < sticking <= _STICKING:
             return pressed, before, now
-    raise SolverError("no shear of the scene leaves half of the contact sticking: no Fig. 3")
+    raise SolverError(
+        "no shear up to four times the scene's makes half of the contact slip: no Fig. 3"
+    )
 
 
 def _places(problem: ContactProblem, pressed: Step) -> tuple[Array, float]:

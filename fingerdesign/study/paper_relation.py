@@ -30,6 +30,8 @@ from fingerdesign.control.slip_study import (
 from fingerdesign.study.paper_case import FRICTIONS, PIECES, follow_rows, path_rows
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from fingerdesign.control.signals import NormalCalibration
     from fingerdesign.result_arrays import SlipStudy
     from fingerdesign.study.paper_case import PaperCase
@@ -104,22 +106,24 @@ def make_bench(case: PaperCase) -> Bench:
     return Bench(calibration, threshold, floor / PIECES)
 
 
-def relation(case: PaperCase, bench: Bench, path: str) -> Relation:
-    """A against the stick length on one of the paths, at every friction coefficient."""
+def relation(
+    case: PaperCase, bench: Bench, path: str, frictions: Sequence[float] = FRICTIONS
+) -> Relation:
+    """A against the stick length on one of the paths, at two friction coefficients or more."""
     areas, sticks, ranks = [], [], []
-    for friction in FRICTIONS:
+    for friction in frictions:
         study = _told(_study(case, bench, path, friction))
         areas.append(study.gage_area_mm)
         sticks.append(study.stick_length_mm)
         ranks.append(_or_nan(rank_correlation(areas[-1], sticks[-1])))
-    label = np.repeat(FRICTIONS, [len(area) for area in areas])
+    label = np.repeat(frictions, [len(area) for area in areas])
     area, stick = np.concatenate(areas), np.concatenate(sticks)
-    spread = _spread(areas, sticks)
-    own, other = _errors(label, area, stick)
+    spread = spread_at_equal_area(areas, sticks)
+    own, other = relation_errors(label, area, stick)
     loaded = stick > 0.0
     return Relation(
         path=path,
-        frictions=FRICTIONS,
+        frictions=tuple(frictions),
         friction=label,
         area=area,
         stick=stick,
@@ -129,7 +133,7 @@ def relation(case: PaperCase, bench: Bench, path: str) -> Relation:
         spread_median_mm=float(np.median(spread)) if len(spread) else 0.0,
         own_rms_mm=own,
         other_rms_mm=other,
-        before_rms_mm=_errors(label[loaded], area[loaded], stick[loaded])[1],
+        before_rms_mm=relation_errors(label[loaded], area[loaded], stick[loaded])[1],
     )
 
 
@@ -159,8 +163,12 @@ def _told(study: SlipStudy) -> SlipStudy:
     return replace(study, **{name: getattr(study, name)[used] for name in kept})
 
 
-def _spread(areas: list[Array], sticks: list[Array]) -> Array:
-    """Range over the frictions of the stick length at equal A, while both fall."""
+def spread_at_equal_area(areas: Sequence[Array], sticks: Sequence[Array]) -> Array:
+    """Range over the frictions of the stick length at equal A, while both fall, mm.
+
+    areas, sticks: one pair a friction, in the order of its increments. At values of A that all
+    have; none where they have none in common.
+    """
     falling = []
     for area, stick in zip(areas, sticks, strict=True):
         after = slice(int(np.argmax(stick)), None)
@@ -175,10 +183,13 @@ def _spread(areas: list[Array], sticks: list[Array]) -> Array:
     return np.asarray(np.ptp(lengths, axis=0))
 
 
-def _errors(label: Array, area: Array, stick: Array) -> tuple[Array, Array]:
-    """RMS errors (f,) by each friction's own relation and by that of all others, mm."""
+def relation_errors(label: Array, area: Array, stick: Array) -> tuple[Array, Array]:
+    """RMS errors (f,) by each friction's own rising relation and by that of all others, mm.
+
+    label (n,): the friction of each (area, stick).
+    """
     own, other = [], []
-    for friction in FRICTIONS:
+    for friction in np.unique(label):
         here = label == friction
         truth = stick[here]
         own.append(_rms(_rising(area[here], truth, area[here]) - truth))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from fingerdesign.case import fundamental_scene
@@ -29,7 +29,7 @@ from fingerdesign.study.paper_likeness import likeness
 from fingerdesign.study.paper_places import gage_verdicts, rubber_verdicts
 from fingerdesign.study.paper_rectangles import rectangles
 from fingerdesign.study.paper_relation import make_bench, relation
-from fingerdesign.study.paper_rig import rig_of
+from fingerdesign.study.paper_rig import SAMPLES, SEEDS, rig_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.contact_zone import Zone
@@ -78,11 +78,24 @@ class Remade:
     claims: tuple[Claim, ...] = field(default=())
 
 
-def remake(design: Design, tell: Tell = lambda message, fraction: None) -> Remade:
+@dataclass(frozen=True)
+class Effort:
+    """How much is run: friction coefficients of Fig. 8 (the scene's among them), samples a step and
+    seeds of Fig. 12. The default is what the page is made with."""
+
+    frictions: tuple[float, ...] = FRICTIONS
+    samples: tuple[int, ...] = SAMPLES
+    seeds: int = SEEDS
+
+
+FULL = Effort()
+
+
+def remake(
+    design: Design, tell: Tell = lambda message, fraction: None, effort: Effort = FULL
+) -> Remade:
     """Make all figures' numbers. Raises DesignError for a design without an array of gages or that
     has no section, another FingerDesignError where a stage fails."""
-    from dataclasses import replace
-
     start = time.perf_counter()
     scene = fundamental_scene()
     case = check_case(design, scene)
@@ -90,7 +103,7 @@ def remake(design: Design, tell: Tell = lambda message, fraction: None) -> Remad
     while True:
         try:
             with one_thread():
-                found = _remade(case_in(design, scene, zone, tell), zone, scene, tell)
+                found = _remade(case_in(design, scene, zone, tell), zone, scene, tell, effort)
             break
         except ZoneExhausted:
             if zone.fills(design):
@@ -107,7 +120,7 @@ def case_in(design: Design, scene: Scene, zone: Zone, tell: Tell) -> PaperCase:
     return build_case(check_case(design, scene), scene, zone)
 
 
-def _remade(case: PaperCase, zone: Zone, scene: Scene, tell: Tell) -> Remade:
+def _remade(case: PaperCase, zone: Zone, scene: Scene, tell: Tell, effort: Effort) -> Remade:
     tell("Figs 6 and 7: the eight steps", 0.2)
     steps = list(follow(case.finger, [Motion(*row) for row in case.rows]))
     tell("Fig. 3: rectangles near the surface", 0.25)
@@ -116,21 +129,26 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, tell: Tell) -> Remade:
     alike = likeness(case)
     tell("Fig. 8: gage area and stick area", 0.3)
     bench = make_bench(case)
-    studies = slip_studies(case.finger, case.rows, case.face, FRICTIONS)
-    relations = tuple(relation(case, bench, path) for path in PATHS)
+    studies = slip_studies(case.finger, case.rows, case.face, effort.frictions)
+    relations = tuple(relation(case, bench, path, effort.frictions) for path in PATHS)
     tell("each gage and the surface near it", 0.4)
-    places = (*gage_verdicts(case, bench.floor), *rubber_verdicts(case, bench.floor))
+    places = (
+        *gage_verdicts(case, bench.floor, effort.frictions),
+        *rubber_verdicts(case, bench.floor, effort.frictions),
+    )
     tell("Figs 2 and 10: lifts", 0.5)
     grips = tuple(lifts(case))
     route = squeeze(case)
     tell("Fig. 12: lifts on a rig", 0.6)
     material = case.design.plates.material
-    rigs = [rig_of(case, f"plates of {material.replace('_', ' ')}")]
+    name = f"plates of {material.replace('_', ' ')}"
+    rigs = [rig_of(case, name, effort.samples, effort.seeds)]
     if material != SOFT_MATERIAL:
         tell("Fig. 12: the same with plates of polyimide", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
         other = with_values(case.design, soft)
-        rigs.append(rig_of(case_in(other, scene, zone, lambda *_: None), "plates of polyimide"))
+        softer = case_in(other, scene, zone, lambda message, fraction: None)
+        rigs.append(rig_of(softer, "plates of polyimide", effort.samples, effort.seeds))
     return Remade(
         design=case.design,
         dofs=case.dofs,
