@@ -46,9 +46,7 @@ def control_schema() -> dict[str, Any]:
             "hardware": _hardware(),
             "model": _model(),
             "controllers": {"type": "array", "items": _controller()},
-            "seconds": _object(
-                dict.fromkeys(("model_and_teaching", "calibration", "grips", "whole"), _SIZE)
-            ),
+            "seconds": _object(dict.fromkeys(("model", "teaching", "grips", "whole"), _SIZE)),
             "workers": _COUNT,
             "peak_memory_MB": _SIZE,
             "warnings": {"type": "array", "items": _TEXT},

@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -75,24 +75,16 @@ def study_control(
 
     problem = grip_problem(design, contact_size_mm, say)
     opposite = opposite_problem(design, contact_size_mm, say)
+    modelled = time.perf_counter()
     if "regulator" in names and estimator is None:
         from fingerdesign.study.lessons import lesson_for
 
         estimator = lesson_for(design, problem, say, workers).estimator
     _refuse_other_gages(estimator, len(gage_array(design)))
     taught = time.perf_counter()
-    hardware = hardware_of(design)
-    bench = GripBench(
-        problem,
-        design.gages.face,
-        gage_array(design),
-        design.grip,
-        hardware,
-        grid,
-        estimator,
-        opposite,
-    )
-    made = time.perf_counter()
+    hardware, plates = hardware_of(design), gage_array(design)
+    face = design.gages.face
+    bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
     digest = study_digest(design, grid, estimator, contact_size_mm)
     kept = Journal(journal, digest)
     lots = list(grid.lots(names))
@@ -103,6 +95,7 @@ def study_control(
         noise = shown_noise(grid)
         traces = tuple(_traces(bench, names, noise))
     outcomes = [kept.outcomes[key_of(cell)] for lot in lots for cell in lot.cells]
+    done = time.perf_counter()
     from fingerdesign.summaries import peak_memory_MB
 
     return ControlStudy(
@@ -111,26 +104,15 @@ def study_control(
         controllers=names,
         grid=grid,
         outcomes=tuple(outcomes),
-        model={
-            "fidelity": "plane-strain",
-            "contact_size_mm": contact_size_mm,
-            "contact_nodes": problem.model.nodes,
-            "gages": len(bench.plates),
-            "face": bench.face,
-            "opposite": design.grip.opposite,
-            "preload_mm": bench.bounds.preload,
-            "max_approach_mm": bench.bounds.max_approach,
-            "largest_bench_force_N": float(bench.calibration(0.0).normal.normal_force[-1]),
-            "preload_force_N": _preload_force(bench),
-        },
+        model=_model_data(bench, contact_size_mm),
         hardware={name: value for name, value in asdict(hardware).items() if name != VARIED},
         traces=traces,
         trace_noise=noise,
         seconds={
-            "model_and_teaching": taught - start,
-            "calibration": made - taught,
-            "grips": gripped - made,
-            "whole": time.perf_counter() - start,
+            "model": modelled - start,
+            "teaching": taught - modelled,
+            "grips": gripped - taught,
+            "whole": done - start,
         },
         workers=workers,
         versions=versions(),
@@ -219,6 +201,21 @@ def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTr
         for name in names
         for friction in chosen
     ]
+
+
+def _model_data(bench: GripBench, contact_size_mm: float) -> dict[str, Any]:
+    return {
+        "fidelity": "plane-strain",
+        "contact_size_mm": contact_size_mm,
+        "contact_nodes": bench.problem.model.nodes,
+        "gages": len(bench.plates),
+        "face": bench.face,
+        "opposite": bench.grip.opposite,
+        "preload_mm": bench.bounds.preload,
+        "max_approach_mm": bench.bounds.max_approach,
+        "largest_bench_force_N": float(bench.calibration(0.0).normal.normal_force[-1]),
+        "preload_force_N": _preload_force(bench),
+    }
 
 
 def _preload_force(bench: GripBench) -> float:
