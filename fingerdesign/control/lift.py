@@ -16,7 +16,7 @@ gripped anew there. Dynamics, tilting and the support's own friction are left ou
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 
 from fingerdesign.contact.force_control import NoEquilibrium
@@ -93,16 +93,25 @@ class LiftPlant:
         self._lifted = False
         self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False)
         self._held: Held | None = None
+        self._weight = 0.0  # at the last move
+        self._sample: Sample
 
     def move(self, dx: float, dy: float) -> Sample:
         """Raise the hand by ``dx``, close each finger by ``dy``; see :class:`Plant`."""
         if self._since_lift is not None:
             self._since_lift += 1
         closing, hand = self._closing + dy, self._hand + dx
-        held, lifted, dropped = self._find(closing, hand, self.weight(self._since_lift or 0))
+        weight = self.weight(self._since_lift or 0)
+        same = (closing, weight) == (self._closing, self._weight)
+        if same and self._lifted and hand > self._truth.shear:  # but for the height
+            self._hand = hand
+            self._truth = replace(self._truth, rise=hand - self._truth.shear)
+            return self._sample
+        held, lifted, dropped = self._find(closing, hand, weight)
         self._fingers.accept(held)
         self._held = held
         self._closing, self._hand, self._lifted = closing, hand, lifted
+        self._weight = weight
         if lifted and self._since_lift is None:
             self._since_lift = 0
         measures = measure(self._problem, held.increment)
@@ -119,7 +128,8 @@ class LiftPlant:
             rise=hand - held.shear if lifted else 0.0,
         )
         readings = gage_readings(measures.gages, self._face)
-        return Sample(readings, measures.normal_force, measures.tangential_force, lifted)
+        self._sample = Sample(readings, measures.normal_force, measures.tangential_force, lifted)
+        return self._sample
 
     def truth(self) -> Truth:
         """The state after the last move, for the judge."""
