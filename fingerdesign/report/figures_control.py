@@ -180,7 +180,7 @@ def map_figure(data: dict[str, Any], rows: Sequence[Row], noise: float) -> Repor
     names = [each["controller"] for each in data["controllers"]]
     frictions = sorted(data["conditions"]["friction_coefficients"])
     masses = sorted(data["conditions"]["object_masses_g"])
-    columns = min(4, len(names))
+    columns = 4
     panels_down = -(-len(names) // columns)
     words = []
     with house_style():
