@@ -62,7 +62,7 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
     axes.annotate(
         f"wanted: {target:g}",
         (0.99, target),
-        (0, 3),
+        (0, -11),
         xycoords=("axes fraction", "data"),
         textcoords="offset points",
         ha="right",

@@ -2,10 +2,13 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fingerdesign_cli.gages import command
 from fingerdesign_cli.main import main
 
 from fingerdesign.contact.problem import ContactProblem
@@ -267,6 +270,23 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
         "grips",
     ]
     assert not (tmp_path / "out").exists()
+
+
+PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
+
+
+def test_the_pages_python_runs(problem, monkeypatch, capsys):
+    monkeypatch.setattr(grip_model, "grip_problem", lambda design, tell: problem)
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    exec(compile(code, "docs/gages.md", "exec"), {})
+    first = capsys.readouterr().out.splitlines()[0].split()
+    assert all(0.0 < float(word) < 1.0 for word in first)
+
+
+def test_the_pages_options_and_files_are_the_commands():
+    options = {name for parameter in command.params for name in parameter.opts}
+    assert set(re.findall(r"`(--[\w-]+)", PAGE)) <= options
+    assert all(f"`{name}`" in PAGE for name in PRODUCTS)
 
 
 @pytest.mark.parametrize("noise", [float("nan"), float("inf"), -0.1])
