@@ -230,9 +230,8 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
         "friction, all points of a panel would lie on one curve. Error: of the stick length told "
         "from A by the relation of the other friction coefficients.",
         " ".join(
-            f"{_PATH_TITLES[each.path]}: rank correlation of all {each.pooled_rank:.3f}, stick "
-            f"lengths at equal A differ by {each.spread_mm:.2f} mm at most of "
-            f"{each.largest_mm:.2f}."
+            f"{_PATH_TITLES[each.path]}: rank correlation of all {each.pooled_rank:.3f}, error of "
+            f"the stick length {100 * each.other_share:.1f} % of {each.largest_mm:.2f} mm."
             for each in relations
         ),
         ("path", "friction_coefficient", "gage_area_mm", "stick_length_mm"),

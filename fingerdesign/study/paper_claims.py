@@ -178,8 +178,12 @@ def _likeness(found: Remade) -> tuple[str, Verdict, Numbers]:
         f"rubber itself is strained along 45 degrees by half of its shear, {0.5 / slope:,.0f} "
         f"times as much. One face alone: correlation {face[0]:.2f} to {face[1]:.2f}."
     )
-    numbers: Numbers = {"least": least, "scale": slope, "one_face_most": face[1]}
-    return measured, graded(least, ALIKE, ALIKE_PARTLY), numbers
+    read = float(alike.read_correlation.min())
+    if alike.face != "both":
+        measured += f" This design's gages read the {alike.face} face alone: from {read:.2f}."
+    numbers: Numbers = {"least": least, "read_least": read, "scale": slope}
+    numbers["one_face_most"] = face[1]
+    return measured, graded(read, ALIKE, ALIKE_PARTLY), numbers
 
 
 def _area(found: Remade) -> tuple[str, Verdict, Numbers]:
@@ -217,10 +221,15 @@ def _relation(found: Remade) -> tuple[str, Verdict, Numbers]:
 
 
 def _relation_words(one: Relation) -> str:
+    spread = (
+        f"stick lengths at equal A within {one.spread_mm:.2f} mm (median "
+        f"{one.spread_median_mm:.2f}) of {one.largest_mm:.1f}"
+        if np.isfinite(one.spread_mm)
+        else "no A common to all"
+    )
     return (
-        f"{_PATH_NAMES[one.path]}: rank correlation {_number(one.pooled_rank, 3)}, stick lengths "
-        f"at equal A within {one.spread_mm:.2f} mm (median {one.spread_median_mm:.2f}) of "
-        f"{one.largest_mm:.1f}, error {100 * one.other_share:.1f} % ({100 * one.own_share:.1f} %), "
+        f"{_PATH_NAMES[one.path]}: rank correlation {_number(one.pooled_rank, 3)}, {spread}, "
+        f"error {100 * one.other_share:.1f} % ({100 * one.own_share:.1f} %), "
         f"before complete slip {100 * one.before_share:.1f} %"
     )
 
@@ -296,13 +305,13 @@ def _measurement(found: Remade) -> tuple[str, Verdict, Numbers]:
     slips = sum(each.outcome == "slipped" for each in grips)
     ratio = own.force_ratio(noisy)
     measured += (
-        f" With the full noise of a sample, {noise_of(noisy):g} microstrain, {own.finger}: {slips} "
+        f" At the most noise tried, {noise_of(noisy):g} microstrain, {own.finger}: {slips} "
         f"of {len(grips)} grips slip, F_n at the lift is as {_number(ratio, 1)} to 1 at the two "
         f"frictions (least forces: {MEASURED_FRICTIONS[1] / MEASURED_FRICTIONS[0]:.0f} to 1)."
     )
     working = own.least_samples
     noise = noise_of(working[-1]) if working else None
-    numbers: Numbers = {"largest_noise": noise, "force_ratio_full_noise": ratio}
+    numbers: Numbers = {"largest_noise": noise, "force_ratio_most_noise": ratio}
     any_works = any(rig.least_samples[1:] for rig in found.rigs)
     whole = noise is not None and noise >= SAMPLE_NOISE
     return measured, "yes" if whole else "partly" if any_works else "no", numbers

@@ -32,7 +32,8 @@ class Likeness:
 
     x (g,) mm; membrane (k, g), upper (k, g): the mean of both faces, and the upper face,
     microstrain; shear (k, g): the twin's engineering shear strain, microstrain.
-    correlation (k,), slope (k,): of the membrane strain with it; upper_correlation (k,);
+    correlation (k,), slope (k,): of the membrane strain with it; upper_correlation (k,); face, what
+    the design's gages read, and read_correlation (k,): of that;
     change_correlation (k,): of the increments' changes. tangential_force (k, 2): finger, twin; N.
     """
 
@@ -43,6 +44,8 @@ class Likeness:
     correlation: Array
     slope: Array
     upper_correlation: Array
+    face: str
+    read_correlation: Array
     change_correlation: Array
     tangential_force: Array
     stick_ratio: Array
@@ -66,6 +69,7 @@ def likeness(case: PaperCase) -> Likeness:
     rubber = [step.measures for step in follow(case.twin, motions)]
     membrane = np.array([gage_readings(m.gages, "both") for m in plates])
     upper = np.array([gage_readings(m.gages, "upper") for m in plates])
+    read = np.array([gage_readings(m.gages, case.face) for m in plates])
     shear = np.array([1e6 * m.points[:count, 3] for m in rubber])
     changes = zip(_changes(membrane), _changes(shear), strict=True)
     return Likeness(
@@ -76,6 +80,8 @@ def likeness(case: PaperCase) -> Likeness:
         correlation=_each(membrane, shear),
         slope=np.sum(membrane * shear, axis=1) / np.sum(shear**2, axis=1),
         upper_correlation=_each(upper, shear),
+        face=case.face,
+        read_correlation=_each(read, shear),
         change_correlation=np.array([correlation(a, b) for a, b in changes]),
         tangential_force=np.array(
             [(a.tangential_force, b.tangential_force) for a, b in zip(plates, rubber, strict=True)]

@@ -56,10 +56,11 @@ class Bench:
 class Relation:
     """Gage area A and stick length on one path; friction, area, stick (n,), mm, pooled.
 
-    rank (f,), pooled_rank: Spearman's. spread_mm, spread_median_mm: the largest and the median over
-    A of the range of stick lengths at equal A. own_rms_mm (f,), other_rms_mm (f,): error of the
-    stick length told from A, by the relation of its own friction and by that of all others.
-    before_rms_mm (f,): the same by the others', complete slip left out.
+    rank (f,), pooled_rank: Spearman's. spread_mm, spread_median_mm: the largest and the median
+    over A of the range of stick lengths at equal A, NaN where no A is common to all. own_rms_mm
+    (f,), other_rms_mm (f,): error of the stick length told from A, by the relation of its own
+    friction and by that of all others. before_rms_mm (f,): the same by the others',
+    complete slip left out.
     """
 
     path: str
@@ -129,8 +130,8 @@ def relation(
         stick=stick,
         rank=np.array(ranks),
         pooled_rank=_or_nan(rank_correlation(area, stick)),
-        spread_mm=float(spread.max(initial=0.0)),
-        spread_median_mm=float(np.median(spread)) if len(spread) else 0.0,
+        spread_mm=float(spread.max()) if len(spread) else float("nan"),
+        spread_median_mm=float(np.median(spread)) if len(spread) else float("nan"),
         own_rms_mm=own,
         other_rms_mm=other,
         before_rms_mm=relation_errors(label[loaded], area[loaded], stick[loaded])[1],

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
 Tell = Callable[[str, float], None]
 
 SOFT_MATERIAL = "polyimide"  # of designs/sensitive.toml: gages that answer 50 times as much
+_FACES = {"both": "both faces read", "upper": "upper face read", "lower": "lower face read"}
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
 
@@ -57,8 +58,8 @@ class Remade:
 
     increments, contact: the eight steps (Figs 6, 7). studies: a slip study a friction coefficient,
     the eight steps with the shear in proportion (Fig. 8); relations: one a path, rows cut finer.
-    route, lifts: Figs 2 and 10. rigs: Fig. 12, the design and, where its plates are of another
-    material, the same with plates of polyimide read on both faces.
+    route, lifts: Figs 2 and 10. rigs: Fig. 12, the design and, where it is not that already, the
+    same with plates of polyimide read on both faces.
     """
 
     design: Design
@@ -141,14 +142,15 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, tell: Tell, effort: Effor
     route = squeeze(case)
     tell("Fig. 12: lifts on a rig", 0.6)
     material = case.design.plates.material
-    name = f"plates of {material.replace('_', ' ')}"
+    name = f"{material.replace('_', ' ')}, {_FACES[case.face]}"
     rigs = [rig_of(case, name, effort.samples, effort.seeds)]
-    if material != SOFT_MATERIAL:
-        tell("Fig. 12: the same with plates of polyimide", 0.8)
+    if (material, case.face) != (SOFT_MATERIAL, "both"):
+        tell("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
         other = with_values(case.design, soft)
         softer = case_in(other, scene, zone, lambda message, fraction: None)
-        rigs.append(rig_of(softer, "plates of polyimide", effort.samples, effort.seeds))
+        soft_name = f"{SOFT_MATERIAL}, {_FACES['both']}"
+        rigs.append(rig_of(softer, soft_name, effort.samples, effort.seeds))
     return Remade(
         design=case.design,
         dofs=case.dofs,

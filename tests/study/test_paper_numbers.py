@@ -145,6 +145,7 @@ def test_plates_feel_the_rubbers_shear_strain_in_shape_but_not_in_size(case):
     assert max(alike.upper_correlation) < 0.0  # bending: nothing like it
     assert 5e-5 < alike.overall_slope < 2e-4
     assert alike.stick_ratio[-1] < 0.01
+    assert alike.read_correlation == pytest.approx(alike.correlation)  # face = "both"
 
 
 def test_where_a_plate_is_rubber_its_strain_is_half_the_shear():
