@@ -24,7 +24,7 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
 
 
 def test_the_whole_grid_takes_less_than_a_minute_of_two_cores(tmp_path):
-    """Processor seconds, as the machine may be busy. Measured on a busy one: 15 s of either core."""
+    """Processor seconds: the machine may be busy. Measured on a busy one: 15 s of either core."""
     before = os.times()
     study = study_control(
         find_design("sensitive"), ("paper",), ControlGrid(), tmp_path / "j", workers=2
