@@ -15,7 +15,7 @@ CHART_FILE = "observability.png"
 
 TARGET = 0.05  # stick ratio, RMS: what a reference finger is asked for
 ENOUGH = 0.1  # of all gages' error: fewer that cost no more than this suffice
-WORTH = 0.2  # gages that take less than this off the error without gages are too quiet
+WORTH = 0.2  # what takes less than this off an error hardly helps: gages that do are too quiet
 
 
 @dataclass(frozen=True)
@@ -192,9 +192,31 @@ class Observability:
             )
         dead = self.dead
         return (
-            f"{head}; tell the estimator of a dead gage: unnoticed, the worst (x = "
-            f"{self.gages[dead.gage].x_mm:g} mm) makes the error {dead.untold_stick_error:.2f}, "
+            f"{head}{self._target_words()}; tell the estimator of a dead gage: unnoticed, the worst "
+            f"(x = {self.gages[dead.gage].x_mm:g} mm) makes the error {dead.untold_stick_error:.2f}, "
             f"taught without it {dead.told_stick_error:.3f}."
+        )
+
+    @property
+    def noise_share(self) -> float:
+        """How much lower all gages' error is without noise, of itself; by the quick learner."""
+        here = next(
+            each.quick_stick_error for each in self.noises if each.noise_microstrain == self.noise
+        )
+        return 1.0 - self.noises[0].quick_stick_error / max(here, 1e-12)
+
+    def _target_words(self) -> str:
+        if self.stick_error <= TARGET:
+            return ""
+        share = max(self.noise_share, 0.0)
+        remedy = (
+            "teach on more grips, quieter gages hardly help"
+            if share < WORTH
+            else "quieter gages or plates that answer more strongly help"
+        )
+        return (
+            f"; {TARGET:g} is wanted: without noise the error is {100 * share:.0f} % lower, so "
+            f"{remedy}"
         )
 
     def _at(self, count: Count) -> str:
@@ -252,6 +274,7 @@ class Observability:
             "used_error": self.confirmed[0].used_error,
             "stick_error_without_gages": self.stick_error_without_gages,
             "worth_of_gages": self.worth,
+            "noise_share": self.noise_share,
             "too_quiet": self.too_quiet,
             "gages_that_suffice": len(self.enough.kept),
             "advice": self.advice,

@@ -216,6 +216,22 @@ def test_quiet_gages_are_told_as_such(found):
     assert "Cramér and Rao" in pure.advice
 
 
+def test_advice_names_what_limits_a_finger(found):
+    def told(noiseless, **changes):
+        first = replace(found.noises[0], quick_stick_error=noiseless)
+        here = [replace(each, quick_stick_error=0.1) for each in found.noises[1:]]
+        counts = [
+            replace(each, stick_error=0.2 if not each.kept else changes.get("error", 0.08))
+            for each in found.counts
+        ]
+        return replace(found, noises=(first, *here), counts=tuple(counts)).advice
+
+    assert "teach on more grips" in told(0.095)
+    assert "without noise the error is 50 % lower, so quieter gages" in told(0.05)
+    assert "is wanted" not in told(0.05, error=0.04)
+    assert told(0.05, error=0.04).startswith("at 0.5 microstrain 1 of 5 gages suffice")
+
+
 def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
     named = replace(found, design="half-plane", digest="0")
     target = tmp_path / "half-plane"
@@ -270,6 +286,16 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
         "grips",
     ]
     assert not (tmp_path / "out").exists()
+
+
+def test_what_is_in_the_way_is_refused_before_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(grip_model, "grip_problem", None)
+    path = tmp_path / "small.toml"
+    path.write_text(DESIGN)
+    (tmp_path / "out/small").mkdir(parents=True)
+    (tmp_path / "out/small/result.json").write_text("{}")
+    assert main(["gages", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "result.json" in capsys.readouterr().err
 
 
 PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
