@@ -192,9 +192,9 @@ class Observability:
             )
         dead = self.dead
         return (
-            f"{head}{self._target_words()}; tell the estimator of a dead gage: unnoticed, the worst "
-            f"(x = {self.gages[dead.gage].x_mm:g} mm) makes the error {dead.untold_stick_error:.2f}, "
-            f"taught without it {dead.told_stick_error:.3f}."
+            f"{head}{self._target_words()}; tell the estimator of a dead gage: unnoticed, the "
+            f"worst (x = {self.gages[dead.gage].x_mm:g} mm) makes the error "
+            f"{dead.untold_stick_error:.2f}, taught without it {dead.told_stick_error:.3f}."
         )
 
     @property
