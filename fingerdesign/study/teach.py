@@ -61,7 +61,7 @@ class Settings:
     face: str
     max_approach: float
     grips: int = 3000
-    hearings: int = 1
+    hearings: int = 2
     force_noise: float = 0.005
     seed: int = 0
 
@@ -248,7 +248,7 @@ def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
 
     center = inputs.mean(axis=0)
     scale = np.maximum(inputs.std(axis=0), 1e-9)
-    rows = np.clip((inputs - center) / scale, -5.0, 5.0)
+    rows = np.clip((inputs - center) / scale, -5.0, 5.0).astype(np.float32)  # twice as fast
     network = MLPRegressor(
         hidden_layer_sizes=_HIDDEN,
         alpha=_PENALTY,
@@ -262,9 +262,9 @@ def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
         warnings.simplefilter("ignore", ConvergenceWarning)  # it ends after its epochs, as meant
         for rate, epochs in _TEACHING:
             network.learning_rate_init, network.max_iter = rate, epochs
-            network.fit(rows, outputs)
+            network.fit(rows, outputs.astype(np.float32))
     layers = tuple(
-        Layer(np.asarray(weight), np.asarray(bias))
+        Layer(np.asarray(weight, dtype=float), np.asarray(bias, dtype=float))
         for weight, bias in zip(network.coefs_, network.intercepts_, strict=True)
     )
     return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
