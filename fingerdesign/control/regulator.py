@@ -11,8 +11,8 @@ margin that it keeps) while both forces grow:
    closes by ``approach_step`` and shears toward F_t = target mu F_n.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
-4. *Hold.* Once the object hangs it pulls no more. A tug shows as more use of the friction, and is
-   answered by closing.
+4. *Hold.* Once the object hangs it pulls no more. A tug shows as more use of the friction: over
+   ``most_held`` it is answered by closing. What is in use just at the lift is not squeezed lower.
 
 Forces are felt, friction and weight are never told.
 """
@@ -38,7 +38,8 @@ class RegulatorSettings:
 
     approach_step: closing of a step of the climb, mm; pull_step: F_t of a step of the probe, part
     of F_n; shear_step: the largest dx, mm; target: share of friction in use that is held;
-    memory: of the friction's average, 0 to 1; least_stick, most_used: where the guard steps in.
+    memory: of the friction's average, 0 to 1; least_stick, most_used: where the guard steps in;
+    most_held: share of the friction in use over which a hanging object is pressed harder.
     """
 
     approach_step: float = 0.004
@@ -48,6 +49,7 @@ class RegulatorSettings:
     memory: float = 0.9
     least_stick: float = 0.3
     most_used: float = 0.88
+    most_held: float = 0.82
 
 
 class Regulator:
@@ -92,7 +94,7 @@ class Regulator:
             in_use = max(in_use, sample.tangential_force / (friction * self._pressed(sample)))
         alarm = told.stick_ratio < settings.least_stick or in_use > settings.most_used
         if sample.lifted:
-            return 0.0, settings.approach_step if in_use > settings.target or alarm else 0.0
+            return 0.0, settings.approach_step if in_use > settings.most_held or alarm else 0.0
         if alarm:
             self._probing = False
             return 0.0, settings.approach_step

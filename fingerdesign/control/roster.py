@@ -76,6 +76,7 @@ def regulator_settings(grip: Grip) -> RegulatorSettings:
         memory=own.memory,
         least_stick=own.least_stick,
         most_used=own.most_used,
+        most_held=own.most_held,
     )
 
 

@@ -29,6 +29,12 @@ class RegulatorTable(Table):
     most_used: float = Field(
         default=0.88, gt=0, le=1, description="share in use above which it does the same"
     )
+    most_held: float = Field(
+        default=0.82,
+        gt=0,
+        le=1,
+        description="share in use over which a hanging object is pressed harder",
+    )
     taught_grips: int = Field(
         default=3000,
         ge=50,

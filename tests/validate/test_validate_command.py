@@ -14,9 +14,8 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fidelity.readings import QUANTITIES
 from fingerdesign.results import ResultError
 from fingerdesign.validate.assumptions import ASSUMPTIONS
-from fingerdesign.validate.run import FOLDER
 from fingerdesign.validate.record import Row
-from fingerdesign.validate.run import validate
+from fingerdesign.validate.run import FOLDER, validate
 from fingerdesign.validate.schema import validation_schema
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
