@@ -130,6 +130,8 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
         )
         axes.plot([0, reach], [0, lift.friction * reach], color=colour, ls=":", lw=1.1)
         at = min(0.97 * reach, 0.97 * top / lift.friction)
+        if lift.ruled.result.gross_slip:
+            _mark_slip(axes, trace)
         axes.text(at, lift.friction * at, f"{lift.friction:g}", color=INK, fontsize=8, ha="right")
         _mark_holds(axes, trace)
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
@@ -157,63 +159,61 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     )
 
 
-def measured_figure(rig: Rig, samples: int | None, noise: float) -> PaperFigure:
-    """Fig. 12: grips on the rig at both friction coefficients, a line a seed."""
-    frictions = sorted({each.friction for each in rig.grips})
-    figure = canvas(7.2, 3.7)
-    panels = small_multiples(figure, len(frictions), len(frictions), sharey=True)
-    for axes, friction in zip(panels, frictions, strict=True):
-        grips = rig.at(samples, friction)
-        weight = grips[0].episode.trace.weight_per_finger_N
-        furthest = max(float(each.episode.trace.normal_force.max(initial=0.0)) for each in grips)
-        reach = 1.08 * max(weight / friction, furthest)
-        axes.plot([0, reach], [0, friction * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
-        axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
-        for each, (colour, dashes, _) in zip(grips, SERIES, strict=False):
-            trace = each.episode.trace
-            axes.plot(
-                trace.normal_force,
-                trace.tangential_force,
-                color=colour,
-                ls=dashes,
-                lw=1.3,
-                label=f"seed {each.seed}",
-            )
-            _mark_holds(axes, trace)
-            if each.outcome == "slipped":
-                axes.plot(
-                    trace.normal_force[-1:],
-                    trace.tangential_force[-1:],
-                    color=INK,
-                    marker="X",
-                    ms=8,
-                    ls="none",
-                    label="slipped",
-                )
-        axes.plot([weight / friction], [weight], color=INK, marker="x", ms=8, mew=1.8, ls="none")
-        axes.set_title(f"μ = {friction:g}")
+def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> PaperFigure:
+    """Fig. 12: grips on the rig at both friction coefficients, a row a finger, a line a seed."""
+    frictions = sorted({each.friction for each in rigs[0].grips})
+    figure = canvas(7.2, 0.8 + 2.6 * len(rigs))
+    panels = small_multiples(figure, len(rigs) * len(frictions), len(frictions), sharey=True)
+    chosen = [(rig, friction) for rig in rigs for friction in frictions]
+    for axes, (rig, friction) in zip(panels, chosen, strict=True):
+        _draw_measured(axes, rig.at(samples, friction), friction)
+        axes.set_title(f"{rig.finger}, μ = {friction:g}")
+    for axes in panels[-len(frictions) :]:
         axes.set_xlabel("normal force F_n (N)")
-        axes.set_xlim(0.0, reach)
-        axes.set_ylim(0.0, 1.35 * weight)
-    panels[0].set_ylabel("tangential force F_t (N)")
+    for axes in panels[:: len(frictions)]:
+        axes.set_ylabel("F_t (N)")
     shared_legend(panels, 4)
-    chosen = rig.at(samples)
     pause = "no noise" if samples is None else f"each step the mean of {samples:,} samples"
     return paper_figure(
         figure,
         "fig12",
-        f"Fig. 12: lifts on a rig with noise, {rig.finger}",
-        f"Noise of a step's readings {noise:.2g} microstrain ({pause}). A line a seed; triangles: "
-        "the rule sets the slope to zero; the cross: the least force. Drawn are the first finger "
-        "and noise that work, or this design at the least noise; all grips are in the data file.",
-        " ".join(_measured_words(each) for each in chosen),
+        "Fig. 12: lifts on a rig with noise",
+        f"Noise of a step's readings {noise:.2g} microstrain ({pause}): the most at which one of "
+        "the fingers works, or the least tried. A line a seed; triangles: the rule sets the slope to "
+        "zero; the cross: the least force. The data file holds all grips at all levels of noise.",
+        " ".join(_measured_words(rig, each) for rig in rigs for each in rig.at(samples)),
         _MEASURED_COLUMNS,
         [
             row
+            for rig in rigs
             for each in rig.grips
             for row in _trace_rows(_measured_head(rig, each), each.episode.trace)
         ],
     )
+
+
+def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> None:
+    weight = grips[0].episode.trace.weight_per_finger_N
+    furthest = max(float(each.episode.trace.normal_force.max(initial=0.0)) for each in grips)
+    reach = 1.08 * max(weight / friction, furthest)
+    axes.plot([0, reach], [0, friction * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    for each, (colour, dashes, _) in zip(grips, SERIES, strict=False):
+        trace = each.episode.trace
+        axes.plot(
+            trace.normal_force,
+            trace.tangential_force,
+            color=colour,
+            ls=dashes,
+            lw=1.3,
+            label=f"seed {each.seed}",
+        )
+        _mark_holds(axes, trace)
+        if each.outcome == "slipped":
+            _mark_slip(axes, trace)
+    axes.plot([weight / friction], [weight], color=INK, marker="x", ms=8, mew=1.8, ls="none")
+    axes.set_xlim(0.0, reach)
+    axes.set_ylim(0.0, 1.35 * weight)
 
 
 _MEASURED_COLUMNS = (
@@ -317,6 +317,19 @@ def _measured_head(rig: Rig, each: Measured) -> tuple[object, ...]:
     return (rig.finger, each.samples, each.friction, each.seed, each.outcome)
 
 
+def _mark_slip(axes: Axes, trace: GripTrace) -> None:
+    axes.plot(
+        trace.normal_force[-1:],
+        trace.tangential_force[-1:],
+        color=INK,
+        marker="X",
+        ms=8,
+        ls="none",
+        zorder=5,
+        label="slipped",
+    )
+
+
 def _mark_holds(axes: Axes, trace: GripTrace) -> None:
     starts = np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0) == 1)
     if len(starts):
@@ -355,5 +368,5 @@ def _lift_words(lift: Lift) -> str:
     return f"{how}, {result.holds} holds."
 
 
-def _measured_words(each: Measured) -> str:
-    return f"μ = {each.friction:g}, seed {each.seed}: {each.episode.reason}."
+def _measured_words(rig: Rig, each: Measured) -> str:
+    return f"{rig.finger}, μ = {each.friction:g}, seed {each.seed}: {each.episode.reason}."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from fingerdesign.report.figures_paper import PaperFigure
 from fingerdesign.report.figures_paper_contact import (
@@ -38,7 +38,7 @@ ORDER = (
 def paper_figures(found: Remade, route_friction: float, sample_noise: float) -> list[PaperFigure]:
     """All figures, in :data:`ORDER`."""
     route = next(lift for lift in found.lifts if lift.friction == route_friction)
-    rig, samples = _shown(found.rigs)
+    samples = _shown(found.rigs)
     noise = 0.0 if samples is None else sample_noise / samples**0.5
     with house_style():
         made = [
@@ -51,7 +51,7 @@ def paper_figures(found: Remade, route_friction: float, sample_noise: float) -> 
             relation_figure(found.relations),
             places_figure(found.places, found.likeness.x),
             lifts_figure(found.lifts),
-            measured_figure(rig, samples, noise),
+            measured_figure(found.rigs, samples, noise),
             noise_figure(found.rigs, sample_noise),
         ]
     assert tuple(figure.key for figure in made) == ORDER
@@ -70,10 +70,9 @@ def paper_html(found: Remade, figures: list[PaperFigure], versions: dict[str, st
     )
 
 
-def _shown(rigs: tuple[Rig, ...]) -> tuple[Rig, Any]:
-    """The first finger that lifts with noise, at its fewest samples a step; else the design."""
-    for rig in rigs:
-        working = rig.least_samples
-        if working and working[-1] is not None:
-            return rig, working[-1]
-    return rigs[0], rigs[0].levels[min(1, len(rigs[0].levels) - 1)]
+def _shown(rigs: tuple[Rig, ...]) -> int | None:
+    """The fewest samples a step at which a finger lifts with noise; else the most tried."""
+    working = [rig.least_samples[-1] for rig in rigs if rig.least_samples]
+    noisy = [samples for samples in working if samples is not None]
+    levels = rigs[0].levels
+    return min(noisy) if noisy else levels[min(1, len(levels) - 1)]
