@@ -10,18 +10,10 @@ from fingerdesign.report.figures_paper_contact import (
     steps_figure,
     stick_map_figure,
 )
-from fingerdesign.report.figures_paper_gages import (
-    likeness_figure,
-    places_figure,
-    relation_figure,
-    responses_figure,
-)
-from fingerdesign.report.figures_paper_grips import (
-    lifts_figure,
-    measured_figure,
-    noise_figure,
-    route_figure,
-)
+from fingerdesign.report.figures_paper_gages import likeness_figure, responses_figure
+from fingerdesign.report.figures_paper_grips import lifts_figure, route_figure
+from fingerdesign.report.figures_paper_relation import places_figure, relation_figure
+from fingerdesign.report.figures_paper_rig import measured_figure, noise_figure
 from fingerdesign.report.html import rendered
 from fingerdesign.report.style import house_style
 
