@@ -127,11 +127,12 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
         )
         axes.plot([0, reach], [0, lift.friction * reach], color=colour, ls=":", lw=1.1)
         at = min(0.97 * reach, 0.97 * top / lift.friction)
-        if lift.ruled.result.gross_slip:
-            mark_slip(axes, trace)
         axes.text(at, lift.friction * at, f"{lift.friction:g}", color=INK, fontsize=8, ha="right")
-        mark_holds(axes, trace)
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    for lift in lifts:
+        mark_holds(axes, lift.ruled.trace)
+        if lift.ruled.result.gross_slip:
+            mark_slip(axes, lift.ruled.trace)
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, top)

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 RigMaker = Callable[[Plant], Plant]
 
-LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.6, 0.8)
+LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 ROUTE_FRICTION = 0.3
 SQUEEZE = 4.0
 _SHEAR_PART = 0.25  # of the controller's largest shear step: a step of the squeeze
