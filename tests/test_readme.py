@@ -20,6 +20,9 @@ PAGES = (
     "docs/fidelity.md",
     "docs/plants.md",
     "docs/controllers.md",
+    "docs/control.md",
+    "docs/gages.md",
+    "docs/paper.md",
 )
 
 

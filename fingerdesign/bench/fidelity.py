@@ -163,22 +163,28 @@ def measure_fidelity(
     every = pairs()
     if not anew:
         references(every)  # before an hour's work
-    path = folder / "rungs.jsonl"
+    path, beyond = folder / "rungs.jsonl", folder / "finest.jsonl"
     run("rungs", [(pair.number, 0) for pair in every], path, workers, tell)
+    run("finest", _sizes(path), beyond, workers, tell)
     made = make_references(folder, tell, workers) if anew else None
     truth = references(every, made.read_text(encoding="utf-8") if made else None)
-    return judge(every, read(path), truth, machine())
+    return judge(every, [*read(path), *read(beyond)], truth, machine())
+
+
+def _sizes(rungs: Path) -> list[tuple[int, int]]:
+    """Pairs, and the equations at scale 1 that their finest rung foretells."""
+    found = {
+        each["pair"]: round(each["dofs"] * each["scale"] ** GROWTH)
+        for each in read(rungs)
+        if each.get("dimension") == "3-D"
+    }
+    return sorted(found.items())
 
 
 def make_references(folder: Path, tell: Tell, workers: int = 1) -> Path:
     """Compute the references anew (an hour), into ``folder``; needs its rungs.jsonl."""
-    sizes = {  # equations at scale 1, from the finest rung
-        each["pair"]: round(each["dofs"] * each["scale"] ** GROWTH)
-        for each in read(folder / "rungs.jsonl")
-        if each.get("dimension") == "3-D"
-    }
     path = folder / "references.jsonl"
-    run("reference", sorted(sizes.items()), path, workers, tell)
+    run("reference", _sizes(folder / "rungs.jsonl"), path, workers, tell)
     found = folder / REFERENCES
     found.write_text(json.dumps(read(path), allow_nan=False) + "\n", encoding="utf-8")
     return found
@@ -228,7 +234,7 @@ def judge(
         scales = [
             float(record["scale"])
             for record, _ in solved[pair.number]
-            if record["dimension"] == "3-D"
+            if record["dimension"] == "3-D" and not record.get("beyond")
         ]
         ladder = climb(
             pair.design,

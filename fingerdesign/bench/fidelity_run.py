@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from fingerdesign.fidelity.readings import Readings
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
 from fingerdesign.process import die_with_parent
 
+if TYPE_CHECKING:
+    from fingerdesign.fidelity.models import InTurn
+
 Tell = Callable[[str], None]
 Record = dict[str, Any]
 
@@ -31,6 +34,7 @@ REFERENCES = "fidelity_references.json"
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
 REFERENCE_SCALES = (0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95, 1.0)
 _REFERENCE_DOFS = 350_000  # the finest of them with about so many equations: 8 GB
+_WHOLE_DOFS = 420_000  # of the one model for all where the ladder has ended before: 10 GB
 
 
 @dataclass(frozen=True)
@@ -84,26 +88,28 @@ def solve_rungs(pair: Pair) -> list[Record]:
     for dimension, scale in rungs_of():
         if dimension == "3-D" and last[0] * (last[1] / scale) ** GROWTH > MOST_DOFS:
             break
-        model = rung(pair.design, pair.scene, dimension, scale)
-        start = time.process_time()
-        solved = solve(pair.design, pair.scene, model)
-        spent = time.process_time() - start
+        found.append(_record(pair, dimension, scale, solve))
         if dimension == "3-D":
-            last = (solved.dofs, scale)
-        found.append(
-            {
-                "pair": pair.number,
-                "dimension": dimension,
-                "scale": scale,
-                "key": model_key(model),
-                "dofs": solved.dofs,
-                "contact_nodes": solved.contact_nodes,
-                "seconds": solved.seconds,
-                "cost_s": min(solved.total, spent + solved.seconds["mesh"]),
-                "readings": plain(solved.readings),
-            }
-        )
+            last = (found[-1]["dofs"], scale)
     return found
+
+
+def _record(pair: Pair, dimension: Dimension, scale: float, solve: InTurn) -> Record:
+    model = rung(pair.design, pair.scene, dimension, scale)
+    start = time.process_time()
+    solved = solve(pair.design, pair.scene, model)
+    spent = time.process_time() - start
+    return {
+        "pair": pair.number,
+        "dimension": dimension,
+        "scale": scale,
+        "key": model_key(model),
+        "dofs": solved.dofs,
+        "contact_nodes": solved.contact_nodes,
+        "seconds": solved.seconds,
+        "cost_s": min(solved.total, spent + solved.seconds["mesh"]),
+        "readings": plain(solved.readings),
+    }
 
 
 def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
@@ -127,15 +133,33 @@ def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
     }
 
 
+def solve_finest(pair: Pair, dofs_at_one: int) -> list[Record]:
+    """The finest size of all, where the ladder of the pair ends before it: one model for all has
+    it everywhere. As near to it as the machine's memory lets; none where the rungs have it."""
+    from fingerdesign.fidelity.models import InTurn
+
+    finest = SPACE_SCALES[-1]
+    if dofs_at_one * finest**-GROWTH <= MOST_DOFS:
+        return []
+    sizes = [s for s in REFERENCE_SCALES if s >= finest]
+    fit = [s for s in sizes if dofs_at_one * s**-GROWTH <= _WHOLE_DOFS]
+    scale, solve = fit[0] if fit else sizes[-1], InTurn()
+    solve(pair.design, pair.scene, rung(pair.design, pair.scene, "3-D", SPACE_SCALES[0]))
+    found = _record(pair, "3-D", scale, solve)
+    return [{**found, "scale": finest, "made_scale": scale, "beyond": True}]
+
+
 def work(task: tuple[str, int, int]) -> list[Record]:
-    """One pair's rungs or reference, in a worker process; a failure is a record that says why."""
+    """What is asked of one pair, in a worker process; a failure is a record that says why."""
     from threadpoolctl import threadpool_limits
 
     kind, number, dofs = task
     pair = pairs()[number]
     try:
         with threadpool_limits(1):
-            return [solve_reference(pair, dofs)] if kind == "reference" else solve_rungs(pair)
+            if kind == "reference":
+                return [solve_reference(pair, dofs)]
+            return solve_finest(pair, dofs) if kind == "finest" else solve_rungs(pair)
     except FingerDesignError as error:
         return [{"pair": number, "failure": str(error)}]
 
@@ -182,7 +206,8 @@ def read(path: Path) -> list[Record]:
 
 def recorded(pair: Pair, record: Record) -> Recorded:
     """A rung's record as the ladder sees it."""
-    model = rung(pair.design, pair.scene, record["dimension"], record["scale"])
+    made = float(record.get("made_scale") or record["scale"])
+    model = rung(pair.design, pair.scene, record["dimension"], made)
     return Recorded(
         model,
         readings_from(record["readings"]),
