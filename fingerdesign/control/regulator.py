@@ -8,11 +8,13 @@ margin that it keeps) while both forces grow:
    edge of the contact slips, and that tells of the friction. On a straight climb nothing would.
 2. *Climb.* What each step says of the friction, mu = F_t / (F_n used), is averaged by how sure it
    is, the past fading slowly: mu does not change, but errors that last do less harm so. Each step
-   closes by ``approach_step`` and shears toward F_t = target mu F_n.
+   closes by ``approach_step``, less where that would raise F_n by more than ``press_step`` of it,
+   and shears toward F_t = target mu F_n.
 3. *Guard.* Where the stick ratio falls under ``least_stick``, or ``used`` over ``most_used``, it
    closes without pulling until both are well again, and trusts the lower friction.
-4. *Hold.* Once the object hangs it pulls no more. A tug shows as more use of the friction: over
-   ``most_held`` it is answered by closing. What is in use just at the lift is not squeezed lower.
+4. *Hold.* Once the object hangs it pulls no more, and learns no more: gages that do not move tell
+   of friction nothing but their noise. A tug shows in F_t: where F_t / (mu F_n), mu as believed at
+   the lift, is over ``most_held``, it closes.
 
 Forces are felt, friction and weight are never told.
 """
@@ -36,13 +38,15 @@ _NEAR = 0.9  # of the target: where the probe ends
 class RegulatorSettings:
     """The regulator's parameters, one set for all objects.
 
-    approach_step: closing of a step of the climb, mm; pull_step: F_t of a step of the probe, part
-    of F_n; shear_step: the largest dx, mm; target: share of friction in use that is held;
-    memory: of the friction's average, 0 to 1; least_stick, most_used: where the guard steps in;
-    most_held: share of the friction in use over which a hanging object is pressed harder.
+    approach_step: the largest closing, mm; press_step: the most that F_n rises in a step of the
+    climb, part of F_n; pull_step: F_t of a step of the probe, part of F_n; shear_step: the largest
+    dx, mm; target: share of the friction in use that is held; memory: of the friction's average, 0
+    to 1; least_stick, most_used: where the guard steps in; most_held: share of the friction in use
+    over which a hanging object is pressed harder.
     """
 
     approach_step: float = 0.004
+    press_step: float = 0.1
     pull_step: float = 0.03
     shear_step: float = 0.03
     target: float = 0.74
@@ -64,6 +68,7 @@ class Regulator:
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip; see Controller."""
         self._stiffness = calibration.tangential_stiffness
+        self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
         self._history = [Moment(sample, 0.0, 0.0)]
         self._weight = self._sum = 0.0
         self._probing = True
@@ -81,7 +86,8 @@ class Regulator:
         del self._history[: -max(LAGS) - 1]
         self._learn_stiffness(before, sample)
         told = self.estimator.estimate(self._history)
-        self._learn_friction(sample, told)
+        if not sample.lifted:
+            self._learn_friction(sample, told)
         dx, dy = self._next(sample, before, told)
         self._move = (dx, dy)
         return Command(dx, dy, dx == 0.0 and not sample.lifted, told.stick_ratio)
@@ -89,15 +95,15 @@ class Regulator:
     def _next(self, sample: Sample, before: Sample, told: Told) -> tuple[float, float]:
         settings = self.settings
         friction = self.friction
-        in_use = told.used
+        believed = 0.0
         if friction is not None:
-            in_use = max(in_use, sample.tangential_force / (friction * self._pressed(sample)))
-        alarm = told.stick_ratio < settings.least_stick or in_use > settings.most_used
+            believed = sample.tangential_force / (friction * self._pressed(sample))
         if sample.lifted:
-            return 0.0, settings.approach_step if in_use > settings.most_held or alarm else 0.0
-        if alarm:
+            return 0.0, self._close(sample) if believed > settings.most_held else 0.0
+        in_use = max(told.used, believed)
+        if told.stick_ratio < settings.least_stick or in_use > settings.most_used:
             self._probing = False
-            return 0.0, settings.approach_step
+            return 0.0, self._close(sample)
         if self._probing:
             if in_use < _NEAR * settings.target:
                 return self._shear(settings.pull_step * self._pressed(sample)), 0.0
@@ -106,7 +112,15 @@ class Regulator:
             return self._shear(settings.pull_step * self._pressed(sample)), 0.0
         rise = max(sample.normal_force - before.normal_force, 0.0) if self._move[1] > 0.0 else 0.0
         aim = settings.target * friction * (sample.normal_force + rise)
-        return self._shear(aim - sample.tangential_force), settings.approach_step
+        return self._shear(aim - sample.tangential_force), self._close(sample)
+
+    def _close(self, sample: Sample) -> float:
+        """dy of the next step; half of the largest before the finger's stiffness has been felt."""
+        settings = self.settings
+        if not self._pressing > 0.0:
+            return 0.5 * settings.approach_step
+        gentle = settings.press_step * self._pressed(sample) / self._pressing
+        return min(settings.approach_step, gentle)
 
     def _shear(self, force: float) -> float:
         return min(max(force / self._stiffness, 0.0), self.settings.shear_step)
@@ -116,8 +130,11 @@ class Regulator:
         return max(sample.normal_force, LEAST_FORCE)
 
     def _learn_stiffness(self, before: Sample, sample: Sample) -> None:
-        """dF_t/dx as last felt; moves too small to be felt teach nothing."""
-        dx = self._move[0]
+        """dF_t/dx and dF_n/dy as last felt; shears too small to be felt teach nothing."""
+        dx, dy = self._move
+        rise = sample.normal_force - before.normal_force
+        if dy > 0.0 and rise > 0.0:
+            self._pressing = rise / dy
         change = sample.tangential_force - before.tangential_force
         if dx > 0.02 * self.settings.shear_step and change > 0.0:
             felt = change / dx

@@ -70,6 +70,7 @@ def regulator_settings(grip: Grip) -> RegulatorSettings:
     own = grip.regulator
     return RegulatorSettings(
         approach_step=grip.approach_step_mm,
+        press_step=own.press_share,
         pull_step=own.pull_share,
         shear_step=grip.shear_step_mm,
         target=own.target,

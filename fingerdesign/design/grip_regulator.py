@@ -20,6 +20,9 @@ class RegulatorTable(Table):
     pull_share: float = Field(
         default=0.03, gt=0, le=1, description="F_t of a step of the first pull, as part of F_n"
     )
+    press_share: float = Field(
+        default=0.1, gt=0, le=1, description="of F_n, the most that it rises in a step of the climb"
+    )
     memory: float = Field(
         default=0.9, ge=0, lt=1, description="of what earlier steps said of the friction"
     )
