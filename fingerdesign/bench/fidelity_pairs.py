@@ -8,6 +8,8 @@ and once of forces, to partial slip. Tolerances 1, 2, 5 and 10 % take turns.
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -37,6 +39,16 @@ class Pair:
     def name(self) -> str:
         """A few words: "finger 3, force"."""
         return f"finger {self.finger}, {self.control}"
+
+    def digest(self) -> str:
+        """SHA-256, in hexadecimal, of finger and scene; keys that are left at their defaults do
+        not count, so that new ones make no reference another's."""
+        finger = {"body", "plates", "gages", "materials"}
+        content = [
+            self.design.model_dump(mode="json", include=finger, exclude_defaults=True),
+            self.scene.model_dump(mode="json", exclude_defaults=True),
+        ]
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def pairs(fingers: int = FINGERS, seed: int = SEED) -> list[Pair]:

@@ -127,8 +127,7 @@ def solve_reference(pair: Pair, dofs_at_one: int) -> Record:
         "dofs": solved.dofs,
         "contact_nodes": solved.contact_nodes,
         "seconds": solved.total,
-        "design": pair.design.digest(),
-        "scene": pair.scene.digest(),
+        "digest": pair.digest(),
         "readings": plain(solved.readings),
     }
 

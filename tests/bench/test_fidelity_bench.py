@@ -107,3 +107,9 @@ def test_a_line_cut_short_is_left_out(tmp_path):
     path = tmp_path / "rungs.jsonl"
     path.write_text('{"pair": 1}\n{"pair": 2', encoding="utf-8")
     assert read(path) == [{"pair": 1}]
+
+
+def test_a_reference_of_each_pair_is_shipped():
+    found = references(EVERY)
+    assert sorted(found) == [pair.number for pair in EVERY]
+    assert all(np.isfinite(each.normal_force).all() for each in found.values())
