@@ -119,7 +119,8 @@ def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
     """
     if case.fidelity not in ("plane-strain", "3d"):
         raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be foretold")
-    return _forecast(replace(case, go_on=False), this_machine() if machine is None else machine)
+    bare = replace(case, go_on=False, estimator=None)  # neither changes what it takes
+    return _forecast(bare, this_machine() if machine is None else machine)
 
 
 @functools.lru_cache(maxsize=16)  # a command asks for the same one several times
