@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign_cli.common import output_options, print_json, print_table, progress, read_case
+from fingerdesign_cli.common import (
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+    read_case,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.study.teach import Lesson
@@ -16,12 +24,26 @@ if TYPE_CHECKING:
 _FILE = click.Path(path_type=Path)
 
 
+def _finite(_context: click.Context, parameter: click.Parameter, value: float) -> float:
+    """NaN passes any range of click's."""
+    if not math.isfinite(value):
+        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
+    return value
+
+
 @click.command("teach")
 @click.argument("design_file", metavar="DESIGN", type=_FILE)
-@click.option("--out", required=True, type=_FILE, help="Files go to OUT/NAME of the design.")
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="Files go to OUT/NAME of the design.",
+)
 @click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
+    callback=_finite,
     default=0.5,
     show_default=True,
     help="Of a sample of your gages, microstrain: written into the file.",

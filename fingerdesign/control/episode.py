@@ -136,8 +136,9 @@ def _grip(
     object_mass_g: float,
     after_lift: int,
 ) -> tuple[Ending, str]:
-    held = 0
-    for _ in range(bounds.max_steps + after_lift):
+    held = steps = 0
+    while record.lift is not None or steps < bounds.max_steps:
+        steps += 1
         command = controller.command(sample)
         left = bounds.max_approach - record.approach
         raising = 0.0
@@ -150,7 +151,8 @@ def _grip(
         truth = plant.truth()
         record.add(sample, truth, command)
         if truth.complete_slip:
-            return "complete slip", f"the whole contact slips at F_n = {truth.normal_force:.2f} N"
+            what = "the whole contact slips" if record.lift is None else "the object drops"
+            return "complete slip", f"{what} at F_n = {truth.normal_force:.2f} N"
         if record.lift is None and is_lifted(truth, object_mass_g):
             record.lift = len(record.truths) - 1
         if record.lift is not None:

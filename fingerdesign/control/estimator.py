@@ -38,6 +38,7 @@ LEAST_FORCE = 0.05  # N: below it there is hardly a contact
 _LEAST_MOTION = 1e-4  # mm
 _LEAST_CHANGE = 0.02  # N: smaller changes of force tell nothing through a force cell
 _NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
+_NO_FILE = "it is not a file that `fingerdesign teach` wrote"
 _LEAST_RESPONSE = 1e-6  # microstrain/N
 _OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
 
@@ -189,10 +190,10 @@ class GripEstimator:
         try:
             record: dict[str, Any] = json.loads(text)
             if record["format"] != FORMAT or tuple(record["lags"]) != LAGS:
-                raise EstimatorError(f"this is not a {FORMAT!r} file")
+                raise EstimatorError(f"its format is not {FORMAT!r}")
             curves = record["curves"]
             found = GripEstimator(
-                str(record["design"]),
+                record["design"],
                 FingerCurves(
                     _array(curves["normal_force_N"]),
                     _array(curves["pressed_microstrain"]),
@@ -201,14 +202,43 @@ class GripEstimator:
                 float(record["noise_microstrain"]),
                 tuple(_band(each) for each in record["bands"]),
             )
-            rows = np.zeros((1, feature_count(found.gages)))
-            values = np.array([band.evaluate(rows)[0] for band in found.bands])
-            found.curves.at(1.0)
-        except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-            raise EstimatorError(f"not an estimator's file: {error!r}") from error
-        if values.shape[1:] != (2,) or not len(values) or not np.isfinite(values).all():
-            raise EstimatorError("the network does not give two finite numbers")
+            wrong = _faults(found)
+        except EstimatorError:
+            raise
+        except (ArithmeticError, AttributeError, LookupError, RecursionError) as error:
+            raise EstimatorError(f"{_NO_FILE} ({type(error).__name__})") from error
+        except (TypeError, ValueError) as error:
+            raise EstimatorError(f"{_NO_FILE} ({type(error).__name__})") from error
+        if wrong:
+            raise EstimatorError(f"{_NO_FILE}: {wrong[0]}")
         return found
+
+
+def _faults(found: GripEstimator) -> list[str]:
+    """What is wrong with the numbers of an estimator, in words."""
+    curves, gages, wrong = found.curves, found.gages, []
+    count, points = feature_count(gages), len(curves.normal_force)
+    if not isinstance(found.design, str):
+        wrong.append("design is no text")
+    if not (math.isfinite(found.noise) and found.noise >= 0.0):
+        wrong.append("the noise is not a number from 0 on")
+    if points < 2 or curves.normal_force.ndim != 1 or not (np.diff(curves.normal_force) > 0).all():
+        wrong.append("the curves' normal forces do not rise")
+    if not curves.pressed.shape == curves.sticking.shape == (points, gages):
+        wrong.append("the curves are not of one shape")
+    limits = np.array([band.most_noise for band in found.bands])
+    if not len(limits) or not np.isfinite(limits).all() or not (np.diff(limits) > 0.0).all():
+        wrong.append("the bands' noises do not rise")
+    for band in found.bands:
+        if band.center.shape != (count,) or band.scale.shape != (count,):
+            wrong.append(f"a band is not of {count} features")
+        elif not (band.scale > 0.0).all():
+            wrong.append("a feature's scale is not above 0")
+        elif band.spread.ndim != 2 or band.spread.shape[1] != 2 or not (band.spread > 0.0).all():
+            wrong.append("a spread is not a table of two columns above 0")
+        elif band.evaluate(np.zeros((1, count))).shape != (1, 2):
+            wrong.append("a network does not give two numbers")
+    return wrong
 
 
 def _band(record: dict[str, Any]) -> Band:

@@ -121,7 +121,7 @@ class LiftPlant:
             shear=held.shear,
             normal_force=measures.normal_force,
             tangential_force=measures.tangential_force,
-            stick_ratio=measures.stick_ratio,
+            stick_ratio=0.0 if dropped else measures.stick_ratio,  # it all slid as it dropped
             slip_distance=measures.slip_distance,
             complete_slip=slips or dropped,
             lifted=lifted,

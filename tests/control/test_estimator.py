@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -75,6 +76,38 @@ def test_a_network_that_says_nothing_finite_is_refused():
     text = estimator().to_json().replace('"noise_microstrain": 0.5', '"noise_microstrain": "x"')
     with pytest.raises(EstimatorError):
         GripEstimator.from_json(text)
+
+
+@pytest.mark.parametrize(
+    ("where", "value"),
+    [
+        (("noise_microstrain",), -1.0),
+        (("noise_microstrain",), float("nan")),
+        (("noise_microstrain",), 10**400),
+        (("design",), [1]),
+        (("curves", "normal_force_N"), [0.0, 1.0, 1.0]),
+        (("curves", "sticking_microstrain_per_N"), [[1.0], [1.0], [1.0]]),
+        (("bands",), []),
+        (("bands", 0, "most_noise_microstrain"), 20.0),
+        (("bands", 0, "spread"), []),
+        (("bands", 0, "spread"), [1.0, 2.0]),
+        (("bands", 1, "scale"), [0.0] * feature_count(GAGES)),
+        (("bands", 1, "center"), [0.0]),
+    ],
+)
+def test_a_spoiled_estimator_is_refused(where, value):
+    record = json.loads(estimator().to_json())
+    place = record
+    for key in where[:-1]:
+        place = place[key]
+    place[where[-1]] = value
+    with pytest.raises(EstimatorError):
+        GripEstimator.from_json(json.dumps(record))
+
+
+def test_absurd_text_is_refused():
+    with pytest.raises(EstimatorError):
+        GripEstimator.from_json("[" * 200_000)
 
 
 def test_readings_under_normal_force_alone_are_no_signal():
