@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.errors import DesignError
+    from fingerdesign.record_folder import RecordFolder
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -128,6 +129,33 @@ def read_estimator(path: Path) -> GripEstimator:
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
         fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
         raise DesignError([fault]) from error
+
+
+def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
+    """As :func:`read_estimator`; DesignError too for one that was taught on another design."""
+    if path is None:
+        return None
+    from fingerdesign.errors import DesignError
+    from fingerdesign.study.lessons import estimator_faults
+
+    estimator = read_estimator(path)
+    faults = estimator_faults(design, estimator)
+    if faults:
+        raise DesignError(faults, str(path))
+    return estimator
+
+
+def refuse_foreign(kind: RecordFolder, target: Path) -> None:
+    """DesignError, before any work, where ``target`` holds what is no older record of the kind."""
+    from fingerdesign.errors import DesignError, Fault
+    from fingerdesign.results import ResultError
+
+    try:
+        kind.refuse_foreign(target)
+    except ResultError as error:
+        bound = f"a folder for a {kind.kind}"
+        remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
+        raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error
 
 
 def cores() -> int:

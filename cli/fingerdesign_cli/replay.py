@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign_cli.common import (
+    estimator_for,
     output_folder,
     output_options,
     print_json,
     print_table,
     progress,
     read_case,
-    read_estimator,
+    refuse_foreign,
 )
 
 if TYPE_CHECKING:
@@ -61,15 +62,17 @@ def command(
     from fingerdesign.record_folder import RecordFolder
 
     design, _ = read_case(design_file)
-    estimator = None if estimator_file is None else read_estimator(estimator_file)
     name = design.design.name
     kind = RecordFolder("replay", "replay.json", ("replay.json", "replay.csv"))
+    refuse_foreign(kind, out / name)
+    estimator = estimator_for(design, estimator_file)
+    chosen = controller or design.grip.controller
+    if chosen == "regulator" and estimator is None:
+        _refuse_untaught(design_file)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
         from fingerdesign.study.replay_trace import replay_trace
 
-        found = replay_trace(
-            design, trace_file, controller or design.grip.controller, estimator, show
-        )
+        found = replay_trace(design, trace_file, chosen, estimator, show)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
         (folder / "replay.json").write_text(record, encoding="utf-8")
         (folder / "replay.csv").write_text(found.table(), encoding="utf-8")
@@ -78,6 +81,14 @@ def command(
     elif not quiet:
         _show(found, out / name)
     return 0
+
+
+def _refuse_untaught(design_file: Path) -> None:
+    from fingerdesign.errors import DesignError, Fault
+
+    bound = "a controller that needs no estimator, where none is given"
+    remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
+    raise DesignError([Fault("--controller", "regulator", bound, remedy)])
 
 
 def _show(found: Replay, folder: Path) -> None:

@@ -9,13 +9,14 @@ import click
 
 from fingerdesign_cli.common import (
     cores,
+    estimator_for,
     output_folder,
     output_options,
     print_json,
     print_table,
     progress,
     read_case,
-    read_estimator,
+    refuse_foreign,
 )
 
 if TYPE_CHECKING:
@@ -123,7 +124,8 @@ def command(
     target = out / name
     grid = _grid(frictions, masses, noises, quick, no_tug, seed)
     grid.refuse()
-    estimator = None if estimator_file is None else read_estimator(estimator_file)
+    refuse_foreign(FOLDER, target)
+    estimator = estimator_for(design, estimator_file)
     journal = journal_beside(target.absolute())
     with FOLDER.written(target) as folder, progress(name, quiet) as show:
         found = study_control(

@@ -9,13 +9,14 @@ import click
 
 from fingerdesign_cli.common import (
     cores,
+    estimator_for,
     output_folder,
     output_options,
     print_json,
     print_table,
     progress,
     read_case,
-    read_estimator,
+    refuse_foreign,
 )
 
 if TYPE_CHECKING:
@@ -97,8 +98,9 @@ def command(
     name = design.design.name
     target = out / name
     journal = target.absolute().with_name(f"{name}.unfinished.jsonl")
-    estimator = None if estimator_file is None else read_estimator(estimator_file)
     kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
+    refuse_foreign(kind, target)
+    estimator = estimator_for(design, estimator_file)
     with kind.written(target) as folder, progress(name, quiet) as show:
         record = tune_controllers(
             design,

@@ -35,6 +35,7 @@ from fingerdesign.study.control_record import (
 )
 from fingerdesign.study.control_runs import Journal, Tell, key_of, run_lots
 from fingerdesign.study.grip_model import CONTACT_SIZE_MM, grip_problem, opposite_problem
+from fingerdesign.study.lessons import estimator_faults, lesson_for
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -68,6 +69,9 @@ def study_control(
     """
     names = tuple(dict.fromkeys(controllers))
     _refuse(names, grid)
+    faults = [] if estimator is None else estimator_faults(design, estimator)
+    if faults:
+        raise DesignError(faults)
     start = time.perf_counter()
 
     def say(message: str) -> None:
@@ -77,10 +81,7 @@ def study_control(
     opposite = opposite_problem(design, contact_size_mm, say)
     modelled = time.perf_counter()
     if "regulator" in names and estimator is None:
-        from fingerdesign.study.lessons import lesson_for
-
         estimator = lesson_for(design, problem, say, workers).estimator
-    _refuse_other_gages(estimator, len(gage_array(design)))
     taught = time.perf_counter()
     hardware, plates = hardware_of(design), gage_array(design)
     face = design.gages.face
@@ -179,13 +180,6 @@ def _refuse(names: Sequence[str], grid: ControlGrid) -> None:
             faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
     if faults:
         raise DesignError(faults)
-
-
-def _refuse_other_gages(estimator: GripEstimator | None, gages: int) -> None:
-    if estimator is not None and estimator.gages != gages:
-        bound = f"one for the design's {gages} gages, not for {estimator.gages}"
-        fault = Fault("--estimator", estimator.gages, bound, "teach it on this design")
-        raise DesignError([fault])
 
 
 def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTrace]:

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from fingerdesign import __version__
 from fingerdesign.control.estimator import FORMAT, GripEstimator
+from fingerdesign.errors import Fault
 from fingerdesign.study.grip_model import grip_problem
 from fingerdesign.study.teach import Lesson, Settings, teach
 
@@ -86,6 +87,26 @@ def lesson_key(design: Design, settings: Settings) -> str:
         grip.bench_friction_coefficient,
     ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
+    """What is wrong with gripping by ``estimator`` on a design: it was taught on another finger.
+
+    Empty where it was taught on this one, with the same stage travel, number of grips and seed.
+    """
+    from fingerdesign.case import gage_array
+
+    remedy = "teach it on this design: fingerdesign teach DESIGN"
+    wanted, gages = len(gage_array(design)), estimator.gages
+    if gages != wanted:
+        value = f"one for {gages} gages"
+        return [Fault("--estimator", value, f"one for the design's {wanted} gages", remedy)]
+    key = lesson_key(design, settings_of(design))
+    if estimator.design != key:
+        value = f"one taught on {estimator.design[:12]}"
+        bound = f"one taught on this design ({key[:12]}: its finger, gages and stage)"
+        return [Fault("--estimator", value, bound, remedy)]
+    return []
 
 
 def lesson_text(lesson: Lesson) -> str:

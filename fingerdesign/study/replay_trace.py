@@ -84,12 +84,17 @@ def replay_trace(
 ) -> Replay:
     """Put the trace of a file before a controller by its name.
 
-    Raises DesignError for a faulty trace (row and column), for one of another finger, and for a
-    controller that must be told the object's friction and weight: a trace does not hold them.
+    Raises DesignError for a faulty trace (row and column), for a trace or an estimator of another
+    finger, and for a controller that must be told the object's friction and weight: a trace does
+    not hold them.
     """
     from fingerdesign.case import gage_array
     from fingerdesign.study.grip_model import grip_problem
+    from fingerdesign.study.lessons import estimator_faults
 
+    faults = [] if estimator is None else estimator_faults(design, estimator)
+    if faults:
+        raise DesignError(faults)
     plates = gage_array(design)
     plant = RecordedPlant(path, len(plates))  # a faulty one is refused before any work
     if name in MARGINS:

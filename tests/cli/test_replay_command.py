@@ -22,6 +22,7 @@ from fingerdesign.control.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.lift import LiftPlant
 from fingerdesign.control.trace import trace_of
 from fingerdesign.study.grip_model import grip_problem
+from fingerdesign.study.lessons import lesson_key, settings_of
 
 DESIGN = """
 [design]
@@ -111,12 +112,16 @@ def test_another_fingers_trace_and_unfit_controllers_are_refused(
     for name in ("oracle_1.2", "regulator", "magic"):
         assert run(folder, tmp_path, "--controller", name) == 2
         assert name in capsys.readouterr().err
+    assert run(folder, tmp_path, "--controller", "regulator") == 2
+    assert "give --estimator FILE (fingerdesign teach" in capsys.readouterr().err
     assert run(folder, tmp_path, "--estimator", str(folder / "none.json")) == 2
     assert "--estimator" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_estimator_tells_and_the_regulator_asks(folder: Path, tmp_path: Path) -> None:
+def test_an_estimator_tells_and_the_regulator_asks(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
     gages, rng = 15, np.random.default_rng(0)
     curves = FingerCurves(np.array([0.0, 5.0]), np.zeros((2, gages)), np.full((2, gages), 1.0))
@@ -124,8 +129,16 @@ def test_an_estimator_tells_and_the_regulator_asks(folder: Path, tmp_path: Path)
     count = feature_count(gages)
     band = Band(10.0, np.zeros(count), np.ones(count), (layer,), np.array([[1.0, 0.1]]))
     path = tmp_path / "estimator.json"
-    path.write_text(GripEstimator("none", curves, 0.5, (band,)).to_json())
+    path.write_text(GripEstimator("another", curves, 0.5, (band,)).to_json())
     out = tmp_path / "out"
+    assert run(folder, out, "--estimator", str(path)) == 2
+    told = capsys.readouterr().err
+    assert "--estimator = one taught on another: must be one taught on this design" in told
+    assert "fingerdesign teach" in told
+    assert not out.exists()
+    design = load_design(folder / "coarse.toml")
+    key = lesson_key(design, settings_of(design))
+    path.write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
     assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
     with (out / "coarse/replay.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -140,3 +153,21 @@ def test_an_estimator_tells_and_the_regulator_asks(folder: Path, tmp_path: Path)
     assert record["most_friction_used_told"] == pytest.approx(
         max(float(row["friction_used_told"]) for row in rows), abs=1e-4
     )
+
+
+def test_a_folder_of_something_else_is_left_alone(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "coarse").mkdir()
+    (tmp_path / "coarse/control.json").write_text("{}")
+    for command in (
+        ["replay", str(folder / "coarse.toml"), str(folder / "grip.csv")],
+        ["tune", str(folder / "coarse.toml")],
+        ["study-control", str(folder / "coarse.toml"), "--quick"],
+    ):
+        (tmp_path / "coarse/mine.txt").write_text("mine")
+        assert main([*command, "--out", str(tmp_path)]) == 2
+        told = capsys.readouterr().err
+        assert "--out = " in told
+        assert "mine.txt" in told
+    assert len(list((tmp_path / "coarse").iterdir())) == 2
