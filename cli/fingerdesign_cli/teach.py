@@ -16,6 +16,7 @@ from fingerdesign_cli.common import (
     print_table,
     progress,
     read_case,
+    refuse_foreign,
 )
 
 if TYPE_CHECKING:
@@ -67,6 +68,7 @@ def command(
 
     name = design.design.name
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
+    refuse_foreign(kind, out / name)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
         lesson = lesson_for(design, tell=lambda told: show(told, 0.0), workers=workers)
         lesson = at_noise(lesson, noise)

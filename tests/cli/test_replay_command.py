@@ -163,6 +163,8 @@ def test_a_folder_of_something_else_is_left_alone(
     for command in (
         ["replay", str(folder / "coarse.toml"), str(folder / "grip.csv")],
         ["tune", str(folder / "coarse.toml")],
+        ["teach", str(folder / "coarse.toml")],
+        ["gages", str(folder / "coarse.toml")],
         ["study-control", str(folder / "coarse.toml"), "--quick"],
     ):
         (tmp_path / "coarse/mine.txt").write_text("mine")
