@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -18,9 +18,6 @@ from fingerdesign_cli.common import (
     read_case,
     refuse_foreign,
 )
-
-if TYPE_CHECKING:
-    pass
 
 _FILE = click.Path(path_type=Path)
 _NAMES = (  # control.roster.NAMES, which would load numpy
@@ -85,10 +82,11 @@ def command(
 
     The grips have other frictions, masses and noise than those of study-control. OUT/NAME then
     holds tuning.json (every trial) and tuned.toml: DESIGN with the best values in its [grip] table,
-    for `fingerdesign study-control`. Minutes a controller.
+    for `fingerdesign study-control`, whose grid gives other success rates than the grips tuned on.
+    One to six minutes a controller.
 
     What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted run
-    goes on with the controllers that are left.
+    goes on in the middle of a round.
     """
     design, _ = read_case(design_file)
     from fingerdesign.record_folder import RecordFolder
@@ -117,9 +115,11 @@ def command(
     if as_json:
         print_json(record.data())
     elif not quiet:
-        headings = ["controller", "success %", "before", "peak", "before", "grips", "takes"]
+        headings = ["controller", "success % (before)", "held %", "dropped", "crushed"]
+        headings += ["not lifted", "peak (before)", "takes"]
         rows = [_row(name, found) for name, found in record.controllers.items()]
         print_table(f"{record.design}: tuned on {len(record.cells)} grips", headings, rows)
+        click.echo("rates on other grips differ: judge the tuned design with study-control")
         click.echo(f"{record.seconds:.0f} s; tuned design: {target / DESIGN_FILE}")
     return 0
 
@@ -129,9 +129,10 @@ def _row(name: str, found: dict[str, Any]) -> list[str]:
     takes = (f"{key.removeprefix('grip.')} {value:g}" for key, value in best["values"].items())
     return [
         name,
-        *(f"{100 * each['success_rate']:.1f}" for each in (best, default)),
-        *(_ratio(each["mean_peak_ratio"]) for each in (best, default)),
-        f"{found['grips']}",
+        f"{100 * best['success_rate']:.1f} ({100 * default['success_rate']:.1f})",
+        f"{100 * best['held_rate']:.1f}",
+        *(f"{best[key]}" for key in ("dropped", "crushed", "not_lifted")),
+        f"{_ratio(best['mean_peak_ratio'])} ({_ratio(default['mean_peak_ratio'])})",
         ", ".join(takes),
     ]
 

@@ -11,7 +11,6 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,8 @@ from fingerdesign.study.control_study import hardware_of
 from fingerdesign.study.grip_model import CONTACT_SIZE_MM, grip_problem
 from fingerdesign.study.tuning import BUDGET, RANGES, Round, Tell, tune
 from fingerdesign.study.tuning_grips import bench_judge, tuning_cells
-from fingerdesign.study.tuning_record import RECORD_FILE, Kept, TuningRecord, tuning_data
+from fingerdesign.study.tuning_kept import Kept
+from fingerdesign.study.tuning_record import RECORD_FILE, TuningRecord, tuning_data
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -47,7 +47,7 @@ def tune_controllers(
     contact_size_mm: float = CONTACT_SIZE_MM,
     tell: Tell = lambda message, fraction: None,
 ) -> TuningRecord:
-    """Tune those controllers that ``journal`` (JSON lines) does not hold yet.
+    """Tune those controllers that ``journal`` (JSON lines) does not hold yet, trial by trial.
 
     estimator: the regulator's; without one it is taught on this design, or taken from the cache.
     noises: of the gages in the tuning grips, microstrain, in turn. The journal stays: whoever has
@@ -77,19 +77,22 @@ def tune_controllers(
     parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, contact_size_mm]
     digest = hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
     kept = Kept(journal, digest)
+    if kept.grips:
+        tell(f"going on: {kept.grips} grips were made before", 0.0)
     left = [name for name in names if name not in kept.controllers]
     from fingerdesign.pipeline import one_thread
 
     with one_thread(), bench_judge(bench, workers) as judge:
         for number, name in enumerate(left):
+            progress = _Progress(tell, number, len(left), len(budget))
             found = tune(
                 name,
                 default_values(design, name),
                 tuning_cells(name, budget[-1].grips, seed, noises),
-                judge,
+                kept.judge(judge, progress.grips),
                 budget=budget,
                 seed=seed,
-                tell=partial(_tell_part, tell, number, len(left)),
+                tell=progress.round,
             )
             kept.add(name, tuning_data(found))
     varied = "gage_noise_microstrain"
@@ -126,17 +129,35 @@ def default_values(design: Design, controller: str) -> dict[str, float]:
 
 
 def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
-    """tuning.json and the tuned design, into a folder that exists; the record comes last."""
+    """tuning.json and the tuned design, into a folder that exists; the record comes last.
+
+    The design's first comment says by what it was tuned, on what and how well.
+    """
     from fingerdesign.design.io import dump_design
-    from fingerdesign.study.tuning_record import tuned_design
+    from fingerdesign.study.tuning_record import tuned_comment, tuned_design
 
     text = record.to_json()
-    (folder / DESIGN_FILE).write_text(dump_design(tuned_design(design, text)), encoding="utf-8")
+    tuned = tuned_comment(record) + dump_design(tuned_design(design, text))
+    (folder / DESIGN_FILE).write_text(tuned, encoding="utf-8")
     (folder / RECORD_FILE).write_text(text, encoding="utf-8")
 
 
-def _tell_part(tell: Tell, number: int, of: int, message: str, share: float) -> None:
-    tell(message, (number + share) / of)
+class _Progress:
+    """What is told while controller ``number`` of ``of`` is tuned."""
+
+    def __init__(self, tell: Tell, number: int, of: int, rounds: int) -> None:
+        self._tell, self._number, self._of, self._rounds = tell, number, of, rounds
+        self._message, self._share = "", 0.0
+
+    def round(self, message: str, share: float) -> None:
+        """A round begins."""
+        self._message, self._share = message, share
+
+    def grips(self, done: int, of: int) -> None:
+        """So many of the round's grips are made."""
+        share = self._share + done / of / self._rounds
+        message = f"{self._message}, {done} of {of} grips"
+        self._tell(message, (self._number + share) / self._of)
 
 
 def _refuse(names: Sequence[str], noises: Sequence[float], seed: int) -> None:

@@ -6,13 +6,13 @@ their noise is another: what a controller is judged on later it has not been tun
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import replace
 from multiprocessing import get_context
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.control.remembered import Memory
@@ -20,10 +20,22 @@ from fingerdesign.errors import SolverError
 from fingerdesign.process import die_with_parent
 from fingerdesign.study.control_bench import GripBench
 from fingerdesign.study.control_grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
-from fingerdesign.study.tuning import Judge, Values
+from fingerdesign.study.tuning import Values
 
 if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
+
+Asked = Sequence[tuple[Values, Sequence[Cell]]]
+Made = Callable[[int, list[Outcome]], None]  # a trial's number in what was asked, its outcomes
+
+
+class BenchJudge(Protocol):
+    """A ``Judge`` that tells of each trial as soon as its grips are over, in order."""
+
+    def __call__(self, asked: Asked, made: Made = ...) -> list[list[Outcome]]:
+        """Outcomes of each (parameters, grips), in order."""
+        ...
+
 
 _APART = 1009  # added to the seed of all noise: the grid's grips are felt with another
 
@@ -73,23 +85,25 @@ def run_cells(bench: GripBench, values: Values, cells: Sequence[Cell]) -> list[O
 
 
 @contextmanager
-def bench_judge(bench: GripBench, workers: int) -> Iterator[Judge]:
+def bench_judge(bench: GripBench, workers: int) -> Iterator[BenchJudge]:
     """A judge of trials on a bench, over processes; ``workers`` 1: in this one.
 
     It raises SolverError where a process died.
     """
     seeded = replace(bench, grid=replace(bench.grid, seed=bench.grid.seed + _APART, tug=None))
     if workers <= 1:
-        yield lambda asked: [run_cells(seeded, values, cells) for values, cells in asked]
+        yield lambda asked, made=_unheard: _in_order(
+            (run_cells(seeded, values, cells) for values, cells in asked), made
+        )
         return
     pool = ProcessPoolExecutor(
         workers, get_context("spawn"), initializer=_begin, initargs=(seeded,)
     )
 
-    def judge(asked: Sequence[tuple[Values, Sequence[Cell]]]) -> list[list[Outcome]]:
+    def judge(asked: Asked, made: Made = _unheard) -> list[list[Outcome]]:
         try:
             waiting = [pool.submit(_run, dict(values), tuple(cells)) for values, cells in asked]
-            return [each.result() for each in waiting]
+            return _in_order((each.result() for each in waiting), made)
         except BrokenProcessPool as error:
             raise SolverError("a process of the tuning ended; was there memory enough?") from error
 
@@ -97,6 +111,18 @@ def bench_judge(bench: GripBench, workers: int) -> Iterator[Judge]:
         yield judge
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _unheard(number: int, outcomes: list[Outcome]) -> None:
+    """Nobody is told."""
+
+
+def _in_order(found: Iterable[list[Outcome]], made: Made) -> list[list[Outcome]]:
+    judged = []
+    for number, outcomes in enumerate(found):
+        made(number, outcomes)
+        judged.append(outcomes)
+    return judged
 
 
 _bench: GripBench | None = None  # of a process of the pool

@@ -11,11 +11,9 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.results import ResultError
 from fingerdesign.study.tuning import Trial, Tuning
 
 if TYPE_CHECKING:
@@ -82,6 +80,7 @@ def trial_data(trial: Trial) -> dict[str, Any]:
         "round": trial.round,
         "grips": len(outcomes),
         "success_rate": trial.success,
+        "held_rate": sum(each.held for each in outcomes) / max(len(outcomes), 1),
         "mean_peak_ratio": trial.mean_peak_ratio,
         "dropped": sum(each.dropped for each in outcomes),
         "crushed": sum(each.crushed for each in outcomes),
@@ -119,30 +118,27 @@ def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design
     return with_values(design, best_values(text, source))
 
 
-class Kept:
-    """Tunings of an unfinished run, a JSON line each; a file of something else is a ResultError.
+def tuned_comment(record: TuningRecord) -> str:
+    """Comment lines for the head of a tuned design: by what, on what, how well."""
+    frictions = [cell.friction for cell in record.cells]
+    masses = [cell.mass_g for cell in record.cells]
+    noises = ", ".join(f"{noise:g}" for noise in sorted({cell.noise for cell in record.cells}))
+    lines = [
+        f"{record.design}, its controllers tuned by `fingerdesign tune` "
+        f"{record.versions.get('fingerdesign', '')} (seed {record.seed}).",
+        f"On {len(record.cells)} grips: friction {min(frictions):.2g} to {max(frictions):.2g}, "
+        f"{min(masses):.0f} to {max(masses):.0f} g, gage noise {noises} microstrain.",
+        *(_told(name, found) for name, found in record.controllers.items()),
+        "Another set of grips gives other rates: judge it with `fingerdesign study-control`.",
+    ]
+    return "".join(f"# {line}\n" for line in lines) + "\n"
 
-    A line that was cut short is left out, and made again.
-    """
 
-    def __init__(self, path: Path, digest: str) -> None:
-        self._path, self._digest = path, digest
-        self.controllers: dict[str, dict[str, Any]] = {}
-        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
-            try:
-                record = json.loads(line)
-                digest, name, found = record["digest"], record["controller"], record["tuning"]
-            except (ValueError, KeyError, TypeError):
-                continue
-            if digest != self._digest:
-                what = f"{path} is of another design, setting or version"
-                raise ResultError(f"{what}; move it away, or choose another --out")
-            self.controllers[str(name)] = found
-
-    def add(self, controller: str, tuning: dict[str, Any]) -> None:
-        """Keep a tuning, in memory and on a line of its own."""
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        line = {"digest": self._digest, "controller": controller, "tuning": tuning}
-        with self._path.open("a", encoding="utf-8") as stream:
-            stream.write("\n" + json.dumps(line, allow_nan=False) + "\n")
-        self.controllers[controller] = tuning
+def _told(name: str, found: dict[str, Any]) -> str:
+    best, default = found["best"], found["default"]
+    peak = best["mean_peak_ratio"]
+    told = "" if peak is None else f", mean peak {peak:.2f} times the least force"
+    return (
+        f"{name}: success {100 * best['success_rate']:.0f} % (before: "
+        f"{100 * default['success_rate']:.0f} %), held {100 * best['held_rate']:.0f} %{told}"
+    )

@@ -22,7 +22,8 @@ from fingerdesign.study.control_grid import FRICTIONS, MASSES_G, Cell, ControlGr
 from fingerdesign.study.tune_study import default_values, tune_controllers
 from fingerdesign.study.tuning import BUDGET, RANGES, Range, Round, tune
 from fingerdesign.study.tuning_grips import bench_judge, run_cells, tuned_grip, tuning_cells
-from fingerdesign.study.tuning_record import Kept, best_values, tuned_design, tuning_data
+from fingerdesign.study.tuning_kept import Kept
+from fingerdesign.study.tuning_record import best_values, tuned_design, tuning_data
 
 DESIGN = """[design]
 name = "half-plane"
@@ -288,6 +289,34 @@ def test_a_journal_cut_short_is_gone_on_with(tmp_path):
     assert list(Kept(path, "d").controllers) == ["fixed_ratio", "paper"]
 
 
+def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
+    """The fifth trial of the last round is interrupted: what was judged before is not asked for."""
+    path, told, asked = tmp_path / "journal", [], []
+
+    def judge(stop):
+        def judged(pairs, made):
+            for number, (values, cells) in enumerate(pairs):
+                if len(asked) == stop:
+                    raise KeyboardInterrupt
+                asked.append((tuple(values.items()), tuple(cells)))
+                made(number, [Judge().one(values, cell) for cell in cells])
+
+        return judged
+
+    with pytest.raises(KeyboardInterrupt):
+        tuned(Kept(path, "d").judge(judge(6)), budget=SMALL)
+    kept = Kept(path, "d")
+    assert kept.grips == sum(len(cells) for _, cells in asked) > 4 * 3
+    found = tuned(kept.judge(judge(None), lambda *each: told.append(each)), budget=SMALL)
+    assert found == tuned(Judge(), budget=SMALL)
+    assert len(asked) == len(set(asked))
+    assert sum(len(cells) for _, cells in asked) == found.grips
+    assert told[0] == (12, 12)
+    assert told[-1][0] == told[-1][1]
+    with pytest.raises(ResultError, match="of another design"):
+        Kept(path, "e")
+
+
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "other"}'])
 def test_what_is_no_record_is_refused(text):
     with pytest.raises(DesignError, match="--tuning"):
@@ -302,6 +331,11 @@ def test_the_command(quick, tmp_path, capsys):
     assert main(["tune", str(path), "--out", str(out), *options]) == 0
     said = capsys.readouterr().out
     assert "fixed_force" in said
+    assert "held %" in said
+    head = (out / "half-plane/tuned.toml").read_text().splitlines()
+    assert head[0].startswith("# half-plane, its controllers tuned by `fingerdesign tune` ")
+    assert head[1].startswith("# On 5 grips: friction 0.")
+    assert re.match(r"# fixed_force: success \d+ % \(before: \d+ %\), held \d+ %", head[2])
     record = json.loads((out / "half-plane/tuning.json").read_text())
     force = record["controllers"]["fixed_force"]["best"]["values"]["grip.fixed_force.force_N"]
     assert load_design(out / "half-plane/tuned.toml").grip.fixed_force.force_N == force
