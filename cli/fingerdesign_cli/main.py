@@ -9,6 +9,7 @@ import os
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
@@ -56,6 +57,8 @@ COMMANDS = {
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
 _asked_to_end: list[int] = []  # the signals that came
+_ending: list[float] = []  # when the first of them was obeyed, s
+_PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 
 
 class LazyGroup(click.Group):
@@ -159,11 +162,16 @@ def entry_point() -> None:
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
     _asked_to_end.append(number)
+    if _ending and time.monotonic() - _ending[0] < _PATIENCE_S:
+        return  # asked again at once, as `timeout` and shells do: what is being kept stays whole
+    if _ending:  # asked again by somebody who waits: worker processes die with this one
+        os._exit(INTERRUPTED)
     if _imports(frame):  # VTK and OCP crash when interrupted while they load: a moment later
         again = threading.Timer(0.05, os.kill, (os.getpid(), number))
         again.daemon = True
         again.start()
         return
+    _ending.append(time.monotonic())
     raise KeyboardInterrupt
 
 

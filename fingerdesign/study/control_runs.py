@@ -16,6 +16,8 @@ from dataclasses import asdict, replace
 from multiprocessing import get_context
 from pathlib import Path
 
+from pydantic import TypeAdapter
+
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.errors import SolverError
 from fingerdesign.process import die_with_parent
@@ -25,6 +27,9 @@ from fingerdesign.study.control_grid import Cell, Lot
 
 Tell = Callable[[str, float], None]
 Key = tuple[str, float, float, float, float]
+
+_HEAD = '{"control_study": "'
+_OUTCOME = TypeAdapter(Outcome)
 
 
 def key_of(cell: Cell | Outcome) -> Key:
@@ -67,22 +72,29 @@ class Journal:
         whole = text[: text.rfind("\n") + 1]
         lines = whole.splitlines()
         remedy = "move it away, or choose another --out"
+        if not lines and not _HEAD.startswith(text[: len(_HEAD)]):
+            raise ResultError(f"{self._path} is no journal of a control study; {remedy}")
         for number, line in enumerate(lines, start=1):
             try:
-                record = json.loads(line)
+                record = json.loads(line, parse_constant=_not_finite)
                 if number > 1:
-                    each = Outcome(**record)
+                    Outcome(**record)  # no key too many
+                    each = _OUTCOME.validate_json(line, strict=True)
                     self.outcomes[key_of(each)] = each
                     continue
                 found = record["control_study"]
-            except (ValueError, TypeError, KeyError) as error:
-                what = f"{self._path}, line {number}: not a grip of a control study ({error!r})"
+            except (ValueError, TypeError, KeyError, RecursionError) as error:
+                what = f"{self._path}, line {number}: not a grip of a control study"
                 raise ResultError(f"{what}; {remedy}") from error
             if found != self._digest:
                 what = f"{self._path} is of another design, setting or version"
                 raise ResultError(f"{what}; {remedy}")
         if whole != text or not lines:  # go on behind the last whole line
             self._path.write_text(whole, encoding="utf-8") if lines else self._path.unlink()
+
+
+def _not_finite(text: str) -> float:
+    raise ValueError(f"{text} is not a finite number")
 
 
 def run_lots(

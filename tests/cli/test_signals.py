@@ -14,6 +14,7 @@ from fingerdesign.errors import FingerDesignError
 @pytest.fixture(autouse=True)
 def _signals_as_before(monkeypatch):
     monkeypatch.setattr(cli_main, "_asked_to_end", [])
+    monkeypatch.setattr(cli_main, "_ending", [])
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = {number: signal.getsignal(number) for number in numbers}
     yield
@@ -48,6 +49,35 @@ def test_an_interruption_that_an_import_hides_is_130(error, monkeypatch, capsys)
 
     assert run(monkeypatch, load) == 130
     assert capsys.readouterr().err == "interrupted; finished work is kept\n"
+
+
+def test_an_echo_of_the_interruption_disturbs_nothing(monkeypatch, capsys):
+    kept = []
+
+    def work():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.raise_signal(signal.SIGTERM)  # as `timeout` and shells send it on
+            kept.append("whole")
+
+    assert run(monkeypatch, work) == 130
+    assert kept == ["whole"]
+
+
+def test_who_asks_again_is_not_kept_waiting(monkeypatch):
+    ended = []
+    monkeypatch.setattr(cli_main, "_PATIENCE_S", 0.0)
+    monkeypatch.setattr(cli_main.os, "_exit", ended.append)
+
+    def work():
+        try:
+            signal.raise_signal(signal.SIGINT)
+        finally:
+            signal.raise_signal(signal.SIGINT)
+
+    run(monkeypatch, work)
+    assert ended[0] == 130
 
 
 def test_an_import_ends_before_the_interruption(monkeypatch, tmp_path, capsys):

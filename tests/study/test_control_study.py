@@ -145,6 +145,7 @@ def test_a_journal_goes_on_where_it_stopped(bench, tmp_path, monkeypatch):
         ('{"control_study": "other"}\n', "another design"),
         ('{"control_study": "d"}\n{"controller": 1}\n', "line 2: not a grip"),
         ("my notes\n", "line 1: not a grip"),
+        ("my notes", "no journal"),
     ],
 )
 def test_a_foreign_journal_is_left_alone(tmp_path, text, said):
@@ -153,6 +154,20 @@ def test_a_foreign_journal_is_left_alone(tmp_path, text, said):
     with pytest.raises(ResultError, match=said):
         Journal(path, "d")
     assert path.read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("lifted", "no"), ("peak_ratio", "big"), ("peak_ratio", None), ("steps", 1.5), ("new", 1)],
+)
+def test_a_journal_with_a_spoiled_value_is_refused(bench, tmp_path, key, value):
+    path = tmp_path / "j.jsonl"
+    all_outcomes(bench, path, ["oracle_1.2"])
+    head, line, *_ = path.read_text(encoding="utf-8").splitlines()
+    digest = json.loads(head)["control_study"]
+    path.write_text(f"{head}\n{json.dumps({**json.loads(line), key: value})}\n", encoding="utf-8")
+    with pytest.raises(ResultError, match="line 2"):
+        Journal(path, digest)
 
 
 def test_only_a_study_is_replaced(tmp_path):
