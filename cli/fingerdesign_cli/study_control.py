@@ -20,6 +20,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
+    from fingerdesign.control.metrics import Summary
     from fingerdesign.study.control_grid import ControlGrid
     from fingerdesign.study.control_record import ControlStudy
 
@@ -173,11 +174,27 @@ def _grid(
 def _show(found: ControlStudy, folder: Path) -> None:
     from fingerdesign.report.control_words import findings
 
-    noise = found.trace_noise
-    headings = ["controller", "success %", "95 %", "held %", "dropped", "crushed", "not lifted"]
-    headings += ["margin", "peak", "least stick", "tug held %", "reaction ms"]
-    rows = [_row(found, name, noise) for name in found.controllers]
-    print_table(f"{found.design} at {noise:g} microstrain", headings, rows)
+    noise, grid = found.trace_noise, found.grid
+    summaries = {name: found.summary(name, noise) for name in found.controllers}
+    grips = len(grid.frictions) * len(grid.masses_g)
+    print_table(
+        f"{found.design} at {noise:g} microstrain: of {grips} grips, success and held in %",
+        ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
+        [_shares(name, told) for name, told in summaries.items()],
+    )
+    print_table(
+        "force over the least that holds, and the rest of their grips: medians",
+        ["controller", "margin", "peak", "least stick", "slip, mm", "steps"],
+        [_medians(name, told) for name, told in summaries.items()],
+    )
+    if grid.tug is not None:
+        rate = found.hardware["sample_rate_Hz"]
+        print_table(
+            f"tugged with {100 * grid.tug.share:g} % of the weight; reaction of those that "
+            "answered, ms",
+            ["controller", "held %", "answered", "median", "slowest"],
+            [_answers(name, found.summary(name, tugged=True), rate) for name in found.controllers],
+        )
     for each in findings(found.data()):
         click.echo(f"{each.question} {each.answer}: {each.words}")
     for warning in found.warnings:
@@ -185,22 +202,36 @@ def _show(found: ControlStudy, folder: Path) -> None:
     click.echo(f"{found.seconds['whole']:.0f} s; report: {folder / 'control.html'}")
 
 
-def _row(found: ControlStudy, name: str, noise: float) -> list[str]:
-    told = found.summary(name, noise)
+def _shares(name: str, told: Summary) -> list[str]:
     low, high = told.success.interval or (0.0, 1.0)
-    margin, peak, stick = told.margin_at_lift, told.peak_ratio, told.minimum_stick_ratio
-    tugged = found.summary(name, tugged=True)
-    reaction = tugged.reaction_steps
-    rate = found.hardware["sample_rate_Hz"]
     return [
         name,
         _number(told.success.rate, 1, 100.0),
-        f"{100 * low:.1f} to {100 * high:.1f}",
+        f"{100 * low:.1f}–{100 * high:.1f}",
         _number(told.held.rate, 1, 100.0),
         *(str(count) for count in (told.dropped, told.crushed, told.not_lifted)),
-        *(_number(None if each is None else each.median, 2) for each in (margin, peak, stick)),
-        _number(tugged.held.rate, 1, 100.0),
-        _number(None if reaction is None else reaction.median, 0, 1000.0 / rate),
+    ]
+
+
+def _medians(name: str, told: Summary) -> list[str]:
+    spreads = (
+        (told.margin_at_lift, 2),
+        (told.peak_ratio, 2),
+        (told.minimum_stick_ratio, 2),
+        (told.slip_distance_mm, 3),
+        (told.steps, 0),
+    )
+    return [name, *(_number(None if s is None else s.median, digits) for s, digits in spreads)]
+
+
+def _answers(name: str, told: Summary, rate_hz: float) -> list[str]:
+    reaction = told.reaction_steps
+    times = (None, None) if reaction is None else (reaction.median, reaction.most)
+    return [
+        name,
+        _number(told.held.rate, 1, 100.0),
+        f"{told.answered.count} of {told.answered.of}",
+        *(_number(each, 0, 1000.0 / rate_hz) for each in times),
     ]
 
 

@@ -38,7 +38,8 @@ def control_html(
         findings=findings(data),
         figures=figures,
         main=_main_table(data, noise),
-        by_noise=_noise_table(data),
+        forces=_force_table(data, noise),
+        by_noise=[_noise_table(data), _margin_table(data)],
         tug=None if tugged is None else _tug_table(data),
         conditions=_conditions_table(data),
     )
@@ -47,13 +48,11 @@ def control_html(
 def _main_table(data: dict[str, Any], noise: float) -> Table:
     columns = (
         *("controller", "told", "success %", "95 %", "held %", "dropped", "crushed"),
-        *("not lifted", "failed", "margin at lift", "middle half", "peak", "least stick"),
-        *("slip mm", "steps"),
+        *("not lifted", "failed"),
     )
     cells = []
     for each in data["controllers"]:
-        row = next(s for s in each["by_noise"] if s["noise_microstrain"] == noise)
-        margin = row["margin_at_lift"]
+        row = _row_at(each, noise)
         cells.append(
             (
                 title_of(each["controller"]),
@@ -62,6 +61,21 @@ def _main_table(data: dict[str, Any], noise: float) -> Table:
                 _interval(row["success"]),
                 _percent(row["held"]["rate"]),
                 *(str(row[why]) for why in ("dropped", "crushed", "not_lifted", "failed")),
+            )
+        )
+    caption = f"At {noise:g} microstrain: who lifts, of all grips"
+    return Table("controllers", caption, columns, tuple(cells), frozenset({0, 1}))
+
+
+def _force_table(data: dict[str, Any], noise: float) -> Table:
+    columns = ("controller", "margin at lift", "middle half", "peak", "least stick", "slip mm")
+    cells = []
+    for each in data["controllers"]:
+        row = _row_at(each, noise)
+        margin = row["margin_at_lift"]
+        cells.append(
+            (
+                title_of(each["controller"]),
                 _median(margin, 2),
                 NONE if margin is None else f"{margin['low']:.2f} to {margin['high']:.2f}",
                 _median(row["peak_ratio"], 2),
@@ -70,8 +84,25 @@ def _main_table(data: dict[str, Any], noise: float) -> Table:
                 _median(row["steps"], 0),
             )
         )
-    caption = f"At {noise:g} microstrain: shares of all grips, medians of those that have the value"
-    return Table("controllers", caption, columns, tuple(cells), frozenset({0, 1}))
+    caption = f"At {noise:g} microstrain: how, medians of the grips that have the value"
+    return Table("forces", caption, (*columns, "steps"), tuple(cells), frozenset({0}))
+
+
+def _row_at(controller: dict[str, Any], noise: float) -> dict[str, Any]:
+    return next(row for row in controller["by_noise"] if row["noise_microstrain"] == noise)
+
+
+def _margin_table(data: dict[str, Any]) -> Table:
+    cells = [
+        (
+            title_of(each["controller"]),
+            *(_median(row["margin_at_lift"], 2) for row in each["by_noise"]),
+        )
+        for each in data["controllers"]
+    ]
+    columns = ("controller", *(f"{noise:g}" for noise in data["conditions"]["noises_microstrain"]))
+    caption = "By noise (microstrain): median margin at lift"
+    return Table("margins", caption, columns, tuple(cells), frozenset({0}))
 
 
 def _noise_table(data: dict[str, Any]) -> Table:
@@ -79,13 +110,12 @@ def _noise_table(data: dict[str, Any]) -> Table:
     cells = []
     for each in data["controllers"]:
         told = [
-            f"{_percent(row['success']['rate'])} / {_percent(row['held']['rate'])} / "
-            f"{_median(row['margin_at_lift'], 2)}"
+            f"{_percent(row['success']['rate'])} / {_percent(row['held']['rate'])}"
             for row in each["by_noise"]
         ]
         cells.append((title_of(each["controller"]), *told))
     columns = ("controller", *(f"{noise:g}" for noise in noises))
-    caption = "By noise (microstrain): success % / held % / median margin at lift"
+    caption = "By noise (microstrain): success % / held %"
     return Table("noise", caption, columns, tuple(cells), frozenset({0}))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ HELD_SHARE = 0.99  # of the grid: what is asked of the regulator
 
 @dataclass(frozen=True)
 class Finding:
-    """answer: "yes", "no", "partly" or "untold" (the class of its look); words: the evidence."""
+    """answer: "yes", "no", "partly" or "best" (the class of its look); words: the evidence."""
 
     answer: str
     question: str
@@ -18,14 +19,17 @@ class Finding:
 
 
 def findings(data: dict[str, Any]) -> list[Finding]:
-    """The study's questions, those that it cannot answer left out."""
+    """The study's questions, those that it cannot answer left out; none for a lone rival."""
     found = [
         _rule_without_noise(data),
         _regulator_holds(data),
         _regulator_margin(data),
         _regulator_against_rivals(data),
     ]
-    return [each for each in found if each is not None] or [_best_of(data)]
+    answered = [each for each in found if each is not None]
+    if answered or len(data["controllers"]) == 1:
+        return answered
+    return [_best_of(data)]
 
 
 def _rule_without_noise(data: dict[str, Any]) -> Finding | None:
@@ -48,15 +52,41 @@ def _regulator_holds(data: dict[str, Any]) -> Finding | None:
     if row is None:
         return None
     held = row["held"]
+    asked = f"{100 * HELD_SHARE:g} %"
     words = (
-        f"{held['count']} of {held['of']} ({100 * held['rate']:.1f} %; 95 % interval "
-        f"{100 * held['low']:.1f} to {100 * held['high']:.1f} %)."
+        f"Measured: {held['count']} of {held['of']} grips ({100 * held['rate']:.1f} %), "
+        f"{_grid_words(data)}. The 95 % interval of such a count, {100 * held['low']:.1f} to "
+        f"{100 * held['high']:.1f} %, "
     )
+    enough = held["rate"] >= HELD_SHARE
+    if enough and held["low"] < HELD_SHARE:
+        words += f"does not exclude less than {asked}."
+    elif not enough and held["high"] >= HELD_SHARE:
+        words += f"does not exclude {asked}."
+    else:
+        words += f"lies wholly {'above' if enough else 'below'} {asked}."
     question = (
-        f"At {noise:g} microstrain, does the regulator lift {100 * HELD_SHARE:g} % without "
-        "complete slip?"
+        f"At {noise:g} microstrain, does the regulator lift {asked} of this grid without complete "
+        "slip?"
     )
-    return Finding("yes" if held["rate"] >= HELD_SHARE else "no", question, words)
+    return Finding("yes" if enough else "no", question, words)
+
+
+def _grid_words(data: dict[str, Any]) -> str:
+    conditions = data["conditions"]
+    parts = [
+        f"{len(values)} {name if len(values) > 1 else one} ({_span(values)}{unit})"
+        for values, name, one, unit in (
+            (conditions["friction_coefficients"], "frictions", "friction", ""),
+            (conditions["object_masses_g"], "weights", "weight", " g"),
+        )
+    ]
+    return f"one each on {' by '.join(parts)}"
+
+
+def _span(values: Sequence[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
 def _regulator_margin(data: dict[str, Any]) -> Finding | None:
@@ -92,7 +122,8 @@ def _regulator_against_rivals(data: dict[str, Any]) -> Finding | None:
     words = (
         f"Best rival that knows no more: {name.replace('_', ' ')}, success "
         f"{100 * best['success']['rate']:.1f} %, {_peak_words(their_peak)}; regulator "
-        f"{100 * own['success']['rate']:.1f} %, {_peak_words(peak)}."
+        f"{100 * own['success']['rate']:.1f} %, {_peak_words(peak)}. All have the parameters of "
+        "the design’s [grip] table: they are tuned where that is."
     )
     question = "Does it succeed at least as often as the best rival, at a lower peak force?"
     answer = "yes" if as_good and gentler else "partly" if as_good or gentler else "no"
@@ -106,12 +137,17 @@ def _peak_words(peak: dict[str, Any] | None) -> str:
 
 
 def _best_of(data: dict[str, Any]) -> Finding:
-    rows = {
-        each["controller"]: each["whole_grid"]["success"]["rate"] for each in data["controllers"]
-    }
-    name, rate = max(rows.items(), key=lambda item: item[1])
-    words = f"{name.replace('_', ' ')}: {100 * rate:.1f} % over all noises."
-    return Finding("untold", "Which controller succeeds most often?", words)
+    untold = [each for each in data["controllers"] if each["told"] is None]
+    best = max(
+        untold or data["controllers"], key=lambda each: each["whole_grid"]["success"]["rate"]
+    )
+    name, rate = best["controller"].replace("_", " "), best["whole_grid"]["success"]["rate"]
+    words = f"{name}: {100 * rate:.1f} % over all noises."
+    if best["told"] is not None:
+        words = f"{name}, which is told {best['told']}: {100 * rate:.1f} % over all noises."
+    elif len(untold) < len(data["controllers"]):
+        words += " Oracles, which are told friction and weight, are left out."
+    return Finding("best", "Which controller succeeds most often?", words)
 
 
 def _at(data: dict[str, Any], controller: str, noise: float) -> dict[str, Any] | None:

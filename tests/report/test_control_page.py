@@ -81,8 +81,28 @@ def test_what_is_not_well_is_said(paper, regulator, expected):
 def test_without_paper_and_regulator_the_best_is_named():
     made = study(reactive=({}, DROPPED), fixed_force=({}, {}))
     (only,) = findings(made.data())
-    assert only.answer == "untold"
+    assert only.answer == "best"
     assert only.words.startswith("fixed force: 100.0 %")
+
+
+def test_the_best_is_not_one_that_is_told_unless_all_are():
+    oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
+    (only,) = findings(study(**oracles, reactive=({}, DROPPED)).data())
+    assert only.words.startswith("reactive: ")
+    assert "Oracles" in only.words
+    (only,) = findings(study(**oracles).data())
+    assert only.words.startswith("oracle 1.5, which is told friction and weight: 100.0 %")
+    assert findings(study(reactive=({}, {})).data()) == []
+
+
+def test_an_answer_is_of_the_grid_and_says_what_its_interval_leaves_open():
+    held = findings(study(regulator=({}, {})).data())[0]
+    assert held.answer == "yes"
+    assert "99 % of this grid" in held.question
+    assert "4 of 4 grips (100.0 %), one each on 2 frictions (0.3 to 0.6) by 2 weights" in held.words
+    assert held.words.endswith("does not exclude less than 99 %.")
+    lost = findings(study(regulator=(DROPPED, {})).data())[0]
+    assert lost.words.endswith("lies wholly below 99 %.")
 
 
 def test_figures_say_in_words_what_they_show():
