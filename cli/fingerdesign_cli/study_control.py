@@ -183,15 +183,14 @@ def _show(found: ControlStudy, folder: Path) -> None:
         [_shares(name, told) for name, told in summaries.items()],
     )
     print_table(
-        "force over the least that holds, and the rest of their grips: medians",
+        "medians; margin and peak: force over the least that holds",
         ["controller", "margin", "peak", "least stick", "slip, mm", "steps"],
         [_medians(name, told) for name, told in summaries.items()],
     )
     if grid.tug is not None:
         rate = found.hardware["sample_rate_Hz"]
         print_table(
-            f"tugged with {100 * grid.tug.share:g} % of the weight; reaction of those that "
-            "answered, ms",
+            f"tugged with {100 * grid.tug.share:g} % of the weight: reactions in ms",
             ["controller", "held %", "answered", "median", "slowest"],
             [_answers(name, found.summary(name, tugged=True), rate) for name in found.controllers],
         )

@@ -35,13 +35,15 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 
+_OCHRE = "#a67c00"  # on light and dark paper alike
+
 # Colour, dashes and marker of each controller, the same in every figure.
 LOOKS: dict[str, tuple[str, Any, str]] = {
     "paper": (BLUE, "-", "o"),
     "regulator": (GREEN, "-", "D"),
     "reactive": (VERMILION, (0, (6, 2)), "s"),
     "fixed_force": (PURPLE, (0, (1.5, 1.5)), "^"),
-    "fixed_ratio": (PURPLE, (0, (6, 2, 1.5, 2)), "v"),
+    "fixed_ratio": (_OCHRE, (0, (6, 2, 1.5, 2)), "v"),
     "oracle_1.2": (INK, (0, (3, 1, 1, 1, 1, 1)), "P"),
     "oracle_1.5": (MUTED, (0, (4, 2)), "X"),
 }
@@ -285,7 +287,7 @@ def paths_figure(traces: Sequence[GripTrace], noise: float) -> ReportFigure:
 def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
     weight, mu = traces[0].weight_per_finger_N, traces[0].friction_coefficient
     most = max(float(trace.normal_force.max(initial=0.0)) for trace in traces)
-    reach = 1.06 * min(max(most, weight / mu), 4.5 * weight / mu)
+    reach = 1.06 * max(most, weight / mu)
     axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit μ F_n")
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
     for trace in traces:

@@ -10,7 +10,6 @@ from fingerdesign.report.figures_paper import PaperFigure, paper_figure, shades,
 from fingerdesign.report.style import (
     GREEN,
     MUTED,
-    PURPLE,
     SERIES,
     VERMILION,
     canvas,
@@ -82,7 +81,7 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
 
 def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
     """2.3: does each gage tell whether the surface near it sticks?"""
-    figure = canvas(7.2, 3.4)
+    figure = canvas(7.2, 4.1)
     depth, roc, by_gage = figure.subplots(1, 3, width_ratios=(5, 4, 4))
     rubber = [v for v in places if v.reading.startswith("rubber,")]
     plates = places[0].reading
@@ -105,18 +104,19 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
             label=f"plates, {name}",
         )
         depth.axhline(100 * gage.constant, color=colour, lw=0.9, ls=(0, (1, 2)))
-        roc.plot(*gage.roc, color=colour, ls=dashes, label=f"plates, {name}")
+        roc.plot(*gage.roc, color=colour, ls=dashes, label=f"plates, {name}: {gage.auc:.2f}")
     depth.set(xlabel="depth under the surface (mm)", ylabel="right (%)", title="Right answers")
     depth.set_ylim(45, 101)
     skin = min(v.depth_mm for v in rubber)
     shallow = next(v for v in rubber if v.depth_mm == skin and v.touching)
-    roc.plot(*shallow.roc, color=GREEN, ls=(0, (1.5, 1.5)), label=f"rubber {skin:g} mm, contact")
+    felt = f"rubber {skin:g} mm, contact: {shallow.auc:.2f}"
+    roc.plot(*shallow.roc, color=GREEN, ls=(0, (1.5, 1.5)), label=felt)
     roc.plot([0, 1], [0, 1], color=MUTED, lw=0.8)
-    roc.set(xlabel="slip called stick", ylabel="stick called stick", title="ROC")
+    roc.set(xlabel="slip called stick", ylabel="stick called stick", title="ROC, and area under it")
     deep = next(v for v in places if v.reading == plates and v.touching)
     for verdict, name, colour, marker in (
         (deep, "plates", VERMILION, "s"),
-        (shallow, f"rubber, {skin:g} mm", PURPLE, "D"),
+        (shallow, f"rubber, {skin:g} mm", GREEN, "^"),
     ):
         by_gage.plot(
             x,
@@ -128,7 +128,8 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
         )
     by_gage.set(xlabel="x of the gage (mm)", ylabel="right (%)", title="Under the contact")
     by_gage.set_ylim(-3, 103)
-    shared_legend([depth, roc, by_gage], 3)
+    for axes in (depth, roc, by_gage):
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), fontsize=7)
     rows = []
     for each in places:
         head: list[object] = [each.reading, each.depth_mm]
@@ -142,7 +143,8 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
         "Left: share of right answers over the depth at which strain is felt; dotted, what always "
         "giving the commoner answer gets. The threshold was chosen at other friction coefficients. "
         "All gages: does the surface above stick, or not (slip or open)? Under the contact: stick "
-        "or slip? Middle: over all thresholds. Right: gage by gage.",
+        "or slip? Middle: over all thresholds, with the area under each curve (0.5: a tossed coin). "
+        "Right: gage by gage.",
         " ".join(
             f"{each.reading}, {'under the contact' if each.touching else 'all'}: right in "
             f"{100 * each.right:.0f} % (constant answer {100 * each.constant:.0f} %)."
