@@ -143,7 +143,7 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
         "Left: share of right answers over the depth at which strain is felt; dotted, what always "
         "giving the commoner answer gets. The threshold was chosen at other friction coefficients. "
         "All gages: does the surface above stick, or not (slip or open)? Under the contact: stick "
-        "or slip? Middle: over all thresholds, with the area under each curve (0.5: a tossed coin). "
+        "or slip? Middle: over all thresholds, with the area under each curve (0.5: a guess). "
         "Right: gage by gage.",
         " ".join(
             f"{each.reading}, {'under the contact' if each.touching else 'all'}: right in "
