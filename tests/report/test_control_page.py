@@ -1,13 +1,25 @@
 """What the page of a control study says, from made-up grips; no model."""
 
 from dataclasses import asdict, replace
+from pathlib import Path
 
+import numpy as np
 import pytest
+from fingerdesign_cli.study_control import _show
 
 from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.roster import NAMES
 from fingerdesign.report.control_words import findings
-from fingerdesign.report.figures_control import force_figure, map_figure, success_figure
-from fingerdesign.study.control_grid import ControlGrid
+from fingerdesign.report.figures_control import (
+    LOOKS,
+    _draw_paths,
+    force_figure,
+    map_figure,
+    success_figure,
+)
+from fingerdesign.report.style import canvas
+from fingerdesign.results import GripTrace
+from fingerdesign.study.control_grid import ControlGrid, Tug
 from fingerdesign.study.control_record import ControlStudy
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
@@ -124,3 +136,40 @@ def test_a_controller_that_lifts_nothing_is_drawn_too():
     rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
     assert "paper lifts nothing" in force_figure(data, rows, 0.5).alternative
     assert "0 of 4 succeed; 4 dropped" in map_figure(data, rows, 0.5).alternative
+
+
+def test_the_tables_on_the_terminal_fit_80_columns(capsys):
+    made = study(**{name: ({}, DROPPED) for name in NAMES})
+    tugs = [replace(each, tug=0.3, reaction_steps=k) for k, each in enumerate(made.outcomes, 1)]
+    made = replace(
+        made,
+        grid=replace(GRID, tug=Tug()),
+        outcomes=(*made.outcomes, *tugs),
+        seconds={"whole": 1.0},
+    )
+    _show(made, Path("judged"))
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line for line in lines if line[:1] in "┏┃│└"]
+    assert len(rows) == 3 * (3 + len(NAMES))
+    assert max(map(len, rows)) <= 80
+    assert sum("7 of 7" in row for row in rows) == len(NAMES)  # the eighth is not lifted
+
+
+def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
+    force = np.array([0.5, 20.0, 80.0])  # far beyond what 100 g at 0.8 needs
+    same = dict.fromkeys(("approach", "shear", "stick_ratio", "gage_area_mm", "dx", "dy"), force)
+    trace = GripTrace(
+        "fixed_force",
+        0.8,
+        100.0,
+        **same,
+        normal_force=force,
+        tangential_force=np.array([0.0, 0.3, 0.49]),
+        hold=force > 100.0,
+        gage_readings=np.zeros((3, 2)),
+        lift_step=2,
+    )
+    axes = canvas(4.0, 3.0).subplots()
+    _draw_paths(axes, [trace])
+    assert axes.get_xlim()[1] > 80.0
+    assert len({colour for colour, _, _ in LOOKS.values()}) == len(LOOKS)
