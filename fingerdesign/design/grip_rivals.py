@@ -54,13 +54,23 @@ class FixedRatio(Rival):
 
 
 class Reactive(Rival):
-    """``[grip.reactive]``: pull lightly gripped, grip harder once it slips."""
+    """``[grip.reactive]``: pull lightly gripped, grip harder once it slips.
 
+    The defaults lift most objects with `sensitive` and `maeno2000`. A hand that pulls faster, or
+    waits for F_t to fall further, feels the slip when the whole contact slips.
+    """
+
+    pull_share: float = Field(
+        default=0.007,
+        gt=0,
+        le=1,
+        description="F_t rises by about this share of F_n in one control step, no more",
+    )
     first_force_N: float = Field(
-        default=1.0, gt=0, le=1e5, description="normal force before anything has slipped"
+        default=3.0, gt=0, le=1e5, description="normal force before anything has slipped"
     )
     slip_share: float = Field(
-        default=0.5,
+        default=0.75,
         gt=0,
         lt=1,
         description="it slips where F_t rises by less than this share of what the stiffest pull at "
@@ -70,7 +80,7 @@ class Reactive(Rival):
         default=0.1, gt=0, le=1e3, description="rise of F_t over which that is judged"
     )
     step_up: float = Field(
-        default=1.3, gt=1, le=10, description="the normal force grows by this factor at a slip"
+        default=1.9, gt=1, le=10, description="the normal force grows by this factor at a slip"
     )
 
 

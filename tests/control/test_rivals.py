@@ -138,7 +138,8 @@ def test_waiting_for_gross_slip_is_too_late(lift):
 
 def test_after_its_slip_it_grips_on(half_plane, grip, bench):
     """The episode ends there; a hand would not."""
-    table = with_grip(grip, {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3})
+    values = {"reactive.first_force_N": 0.5, "reactive.slip_share": 0.3}
+    table = with_grip(grip, values | {"reactive.pull_share": 0.02})
     hand = controller("reactive", table)
     plant = CondensedPlant(half_plane.with_friction(0.4), "both")
     sample = plant.move(0.0, table.preload_mm)
