@@ -178,7 +178,7 @@ def _show(found: ControlStudy, folder: Path) -> None:
     summaries = {name: found.summary(name, noise) for name in found.controllers}
     grips = len(grid.frictions) * len(grid.masses_g)
     print_table(
-        f"{found.design} at {noise:g} microstrain: of {grips} grips, success and held in %",
+        f"{found.design} at {noise:g} microstrain: grips: {grips}; success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
         [_shares(name, told) for name, told in summaries.items()],
     )
