@@ -96,6 +96,8 @@ def _refuse_folder(target: Path) -> None:
 
 
 def _show(found: Observability, folder: Path) -> None:
+    from fingerdesign.study.observability_record import plain
+
     rows = [
         [
             str(len(each.kept)) if each.kept else "0 (forces and moves)",
@@ -122,8 +124,9 @@ def _show(found: Observability, folder: Path) -> None:
     for each in found.floors:
         click.echo(
             f"at {each.normal_force_N:.3g} N no unbiased estimate from the gages knows the stick "
-            f"ratio better than {each.one_sample_stick_error:.2g} from one sample, "
-            f"{each.window_stick_error:.2g} from the estimator's whole window"
+            f"ratio better than {plain(each.one_sample_stick_error)} from one sample, "
+            f"{plain(each.window_stick_error)} from the estimator's whole window"
         )
-    click.echo(found.advice)
+    for sentence in found.sentences:
+        click.echo(sentence)
     click.echo(f"{found.seconds:.0f} s; chart: {folder / 'observability.png'}")

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 def chart_png(data: dict[str, Any]) -> bytes:
     """The chart as a PNG on paper's colour."""
     with house_style():
-        figure = canvas(9.6, 4.0)
+        figure = canvas(9.6, 4.9)
         by_count, along = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
         _by_count(by_count, data)
         _along(along, data)
@@ -58,9 +58,9 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
         counts, used, color=GREEN, ls=(0, (6, 2)), marker="^", label="friction in use, network"
     )
     target = data["target_stick_error"]
-    axes.axhline(target, color=VERMILION, ls=(0, (4, 3)), lw=1.0)
+    axes.axhline(target, color=VERMILION, zorder=1, ls=(0, (4, 3)), lw=1.0)
     axes.annotate(
-        f"wanted: {target:g}",
+        f"goal: {target:g}",
         (0.99, target),
         (0, -11),
         xycoords=("axes fraction", "data"),
@@ -74,7 +74,7 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
     axes.set_xlabel("gages (0: forces and moves alone)")
     axes.set_ylabel("error (RMS)")
     axes.set_title("Fewer gages")
-    axes.legend()
+    _legend_below(axes)
 
 
 def _along(axes: Axes, data: dict[str, Any]) -> None:
@@ -124,7 +124,14 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
         marker="o",
         ls="none",
         ms=4,
+        clip_on=False,
+        zorder=4,
         label="taught without it",
     )
-    axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper left")
+    axes.set_ylim(0.0, 1.12 * max([*untold, *told, 1e-3]))  # room for the forces
+    _legend_below(axes)
+
+
+def _legend_below(axes: Axes) -> None:
+    """Under the axis' label, where it hides nothing."""
+    axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.17), borderaxespad=0.0)

@@ -55,6 +55,7 @@ Tell = Callable[[str], None]
 
 GRIPS = 600
 MOST_NOISE = 1e3  # microstrain
+MOST_GRIPS = 100_000  # as many as an estimator may be taught on
 _FEW = (5, 4, 3, 2)
 _LEVELS = (0.0, 0.008, 0.04, 0.2, 1.0, 4.0, 20.0)  # times the noise asked for
 _PRESSED = (0.1, 0.3, 1.0)  # of the stage's way
@@ -94,8 +95,9 @@ def option_faults(noise: float, grips: int) -> list[Fault]:
     if not 0.0 <= noise <= MOST_NOISE:  # NaN too
         bound = f"from 0 to {MOST_NOISE:g} microstrain"
         faults.append(Fault("noise", noise, bound, "give the deviation of one sample of a gage"))
-    if grips < LEAST_GRIPS:
-        faults.append(Fault("grips", grips, f"at least {LEAST_GRIPS}", f"{GRIPS} are enough"))
+    if not LEAST_GRIPS <= grips <= MOST_GRIPS:
+        bound = f"from {LEAST_GRIPS} to {MOST_GRIPS}"
+        faults.append(Fault("grips", grips, bound, f"{GRIPS} are enough"))
     return faults
 
 

@@ -1,4 +1,4 @@
-"""What observability.json, gages.csv and counts.csv hold, and the advice in one sentence."""
+"""What observability.json, gages.csv and counts.csv hold, and the advice in sentences."""
 
 from __future__ import annotations
 
@@ -172,30 +172,54 @@ class Observability:
         return tuple(sorted(self.gages[k].x_mm for k in count.kept))
 
     @property
+    def unsure(self) -> bool:
+        """Whether the standard error is as large as what would part few gages from all."""
+        spread = max(self.confirmed[0].stick_spread or 0.0, self.enough.stick_spread or 0.0)
+        return spread >= ENOUGH * self.stick_error
+
+    @property
     def advice(self) -> str:
-        """One sentence for the designer."""
-        if self.too_quiet:
-            return self._quiet_advice()
+        """:attr:`sentences`, one after the other."""
+        return " ".join(self.sentences)
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What a designer should do, a sentence each."""
+        found = self._quiet_advice() if self.too_quiet else self._count_advice()
+        if not self.unsure:
+            return found
+        every = self.confirmed[0]
+        caution = (
+            f"Caution: {self.grips} grips are too few for firm advice: the error of all "
+            f"{len(every.kept)} gages is {self.stick_error:.3f} ± {every.stick_spread or 0.0:.3f}, "
+            "and the differences below are no larger; take more (--grips)."
+        )
+        return (caution, *found)
+
+    def _count_advice(self) -> tuple[str, ...]:
         fewest, every = self.enough, self.confirmed[0]
-        head = f"at {self.noise:g} microstrain "
+        head = f"At {self.noise:g} microstrain "
         if len(fewest.kept) == len(every.kept):
             fewer = self.confirmed[1]
             head += (
-                f"keep all {len(every.kept)} gages (stick ratio to {self.stick_error:.3f} RMS; "
-                f"the best {len(fewer.kept)}, at {self._at(fewer)}, give {fewer.stick_error:.3f})"
+                f"keep all {len(every.kept)} gages: they know the stick ratio to "
+                f"{self.stick_error:.3f} RMS, the best {len(fewer.kept)} (at {self._at(fewer)}) "
+                f"to {fewer.stick_error:.3f}."
             )
         else:
+            verb = "seem enough" if self.unsure else "suffice"
             head += (
-                f"{len(fewest.kept)} of {len(every.kept)} gages suffice (stick ratio to "
-                f"{fewest.stick_error:.3f} RMS, all give {self.stick_error:.3f}): put them at "
-                f"{self._at(fewest)}"
+                f"{len(fewest.kept)} of {len(every.kept)} gages {verb}, at {self._at(fewest)}: "
+                f"they know the stick ratio to {fewest.stick_error:.3f} RMS, all to "
+                f"{self.stick_error:.3f}."
             )
         dead = self.dead
-        return (
-            f"{head}{self._target_words()}; tell the estimator of a dead gage: unnoticed, the "
-            f"worst (x = {self.gages[dead.gage].x_mm:g} mm) makes the error "
-            f"{dead.untold_stick_error:.2f}, taught without it {dead.told_stick_error:.3f}."
+        silent = (
+            f"Tell the estimator of a dead gage: unnoticed, the worst (x = "
+            f"{self.gages[dead.gage].x_mm:g} mm) makes the error {dead.untold_stick_error:.2f}, "
+            f"taught without it {dead.told_stick_error:.3f}."
         )
+        return (head, *self._target_words(), silent)
 
     @property
     def noise_share(self) -> float:
@@ -205,9 +229,9 @@ class Observability:
         )
         return 1.0 - self.noises[0].quick_stick_error / max(here, 1e-12)
 
-    def _target_words(self) -> str:
+    def _target_words(self) -> tuple[str, ...]:
         if self.stick_error <= TARGET:
-            return ""
+            return ()
         share = max(self.noise_share, 0.0)
         remedy = (
             "teach on more grips, quieter gages hardly help"
@@ -215,28 +239,29 @@ class Observability:
             else "quieter gages or plates that answer more strongly help"
         )
         return (
-            f"; {TARGET:g} is wanted: without noise the error is {100 * share:.0f} % lower, so "
-            f"{remedy}"
+            f"This project's goal for its reference finger is {TARGET:g}: without noise the error "
+            f"is {100 * share:.0f} % lower, so {remedy}.",
         )
 
     def _at(self, count: Count) -> str:
         return "x = " + ", ".join(f"{x:g}" for x in self.places(count)) + " mm"
 
-    def _quiet_advice(self) -> str:
+    def _quiet_advice(self) -> tuple[str, ...]:
         return (
-            f"these gages are too quiet for {self.noise:g} microstrain: they answer at most "
+            f"These gages are too quiet for {self.noise:g} microstrain: they answer at most "
             f"{self.loudest:.2g} microstrain/N and know the stick ratio to {self.stick_error:.3f} "
-            f"RMS, forces and moves alone to {self.stick_error_without_gages:.3f}"
-            f"{self._floor_words()}; {self._remedy()}."
+            f"RMS, forces and moves alone to {self.stick_error_without_gages:.3f}.",
+            *self._floor_words(),
+            f"{self._remedy()}.",
         )
 
-    def _floor_words(self) -> str:
+    def _floor_words(self) -> tuple[str, ...]:
         if not self.floors:
-            return ""
+            return ()
         low = self.floors[len(self.floors) // 2]
         return (
-            f", and at {low.normal_force_N:.2g} N no unbiased estimate from one sample of them can "
-            f"err by less than {low.one_sample_stick_error:.2g} (Cramér and Rao)"
+            f"At {low.normal_force_N:.2g} N no unbiased estimate from one sample of them can err "
+            f"by less than {plain(low.one_sample_stick_error)} (Cramér and Rao).",
         )
 
     def _remedy(self) -> str:
@@ -248,12 +273,12 @@ class Observability:
             and each.quick_stick_error < (1.0 - WORTH) * alone
         ]
         if not heard:
-            return "even without noise they would not tell more: place them anew"
+            return "Even without noise they would not tell more: place them anew"
         if max(heard) == 0.0:
-            return "only without any noise would they tell more: take softer plates"
+            return "Only without any noise would they tell more: take softer plates"
         factor = self.noise / max(heard)
         return (
-            f"they would need {max(heard):g} microstrain, or plates that answer {factor:.3g} times "
+            f"They would need {max(heard):g} microstrain, or plates that answer {factor:.3g} times "
             f"as strongly ({factor * self.loudest:.2g} microstrain/N): softer ones, or nearer to "
             "the surface"
         )
@@ -315,6 +340,11 @@ class Observability:
             GAGES_FILE: _csv(names, gages),
             COUNTS_FILE: _csv(list(rows[0]), counts),
         }
+
+
+def plain(value: float) -> str:
+    """Two digits without an exponent: 0.000047."""
+    return f"{float(f'{value:.2g}'):.9f}".rstrip("0").rstrip(".")
 
 
 def _csv(header: list[str], rows: Iterable[list[Any]]) -> str:

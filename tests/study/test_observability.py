@@ -17,7 +17,7 @@ from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.results import ResultError
 from fingerdesign.study import grip_model
-from fingerdesign.study.observability import observe_grips
+from fingerdesign.study.observability import observe_grips, option_faults
 from fingerdesign.study.observability_floor import floors
 from fingerdesign.study.observability_folder import (
     PRODUCTS,
@@ -26,6 +26,7 @@ from fingerdesign.study.observability_folder import (
 )
 from fingerdesign.study.observability_heard import Heard, columns, gage_columns, hear_all
 from fingerdesign.study.observability_learn import QuickLearner, errors_of
+from fingerdesign.study.observability_record import plain
 from fingerdesign.study.observability_search import eliminate, layouts
 from fingerdesign.study.teach import Settings, finger_curves, wanderings
 
@@ -203,7 +204,7 @@ def test_quiet_gages_are_told_as_such(found):
     deaf = replace(
         quiet, noises=tuple(replace(each, quick_stick_error=0.9) for each in found.noises)
     )
-    assert "even without noise" in deaf.advice
+    assert "Even without noise" in deaf.advice
     nothing = [0.01 if each.noise_microstrain == 0.0 else 0.9 for each in found.noises]
     pure = replace(
         quiet,
@@ -212,7 +213,7 @@ def test_quiet_gages_are_told_as_such(found):
             for each, error in zip(found.noises, nothing, strict=True)
         ),
     )
-    assert "without any noise" in pure.advice
+    assert "Only without any noise" in pure.advice
     assert "Cramér and Rao" in pure.advice
 
 
@@ -221,15 +222,23 @@ def test_advice_names_what_limits_a_finger(found):
         first = replace(found.noises[0], quick_stick_error=noiseless)
         here = [replace(each, quick_stick_error=0.1) for each in found.noises[1:]]
         counts = [
-            replace(each, stick_error=0.2 if not each.kept else changes.get("error", 0.08))
+            replace(
+                each,
+                stick_error=0.2 if not each.kept else changes.get("error", 0.08),
+                stick_spread=changes.get("spread", 0.001),
+            )
             for each in found.counts
         ]
         return replace(found, noises=(first, *here), counts=tuple(counts)).advice
 
     assert "teach on more grips" in told(0.095)
     assert "without noise the error is 50 % lower, so quieter gages" in told(0.05)
-    assert "is wanted" not in told(0.05, error=0.04)
-    assert told(0.05, error=0.04).startswith("at 0.5 microstrain 1 of 5 gages suffice")
+    assert "project's goal for its reference finger is 0.05" in told(0.05)
+    assert "goal" not in told(0.05, error=0.04)
+    unsure = told(0.05, error=0.04, spread=0.005)
+    assert unsure.startswith("Caution: 24 grips are too few")
+    assert "1 of 5 gages seem enough" in unsure
+    assert told(0.05, error=0.04).startswith("At 0.5 microstrain 1 of 5 gages suffice")
 
 
 def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
@@ -268,7 +277,8 @@ def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
     assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 0
     told = capsys.readouterr().out
     record = json.loads((tmp_path / "out/small/observability.json").read_text())
-    assert record["advice"] in told
+    assert record["advice"] in told.replace("\n", " ")
+    assert not re.search(r"\de-\d", told)
     assert (record["design"], record["noise_microstrain"], record["grips"]) == ("small", 2.0, 20)
     assert [gage["plate"] for gage in record["gages"]] == [0, 1, 2, 3, 4]
 
@@ -313,6 +323,18 @@ def test_the_pages_options_and_files_are_the_commands():
     options = {name for parameter in command.params for name in parameter.opts}
     assert set(re.findall(r"`(--[\w-]+)", PAGE)) <= options
     assert all(f"`{name}`" in PAGE for name in PRODUCTS)
+
+
+def test_numbers_have_no_exponents():
+    assert [plain(value) for value in (4.712e-5, 0.45, 1.94, 12.0)] == [
+        *("0.000047", "0.45", "1.9", "12"),
+    ]
+
+
+def test_too_many_grips_are_refused():
+    (fault,) = option_faults(0.5, 100_000_000)
+    assert "from 20 to 100000" in str(fault)
+    assert not option_faults(0.5, 100_000)
 
 
 @pytest.mark.parametrize("noise", [float("nan"), float("inf"), -0.1])
