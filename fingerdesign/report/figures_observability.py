@@ -102,21 +102,21 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
     axes.set_xlabel("x of the gage (mm); shaded: contact under a normal force")
     axes.set_ylabel("cost of a dead gage, stick ratio (RMS)")
     axes.set_title("Which gages")
+    told = [max(gage["told_stick_cost"], 0.0) for gage in gages]
+    top = 1.12 * max([*untold, *told, 1e-3])  # room for the forces
     least = data["gages_that_suffice"]
     kept = next(row["plates"] for row in data["counts"] if row["count"] == least)
     chosen = [gage["x_mm"] for gage in gages if gage["plate"] in kept]
     if least:
         axes.plot(
             chosen,
-            np.zeros(len(chosen)),
+            np.full(len(chosen), -0.04 * top),  # under the bars, clear of the dots at 0
             color=INK,
             ls="none",
             marker="^",
             ms=7,
-            clip_on=False,
             label=f"the {least} that suffice",
         )
-    told = [max(gage["told_stick_cost"], 0.0) for gage in gages]
     axes.plot(
         x,
         told,
@@ -124,11 +124,11 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
         marker="o",
         ls="none",
         ms=4,
-        clip_on=False,
         zorder=4,
         label="taught without it",
     )
-    axes.set_ylim(0.0, 1.12 * max([*untold, *told, 1e-3]))  # room for the forces
+    axes.axhline(0.0, color=MUTED, lw=0.8, zorder=1)
+    axes.set_ylim(-0.08 * top, top)
     _legend_below(axes)
 
 
