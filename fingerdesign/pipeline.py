@@ -24,7 +24,7 @@ from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.design.layout import plate_frames
-from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.load_path import PathStopped, follow_path
 from fingerdesign.records import contact_history, increment_result
@@ -262,18 +262,16 @@ def bare_opposite(
 def with_estimator(case: Case, tell: Tell) -> Case:
     """The case with what its regulator grips by, taught on the design where none is given.
 
-    Raises DesignError for an estimator of another number of gages.
+    Raises DesignError for an estimator of another finger.
     """
     if not case.runs_grips or case.design.grip.controller != "regulator":
         return case
-    if case.estimator is None:
-        from fingerdesign.study.lessons import lesson_for
+    from fingerdesign.study.lessons import estimator_faults, lesson_for
 
+    if case.estimator is None:
         return replace(case, estimator=lesson_for(case.design, tell=tell).estimator)
-    wanted, gages = case.estimator.gages, len(case.gage_array)
-    if wanted != gages:
-        bound = f"one for the design's {gages} gages, not for {wanted}"
-        raise DesignError([Fault("--estimator", wanted, bound, "teach it on this design")])
+    if faults := estimator_faults(case.design, case.estimator):
+        raise DesignError(faults)
     return case
 
 

@@ -39,21 +39,24 @@ def _prices(axes: Axes, found: FidelityBench) -> None:
             color=_COLOURS[dimension],
             label=f"one model for all, {dimension}",
         )
-        for each in mine:
+        for number, each in enumerate(mine):
+            flat = dimension != "3-D"
             axes.annotate(
-                f"{each.name.split(', ')[1]} ({each.meets} of {each.solved} pairs)",
+                f"{each.name.split(', ')[1]}: {each.meets}/{each.solved}",
                 (each.seconds, 100 * each.within),
-                xytext=(5, -11),
+                xytext=(0, 12 if flat and number % 2 else -15) if flat else (7, -12),
                 textcoords="offset points",
+                ha="center" if flat else "left",
                 fontsize=7,
             )
     axes.plot(
         found.seconds, 100 * found.within, "*", color="#0a8f6b", markersize=16, label="the ladder"
     )
     axes.axhline(95.0, color="#6c6f73", linewidth=1.0, linestyle=":")
+    axes.margins(x=0.13)
     axes.set(
         xscale="log",
-        xlabel="seconds over all pairs",
+        xlabel="seconds over all pairs (labels: sizes, and pairs whose tolerance they meet)",
         ylabel="readings within the tolerance asked, %",
     )
     axes.legend(fontsize=8, loc="lower right")
