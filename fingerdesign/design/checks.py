@@ -128,6 +128,9 @@ def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
         value = getattr(grip, key)
         if value > grip.max_approach_mm:
             faults.append(Fault(f"grip.{key}", value, travel, "the stage could not move so far"))
+    if grip.preload_mm == grip.max_approach_mm:
+        bound = f"below grip.max_approach_mm = {grip.max_approach_mm:g}"
+        faults.append(Fault("grip.preload_mm", grip.preload_mm, bound, "leave travel to grip with"))
     least = grip.max_approach_mm / MOST_MOVES
     if grip.approach_step_mm < least:
         bound = f"at least grip.max_approach_mm / {MOST_MOVES} = {least:g}"

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 _GRAVITY = 9.80665  # m/s^2
+_LEAST_GAGES = 2
 _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
 
@@ -45,7 +46,18 @@ def _lift_faults(grip: Grip) -> list[Fault]:
         for key, step in events
         if step > grip.hold_steps
     ]
-    return late + _upward_faults(grip)
+    return late + _twice_faults(grip) + _upward_faults(grip)
+
+
+def _twice_faults(grip: Grip) -> list[Fault]:
+    """Weight changes at one step: none of them would be the one meant."""
+    steps = [each.step_after_lift for each in grip.weight_changes]
+    bound = "a step of its own"
+    return [
+        Fault(f"grip.weight_changes[{k}].step_after_lift", step, bound, "change the weight once")
+        for k, step in enumerate(steps)
+        if step in steps[:k]
+    ]
 
 
 def _upward_faults(grip: Grip) -> list[Fault]:
@@ -84,7 +96,11 @@ def _dead_gage_faults(design: Design) -> list[Fault]:
         return [Fault("grip.hardware.dead_gages", list(dead), "each once", "say a plate once")]
     wrong = [plate for plate in dead if plate >= plates]
     if not wrong:
-        return []
+        if len(dead) <= max(plates - _LEAST_GAGES, 0):
+            return []
+        bound = f"at most {max(plates - _LEAST_GAGES, 0)} of the design's {plates}"
+        remedy = f"leave {_LEAST_GAGES} gages that answer: a rig is calibrated by them"
+        return [Fault("grip.hardware.dead_gages", list(dead), bound, remedy)]
     bound = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
     return [Fault("grip.hardware.dead_gages", wrong, bound, "name plates that there are")]
 

@@ -63,6 +63,8 @@ delay_samples = 2
         ("[grip.hardware]\nstage_step_mm = 0.0021", "grip.hardware.stage_step_mm"),
         ("[grip.hardware]\ndead_gages = [15]", "grip.hardware.dead_gages"),
         ("[grip.hardware]\ndead_gages = [3, 3]", "grip.hardware.dead_gages"),
+        (f"[grip.hardware]\ndead_gages = {list(range(14))}", "grip.hardware.dead_gages"),
+        ("preload_mm = 0.2\nmax_approach_mm = 0.2", "grip.preload_mm"),
         ("[grip.hardware]\nnoise = 1.0", "grip.hardware.noise"),
     ],
 )
@@ -101,3 +103,9 @@ def test_a_shipped_finger_without_its_plates_is_sound(name):
     bare = without_plates(design)
     assert bare.plates.number == 0
     assert (bare.body, bare.mesh) == (design.body, design.mesh)
+
+
+def test_a_weight_that_changes_twice_at_once_is_refused():
+    change = "[[grip.weight_changes]]\nstep_after_lift = 5\nobject_mass_g = "
+    with pytest.raises(DesignError, match=r"weight_changes\[1\].step_after_lift"):
+        parse_design(f"{LIFT}{change}100.0\n{change}300.0\n")
