@@ -158,6 +158,20 @@ def refuse_foreign(kind: RecordFolder, target: Path) -> None:
         raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error
 
 
+# control.roster.NAMES, which would load numpy
+CONTROLLERS = (
+    *("paper", "fixed_force", "fixed_ratio", "reactive", "oracle_1.2", "oracle_1.5", "regulator"),
+)
+
+controllers_option = click.option(
+    "--controller",
+    "controllers",
+    metavar="NAME",
+    multiple=True,
+    help=f"This controller alone; may be given again. One of: {', '.join(CONTROLLERS)}.",
+)
+
+
 def cores() -> int:
     """How many cores this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -14,6 +14,7 @@ from fingerdesign_cli.common import (
     print_table,
     progress,
     read_case,
+    refuse_foreign,
 )
 
 if TYPE_CHECKING:
@@ -66,12 +67,12 @@ def command(
     """
     design, _ = read_case(design_file)
     from fingerdesign.study.observability import observe, refuse
-    from fingerdesign.study.observability_folder import observability_folder, write_observability
+    from fingerdesign.study.observability_folder import FOLDER, write_observability
 
     refuse(design, noise, grips)
     name = design.design.name
-    _refuse_folder(out / name)
-    with observability_folder(out / name) as folder, progress(name, quiet) as show:
+    refuse_foreign(FOLDER, out / name)
+    with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
         found = observe(design, noise, grips, lambda message: show(message), workers)
         show("writing", 1.0)
         write_observability(found, folder)
@@ -80,19 +81,6 @@ def command(
     elif not quiet:
         _show(found, out / name)
     return 0
-
-
-def _refuse_folder(target: Path) -> None:
-    """DesignError where ``target`` holds what is not an older record."""
-    from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.results import ResultError
-    from fingerdesign.study.observability_folder import refuse_foreign
-
-    try:
-        refuse_foreign(target)
-    except ResultError as error:
-        fault = Fault("--out", str(target), "a folder for this record", str(error))
-        raise DesignError([fault]) from error
 
 
 def _show(found: Observability, folder: Path) -> None:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign_cli.common import (
+    CONTROLLERS,
+    controllers_option,
     cores,
     estimator_for,
     output_folder,
@@ -25,9 +27,6 @@ if TYPE_CHECKING:
     from fingerdesign.study.control_record import ControlStudy
 
 _FILE = click.Path(path_type=Path)
-_NAMES = (  # control.roster.NAMES, which would load numpy
-    *("paper", "fixed_force", "fixed_ratio", "reactive", "oracle_1.2", "oracle_1.5", "regulator"),
-)
 
 
 @click.command("study-control")
@@ -39,13 +38,7 @@ _NAMES = (  # control.roster.NAMES, which would load numpy
     callback=output_folder,
     help="The record goes to OUT/NAME of the design.",
 )
-@click.option(
-    "--controller",
-    "controllers",
-    metavar="NAME",
-    multiple=True,
-    help=f"This controller alone; may be given again. One of: {', '.join(_NAMES)}.",
-)
+@controllers_option
 @click.option(
     "--friction",
     "frictions",
@@ -131,7 +124,7 @@ def command(
     with FOLDER.written(target) as folder, progress(name, quiet) as show:
         found = study_control(
             design,
-            controllers or _NAMES,
+            controllers or CONTROLLERS,
             grid,
             journal,
             estimator=estimator,

@@ -8,6 +8,8 @@ from typing import Any
 import click
 
 from fingerdesign_cli.common import (
+    CONTROLLERS,
+    controllers_option,
     cores,
     estimator_for,
     output_folder,
@@ -20,9 +22,6 @@ from fingerdesign_cli.common import (
 )
 
 _FILE = click.Path(path_type=Path)
-_NAMES = (  # control.roster.NAMES, which would load numpy
-    *("paper", "fixed_force", "fixed_ratio", "reactive", "oracle_1.2", "oracle_1.5", "regulator"),
-)
 
 
 @click.command("tune")
@@ -34,13 +33,7 @@ _NAMES = (  # control.roster.NAMES, which would load numpy
     callback=output_folder,
     help="The record goes to OUT/NAME of the design.",
 )
-@click.option(
-    "--controller",
-    "controllers",
-    metavar="NAME",
-    multiple=True,
-    help=f"This controller alone; may be given again. One of: {', '.join(_NAMES)}.",
-)
+@controllers_option
 @click.option(
     "--noise",
     "noises",
@@ -102,7 +95,7 @@ def command(
     with kind.written(target) as folder, progress(name, quiet) as show:
         record = tune_controllers(
             design,
-            controllers or _NAMES,
+            controllers or CONTROLLERS,
             journal,
             estimator=estimator,
             noises=noises,

@@ -3,7 +3,8 @@
 import re
 from pathlib import Path
 
-from fingerdesign_cli.study_control import _NAMES, command
+from fingerdesign_cli.common import CONTROLLERS
+from fingerdesign_cli.study_control import command
 
 from fingerdesign.control.roster import NAMES
 from fingerdesign.report.figures_control import LOOKS
@@ -29,7 +30,7 @@ def test_its_options_are_the_commands():
 
 
 def test_every_controller_is_offered_and_has_a_look():
-    assert set(_NAMES) == set(NAMES) == set(LOOKS)
+    assert set(CONTROLLERS) == set(NAMES) == set(LOOKS)
 
 
 def test_the_shipped_schema_is_the_one_in_the_code():

@@ -20,8 +20,7 @@ from fingerdesign.study import grip_model
 from fingerdesign.study.observability import observe_grips, option_faults
 from fingerdesign.study.observability_floor import floors
 from fingerdesign.study.observability_folder import (
-    PRODUCTS,
-    observability_folder,
+    FOLDER,
     write_observability,
 )
 from fingerdesign.study.observability_heard import Heard, columns, gage_columns, hear_all
@@ -245,9 +244,9 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
     named = replace(found, design="half-plane", digest="0")
     target = tmp_path / "half-plane"
     for _ in range(2):  # an older one is replaced
-        with observability_folder(target) as folder:
+        with FOLDER.written(target) as folder:
             write_observability(named, folder)
-    assert sorted(path.name for path in target.iterdir()) == sorted(PRODUCTS)
+    assert sorted(path.name for path in target.iterdir()) == sorted(FOLDER.products)
     record = json.loads((target / "observability.json").read_text())
     assert record["stick_error"] == found.stick_error
     assert [row["count"] for row in record["counts"]] == [5, 4, 3, 2, 1, 0]
@@ -256,12 +255,12 @@ def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
     counts = list(csv.DictReader((target / "counts.csv").read_text().splitlines()))
     assert counts[-2]["stick_error"] == ""  # one gage: no network was taught
     (target / "notes.txt").write_text("mine")
-    with pytest.raises(ResultError, match=r"notes\.txt"), observability_folder(target):
+    with pytest.raises(ResultError, match=r"notes\.txt"), FOLDER.written(target):
         pass
 
 
 def test_a_failure_leaves_no_folder(tmp_path):
-    with pytest.raises(RuntimeError), observability_folder(tmp_path / "a"):
+    with pytest.raises(RuntimeError), FOLDER.written(tmp_path / "a"):
         raise RuntimeError
     assert list(tmp_path.iterdir()) == []
 
@@ -322,7 +321,7 @@ def test_the_pages_python_runs(problem, monkeypatch, capsys):
 def test_the_pages_options_and_files_are_the_commands():
     options = {name for parameter in command.params for name in parameter.opts}
     assert set(re.findall(r"`(--[\w-]+)", PAGE)) <= options
-    assert all(f"`{name}`" in PAGE for name in PRODUCTS)
+    assert all(f"`{name}`" in PAGE for name in FOLDER.products)
 
 
 def test_numbers_have_no_exponents():
