@@ -16,6 +16,9 @@ ALLOWED = {
     "netgen": {"mesh/section_worker.py"},
     "skfem": {"fem"},
     "pypardiso": {"fem/factor.py"},
+    "manifold3d": {"mold"},
+    "lib3mf": {"mold"},
+    "ezdxf": {"mold"},
     "matplotlib": {"report", "study", "bench", "mesh/quality_picture.py"},
     "pyvista": {"report", "mesh"},
 }

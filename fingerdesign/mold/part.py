@@ -1,0 +1,106 @@
+"""What the CAD hands on: the parts of a mold as triangles with what is known of each; numpy only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.mold.plan import Side
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Made = Literal["process", "sheet", "metal", "silicone"]
+
+WORDS: dict[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}
+INSERT, BASE, CORE, RUBBER = "contact_insert", "base_plate", "core", "rubber"
+
+
+def wall_name(side: Side) -> str:
+    """The part that closes a side: end_wall_front (+z), ..._back, side_wall_right (+x), ..._left.
+
+    >>> wall_name("-x")
+    'side_wall_left'
+    """
+    return f"{'end' if side.endswith('z') else 'side'}_wall_{WORDS[side]}"
+
+
+def comb_names(side: Side, holding: str) -> tuple[str, ...]:
+    """The sheets of a side that holds plates by a comb (one) or a jig (two, the inner first).
+
+    >>> comb_names("+z", "jig")
+    ('jig_front_inner', 'jig_front_outer')
+    """
+    word = WORDS[side]
+    if holding == "comb":
+        return (f"comb_{word}",)
+    return (f"jig_{word}_inner", f"jig_{word}_outer") if holding == "jig" else ()
+
+
+@dataclass(frozen=True)
+class PartMesh:
+    """One part in its place in the closed mold (mold space, mm), wound outward.
+
+    draw    unit direction in which it is taken off; None: it stays with the finger
+    order   parts of a lower order are taken off before; those of one order together
+    made    by the "process" of the mold, of "sheet" metal, "metal" (plates), or "silicone"
+    volume  of the exact solid, mm^3; chord: the greatest distance found between the triangles and
+            the exact surface, mm; blank_*: the part before pins, holes, slots and windows (the same
+            triangles where it has none), by which cavity and mold fill the block
+    """
+
+    name: str
+    vertices: Array
+    triangles: IntArray
+    draw: tuple[float, float, float] | None
+    order: int
+    made: Made
+    volume: float
+    chord: float
+    blank_vertices: Array
+    blank_triangles: IntArray
+    blank_volume: float
+
+
+@dataclass(frozen=True)
+class MoldMeshes:
+    """All of a built mold.
+
+    parts    insert, walls, combs or jigs, base plate, core; those that are made
+    plates   each plate as cut, with its legs, in its place
+    rubber   the elastomer in mold space: the enlarged outline without plates (legs too) and core
+    outline  the enlarged outline: elastomer, plates and core of the design, without legs
+    low, high   corners of the block that cavity and blanks fill, base plate left out
+    """
+
+    parts: tuple[PartMesh, ...]
+    plates: tuple[PartMesh, ...]
+    rubber: PartMesh
+    outline: PartMesh
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    def part(self, name: str) -> PartMesh:
+        """The part of a name; KeyError for another."""
+        for each in self.parts:
+            if each.name == name:
+                return each
+        raise KeyError(name)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was checked: ``measured`` against ``bound`` in ``unit``, and in words.
+
+    part: its name, or "" for the mold as a whole. A check that is not ``ok`` fails the mold.
+    """
+
+    name: str
+    part: str
+    ok: bool
+    measured: float | None
+    bound: float | None
+    unit: str
+    sentence: str
