@@ -172,7 +172,7 @@ class CorePin:
 
 @dataclass(frozen=True)
 class MoldPlan:
-    """All of a mold. Half sizes are those of the enlarged outline; ``top`` is the insert's far face.
+    """All of a mold. Half sizes are the enlarged outline's; ``top`` is the insert's far face.
 
     scale         the outline's enlargement, 1 / (1 - shrinkage)
     frames        the plates in mold space: middles moved with the rubber, metal not enlarged
