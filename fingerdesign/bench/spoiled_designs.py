@@ -269,7 +269,7 @@ _OTHERS: list[tuple[tuple[str, ...], Spoil]] = [
     (("block", "none"), _set("grip.max_approach_mm", 20.0)),
     (("arc", "none"), _set("assumed", ["body.wdith_mm"], "assumed[0]")),
     (("arc", "none"), _set("design.name", "a/b")),
-    (("arc", "none"), _set("mold", {"wall_mm": 2.0})),
+    (("arc", "none"), _set("mold.wall_mm", 0.2)),
     (("arc", "none"), _set("plate", {"count": 3})),
     (("arc", "none"), _set("body", 3)),
     (

@@ -8,6 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+UNSEEN = {"mold"}  # tables that no analysis depends on
+
 
 def content_digest(model: BaseModel) -> str:
     """SHA-256, in hexadecimal, of a validated model's values.
@@ -15,9 +17,10 @@ def content_digest(model: BaseModel) -> str:
     Comments, formatting, key order, defaults left out or written, and whole numbers written as
     integers or floats make no difference; any value that differs does. The class's name is part
     of it, so a design and a scene never share a digest. Files count by their content, wherever they
-    lie. DesignError where a STEP file cannot be read.
+    lie. How a finger is cast is left out: no analysis depends on it. DesignError where a STEP file
+    cannot be read.
     """
-    values = _by_content(_plain(model.model_dump(mode="json")))
+    values = _by_content(_plain(model.model_dump(mode="json", exclude=UNSEEN)))
     content = {"kind": type(model).__name__, "values": values}
     text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -14,9 +14,6 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.errors import Fault
 
-# Named by the file format, built by a later version: not the user's typing error.
-LATER_KEYS = {"mold"}
-
 TYPES = {
     "float_type": "a number",
     "int_type": "a whole number",
@@ -140,8 +137,6 @@ def known_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
 
 def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: object) -> Fault:
     key, name = dotted(location), str(location[-1])
-    if key in LATER_KEYS:
-        return Fault(key, shown(value), "absent", "not offered yet in this version: remove it")
     top = model.model_fields.get(name)
     if len(location) > 1 and top is not None and not _tables_in(top.annotation):
         remedy = f"'{name}' belongs at the top of the file, before the first [table]"

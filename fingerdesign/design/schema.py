@@ -15,6 +15,7 @@ from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.body_table import Body, Core, StepFile
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.meshing import MeshOptions
+from fingerdesign.design.mold import Mold
 from fingerdesign.design.plate_table import Plates, Row
 from fingerdesign.design.tables import Gages, Material, Meta
 from fingerdesign.materials import MATERIALS
@@ -35,6 +36,7 @@ class Design(Table):
     )
     mesh: MeshOptions = Field(default_factory=MeshOptions)
     grip: Grip = Field(default_factory=Grip)
+    mold: Mold = Field(default_factory=Mold)
     assumed: Many[str] = Field(
         default=(), description="dotted keys whose values the source did not give"
     )
@@ -127,7 +129,7 @@ class Design(Table):
         return hash(self.digest())
 
     def digest(self) -> str:
-        """SHA-256 of the content, in hexadecimal; formatting and comments do not matter."""
+        """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``."""
         from fingerdesign.design.digest import content_digest
 
         return content_digest(self)

@@ -92,8 +92,10 @@ def test_name_is_required():
     assert faults("body.width_mm = 20")["design.name"].bound == "given"
 
 
-def test_what_comes_later_is_named_as_such():
-    assert "not offered yet" in faults(NAME + "mold.wall_mm = 2")["mold"].remedy
+def test_a_mold_is_asked_for_in_a_table_of_its_own():
+    assert parse_design(NAME).mold.process == "sla"
+    assert parse_design(NAME + "mold.limits.slot_mm = 0.4").mold.limits.slot_mm == 0.4
+    assert "mold.wall_mm" in faults(NAME + "mold.wal_mm = 2")["mold.wal_mm"].remedy
 
 
 @pytest.mark.parametrize(
