@@ -1,0 +1,1 @@
+"""Studies of many fingers: variants, their outcomes, optimisation, comparison."""
