@@ -1,0 +1,164 @@
+"""Plates off their places: the mesh that follows them, and what it does to the gages."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fingerdesign import parse_design
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.meshing import SectionMesh
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mold.moved_section import Move, moved_mesh, readings
+from fingerdesign.mold.placement import placement_effect, scene_for, section_plates, tolerances
+from fingerdesign.mold.plan import SIDES, Leg, MoldPlan, SidePlan, Slot
+from fingerdesign.pipeline import Case, zone_of
+
+SIZES = SectionMesh(
+    contact_size_mm=0.1, plate_size_mm=0.1, plate_end_size_mm=0.04, far_size_mm=1.0, gradation=0.3
+)
+THREE = """
+design.name = "three"
+[body]
+width_mm = 16.0
+base_height_mm = 6.0
+arc_radius_mm = 20.0
+[plates]
+count = 3
+length_mm = 1.2
+pitch_mm = 1.5
+cover_mm = 1.2
+[gages]
+length_mm = 0.6
+"""
+
+
+def plan_of(design, holding="comb"):
+    """No more of a plan than the placement asks: legs and the slots that hold them."""
+    frames = plate_frames(design)
+    legs, slots = [], {side: [] for side in SIDES}
+    for frame in frames:
+        for side in ("+z", "-z") if frame.along == "x" else ("+x", "-x"):
+            width = frame.length - 0.2
+            legs.append(Leg(frame.index, side, width, 0.0, 5.0, 5.0, 8.0, True))
+            place = (frame.place, frame.y, frame.angle_deg)
+            slots[side].append(Slot(frame.index, side, *place, width + 0.2, 0.12, 0.2, 0.0))
+    sides = tuple(
+        SidePlan(side, holding if slots[side] else "wall", 0.3, 0.0, None, tuple(slots[side]))
+        for side in SIDES
+    )
+    numbers = [1.0] * 10
+    return MoldPlan(1.0, frames, tuple(legs), sides, (), *numbers, (), (), (), (), ())
+
+
+@pytest.fixture(scope="module")
+def three():
+    return parse_design(THREE)
+
+
+@pytest.fixture(scope="module")
+def section(three):
+    scene = scene_for(three)
+    zone = zone_of(Case(three, scene, grips=False), scene)
+    frames = plate_frames(three)
+    return zone, scene, frames, mesh_section(three, zone.half_width, SIZES, frames)
+
+
+def each(value, count=3):
+    return np.full(count, value)
+
+
+def test_a_move_carries_the_plates_and_leaves_the_outside(section):
+    _, _, frames, mesh = section
+    move = Move(each(0.04), each(-0.03), each(5.0))
+    moved = moved_mesh(mesh, frames, move)
+    after = move.of(frames)
+    for before, now in zip(frames, after, strict=True):
+        nodes = np.unique(mesh.cells[mesh.regions == before.index + 1])
+        assert now.local(moved.points[nodes]) == pytest.approx(before.local(mesh.points[nodes]))
+    outside = np.unique(np.concatenate([f.ravel() for f in mesh.facets.values()]))
+    assert (moved.points[outside] == mesh.points[outside]).all()
+    middles = 0.5 * (moved.points[mesh.cells[:, 0]] + moved.points[mesh.cells[:, 1]])
+    inner = ~np.isin(mesh.cells[:, 3], outside)
+    assert moved.points[mesh.cells[inner, 3]] == pytest.approx(middles[inner])
+
+
+def test_plates_driven_into_each_other_are_refused(section):
+    _, _, frames, mesh = section
+    apart = np.array([0.9, 0.0, -0.9])
+    with pytest.raises(MeshError, match="of its area"):
+        moved_mesh(mesh, frames, Move(apart, each(0.0), each(0.0)))
+
+
+def test_the_carried_mesh_reads_what_a_mesh_made_anew_does(three, section):
+    """Both are of the same moved finger; they differ by the mesh's own error."""
+    zone, scene, frames, mesh = section
+    right = readings(three, mesh, frames, zone, scene)
+    move = Move(each(0.0), each(0.1), each(4.0))
+    after = move.of(frames)
+    carried = readings(three, moved_mesh(mesh, frames, move), after, zone, scene)
+    anew = mesh_section(three, zone.half_width, SIZES, after)
+    fresh = readings(three, anew, after, zone, scene)
+    scale = np.abs(right).max(axis=1, keepdims=True)
+    assert np.abs((carried - right) / scale).max() > 0.08
+    assert np.abs((carried - fresh) / scale).max() < 0.015
+
+
+def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
+    def effect(tolerance, clearance):
+        comb = {"tolerance_mm": tolerance, "clearance_mm": clearance}
+        text = f"{THREE}\n[mold.comb]\n" + "\n".join(f"{k} = {v}" for k, v in comb.items())
+        design = parse_design(text)
+        return placement_effect(design, plan_of(design), SIZES)
+
+    none, small, large = effect(0.0, 0.0), effect(0.01, 0.0), effect(0.01, 0.01)
+    assert none["reason"] is None
+    assert none["together"]["worst"] == 0.0
+    assert small["tolerance_mm"] == 0.01
+    for before, after in zip(small["changes"], large["changes"], strict=True):
+        assert 0.0 < before["rms"] <= before["worst"] < 0.3
+        assert after["rms"] == pytest.approx(2.0 * before["rms"], rel=0.15)
+    sums = np.sqrt(sum(each["rms"] ** 2 for each in large["changes"]))
+    assert large["together"]["rms"] == pytest.approx(sums)
+    assert [each["plate"] for each in large["gages"]] == [0, 1, 2]
+    assert json.loads(json.dumps(large, allow_nan=False)) == large
+    said = large["sentences"]
+    assert said[0].startswith("A plate 0.02 mm off along x changes its reading by up to ")
+    assert "Height counts most for plate" in said[1]
+
+
+def test_bent_plates_are_moved_as_they_are():
+    bent = THREE.replace("[plates]\n", '[plates]\nfollow = "bent"\nangle_deg = 0.0\n')
+    design = parse_design(bent)
+    found = placement_effect(design, plan_of(design), SIZES)
+    assert found["reason"] is None
+    assert 0.0 < found["together"]["worst"] < 0.5
+
+
+def test_what_holds_a_plate_says_how_far_it_may_be_off(three):
+    comb = three.mold.comb
+    off, angle = tolerances(three, plan_of(three), 0)
+    assert off == comb.tolerance_mm + comb.clearance_mm
+    assert np.tan(np.radians(angle)) == pytest.approx(off / 0.5)  # half a leg of 1 mm
+    off, angle = tolerances(three, plan_of(three, "slots"), 0)
+    assert off == 0.1  # the profile of resin prints
+    assert np.tan(np.radians(angle)) == pytest.approx(off / 1.2)  # the slot's length
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("count = 0", "no plates"),
+        ('along = "z"\nspan_mm = 6.0', "rows along z"),
+        ("span_mm = 2.0\nspan_offset_mm = 2.5", "cuts no plate"),
+    ],
+)
+def test_where_the_section_shows_no_plate_the_reason_is_told(text, why):
+    short = THREE.replace("length_mm = 0.6", "length_mm = 0.6\nwidth_mm = 0.5")
+    changed = short.replace("count = 3", text if "count" in text else f"count = 3\n{text}")
+    design = parse_design(changed)
+    assert why in section_plates(design)[1]
+    found = placement_effect(design, plan_of(design))
+    assert why in found["reason"]
+    assert why in found["sentences"][0]
