@@ -118,14 +118,34 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert small["tolerance_mm"] == 0.01
     for before, after in zip(small["changes"], large["changes"], strict=True):
         assert 0.0 < before["rms"] <= before["worst"] < 0.3
+        assert max(before["rms_alike"], before["rms_opposed"]) <= before["rms"]
         assert after["rms"] == pytest.approx(2.0 * before["rms"], rel=0.15)
     sums = np.sqrt(sum(each["rms"] ** 2 for each in large["changes"]))
     assert large["together"]["rms"] == pytest.approx(sums)
     assert [each["plate"] for each in large["gages"]] == [0, 1, 2]
     assert json.loads(json.dumps(large, allow_nan=False)) == large
     said = large["sentences"]
-    assert said[0].startswith("A plate 0.02 mm off along x changes its reading by up to ")
+    assert said[0].startswith("A plate 0.02 mm off along x changes a reading by up to ")
     assert "Height counts most for plate" in said[1]
+
+
+def test_a_plate_that_is_off_alone_changes_no_more_than_is_told(three, section):
+    zone, scene, frames, mesh = section
+    told = placement_effect(three, plan_of(three), SIZES)["gages"]
+    right = readings(three, mesh, frames, zone, scene)
+    most = np.abs(right).max(axis=1)
+    off, angle = tolerances(three, plan_of(three), 1)
+    for name, (x, y, turn) in {
+        "along_x": (off, 0.0, 0.0),
+        "in_height": (0.0, off, 0.0),
+        "turned": (0.0, 0.0, angle),
+    }.items():
+        only = np.array([0.0, 1.0, 0.0])
+        move = Move(x * only, y * only, turn * only)
+        after = move.of(frames)
+        found = readings(three, moved_mesh(mesh, frames, move), after, zone, scene)
+        alone = (np.abs(found - right)[:, 1] / most).max()
+        assert 0.3 * told[1][name] < alone < 1.1 * told[1][name]
 
 
 def test_bent_plates_are_moved_as_they_are():

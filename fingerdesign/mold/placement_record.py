@@ -1,0 +1,142 @@
+"""The record of what plates off their places do to the gages, and what it says in words."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.errors import SolverError
+
+if TYPE_CHECKING:
+    from fingerdesign.design.layout import PlateFrame
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+Effect = dict[str, Any]
+
+CHANGES = ("along_x", "in_height", "turned")
+_READS = 1e-6  # microstrain: a row whose largest reading is below it has none to be relative to
+
+
+def effect_record(
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    off: Array,
+    right: Array,
+    apart: Array,
+    shares: Array,
+    scene: Scene,
+) -> Effect:
+    """The record of readings ``right`` (rows, gages), microstrain, and of their changes.
+
+    off (gages, 2): what each plate may be off, mm and degrees. apart (ways, 3, rows, gages):
+    changes of readings, by CHANGES; all plates alike first, every second one the other way last.
+    shares (3,): how much of each change was solved, to be enlarged. Raises SolverError where no
+    gage reads.
+    """
+    most = np.abs(right).max(axis=1)
+    heard = most > _READS
+    if not heard.any():
+        raise SolverError("no gage reads anything in the section")
+    ways = np.abs(apart[:, :, heard]) / most[heard][:, None]
+    share = ways.max(axis=0)
+    together = np.sqrt((share**2).sum(axis=0))
+    sizes = [float(off[:, 0].max()), float(off[:, 0].max()), float(off[:, 1].max())]
+    changes = [
+        {"name": name, "largest": sizes[k], "unit": "mm" if k < 2 else "degrees"}
+        | _summary(share[k], frames)
+        | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
+        | {"share_solved": float(shares[k])}
+        for k, name in enumerate(CHANGES)
+    ]
+    cover = _covers(design, frames)
+    gages = [
+        {"plate": frame.index, "x_mm": round(frame.place, 4), "surface_mm": round(cover[k], 4)}
+        | {name: float(share[j, :, k].max()) for j, name in enumerate(CHANGES)}
+        | {"together": float(together[:, k].max())}
+        for k, frame in enumerate(frames)
+    ]
+    found: Effect = {
+        "tolerance_mm": sizes[0],
+        "angle_deg": sizes[2],
+        "changes": changes,
+        "together": _summary(together, frames),
+        "gages": gages,
+        "friction_coefficient": scene.object.friction_coefficient,
+        "increments_mm": [[round(value, 5) for value in row[:2]] for row in scene.path.rows],
+        "largest_reading_microstrain": [float(value) for value in most],
+    }
+    return found | {"sentences": _sentences(design, found)}
+
+
+def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
+    """RMS and worst of shares (rows, gages), and whose the worst is."""
+    worst = int(share.max(axis=0).argmax())
+    return {
+        "rms": _rms(share),
+        "worst": float(share.max()),
+        "worst_plate": frames[worst].index,
+    }
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
+    """Height of the surface above each plate's centre, mm."""
+    from fingerdesign.design.layout import surface_height
+
+    places = np.array([frame.place for frame in frames])
+    heights = surface_height(design.body, places)
+    return [float(h - frame.y) for h, frame in zip(heights, frames, strict=True)]
+
+
+def _sentences(design: Design, found: Effect) -> list[str]:
+    """What the numbers say, for the report."""
+    from fingerdesign.design.layout import plate_frames
+
+    x, y, turned = found["changes"]
+    both = found["together"]
+    said = [
+        f"A plate {x['largest']:.2g} mm off along x changes a reading by up to "
+        f"{_percent(x['worst'])} of the largest, one {y['largest']:.2g} mm off in height by up to "
+        f"{_percent(y['worst'])}, one turned by {turned['largest']:.2g} degrees by up to "
+        f"{_percent(turned['worst'])}; together by up to {_percent(both['worst'])}, "
+        f"{_percent(both['rms'])} root mean square."
+    ]
+    worst = max(found["gages"], key=lambda each: float(each["in_height"]))
+    said.append(
+        f"Height counts most for plate {worst['plate']} at x = {worst['x_mm']:g} mm, "
+        f"{worst['surface_mm']:.3g} mm below the surface."
+    )
+    partial = [each["name"] for each in found["changes"] if each["share_solved"] < 1.0]
+    if partial:
+        said.append(
+            f"Plates lie too close for the whole change ({', '.join(partial).replace('_', ' ')}): "
+            "a part was solved and enlarged in proportion."
+        )
+    if design.body.shape not in ("arc", "block") or not design.extruded:
+        said.append("In plane strain, of a finger that is not its mid-section throughout: a guide.")
+    if any(frame.span < design.body.depth_mm - 1e-9 for frame in plate_frames(design)):
+        said.append("Legs of embedded plates stay in the rubber; the section does not show them.")
+    else:
+        said.append("Legs are trimmed flush with the rubber, which moves no plate.")
+    return said
+
+
+def _percent(share: float) -> str:
+    """A share in percent, two digits.
+
+    >>> _percent(0.0312), _percent(1.234)
+    ('3.1 %', '120 %')
+    """
+    value = 100.0 * share
+    if value >= 10.0:
+        value = round(value, 1 - math.floor(math.log10(value)))
+        return f"{value:.0f} %"
+    return f"{value:.2g} %"
