@@ -1,0 +1,277 @@
+"""A page in a real headless Chromium, driven by its DevTools protocol: clicks, keys, time, silence.
+
+    with Browser(page, work) as browser:
+        browser.click("#sort-name")
+        assert browser.evaluate("document.title") == "..."
+        assert browser.console == [] and browser.requests == []
+
+https://chromedevtools.github.io/devtools-protocol/ names the methods. Needs Chromium on the PATH.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import json
+import shutil
+import subprocess
+import time
+import urllib.request
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from fingerdesign.errors import FingerDesignError
+
+START_S, ANSWER_S = 30.0, 60.0
+LARGEST_MESSAGE = 200_000_000  # bytes: a whole page's text may come back
+_KEYS = {
+    "Enter": ("Enter", 13, "\r"),
+    "Tab": ("Tab", 9, ""),
+    " ": ("Space", 32, " "),
+    "Escape": ("Escape", 27, ""),
+    "ArrowLeft": ("ArrowLeft", 37, ""),
+    "ArrowUp": ("ArrowUp", 38, ""),
+    "ArrowRight": ("ArrowRight", 39, ""),
+    "ArrowDown": ("ArrowDown", 40, ""),
+    "Home": ("Home", 36, ""),
+    "End": ("End", 35, ""),
+}
+
+
+class BrowserError(FingerDesignError):
+    """No browser, or one that does not answer, or a script of the page's that threw."""
+
+
+def chromium() -> str | None:
+    """The browser's path, None where there is none."""
+    return shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+class Browser:
+    """One page, open while the block lasts.
+
+    console: what the page said there, and what it threw. requests: addresses that it asked for,
+    other than its own and data:. opened_s: from asking for the page to its load event. Downloads go
+    to ``work/downloads``.
+    """
+
+    def __init__(self, page: Path, work: Path, size: tuple[int, int] = (1400, 1000)) -> None:
+        self.page, self.work, self.size = page, work, size
+        self.console: list[str] = []
+        self.requests: list[str] = []
+        self.opened_s = 0.0
+        self._number = 0
+
+    def __enter__(self) -> Browser:
+        program = chromium()
+        if program is None:
+            raise BrowserError("there is no Chromium on the PATH")
+        profile = self.work / "profile"
+        (self.work / "downloads").mkdir(parents=True, exist_ok=True)
+        width, height = self.size
+        self._process = subprocess.Popen(
+            [
+                *(program, "--headless=new", "--no-sandbox", "--remote-debugging-port=0"),
+                *("--disable-background-networking", "--disable-component-update"),
+                *("--no-first-run", "--host-resolver-rules=MAP * ~NOTFOUND", "--mute-audio"),
+                *(f"--user-data-dir={profile}", f"--window-size={width},{height}"),
+                *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+                "about:blank",
+            ],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        self._loop = asyncio.new_event_loop()
+        try:
+            self._socket = self._run(self._connected(self._address(profile)))
+            self._open()
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._end()
+
+    def evaluate(self, script: str) -> Any:
+        """The value (JSON) of a JavaScript expression, awaited where it is a promise."""
+        asked = {"expression": script, "returnByValue": True, "awaitPromise": True}
+        found = self.call("Runtime.evaluate", **asked, userGesture=True)
+        if "exceptionDetails" in found:
+            raise BrowserError(f"{script[:200]}: {_thrown(found['exceptionDetails'])}")
+        return found["result"].get("value")
+
+    def click(self, selector: str) -> None:
+        """A real press of the mouse in the middle of the first element, scrolled into view."""
+        place = self.evaluate(
+            f"(() => {{ const e = document.querySelector({json.dumps(selector)}); if (!e) return 0;"
+            "e.scrollIntoView({block: 'center', inline: 'center', behavior: 'instant'});"
+            "const r = e.getBoundingClientRect();"
+            "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+        )
+        if not place:
+            raise BrowserError(f"the page has no {selector}")
+        self.press_at(*place)
+
+    def press_at(self, x: float, y: float, to: tuple[float, float] | None = None) -> None:
+        """Press the mouse at a place of the window, px; with ``to``, drag it there."""
+        mouse = {"button": "left", "clickCount": 1}
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, **mouse)
+        for part in (0.5, 1.0) if to else ():
+            at = {"x": x + part * (to[0] - x), "y": y + part * (to[1] - y)} if to else {}
+            self.call("Input.dispatchMouseEvent", type="mouseMoved", **at, button="left", buttons=1)
+        x, y = to or (x, y)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, **mouse)
+
+    def key(self, name: str, times: int = 1) -> None:
+        """A real stroke of a key on whatever has the focus: "Tab", "ArrowDown", "a", ..."""
+        code, number, text = _KEYS.get(name, ("", ord(name[0].upper()), name))
+        held = {"key": name, "code": code, "windowsVirtualKeyCode": number}
+        for _ in range(times):
+            down = "keyDown" if text else "rawKeyDown"
+            self.call(
+                "Input.dispatchKeyEvent", type=down, **held, **({"text": text} if text else {})
+            )
+            self.call("Input.dispatchKeyEvent", type="keyUp", **held)
+
+    def write(self, text: str) -> None:
+        """Type a text into what has the focus."""
+        self.call("Input.insertText", text=text)
+
+    def appear(self, dark: bool = False, paper: bool = False, still: bool = False) -> None:
+        """Light or dark; as on paper; with the wish for reduced motion."""
+        features = [
+            {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
+            {"name": "prefers-reduced-motion", "value": "reduce" if still else "no-preference"},
+        ]
+        self.call("Emulation.setEmulatedMedia", media="print" if paper else "", features=features)
+
+    def screenshot(self, path: Path, whole: bool = False) -> Path:
+        """A PNG of the window, or of the whole page."""
+        found = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
+        path.write_bytes(base64.b64decode(found["data"]))
+        return path
+
+    def pdf(self, path: Path) -> Path:
+        """The page as it is printed."""
+        found = self.call("Page.printToPDF", preferCSSPageSize=True)
+        path.write_bytes(base64.b64decode(found["data"]))
+        return path
+
+    def downloaded(self, name: str, timeout_s: float = 10.0) -> Path:
+        """The file that was downloaded under this name."""
+        path = self.work / "downloads" / name
+        end = time.monotonic() + timeout_s
+        while not path.is_file():
+            if time.monotonic() > end:
+                raise BrowserError(f"{name} was not downloaded")
+            time.sleep(0.02)
+        return path
+
+    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+        """One call of the protocol, and its answer."""
+        self._number += 1
+        number = self._number
+        said = json.dumps({"id": number, "method": method, "params": parameters})
+        answer: dict[str, Any] = self._run(self._answer(said, number))
+        if "error" in answer:
+            raise BrowserError(f"{method}: {answer['error'].get('message')}")
+        found: dict[str, Any] = answer.get("result", {})
+        return found
+
+    def _open(self) -> None:
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            self.call(f"{domain}.enable")
+        where = str(self.work / "downloads")
+        self.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=where)
+        width, height = self.size
+        screen = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.call("Emulation.setDeviceMetricsOverride", **screen)
+        self._loaded = False
+        begin = time.monotonic()
+        self.call("Page.navigate", url=self.page.absolute().as_uri())
+        while not self._loaded:
+            if time.monotonic() - begin > ANSWER_S:
+                raise BrowserError(f"{self.page} did not open in {ANSWER_S:g} s")
+            self._run(self._hear())
+        self.opened_s = time.monotonic() - begin
+
+    def _address(self, profile: Path) -> str:
+        """Where the page's own socket is."""
+        told, end = profile / "DevToolsActivePort", time.monotonic() + START_S
+        while time.monotonic() < end:
+            lines = told.read_text("ascii").splitlines() if told.is_file() else []
+            if len(lines) == 2:
+                url = f"http://127.0.0.1:{lines[0]}/json/list"
+                with urllib.request.urlopen(url, timeout=START_S) as answer:
+                    pages = [each for each in json.load(answer) if each["type"] == "page"]
+                if pages:
+                    return str(pages[0]["webSocketDebuggerUrl"])
+            time.sleep(0.02)
+        raise BrowserError(f"Chromium did not start in {START_S:g} s")
+
+    async def _connected(self, address: str) -> Any:
+        from tornado.websocket import websocket_connect
+
+        return await websocket_connect(address, max_message_size=LARGEST_MESSAGE)
+
+    async def _answer(self, said: str, number: int) -> Any:
+        await self._socket.write_message(said)
+        while True:
+            found = await self._hear()
+            if found.get("id") == number:
+                return found
+
+    async def _hear(self) -> dict[str, Any]:
+        try:
+            text = await asyncio.wait_for(self._socket.read_message(), ANSWER_S)
+        except TimeoutError as error:
+            raise BrowserError(f"the browser was silent for {ANSWER_S:g} s") from error
+        if text is None:
+            raise BrowserError("the browser has gone")
+        found: dict[str, Any] = json.loads(text)
+        self._note(found.get("method", ""), found.get("params", {}))
+        return found
+
+    def _note(self, event: str, told: dict[str, Any]) -> None:
+        if event == "Page.loadEventFired":
+            self._loaded = True
+        elif event == "Runtime.consoleAPICalled":
+            said = (str(each.get("value", each.get("description"))) for each in told["args"])
+            self.console.append(f"{told['type']}: {' '.join(said)}")
+        elif event == "Runtime.exceptionThrown":
+            self.console.append(_thrown(told["exceptionDetails"]))
+        elif event == "Log.entryAdded":
+            self.console.append(f"{told['entry']['level']}: {told['entry']['text']}")
+        elif event == "Network.requestWillBeSent":
+            address = told["request"]["url"]
+            own = address.split("#")[0] == self.page.absolute().as_uri()
+            if not own and not address.startswith(("data:", "blob:", "about:")):
+                self.requests.append(address)
+
+    def _run(self, work: Any) -> Any:
+        return self._loop.run_until_complete(work)
+
+    def _end(self) -> None:
+        if hasattr(self, "_socket"):
+            self._socket.close()
+            self._run(asyncio.sleep(0.05))
+        self._process.terminate()
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._loop.close()
+
+
+def _thrown(details: dict[str, Any]) -> str:
+    described = details.get("exception", {}).get("description")
+    return str(described or details.get("text"))
