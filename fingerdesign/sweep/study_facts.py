@@ -1,0 +1,149 @@
+"""What a comparison must know beside the outcomes: what is wanted, and of which study they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, cast
+
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.sweep.outcome import Outcome
+
+Goal = Literal["min", "max"]
+GOALS = ("min", "max")
+# Without objectives of the user's, the first of these that the outcomes have, up to three.
+USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "safety_margin", "cost")
+MOST_USUAL = 3
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """An objective: a metric, and which end of it is better."""
+
+    metric: str
+    goal: Goal
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A constraint: what a metric must at least, and at most, be; None: no bound."""
+
+    metric: str
+    at_least: float | None = None
+    at_most: float | None = None
+
+    def holds(self, outcome: Outcome) -> bool:
+        """Whether the outcome has the metric, within the bound."""
+        value = outcome.metrics.get(self.metric)
+        return (
+            value is not None
+            and (self.at_least is None or value >= self.at_least)
+            and (self.at_most is None or value <= self.at_most)
+        )
+
+    @property
+    def words(self) -> str:
+        """As "cost <= 40"."""
+        low = "" if self.at_least is None else f"{self.at_least:g} <= "
+        high = "" if self.at_most is None else f" <= {self.at_most:g}"
+        return f"{low}{self.metric}{high}"
+
+
+@dataclass(frozen=True)
+class MetricFacts:
+    """A metric: its unit ("" where none), which end is better (None: neither), a sentence."""
+
+    name: str
+    unit: str = ""
+    better: Goal | None = None
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class StudyFacts:
+    """The study: a name to head the page, what is wanted, and what repeats it.
+
+    assumed_objectives: the user named none. record: further facts, name -> text (sampling, seed,
+    digest of the study, ...). sources: where the outcomes were read.
+    """
+
+    name: str
+    objectives: tuple[Wanted, ...] = ()
+    constraints: tuple[Bound, ...] = ()
+    metrics: tuple[MetricFacts, ...] = ()
+    assumed_objectives: bool = False
+    record: dict[str, str] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
+
+
+def known_metrics(outcomes: Iterable[Outcome]) -> tuple[MetricFacts, ...]:
+    """Facts of every metric that an outcome has: of those known here first, in their order."""
+    named = _named_metrics()
+    found = dict.fromkeys(name for outcome in outcomes for name in outcome.metrics)
+    known = [
+        MetricFacts(name, metric.unit, metric.better, metric.words)
+        for name, metric in named.items()
+        if name in found
+    ]
+    return (*known, *(MetricFacts(name) for name in found if name not in named))
+
+
+def _named_metrics() -> dict[str, Any]:
+    from importlib import import_module
+    from importlib.util import find_spec
+
+    if find_spec("fingerdesign.sweep.metrics") is None:
+        return {}
+    found: dict[str, Any] = import_module("fingerdesign.sweep.metrics").METRICS
+    return found
+
+
+def usual_objectives(metrics: Iterable[MetricFacts], outcomes: Iterable[Outcome]) -> list[Wanted]:
+    """What a finger is wanted for where nobody said: of metrics that every good outcome has."""
+    by_name = {metric.name: metric for metric in metrics}
+    good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    found = []
+    for name in USUAL_OBJECTIVES:
+        metric = by_name.get(name)
+        if metric is None or metric.better is None:
+            continue
+        values = [outcome.metrics.get(name) for outcome in good]
+        if values and None not in values:
+            found.append(Wanted(name, metric.better))
+    return found[:MOST_USUAL]
+
+
+def read_objectives(found: Any, source: str) -> tuple[Wanted, ...]:
+    """Objectives of a record's JSON, a list of {metric, goal}; DesignError for any other."""
+    if not isinstance(found, list):
+        raise _wrong("objectives", found, "a list of {metric, goal}", source)
+    read = []
+    for each in found:
+        fits = isinstance(each, Mapping) and isinstance(each.get("metric"), str)
+        if not fits or each.get("goal") not in GOALS:
+            raise _wrong("objectives", each, "{metric, goal = min or max}", source)
+        read.append(Wanted(each["metric"], cast(Goal, each["goal"])))
+    return tuple(read)
+
+
+def read_constraints(found: Any, source: str) -> tuple[Bound, ...]:
+    """Constraints of a record's JSON, {metric: {at_least, at_most}}; DesignError for any other."""
+    if not isinstance(found, Mapping):
+        raise _wrong("constraints", found, "{metric: {at_least, at_most}}", source)
+    read = []
+    for name, each in found.items():
+        if not isinstance(each, Mapping) or set(each) - {"at_least", "at_most"}:
+            raise _wrong(f"constraints.{name}", each, "{at_least, at_most}", source)
+        bounds = [each.get(key) for key in ("at_least", "at_most")]
+        if any(b is not None and (isinstance(b, bool) or not _number(b)) for b in bounds):
+            raise _wrong(f"constraints.{name}", each, "{at_least, at_most} of numbers", source)
+        read.append(Bound(str(name), bounds[0], bounds[1]))
+    return tuple(read)
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, int | float)
+
+
+def _wrong(key: str, value: Any, bound: str, source: str) -> DesignError:
+    return DesignError([Fault(key, str(value)[:200], bound, "run the study again")], source)
