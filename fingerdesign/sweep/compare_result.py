@@ -1,0 +1,175 @@
+"""A result of `analyse` as an outcome, so that single analyses stand beside studies."""
+
+from __future__ import annotations
+
+import csv
+import statistics
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.result_folder import read_result
+from fingerdesign.results import GripResult, Result, ResultError
+from fingerdesign.sweep.outcome import Failure, GripOutcome, Numbers, Outcome, Traces, Validity
+
+MOST_POINTS = 60  # of a grip's path, as in every outcome
+_GRAVITY = 9.80665
+_SCENE = "scene."
+
+
+def outcome_of_result(folder: Path) -> Outcome:
+    """The outcome that a result folder tells of: metrics of its grips and of its path's end.
+
+    What the record does not hold is left out: contact maps, and metrics that ask for the model
+    (the gage error of the stick ratio). Raises DesignError for what is no result.
+    """
+    try:
+        result = read_result(folder)
+    except ResultError as error:
+        fault = Fault("RESULT", folder, "a result that can be read", str(error))
+        raise DesignError([fault]) from error
+    failed = result.status == "failed"
+    return Outcome(
+        digest=result.digest,
+        name=result.design,
+        values={},
+        design=_design(result),
+        scene=result.scene,
+        fidelity=result.fidelity,
+        status=result.status,
+        failure=Failure("failed", result.failure or "") if failed else None,
+        metrics={} if failed else _metrics(result),
+        traces=_traces(result),
+        grips=tuple(_grip(grip, folder) for grip in result.grips),
+        validity=_validity(result),
+        warnings=result.warnings,
+        versions=result.versions,
+        seeds=result.seeds,
+        seconds=sum(result.timings_s.values()),
+        peak_memory_MB=result.peak_memory_MB,
+    )
+
+
+def _design(result: Result) -> dict[str, Any]:
+    """The design's tables from the dotted keys of the record."""
+    design: dict[str, Any] = {}
+    for key, value in result.parameters.items():
+        if key.startswith(_SCENE) or value is None:
+            continue
+        *tables, last = key.split(".")
+        place = design
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[last] = value
+    if result.assumed:
+        design["assumed"] = list(result.assumed)
+    return design
+
+
+def _metrics(result: Result) -> dict[str, float | None]:
+    found: dict[str, float | None] = {}
+    grips = result.grips
+    if grips:
+        margins = [grip.safety_margin for grip in grips if grip.safety_margin is not None]
+        found["grip_success"] = sum(g.lifted and not g.gross_slip for g in grips) / len(grips)
+        found["safety_margin"] = statistics.median(margins) if margins else None
+        found["least_margin"] = min(margins, default=None)
+        found["peak_force_N"] = max(grip.peak_normal_force_N for grip in grips)
+        found["peak_ratio"] = max(_peak_ratio(grip) for grip in grips)
+    if result.increments:
+        found["normal_force_N"] = result.increments[-1].normal_force_N
+        found["tangential_force_N"] = result.increments[-1].tangential_force_N
+        found["plates"] = float(len(result.increments[-1].gages))
+    return found
+
+
+def _peak_ratio(grip: GripResult) -> float:
+    """The peak force over the least that would hold, m g / (2 mu)."""
+    least = 0.5e-3 * grip.object_mass_g * _GRAVITY / grip.friction_coefficient
+    return grip.peak_normal_force_N / least
+
+
+def _traces(result: Result) -> Traces:
+    rows = result.increments
+    return Traces(
+        approach_mm=tuple(row.approach_mm for row in rows),
+        shear_mm=tuple(row.shear_mm for row in rows),
+        normal_force_N=tuple(row.normal_force_N for row in rows),
+        tangential_force_N=tuple(row.tangential_force_N for row in rows),
+        stick_ratio=tuple(row.stick_ratio for row in rows),
+        contact_width_mm=tuple(row.contact_width_mm for row in rows),
+        gage_x_mm=_gage_places(result),
+        gages=tuple(tuple(gage.reading for gage in row.gages) for row in rows),
+    )
+
+
+def _gage_places(result: Result) -> Numbers:
+    """x of every gage, from the design; by number where the design is of another version."""
+    from pydantic import ValidationError
+
+    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.design.schema import Design
+
+    count = len(result.increments[0].gages) if result.increments else 0
+    if not count:
+        return ()
+    try:
+        frames = plate_frames(Design.model_validate(_design(result)))
+    except (ValidationError, DesignError):
+        return tuple(map(float, range(count)))
+    by_index = {frame.index: frame.x for frame in frames}
+    return tuple(by_index.get(gage.plate, float(gage.plate)) for gage in result.increments[0].gages)
+
+
+def _grip(grip: GripResult, folder: Path) -> GripOutcome:
+    normal, tangential = _path(grip, folder)
+    return GripOutcome(
+        grip.controller,
+        grip.friction_coefficient,
+        grip.object_mass_g,
+        grip.lifted,
+        grip.gross_slip,
+        grip.safety_margin,
+        grip.peak_normal_force_N,
+        grip.minimum_stick_ratio,
+        normal,
+        tangential,
+    )
+
+
+def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
+    """Forces of a grip from its grip_*.csv, thinned; none where the folder has no such file."""
+    parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
+    stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
+    path = folder / f"{stem}.csv"
+    if not path.is_file():
+        return (), ()
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            rows = list(_forces(csv.DictReader(stream)))
+    except (OSError, ValueError, KeyError) as error:
+        fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
+        raise DesignError([fault]) from error
+    kept = _thinned(rows)
+    return tuple(row[0] for row in kept), tuple(row[1] for row in kept)
+
+
+def _forces(rows: Iterator[dict[str, str]] | csv.DictReader[str]) -> Iterator[tuple[float, float]]:
+    for row in rows:
+        yield float(row["normal_force_N"]), float(row["tangential_force_N"])
+
+
+def _thinned(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    if len(rows) <= MOST_POINTS:
+        return list(rows)
+    last = len(rows) - 1
+    return [rows[round(i * last / (MOST_POINTS - 1))] for i in range(MOST_POINTS)]
+
+
+def _validity(result: Result) -> Validity:
+    ladder = result.ladder
+    if ladder is None:
+        return Validity()
+    worst = max(ladder.error_estimates.values(), default=None)
+    return Validity(mesh_error=worst, sentences=(ladder.why_ended,) if ladder.why_ended else ())
