@@ -1,0 +1,63 @@
+"""Checks of a built mold on its triangles: each with a measured number, a bound and a sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.mold.checks.assembly import assemble, sound
+from fingerdesign.mold.checks.backing import backing_check
+from fingerdesign.mold.checks.demolding import demolding_checks
+from fingerdesign.mold.checks.fill import fill_checks
+from fingerdesign.mold.checks.fits import fit_checks
+from fingerdesign.mold.checks.plan_limits import plan_checks
+from fingerdesign.mold.checks.soundness import part_checks
+from fingerdesign.mold.checks.venting import vent_checks
+from fingerdesign.mold.checks.walls import wall_checks
+from fingerdesign.mold.part import Check
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.part import MoldMeshes
+    from fingerdesign.mold.plan import MoldPlan
+
+__all__ = ["run_checks"]
+
+SEED = 7
+
+
+def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
+    """Everything that is checked of a mold, its parts and its plates.
+
+    Parts whose triangles are not those of a solid cannot be cut with each other: then only their
+    own checks are returned, and one that says so.
+    """
+    chord = design.mold.chord_mm
+    parts = (*meshes.parts, *meshes.plates)
+    found = [check for part in parts for check in part_checks(part, chord)]
+    assembly = assemble(design, plan, meshes)
+    broken = [name for name, solid in assembly.solids.items() if not sound(solid)]
+    broken += [f"blank of {name}" for name, solid in assembly.blanks.items() if not sound(solid)]
+    found.append(_solids(broken, len(assembly.solids)))
+    found += plan_checks(plan, design.mold, assembly.limits)
+    if broken:
+        return tuple(found)
+    rng = np.random.default_rng(SEED)
+    found += fill_checks(assembly)
+    found.append(backing_check(assembly, rng))
+    found += wall_checks(assembly, rng)
+    found += fit_checks(assembly)
+    found += demolding_checks(assembly, rng)
+    found += vent_checks(assembly)
+    return tuple(found)
+
+
+def _solids(broken: list[str], count: int) -> Check:
+    sentence = f"all {count} meshes are solids that can be cut with each other"
+    if broken:
+        sentence = (
+            f"no solid, so fill, walls, draws and vents could not be checked: {', '.join(broken)} "
+            f"(first of them {broken[0]})"
+        )
+    return Check("solids", "", not broken, float(len(broken)), 0.0, "parts", sentence)

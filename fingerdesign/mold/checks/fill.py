@@ -1,0 +1,141 @@
+"""Whether parts and cavity fill the block, and whether the cavity is the finger, enlarged.
+
+Two ways: with the volumes of the exact solids, and with the triangles as they are made. Triangles
+of a curved face lie up to a chord c off it, on parts and outline apart: along curved faces of area
+A parts overlap or gape by at most 2 c A, and the cavity is off by at most c A.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from manifold3d import Manifold, OpType
+
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.volume import outline_volume
+from fingerdesign.geometry.checks import core_volume, plate_volume
+from fingerdesign.mold.checks.assembly import OUTLINE, Assembly, filling
+from fingerdesign.mold.checks.triangles import areas, curved_area
+from fingerdesign.mold.part import CORE, RUBBER, Check
+
+# The kernel's volumes are off by up to 1e-5 under edges that are neither lines nor circles.
+EXACT_SHARE = 1e-4
+FINGER_SHARE = 1e-3
+# Flat faces meet within rounding: a micrometre's thousandth, over the area.
+FLAT_MM = 1e-6
+
+
+def fill_checks(assembly: Assembly) -> list[Check]:
+    """The block filled, overlaps, voids; volumes of cavity, finger and rubber."""
+    low, high = (np.array(corner) for corner in (assembly.meshes.low, assembly.meshes.high))
+    block = Manifold.cube(tuple(high - low)).translate(tuple(low))
+    whole = Manifold.batch_boolean(list(assembly.blanks.values()), OpType.Add)
+    cavity, voids = _cavity(block - whole, assembly.solids[OUTLINE])
+    slack = _slack(assembly)
+    return [
+        _exact(assembly, float(np.prod(high - low))),
+        _overlaps(assembly, whole, slack),
+        _voids(assembly, cavity, voids, slack),
+        _triangles(assembly, cavity),
+        _finger(assembly, float(np.prod(high - low))),
+        _rubber(assembly),
+    ]
+
+
+def _cavity(rest: Manifold, outline: Manifold) -> tuple[Manifold, float]:
+    """The piece of what the parts leave in which the finger lies, and the volume of the others."""
+    pieces = rest.decompose()
+    if len(pieces) < 2:
+        return rest, 0.0
+    shared = [(piece ^ outline).volume() for piece in pieces]
+    most = int(np.argmax(shared))
+    return pieces[most], float(sum(p.volume() for i, p in enumerate(pieces) if i != most))
+
+
+def _slack(assembly: Assembly) -> float:
+    """Volume by which parts that meet along curved faces may overlap or gape, mm^3."""
+    outline = assembly.meshes.outline
+    meshes = [(outline.vertices, outline.triangles)]
+    meshes += [(part.blank_vertices, part.blank_triangles) for part in filling(assembly.meshes)]
+    curved = 0.5 * sum(curved_area(*mesh) for mesh in meshes)  # each face is of two
+    return 2.0 * assembly.chord * curved + FLAT_MM * sum(
+        float(areas(*mesh).sum()) for mesh in meshes
+    )
+
+
+def _exact(assembly: Assembly, block: float) -> Check:
+    parts = sum(part.blank_volume for part in filling(assembly.meshes))
+    outline = assembly.meshes.outline.volume
+    error = abs(block - parts - outline) / outline
+    sentence = (
+        f"block {block:.3f} mm^3 = parts {parts:.3f} + cavity {outline:.3f}, as exact solids; "
+        f"they differ by {error:.1e} of the cavity"
+    )
+    ok = bool(error <= EXACT_SHARE)
+    return Check("cavity and mold fill the block", "", ok, error, EXACT_SHARE, "1", sentence)
+
+
+def _overlaps(assembly: Assembly, whole: Manifold, slack: float) -> Check:
+    blanks = {**assembly.blanks, OUTLINE: assembly.solids[OUTLINE]}
+    joint = whole + assembly.solids[OUTLINE]
+    total = sum(solid.volume() for solid in blanks.values()) - joint.volume()
+    ok = bool(total <= slack)
+    names = ""
+    if not ok:
+        worst = max(
+            combinations(blanks, 2), key=lambda two: (blanks[two[0]] ^ blanks[two[1]]).volume()
+        )
+        names = f", most of it between {worst[0]} and {worst[1]}"
+    sentence = f"parts and cavity overlap each other by {total:.3g} mm^3{names}"
+    return Check("no overlaps", "", ok, float(total), slack, "mm^3", sentence)
+
+
+def _voids(assembly: Assembly, cavity: Manifold, others: float, slack: float) -> Check:
+    gape = others + float((cavity - assembly.solids[OUTLINE]).volume())
+    sentence = f"between parts and the finger's outline {gape:.3g} mm^3 of the block are empty"
+    return Check("no voids", "", bool(gape <= slack), gape, slack, "mm^3", sentence)
+
+
+def _triangles(assembly: Assembly, cavity: Manifold) -> Check:
+    outline = assembly.meshes.outline
+    error = abs(float(cavity.volume()) - outline.volume) / outline.volume
+    curved = curved_area(outline.vertices, outline.triangles)
+    bound = FINGER_SHARE + assembly.chord * curved / outline.volume
+    sentence = (
+        f"the cavity that the triangles leave, {cavity.volume():.3f} mm^3, is {error:.1e} from the "
+        f"enlarged outline; chords of {assembly.chord:.4f} mm on {curved:.0f} mm^2 account for "
+        f"{bound - FINGER_SHARE:.1e}"
+    )
+    return Check("cavity of triangles", "", bool(error <= bound), error, bound, "1", sentence)
+
+
+def _finger(assembly: Assembly, block: float) -> Check:
+    """Cavity / scale^3 less plates and core is the body: metal does not shrink, rubber does."""
+    design, plan = assembly.design, assembly.plan
+    inserts = sum(plate_volume(frame) for frame in plate_frames(design)) + core_volume(design)
+    wanted = outline_volume(design.body) - inserts
+    cavity = block - sum(part.blank_volume for part in filling(assembly.meshes))
+    found = cavity / plan.scale**3 - inserts
+    error = abs(found - wanted) / wanted
+    sentence = (
+        f"cavity less shrinkage, plates and core: {found:.4f} mm^3; the finger's body in closed "
+        f"form: {wanted:.4f} mm^3"
+    )
+    ok = bool(error <= FINGER_SHARE)
+    return Check("cavity is the finger", "", ok, error, FINGER_SHARE, "1", sentence)
+
+
+def _rubber(assembly: Assembly) -> Check:
+    """The rubber is the cavity less metal and core; legs within it take no more than they are."""
+    plan, meshes = assembly.plan, assembly.meshes
+    inserts = sum(plate_volume(frame) for frame in plan.frames)
+    cores = [part.volume for part in meshes.parts if part.name == CORE]
+    room = meshes.outline.volume - inserts - sum(cores)
+    gone = (room - meshes.rubber.volume) / room
+    through = {frame.index: frame.thickness for frame in plan.frames}
+    legs = sum(max(0.0, leg.exit - leg.start) * leg.width * through[leg.plate] for leg in plan.legs)
+    bound = 1.05 * legs / room + EXACT_SHARE
+    sentence = f"legs of plates displace {gone:.1e} of the rubber ({legs / room:.1e} planned)"
+    ok = bool(-EXACT_SHARE <= gone <= bound)
+    return Check("rubber", RUBBER, ok, gone, bound, "1", sentence)

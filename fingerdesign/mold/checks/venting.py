@@ -1,0 +1,198 @@
+"""Where air stays while the mold is filled: high points of the rubber with no opening near.
+
+The base is up: height grows along -y. A level face holds air everywhere, so the mold is tilted by a
+few degrees, one opening highest; air then runs along every face to the local high points of the
+rubber. Under a plate or the core it may also be freed by rocking: tilting the other ways.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from manifold3d import Manifold
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from fingerdesign.mold.checks.assembly import Assembly
+from fingerdesign.mold.checks.openings import across, from_pin, from_slot
+from fingerdesign.mold.checks.rays import inside
+from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
+from fingerdesign.mold.plan import MoldPlan
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+TILT_DEG = 5.0
+# Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
+REACH_MM = 3.0
+_LEVEL_MM = 1e-7
+_STEP_MM = 0.02  # a fifth of the thinnest plates: from a vertex into what is beside it
+AIRING = ("gate", "riser", "vent", "lock")
+
+
+@dataclass(frozen=True)
+class HighPoint:
+    """A local high place: its vertex (of several on one level the farthest from any opening), and
+    how far beyond the nearest opening's edge it lies, mm."""
+
+    vertex: int
+    place: Array
+    beyond: float
+
+
+def vent_checks(assembly: Assembly) -> list[Check]:
+    """High points on the mold's own surface, and under plates and core; each may hold no air."""
+    found = {turn: high_points(assembly, turn) for turn in tilts(assembly.plan)}
+    traps = {turn: [p for p in points if p.beyond > REACH_MM] for turn, points in found.items()}
+    under = {
+        turn: [p for p in points if _under_metal(assembly, p)] for turn, points in traps.items()
+    }
+    own = {turn: [p for p in traps[turn] if p not in under[turn]] for turn in traps}
+    best = min(own, key=lambda turn: (len(own[turn]), max(p.beyond for p in found[turn])))
+    always = [p for p in under[best] if not rocked_out(assembly, p, tuple(found))]
+    said = f"tilted by {TILT_DEG:g} degrees toward {_direction(best)}"
+    open_ = [p for p in found[best] if p not in under[best]]
+    farthest = max(open_, key=lambda p: p.beyond, default=None)
+    beyond = 0.0 if farthest is None else max(0.0, farthest.beyond)
+    words = f"{said}, each high point has an opening within {beyond:.1f} mm"
+    if own[best] and farthest is not None:
+        words = f"{said}, air stays at ({_place(farthest)}), {beyond:.1f} mm from any opening"
+    metal = f"no air stays under plates or core when the mold is {said} and rocked"
+    if always:
+        metal = f"air stays under metal at ({_place(always[0])}) however the mold is tilted"
+    return [
+        Check("vents", BASE, not own[best], beyond, REACH_MM, "mm", words),
+        Check("air under metal", RUBBER, not always, float(len(always)), 0.0, "places", metal),
+    ]
+
+
+def tilts(plan: MoldPlan) -> tuple[float, ...]:
+    """Directions in which the mold may be tilted, radians from +x toward +z: to every opening of
+    the base and to its corners."""
+    holes = [hole for hole in plan.base_holes if hole.kind in AIRING]
+    turns = {float(np.arctan2(h.z, h.x)) for h in holes if np.hypot(h.x, h.z) > 0.5}
+    corner = np.arctan2(plan.half_depth, plan.half_width)
+    turns |= {float(t) for t in (corner, np.pi - corner, -corner, corner - np.pi)}
+    return tuple(sorted({round(turn, 6) for turn in turns}))
+
+
+def high_points(assembly: Assembly, turn: float) -> list[HighPoint]:
+    """Local high places of the rubber, tilted toward ``turn``."""
+    mesh, up = assembly.meshes.rubber, upward(turn)
+    found = []
+    for group in _summits(mesh.vertices @ up, mesh.triangles):
+        points = mesh.vertices[group]
+        if _flows_over(assembly, points[:1], up):
+            continue
+        beyond = beyond_openings(assembly.plan, points)
+        worst = int(np.argmax(beyond))
+        found.append(HighPoint(int(group[worst]), points[worst], float(beyond[worst])))
+    return found
+
+
+def upward(turn: float) -> Array:
+    """Unit vector against gravity in the mold's axes, tilted toward ``turn``."""
+    tilt = np.radians(TILT_DEG)
+    level = np.array([np.cos(turn), 0.0, np.sin(turn)])
+    return np.asarray(np.sin(tilt) * level - np.array([0.0, np.cos(tilt), 0.0]))
+
+
+def rocked_out(assembly: Assembly, point: HighPoint, turns: tuple[float, ...]) -> bool:
+    """Whether air at a high point gets away by tilting the mold toward any of ``turns``, one after
+    another: along the rubber's surface it runs to the highest neighbour, again and again."""
+    mesh = assembly.meshes.rubber
+    first, second = mesh.triangles.reshape(-1), np.roll(mesh.triangles, -1, axis=1).reshape(-1)
+    order = np.argsort(first, kind="stable")
+    starts = np.searchsorted(first[order], np.arange(len(mesh.vertices) + 1))
+    heads = second[order]
+    seen, waiting = {point.vertex}, [point.vertex]
+    while waiting:
+        vertex = waiting.pop()
+        for turn in turns:
+            up = upward(turn)
+            at = _risen(vertex, mesh.vertices @ up, starts, heads)
+            place = mesh.vertices[at][None]
+            if (
+                _flows_over(assembly, place, up)
+                or beyond_openings(assembly.plan, place) <= REACH_MM
+            ):
+                return True
+            if at not in seen:
+                seen.add(at)
+                waiting.append(at)
+    return False
+
+
+def _risen(vertex: int, height: Array, starts: IntArray, heads: IntArray) -> int:
+    while True:
+        around = heads[starts[vertex] : starts[vertex + 1]]
+        above = int(around[np.argmax(height[around])])
+        if height[above] <= height[vertex]:
+            return vertex
+        vertex = above
+
+
+def _flows_over(assembly: Assembly, place: Array, up: Array) -> bool:
+    """Whether a place (1, 3) is the top of something that the rubber flows over."""
+    return bool(inside(assembly.solids[RUBBER], place + _STEP_MM * up)[0])
+
+
+def beyond_openings(plan: MoldPlan, points: Array) -> Array:
+    """How far points (n, 3) lie beyond the edge of the nearest opening that air leaves by, mm.
+
+    A slot lets air out beside its plate, and a core pin's hole beside its pin: rubber is far
+    slower in gaps of some hundredths of a millimetre.
+    """
+    found = np.full(len(points), np.inf)
+    for hole in (hole for hole in plan.base_holes if hole.kind in AIRING):
+        level = np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) - 0.5 * hole.diameter
+        found = np.fmin(found, np.hypot(np.maximum(level, 0.0), points[:, 1]))
+    for side in plan.sides:
+        half = plan.half_depth if side.side.endswith("z") else plan.half_width
+        for slot in side.slots:
+            found = np.fmin(found, _out(slot.side, half, points, from_slot(slot, points)))
+    for pin in plan.core_pins:
+        half = plan.half_depth if pin.side.endswith("z") else plan.half_width
+        found = np.fmin(found, _out(pin.side, half, points, from_pin(pin, points)))
+    return found
+
+
+def _out(side: str, half: float, points: Array, beyond: Array) -> Array:
+    _, out = across(side, points)
+    return np.hypot(np.maximum(beyond, 0.0), half - out)
+
+
+def _summits(height: Array, triangles: IntArray) -> list[IntArray]:
+    """Groups of vertices, level and joined by edges, that no neighbour of theirs is above."""
+    first, second = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    level = np.abs(height[first] - height[second]) <= _LEVEL_MM
+    links = (np.ones(int(level.sum())), (first[level], second[level]))
+    shape = (len(height), len(height))
+    count, labels = connected_components(coo_array(links, shape=shape), directed=False)
+    lower = np.zeros(count, dtype=bool)
+    lower[labels[first[height[second] > height[first] + _LEVEL_MM]]] = True
+    lower[labels[second[height[first] > height[second] + _LEVEL_MM]]] = True
+    used = np.zeros(count, dtype=bool)
+    used[labels[first]] = True
+    return [np.flatnonzero(labels == label) for label in np.flatnonzero(used & ~lower)]
+
+
+def _under_metal(assembly: Assembly, point: HighPoint) -> bool:
+    """Whether a plate or the core is right beside a high point."""
+    steps = np.array(np.meshgrid(*[(-1.0, 0.0, 1.0)] * 3)).reshape(3, -1).T
+    around = point.place + _STEP_MM * steps
+    names = [plate.name for plate in assembly.meshes.plates]
+    names += [part.name for part in assembly.meshes.parts if part.name == CORE]
+    solids: list[Manifold] = [assembly.solids[name] for name in names]
+    return any(bool(inside(solid, around).any()) for solid in solids)
+
+
+def _place(point: HighPoint) -> str:
+    return ", ".join(f"{value:.2f}" for value in point.place)
+
+
+def _direction(turn: float) -> str:
+    x, z = (float(np.round(value, 2)) + 0.0 for value in (np.cos(turn), np.sin(turn)))
+    return f"x, z = {x:g}, {z:g}"

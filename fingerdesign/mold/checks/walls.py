@@ -1,0 +1,119 @@
+"""How thin the parts are: rays inward from seeded points of their surfaces.
+
+A ray that ends on a face which looks the other way within 40 degrees has crossed a wall; one that
+ends on another face has crossed an edge's wedge, which is blunted by making it and holds nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from manifold3d import Manifold
+from numpy.typing import NDArray
+
+from fingerdesign.mold.checks.assembly import Assembly
+from fingerdesign.mold.checks.openings import across, from_slot
+from fingerdesign.mold.checks.rays import bounds, pairs, surface_points
+from fingerdesign.mold.part import Check, PartMesh, comb_names, wall_name
+from fingerdesign.mold.plan import SidePlan
+
+Array = NDArray[np.float64]
+
+POINTS = 1500  # and as many centroids: on 2000 mm^2 one in a square millimetre
+OPPOSITE = np.cos(np.radians(40.0))
+_START_MM = 1e-6  # off the surface that the ray starts from
+_NEAR_SLOT_MM = 0.05
+
+
+@dataclass(frozen=True)
+class Thin:
+    """Thickness (n,) mm at points (n, 3), inward along the normals; infinite where none is met."""
+
+    points: Array
+    normals: Array
+    thickness: Array
+
+    def least(self, where: NDArray[np.bool_]) -> tuple[float, Array]:
+        """The least thickness among some of the points, and its place."""
+        if not where.any():
+            return float("inf"), np.zeros(3)
+        rows = np.flatnonzero(where)
+        row = rows[np.argmin(self.thickness[rows])]
+        return float(self.thickness[row]), self.points[row]
+
+
+def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
+    """Least wall of every part that is made, least web between the slots of those that hold."""
+    found: list[Check] = []
+    sides = {name: side for side in assembly.plan.sides for name in _holders(side)}
+    for part in assembly.meshes.parts:
+        if part.made not in ("process", "sheet"):
+            continue
+        points, normals = surface_points(part.vertices, part.triangles, POINTS, rng)
+        thin = thicknesses(assembly.solids[part.name], points, normals)
+        found += _of_part(assembly, part, sides.get(part.name), thin)
+    return found
+
+
+def thicknesses(solid: Manifold, points: Array, normals: Array) -> Thin:
+    """Thickness of a solid at points (n, 3) of its surface with outward normals."""
+    low, high = bounds(solid)
+    reach = float(np.linalg.norm(high - low))
+    starts, ends = points - _START_MM * normals, points - reach * normals
+    found = np.full(len(points), np.inf)
+    for row, (start, end) in enumerate(pairs(starts, ends)):
+        for hit in solid.ray_cast(start, end):
+            distance = hit.distance * (reach - _START_MM)
+            if distance > _START_MM:
+                if float(np.dot(hit.normal, normals[row])) < -OPPOSITE:
+                    found[row] = distance + _START_MM
+                break
+    return Thin(points, normals, found)
+
+
+def _holders(side: SidePlan) -> tuple[str, ...]:
+    if side.holding == "slots":
+        return (wall_name(side.side),)
+    return comb_names(side.side, side.holding)
+
+
+def _of_part(assembly: Assembly, part: PartMesh, side: SidePlan | None, thin: Thin) -> list[Check]:
+    limits, comb = assembly.limits, assembly.design.mold.comb
+    slack = 2.0 * part.chord + 1e-3  # a round hole's chords, and rounding
+    if side is None:
+        return [_check("wall", part.name, *thin.least(_all(thin)), limits.wall_mm, slack)]
+    if part.made == "sheet":
+        flat = np.abs(thin.normals[:, 2 if side.side.endswith("z") else 0]) > OPPOSITE
+        return [
+            _check("sheet", part.name, *thin.least(flat), side.sheet, slack),
+            _check("web", part.name, *thin.least(~flat), comb.web_mm, slack),
+        ]
+    slotted = _at_slots(side, thin)
+    return [
+        _check("wall", part.name, *thin.least(~slotted), limits.wall_mm, slack),
+        _check("web", part.name, *thin.least(slotted), limits.feature_mm, slack),
+    ]
+
+
+def _all(thin: Thin) -> NDArray[np.bool_]:
+    return np.ones(len(thin.points), dtype=bool)
+
+
+def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:
+    """Points on the faces of slots: what lies between those is web, not wall."""
+    found = np.zeros(len(thin.points), dtype=bool)
+    place, _ = across(side.side, thin.normals)
+    within = np.hypot(place, thin.normals[:, 1]) > OPPOSITE
+    for slot in side.slots:
+        found |= np.abs(from_slot(slot, thin.points)) < _NEAR_SLOT_MM + 0.5 * side.shift
+    return np.asarray(found & within)
+
+
+def _check(name: str, part: str, least: float, where: Array, bound: float, slack: float) -> Check:
+    ok = bool(least >= bound - slack)
+    place = ", ".join(f"{value:.2f}" for value in where)
+    if not np.isfinite(least):
+        return Check(f"least {name}", part, True, None, bound, "mm", f"{part}: has no {name}")
+    sentence = f"{part}: least {name} {least:.3f} mm, at ({place}); {bound:g} mm can be made"
+    return Check(f"least {name}", part, ok, least, bound, "mm", sentence)

@@ -1,0 +1,166 @@
+"""A mold made by hand passes every check; each fault put into it fails the check that names it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.mold.checks import run_checks
+from fingerdesign.mold.checks.assembly import assemble
+from fingerdesign.mold.checks.venting import high_points, tilts
+from fingerdesign.mold.part import BASE, INSERT, RUBBER
+from fingerdesign.mold.silicone import silicone_of
+
+
+def failed(made) -> dict[str, str]:
+    """Sentences of the checks that fail, by name, and part where they have one."""
+    found = run_checks(made.design, made.plan, made.meshes)
+    return {f"{c.name}: {c.part}" if c.part else c.name: c.sentence for c in found if not c.ok}
+
+
+def test_the_mold_passes_every_check(made):
+    assert failed(made) == {}
+
+
+def test_checks_are_repeatable(made):
+    first, second = (run_checks(made.design, made.plan, made.meshes) for _ in range(2))
+    assert first == second
+
+
+def test_a_part_with_a_triangle_less_is_reported_and_nothing_is_cut(made):
+    part = made.meshes.part("side_wall_left")
+    part = replace(part, triangles=part.triangles[1:], blank_triangles=part.triangles)
+    parts = tuple(part if p.name == part.name else p for p in made.meshes.parts)
+    found = failed(replace(made, meshes=replace(made.meshes, parts=parts)))
+    assert {"watertight: side_wall_left", "solids"} <= set(found)
+    assert "side_wall_left" in found["solids"]
+    assert not any(name.startswith("demolding") for name in found)
+
+
+def test_a_block_that_is_not_filled(made):
+    found = failed(replace(made, meshes=replace(made.meshes, high=(18.0, 18.5, 13.0))))
+    assert {"cavity and mold fill the block", "no voids"} <= set(found)
+
+
+def test_parts_that_overlap_are_named(made):
+    def taller(part):
+        moved = part.blank_vertices + np.array([0.0, -0.05, 0.0])
+        return replace(part, blank_vertices=moved) if part.name == INSERT else part
+
+    parts = tuple(taller(part) for part in made.meshes.parts)
+    sentence = failed(replace(made, meshes=replace(made.meshes, parts=parts)))["no overlaps"]
+    assert INSERT in sentence
+    assert "end_wall" in sentence
+
+
+def test_a_cavity_of_another_finger(made):
+    body = made.design.body.model_copy(update={"width_mm": 20.1})
+    other = replace(made, design=made.design.model_copy(update={"body": body}))
+    assert "cavity is the finger" in failed(other)
+
+
+def test_shrinkage_enlarges_rubber_and_not_metal(made):
+    """The cavity for a shrinkage of 2 % is no cavity for none: its cube is 6 % off."""
+    assert "cavity is the finger" in failed(made.planned(scale=1.0 / 0.98))
+
+
+def test_a_hole_in_a_wall_is_found_where_no_opening_is_planned(made):
+    drilled = made.changed("side_wall_right", lambda wall: wall - made.box((9, 4, -1), (20, 6, 1)))
+    sentence = failed(drilled)["surface backed by parts"]
+    assert "at (10.00, 5.0" in sentence or "at (10.00, 4.9" in sentence
+
+
+def test_a_thin_wall_is_measured(made):
+    thin = made.changed("side_wall_left", lambda wall: wall - made.box((-19, 3, -3), (-10.9, 9, 3)))
+    assert "least wall 0.900 mm" in failed(thin)["least wall: side_wall_left"]
+
+
+def test_a_thin_web_beside_a_slot_is_held_to_the_least_feature(made):
+    def second_slot(gap):
+        low = 8.2 + gap
+        return lambda wall: wall - made.box((-1.6, low, -14), (1.6, low + 0.4, -4))
+
+    name = "least web: end_wall_back"
+    assert "0.300 mm" in failed(made.changed("end_wall_back", second_slot(0.3)))[name]
+    assert name not in failed(made.changed("end_wall_back", second_slot(0.5)))
+
+
+def test_a_tight_socket(made):
+    pin = made.plan.pins[0]
+    tight = made.planned(pins=(replace(pin, clearance=0.2),))
+    assert "clearance: end_wall_front" in failed(tight)
+
+
+def test_an_undercut_is_named_with_its_obstacle(made):
+    bump = made.box((9.9, 5, -2), (10.4, 7, 2))
+    cut = made.changed("side_wall_right", lambda wall: wall + made.box((10, 5, -2), (10.2, 7, 2)))
+    cut = cut.changed(RUBBER, lambda rubber: rubber + bump)
+    cut = cut.changed("side_wall_right", lambda wall: wall - bump)
+    assert failed(cut).keys() & {"demolding: side_wall_right"} == set()  # a bump along the draw
+    hook = made.box((10.2, 3, -2), (10.4, 5.5, 2))
+    cut = cut.changed(RUBBER, lambda rubber: rubber + hook)
+    cut = cut.changed("side_wall_right", lambda wall: wall - hook)
+    assert "overlaps rubber" in failed(cut)["demolding: side_wall_right"]
+
+
+def test_a_thin_hook_far_out_is_met_by_rays(made):
+    """The plate's leg ends in a barb 0.1 mm thick beyond the wall: no step of the draw meets it."""
+    barb = made.box((-1.5, 7.95, -13.5), (1.5, 8.5, -13.4)) + made.box(
+        (-1.5, 7.95, -13.5), (1.5, 8.05, -12.9)
+    )
+    found = failed(made.changed("plate_0", lambda plate: plate + barb))
+    assert "plate_0" in found["demolding: end_wall_back"]
+
+
+def test_without_vents_air_stays_at_the_base(made):
+    gate_only = tuple(hole for hole in made.plan.base_holes if hole.kind == "gate")
+    found = failed(made.planned(base_holes=gate_only))
+    assert "air stays at" in found[f"vents: {BASE}"]
+
+
+def test_air_in_a_cup_of_metal_cannot_be_rocked_out(made):
+    cup = made.box((-6, 3, -2), (-3, 6, 2)) - made.box((-5.5, 4, -1.5), (-3.5, 7, 1.5))
+    trapped = made.changed("plate_0", lambda plate: plate + cup)
+    trapped = trapped.changed(RUBBER, lambda rubber: rubber - cup)
+    assert "however the mold is tilted" in failed(trapped)[f"air under metal: {RUBBER}"]
+
+
+def test_a_level_plate_lets_air_go_when_tilted(made):
+    assembly = assemble(made.design, made.plan, made.meshes)
+    for turn in tilts(made.plan):
+        heights = [point.place[1] for point in high_points(assembly, turn)]
+        assert max(heights) == pytest.approx(0.0)  # all air is at the base, none under the plate
+
+
+def test_limits_of_the_plan(made):
+    small = made.planned(
+        wall_x=0.5,
+        base_holes=(replace(made.plan.base_holes[0], diameter=0.5), *made.plan.base_holes[1:]),
+        pins=(replace(made.plan.pins[0], diameter=1.0, clearance=0.05),),
+    )
+    names = {"planned walls", "planned holes", "planned pins", "planned clearances"}
+    assert names <= set(failed(small))
+
+
+def test_slots_of_the_plan(made):
+    side = made.plan.side("+z")
+    slot = side.slots[0]
+    near = replace(slot, y=8.5, angle_deg=3.0)
+    sides = (replace(side, slots=(replace(slot, width=0.25, shim=0.2), near)), *made.plan.sides[1:])
+    found = failed(made.planned(sides=sides))
+    names = {f"{kind}, side +z" for kind in ("planned slots", "planned webs", "room of plates")}
+    assert names <= set(found)
+
+
+def test_silicone_to_mix(made):
+    found = silicone_of(made.design, made.plan, made.meshes)
+    assert found.rubber == pytest.approx(2396.0)
+    assert found.locks == pytest.approx(np.pi * 4 * (4 + 6 + 9) / 12)
+    assert found.openings == pytest.approx(np.pi * 4 * (16 + 20 + 25) / 12 + np.pi * 4)
+    assert found.flash == pytest.approx(2 * 8 * (3.2 * 0.4 - 3.0 * 0.38))
+    whole = found.rubber + found.locks + found.openings + found.flash
+    assert found.mixed_cm3 == pytest.approx(1.15e-3 * whole)
+    assert found.mass_g == pytest.approx(1.1 * found.mixed_cm3)
+    assert f"{found.mass_g:.1f} g" in found.sentence
