@@ -10,7 +10,8 @@ from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.GeomAbs import GeomAbs_SurfaceType
 from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
-from OCP.gp import gp_Pnt
+from OCP.gp import gp_Pnt, gp_Pnt2d
+from OCP.ShapeAnalysis import ShapeAnalysis_Surface
 from OCP.TopoDS import TopoDS_Face
 
 Array = NDArray[np.float64]
@@ -53,3 +54,25 @@ def keeps_chord(patch: Patch, tolerance_mm: float) -> bool:
         if foot.NbPoints() == 0 or foot.LowerDistance() > tolerance_mm:
             return False
     return True
+
+
+def largest_chord(patch: Patch) -> float:
+    """The greatest distance, mm, of the triangles' edges and middles to the face.
+
+    Each place's foot is looked for from its parameters on, by the kernel's Newton iteration.
+    """
+    if BRepAdaptor_Surface(patch.face).GetType() == GeomAbs_SurfaceType.GeomAbs_Plane:
+        return 0.0
+    places = np.einsum("lk,tkd->tld", LOOKS, patch.points[patch.triangles]).reshape(-1, 3)
+    surface = ShapeAnalysis_Surface(BRep_Tool.Surface_s(patch.face))
+    if patch.parameters is None:
+        starts = [surface.ValueOfUV(gp_Pnt(*place), 1e-9) for place in places.tolist()]
+    else:
+        uv = np.einsum("lk,tkd->tld", LOOKS, patch.parameters[patch.triangles]).reshape(-1, 2)
+        starts = [gp_Pnt2d(u, v) for u, v in uv.tolist()]
+    most = 0.0
+    for start, place in zip(starts, places.tolist(), strict=True):
+        where = gp_Pnt(*place)
+        surface.NextValueOfUV(start, where, 1e-9)
+        most = max(most, float(surface.Gap()))
+    return most

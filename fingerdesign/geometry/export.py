@@ -51,13 +51,24 @@ def write_stl(shapes: Sequence[cq.Shape], path: Path | str, chord_tolerance_mm: 
     if not shapes:
         raise GeometryError(f"{Path(path).name}: there is no solid to write")
     vertices, triangles = triangulate(shapes, chord_tolerance_mm)
-    # STL holds single precision: what is checked is what is written.
-    vertices = vertices.astype(np.float32).astype(np.float64)
     volume = sum(volume_of(shape) for shape in shapes)
     area = sum(shape.Area() for shape in shapes)
+    return write_triangles(vertices, triangles, path, volume, chord_tolerance_mm * area)
+
+
+def write_triangles(
+    vertices: Array, triangles: IntArray, path: Path | str, volume: float, slack: float
+) -> Path:
+    """Write triangles as one binary STL; vertices (n, 3) in mm.
+
+    GeometryError where they are not watertight, are wound inconsistently, or enclose another volume
+    than ``volume`` by more than ``slack``, both in mm^3.
+    """
+    # STL holds single precision: what is checked is what is written.
+    vertices = vertices.astype(np.float32).astype(np.float64)
     check_watertight(Path(path).name, vertices, triangles)
     found = enclosed_volume(vertices, triangles)
-    if abs(found - volume) > chord_tolerance_mm * area:
+    if abs(found - volume) > slack:
         raise GeometryError(
             f"{Path(path).name}: its triangles enclose {found:.6g} mm^3, the CAD {volume:.6g} mm^3"
         )

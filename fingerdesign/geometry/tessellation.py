@@ -26,7 +26,7 @@ from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from fingerdesign.errors import GeometryError
-from fingerdesign.geometry.chord import Patch, keeps_chord
+from fingerdesign.geometry.chord import Patch, keeps_chord, largest_chord
 
 # What the kernel is asked for, in chord tolerances, try by try: of 150 random domes and revolved
 # bodies 140 kept the tolerance at the first, 9 at the second and 1 at the third.
@@ -45,6 +45,24 @@ def triangulate(
     the shape that a face was first met in. GeometryError where the kernel yields no triangles or
     does not keep within ``chord_tolerance_mm`` of a face.
     """
+    return _joined(_close_patches(shapes, chord_tolerance_mm, angle_rad))
+
+
+def triangulate_measured(
+    shapes: Iterable[cq.Shape], chord_tolerance_mm: float, angle_rad: float = 0.3
+) -> tuple[Array, IntArray, float]:
+    """As ``triangulate``, and the greatest distance found between triangles and faces, mm.
+
+    It is looked at in the middles of the triangles and of their edges.
+    """
+    patches = _close_patches(shapes, chord_tolerance_mm, angle_rad)
+    return *_joined(patches), max(largest_chord(patch) for patch in patches)
+
+
+def _close_patches(
+    shapes: Iterable[cq.Shape], chord_tolerance_mm: float, angle_rad: float
+) -> list[Patch]:
+    """Triangles of each face within the tolerance of it, asked for again until they are."""
     if not (np.isfinite(chord_tolerance_mm) and chord_tolerance_mm > 0.0):
         raise GeometryError(f"chord tolerance {chord_tolerance_mm} mm must be above 0")
     builder, compound = BRep_Builder(), TopoDS_Compound()
@@ -54,11 +72,13 @@ def triangulate(
     for share in TRIES:
         patches = list(_patches(compound, share * chord_tolerance_mm, angle_rad))
         if all(keeps_chord(patch, chord_tolerance_mm) for patch in patches):
-            break
-    else:
-        raise GeometryError(
-            f"the CAD kernel's triangles leave a face by more than {chord_tolerance_mm:g} mm"
-        )
+            return patches
+    raise GeometryError(
+        f"the CAD kernel's triangles leave a face by more than {chord_tolerance_mm:g} mm"
+    )
+
+
+def _joined(patches: list[Patch]) -> tuple[Array, IntArray]:
     starts = np.cumsum([0, *(len(patch.points) for patch in patches[:-1])])
     triangles = [patch.triangles + start for patch, start in zip(patches, starts, strict=True)]
     return merge_vertices(np.vstack([patch.points for patch in patches]), np.vstack(triangles))

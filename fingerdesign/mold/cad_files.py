@@ -1,0 +1,129 @@
+"""Built -> MoldMeshes and files: the parts' triangles, STL and STEP of each, one STEP assembly.
+
+All in mold coordinates, mm. Vertices are rounded to the single precision of STL, so that what is
+checked is what is written. Importing this module loads the CAD kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cadquery as cq
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.errors import GeometryError
+from fingerdesign.geometry.export import BONE, BRONZE, SILICONE_GREY, write_triangles
+from fingerdesign.geometry.kernel import volume_of
+from fingerdesign.geometry.tessellation import merge_vertices, triangulate_measured
+from fingerdesign.mold.build import Built, BuiltPart
+from fingerdesign.mold.flat_pattern import flat_patterns
+from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.plan import MoldPlan
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Rgba = tuple[float, float, float, float]
+
+ASSEMBLY = "assembly.step"
+ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
+STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
+COLOURS: dict[str, Rgba] = {
+    INSERT: (0.35, 0.55, 0.80, 1.0),
+    BASE: (0.45, 0.45, 0.48, 1.0),
+    CORE: BONE,
+    RUBBER: SILICONE_GREY,
+    "plate": BRONZE,
+    "end": (0.50, 0.70, 0.55, 1.0),
+    "side": (0.80, 0.68, 0.45, 1.0),
+    "comb": STEEL,
+    "jig": (0.60, 0.50, 0.70, 1.0),
+}
+
+
+def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
+    """A part's triangles within ``chord_mm`` of its solid.
+
+    GeometryError where the kernel yields none or does not keep the chord.
+    """
+    vertices, triangles, chord = _triangles(part.solid, chord_mm)
+    volume = volume_of(part.solid)
+    blank_vertices, blank_triangles, blank_volume = vertices, triangles, volume
+    if part.blank is not None and part.blank is not part.solid:
+        blank_vertices, blank_triangles, _ = _triangles(part.blank, chord_mm)
+        blank_volume = volume_of(part.blank)
+    return PartMesh(
+        part.name,
+        vertices,
+        triangles,
+        part.draw,
+        part.order,
+        part.made,
+        volume,
+        chord,
+        blank_vertices,
+        blank_triangles,
+        blank_volume,
+    )
+
+
+def all_meshed(built: Built, chord_mm: float) -> MoldMeshes:
+    """The triangles of every part of a mold."""
+    return MoldMeshes(
+        tuple(meshed(part, chord_mm) for part in built.parts),
+        tuple(meshed(plate, chord_mm) for plate in built.plates),
+        meshed(built.rubber, chord_mm),
+        meshed(built.outline, chord_mm),
+        built.low,
+        built.high,
+    )
+
+
+def write_files(
+    design: Design, plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path
+) -> tuple[str, ...]:
+    """Write NAME.stl and NAME.step of each part and of each different plate ("plate_A", ... as of
+    ``flat_patterns``), and assembly.step. Returns the names of the files.
+
+    GeometryError where triangles are not watertight or enclose another volume than their solid.
+    """
+    solids = {part.name: part.solid for part in (*built.parts, *built.plates)}
+    laid = {mesh.name: mesh for mesh in (*meshes.parts, *meshes.plates)}
+    wanted = {part.name: part.name for part in built.parts}
+    for pattern in flat_patterns(design, plan):
+        wanted[pattern.name] = f"plate_{pattern.plates[0]}"
+    files = []
+    for name, source in wanted.items():
+        solid, mesh = solids[source], laid[source]
+        slack = (mesh.chord + ROUNDING_MM) * float(solid.Area())
+        write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)
+        _exported(solid.exportStep, folder / f"{name}.step")
+        files += [f"{name}.stl", f"{name}.step"]
+    assembly = cq.Assembly(name="mold")
+    for part in (*built.parts, *built.plates, built.rubber):
+        assembly.add(part.solid, name=part.name, color=cq.Color(*colour(part.name)))
+    _exported(lambda path: assembly.export(path, "STEP"), folder / ASSEMBLY)
+    return (*files, ASSEMBLY)
+
+
+def colour(name: str) -> Rgba:
+    """Red, green, blue and opacity of a part in the assembly."""
+    return next((rgba for start, rgba in COLOURS.items() if name.startswith(start)), STEEL)
+
+
+def _exported(write: Callable[[str], object], path: Path) -> None:
+    write(str(path))
+    if not path.is_file() or path.stat().st_size == 0:
+        raise GeometryError(f"{path.name}: the CAD kernel wrote nothing")
+
+
+def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:
+    """Vertices in single precision, distinct there, triangles, and the greatest chord, mm."""
+    vertices, triangles, chord = triangulate_measured([solid], chord_mm)
+    rounded = vertices.astype(np.float32).astype(np.float64)
+    return *merge_vertices(rounded, triangles), chord

@@ -1,0 +1,213 @@
+"""Features of mold parts as solids: what is added to a blank, and what is cut out of it.
+
+Pins and keys are added to one part and, larger by their clearance, cut out of the other; bolts,
+slots, windows and the base's holes are cut. Importing this module loads the CAD kernel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import cadquery as cq
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.geometry.kernel import Line, extruded, flat_face, polygon, revolved
+from fingerdesign.mold.flat_sides import AXIS, direction
+from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
+from fingerdesign.mold.plan import SIDES, BaseHole, Bolt, CorePin, Key, MoldPlan, Pin, Side
+from fingerdesign.mold.profiles import limits_of
+from fingerdesign.mold.slot_tools import slot_tools, window_tool
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+Array = NDArray[np.float64]
+
+BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
+ROOT_MM = 0.2  # how deep a pin or key reaches into what it stands on
+PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
+_UP = np.array([0.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Features:
+    """Solids to be added to the parts and then to be cut out of them, by part name."""
+
+    added: dict[str, list[cq.Solid]] = field(default_factory=dict)
+    cut: dict[str, list[cq.Solid]] = field(default_factory=dict)
+
+    def add(self, name: str, solid: cq.Solid) -> None:
+        """``solid`` becomes part of ``name``."""
+        self.added.setdefault(name, []).append(solid)
+
+    def take(self, solid: cq.Solid, *names: str) -> None:
+        """``solid`` is cut out of the parts ``names``."""
+        for name in names:
+            self.cut.setdefault(name, []).append(solid)
+
+
+def features_of(design: Design, plan: MoldPlan) -> Features:
+    """Every feature of a plan: pins, keys, bolts, the base's holes, slots, windows, core holes."""
+    found = Features()
+    walls = [wall_name(side) for side in SIDES]
+    sheets = [name for side in SIDES for name in _sheets(plan, side)]
+    for bolt in plan.bolts:
+        found.take(_bolt(bolt), INSERT, *walls, *sheets, BASE)
+    for pin in plan.pins:
+        if pin.dowel:
+            found.take(_dowel_hole(pin), pin.on)
+        else:
+            found.add(pin.on, _pin(pin))
+        found.take(_socket(pin), pin.into, *sheets)
+    for key in plan.keys:
+        found.add(BASE, rib(key, _side_of(key.into)))
+        found.take(groove(key, _side_of(key.into)), key.into, *sheets)
+    core = design.body.core
+    for hole in plan.base_holes:
+        found.take(_base_hole(hole, plan.base), BASE)
+        if hole.kind == "screw" and core is not None:
+            found.take(_pilot(hole, core.height_mm), CORE)
+    clearance = limits_of(design.mold).clearance_mm
+    for core_pin in plan.core_pins:
+        names = (wall_name(core_pin.side), *_sheets(plan, core_pin.side), CORE)
+        found.take(_core_pin(plan, core_pin, clearance), *names)
+    for planned in plan.sides:
+        for name, tool in slot_tools(plan, planned):
+            found.take(tool, name)
+        window = window_tool(plan, planned)
+        if window is not None:
+            found.take(window, wall_name(planned.side))
+    return found
+
+
+def _sheets(plan: MoldPlan, side: Side) -> tuple[str, ...]:
+    return comb_names(side, plan.side(side).holding)
+
+
+def _side_of(wall: str) -> Side:
+    return next(side for side in SIDES if wall_name(side) == wall)
+
+
+def _bolt(bolt: Bolt) -> cq.Solid:
+    if bolt.axis == "y":
+        start, way = np.array([bolt.first, bolt.low - BEYOND_MM, bolt.second]), _UP
+    else:
+        start, way = np.array([bolt.first, bolt.second, bolt.low - BEYOND_MM]), direction("+z")
+    return _cylinder(bolt.diameter, start, way, bolt.high - bolt.low + 2.0 * BEYOND_MM)
+
+
+def _pin(pin: Pin) -> cq.Solid:
+    """A pin with a piece of its root inside of the part that it stands on."""
+    slope = (pin.tip_diameter - pin.diameter) / pin.length
+    root = pin.diameter - ROOT_MM * slope
+    return _cone(pin, -ROOT_MM, root, pin.length, pin.tip_diameter)
+
+
+def _socket(pin: Pin) -> cq.Solid:
+    """The room of a pin, or of a dowel's outer half, with the clearance all round."""
+    more = 2.0 * pin.clearance
+    if pin.dowel:
+        wide = pin.diameter + more
+        return _cone(pin, -BEYOND_MM, wide, 0.5 * pin.length + pin.clearance, wide)
+    slope = (pin.tip_diameter - pin.diameter) / pin.length
+    first = pin.diameter + more - BEYOND_MM * slope
+    last = pin.tip_diameter + more
+    return _cone(pin, -BEYOND_MM, first, pin.length + pin.clearance, last)
+
+
+def _dowel_hole(pin: Pin) -> cq.Solid:
+    return _cone(pin, -0.5 * pin.length, pin.diameter, BEYOND_MM, pin.diameter)
+
+
+def _cone(pin: Pin, start: float, first: float, end: float, last: float) -> cq.Solid:
+    """A round bar along a pin between distances from its root, with its diameters there."""
+    way = np.array(pin.direction) / np.linalg.norm(pin.direction)
+    foot = np.array(pin.root) + start * way
+    return cone(foot, way, first, last, end - start)
+
+
+def cone(foot: Array, way: Array, first: float, last: float, length: float) -> cq.Solid:
+    """The cone (or cylinder) of diameters ``first`` at ``foot`` and ``last`` at its other end."""
+    if abs(first - last) < 1e-9:
+        return _cylinder(first, foot, way, length)
+    across = np.cross(way, np.eye(3)[int(np.argmin(np.abs(way)))])
+    across /= np.linalg.norm(across)
+    tip = foot + length * way
+    corners = [foot, foot + 0.5 * first * across, tip + 0.5 * last * across, tip]
+    lines: list[Line] = [
+        Line(a, b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)
+    ]
+    return revolved(flat_face(lines), foot, way, 360.0)
+
+
+def _cylinder(diameter: float, foot: Array, way: Array, length: float) -> cq.Solid:
+    return cq.Solid.makeCylinder(0.5 * diameter, length, cq.Vector(*foot), cq.Vector(*way))
+
+
+def rib(key: Key, side: Side) -> cq.Solid:
+    """A key: a rib along the side's direction, its long sides leaning by its draft."""
+    away = direction(side)
+    start, end = sorted((float(np.array(key.low) @ away), float(np.array(key.high) @ away)))
+    return _between(key, side, 0.0, -ROOT_MM, key.high[1], start, end)
+
+
+def groove(key: Key, side: Side) -> cq.Solid:
+    """A key's groove: the rib with the clearance, and open inward, so that the wall can slide off
+    along its draw."""
+    away = direction(side)
+    end = max(float(np.array(key.low) @ away), float(np.array(key.high) @ away)) + key.clearance
+    return _between(key, side, key.clearance, -BEYOND_MM, key.high[1] + key.clearance, 0.0, end)
+
+
+def _between(
+    key: Key, side: Side, more: float, bottom: float, top: float, start: float, end: float
+) -> cq.Solid:
+    """The key's section, ``more`` wider all round, drawn from ``start`` to ``end`` outward."""
+    away, across = direction(side), 2 - AXIS[side[1]]
+    unit = np.eye(3)[across]
+    lean = np.tan(np.radians(key.draft_deg))
+    left, right = key.low[across] - more, key.high[across] + more
+    corners = [
+        start * away + place * unit + height * _UP
+        for place, height in (
+            (left + lean * bottom, bottom),
+            (right - lean * bottom, bottom),
+            (right - lean * top, top),
+            (left + lean * top, top),
+        )
+    ]
+    return extruded(flat_face(polygon(corners)), (end - start) * away)
+
+
+def _base_hole(hole: BaseHole, base: float) -> cq.Solid:
+    """A hole through the base plate, as wide as planned at its two faces."""
+    slope = (hole.outer_diameter - hole.diameter) / base
+    first = hole.diameter - BEYOND_MM * slope
+    if first <= 0.1 * hole.diameter:  # it would end in a point before it is out
+        slope, first = 0.0, hole.diameter
+    return cone(
+        np.array([hole.x, BEYOND_MM, hole.z]),
+        -_UP,
+        first,
+        hole.diameter + (base + BEYOND_MM) * slope,
+        base + 2.0 * BEYOND_MM,
+    )
+
+
+def _pilot(hole: BaseHole, height: float) -> cq.Solid:
+    """A screw's pilot hole in the core, from the base up, as deep as its thread holds."""
+    depth = min(2.5 * hole.diameter, max(height - 1.5, 0.5 * height))
+    foot = np.array([hole.x, -BEYOND_MM, hole.z])
+    return _cylinder(PILOT * hole.diameter, foot, _UP, depth + BEYOND_MM)
+
+
+def _core_pin(plan: MoldPlan, pin: CorePin, clearance: float) -> cq.Solid:
+    """The hole of a core pin, from its tip out of the block, with the clearance all round."""
+    away, across = direction(pin.side), 2 - AXIS[pin.side[1]]
+    reach = plan.reach_x if pin.side.endswith("x") else plan.reach_z
+    start = pin.tip - clearance
+    foot = start * away + pin.place * np.eye(3)[across] + pin.y * _UP
+    diameter = pin.diameter + 2.0 * clearance
+    return _cylinder(diameter, foot, away, reach + BEYOND_MM - start)

@@ -1,0 +1,68 @@
+"""Openings for plates' legs as solids: slots in combs, jigs and walls, windows behind sheets.
+
+Importing this module loads the CAD kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cadquery as cq
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.geometry.kernel import box, extruded, flat_face, polygon
+from fingerdesign.mold.flat_sides import AXIS, direction
+from fingerdesign.mold.part import comb_names, wall_name
+from fingerdesign.mold.plan import MoldPlan, Side, SidePlan, Slot
+
+Array = NDArray[np.float64]
+
+_BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
+_UP = np.array([0.0, 1.0, 0.0])
+
+
+def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[tuple[str, cq.Solid]]:
+    """What is cut for the slots of a side: names of parts, and a tool for each.
+
+    The slots of a jig's inner sheet lie toward the plates' upper side by its shift, those of the
+    outer one toward the lower: so, level with each other, the sheets clamp the plates.
+    """
+    side = planned.side
+    sheets = comb_names(side, planned.holding)
+    reach = plan.reach_x if side.endswith("x") else plan.reach_z
+    face = plan.half_width if side.endswith("x") else plan.half_depth
+    for slot in planned.slots:
+        if not sheets:
+            yield wall_name(side), slot_solid(slot, 0.0, 0.0, reach + _BEYOND_MM)
+        for k, name in enumerate(sheets):
+            shift = planned.shift * (1.0 - 2.0 * k) if len(sheets) > 1 else 0.0
+            start = face + k * planned.sheet
+            end = start + planned.sheet + _BEYOND_MM
+            yield name, slot_solid(slot, shift, start - _BEYOND_MM, end)
+
+
+def slot_solid(slot: Slot, shift: float, start: float, end: float) -> cq.Solid:
+    """A slot's rectangle, moved by ``shift`` toward the upper side, from ``start`` to ``end``."""
+    away, across = direction(slot.side), np.eye(3)[2 - AXIS[slot.side[1]]]
+    angle = np.radians(slot.angle_deg)
+    along = np.cos(angle) * across + np.sin(angle) * _UP
+    upward = -np.sin(angle) * across + np.cos(angle) * _UP
+    centre = slot.place * across + slot.y * _UP + shift * upward + start * away
+    s, v = 0.5 * slot.length * along, 0.5 * slot.width * upward
+    corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
+    return extruded(flat_face(polygon(corners)), (end - start) * away)
+
+
+def window_tool(plan: MoldPlan, planned: SidePlan) -> cq.Solid | None:
+    """The window in the wall behind sheets: open toward the insert and outward; None without."""
+    if planned.window is None:
+        return None
+    side: Side = planned.side
+    low, high, bottom = planned.window
+    away, across = direction(side), np.eye(3)[2 - AXIS[side[1]]]
+    reach = plan.reach_x if side.endswith("x") else plan.reach_z
+    face = plan.half_width if side.endswith("x") else plan.half_depth
+    one = face * away + low * across + bottom * _UP
+    other = (reach + _BEYOND_MM) * away + high * across + (plan.top + _BEYOND_MM) * _UP
+    return box(np.minimum(one, other).tolist(), np.maximum(one, other).tolist())
