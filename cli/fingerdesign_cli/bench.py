@@ -14,6 +14,7 @@ from fingerdesign_cli import (
     bench_checks,
     bench_fidelity,
     bench_forecast,
+    bench_molds,
     bench_plane_strain,
     bench_search,
 )
@@ -69,6 +70,7 @@ for _each in (
     *bench_checks.COMMANDS,
     *bench_fidelity.COMMANDS,
     *bench_forecast.COMMANDS,
+    *bench_molds.COMMANDS,
     *bench_search.COMMANDS,
     *bench_plane_strain.COMMANDS,
 ):

@@ -1,0 +1,148 @@
+"""bench molds: it goes on where it stopped, its checks can fall short, a report is read rightly."""
+
+import csv
+import json
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.bench import molds
+from fingerdesign.bench.molds import LINES, Molds, by_kind, measure_molds, words, write_molds
+from fingerdesign.bench.molds_worker import design_of, told
+from fingerdesign.design.starter import shipped_designs
+from fingerdesign.process import ProcessError
+
+
+def record(case, **changed):
+    numbers = {"volume_error": 1e-9, "insert_chord_mm": 0.009, "chord_mm": 0.01, "seconds": 9.0}
+    made = {"status": "made", "reason": None, "failed": [], "checks": 80}
+    return {"case": case, "name": case, "kinds": ["arc", "level"]} | made | numbers | changed
+
+
+def refused(case):
+    reason = "mold.limits.slot_mm = 0.2: must be at least 0.3; raise it"
+    return record(case, status="refused", reason=reason, volume_error=None)
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Nothing is made: which cases are asked for is remembered."""
+    asked = []
+
+    def run(case):
+        asked.append(case)
+        return record(case)
+
+    monkeypatch.setattr(molds, "_run", run)
+    return asked
+
+
+def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
+    measure_molds(tmp_path, seeds=4)
+    assert sorted(quick) == sorted([*shipped_designs(), "0", "1", "2", "3"])
+    path = tmp_path / LINES
+    lines = path.read_text("utf-8").splitlines()
+    first, second, *rest = (json.loads(line) for line in lines)
+    first["version"] = "another"
+    second["status"] = "crashed"
+    kept = [json.dumps(each) for each in (first, second, *rest[:-1])]
+    path.write_text("\n".join([*kept, lines[-1][:30]]), encoding="utf-8")
+    again = sorted([first["case"], second["case"], rest[-1]["case"]])
+    quick.clear()
+    found = measure_molds(tmp_path, seeds=4)
+    assert sorted(quick) == again  # of other code, crashed, cut short
+    assert [each["case"] for each in found.records] == [*shipped_designs(), "0", "1", "2", "3"]
+    quick.clear()
+    measure_molds(tmp_path, seeds=4)
+    assert quick == []
+
+
+@pytest.mark.parametrize(
+    ("spoiled", "falls"),
+    [
+        ({"status": "failed", "failed": ["open"]}, "molds that fail a check"),
+        ({"status": "crashed", "reason": "no"}, "crashes and hangs"),
+        ({"volume_error": 2e-3}, "cavity less plates against the finger's body"),
+        ({"insert_chord_mm": 0.011}, "chord on the contact surface"),
+        ({"chord_mm": 0.011}, "chord on any part"),
+        ({"seconds": 21.0}, "slowest mold, 2 at once"),
+    ],
+)
+def test_each_check_can_fall_short(spoiled, falls):
+    good = [record(str(k)) for k in range(40)]
+    assert all(check.holds for check in Molds(good).checks())
+    bad = Molds([record("40", **spoiled), *good])
+    assert [check.name for check in bad.checks() if not check.holds] == [falls]
+
+
+def test_a_twentieth_may_be_refused_and_no_more():
+    good = [record(str(k)) for k in range(19)]
+    assert all(check.holds for check in Molds([refused("a"), *good]).checks())
+    short = Molds([refused("a"), refused("b"), *good]).checks()
+    assert [check.name for check in short if not check.holds] == ["designs without a mold"]
+
+
+def test_a_process_that_ends_early_is_a_crash(monkeypatch):
+    def ends(*_):
+        raise ProcessError("its process was ended by SIGSEGV", -11)
+
+    monkeypatch.setattr(molds, "run_module", ends)
+    found = molds._run("pin")
+    assert (found["status"], found["reason"]) == ("crashed", "its process was ended by SIGSEGV")
+    assert not all(check.holds for check in Molds([found]).checks())
+    assert "crashed" in words(found)
+
+
+def test_what_is_kept_of_a_report():
+    def check(name, part, measured, ok=True):
+        return {"name": name, "part": part, "ok": ok, "measured": measured, "sentence": name}
+
+    checks = [
+        check("chord", "contact_insert", 0.008),
+        check("chord", "base_plate", 0.0),
+        check("chord", "side_wall_left", 0.009),
+        check("cavity is the finger", "", 3e-7),
+        check("least wall", "base_plate", None),
+    ]
+    found = told({"status": "ok", "checks": checks, "timings_s": {}})
+    assert (found["status"], found["failed"], found["checks"]) == ("made", [], 5)
+    assert found["volume_error"] == 3e-7
+    assert (found["insert_chord_mm"], found["chord_mm"]) == (0.008, 0.009)
+    wrong = [*checks, check("watertight", "base_plate", 2.0, ok=False)]
+    found = told({"status": "failed", "failure": "1 check", "checks": wrong, "timings_s": {}})
+    assert (found["status"], found["failed"]) == ("failed", ["watertight"])
+    found = told({"status": "failed", "failure": "no solid", "checks": [], "timings_s": {}})
+    assert (found["status"], found["failed"]) == ("failed", ["no solid"])
+    assert found["volume_error"] is None
+
+
+def test_cases_are_shipped_designs_and_seeds():
+    design, kinds = design_of("pin")
+    assert (design.design.name, kinds) == ("pin", ["shipped", "revolved"])
+    design, kinds = design_of("0")
+    assert design.design.name == "any_000"
+    assert kinds[0] == design.body.shape == "arc"
+
+
+def test_tables_and_chart_are_written(tmp_path):
+    step = record("1", kinds=["step", "bent"], seconds=12.0, timings_s={"cad": 4.5})
+    found = Molds([record("pin"), step, refused("2")])
+    assert by_kind(found.records)[0] == ("arc", 2, 1, 1, 9.0, 1e-9)
+    paths = write_molds(found, tmp_path)
+    assert [path.name for path in paths] == ["molds.json", "molds.csv", "molds.png"]
+    assert len(json.loads(paths[0].read_text("utf-8"))["designs"]) == 3
+    with paths[1].open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["status"] for row in rows] == ["made", "made", "refused"]
+    assert [row["cad_s"] for row in rows] == ["", "4.5", ""]
+    assert paths[2].stat().st_size > 10_000
+
+
+def test_the_command_tells_what_was_not_made(quick, monkeypatch, tmp_path, capsys):
+    monkeypatch.setattr(molds, "_run", lambda case: refused(case) if case == "0" else record(case))
+    code = main(["bench", "molds", "--out", str(tmp_path), "--seeds", "30"])
+    shown = capsys.readouterr().out
+    assert code == 0
+    assert "0 (arc, level): refused: mold.limits.slot_mm = 0.2" in shown
+    assert "designs without a mold" in shown
+    assert (tmp_path / "molds.csv").exists()
