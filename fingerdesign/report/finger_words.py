@@ -18,7 +18,11 @@ TOPS = {
 
 def finger_text(result: Result) -> str:
     """Body, core and plates in a few sentences; empty where the result does not hold them."""
-    keys = result.parameters
+    return finger_words(result.parameters)
+
+
+def finger_words(keys: Mapping[str, Any]) -> str:
+    """The same of a design's dotted keys (``body.width_mm``)."""
     if "body.shape" not in keys or "body.width_mm" not in keys:
         return ""
     return " ".join(part for part in (_body(keys), _core(keys), _plates(keys)) if part)
