@@ -25,7 +25,7 @@ def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
     outline = assembly.meshes.outline
     points, normals = surface_points(outline.vertices, outline.triangles, POINTS, rng)
     points = points[:POINTS] + 2.0 * assembly.chord * normals[:POINTS]
-    left = ~planned(assembly.plan, points, SLACK_MM)
+    left = ~planned(assembly.plan, points, assembly.limits.clearance_mm, SLACK_MM)
     wanted = int(left.sum())
     for part in (*assembly.meshes.parts, *assembly.meshes.plates):
         rest = np.flatnonzero(left)

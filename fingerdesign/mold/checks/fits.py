@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 AROUND = 12
 ALONG = (0.25, 0.5, 0.75)
 _REACH_MM = 50.0
+_ROUND_MM = 0.05  # a round face may be this far off its radius in triangles
 
 
 def fit_checks(assembly: Assembly) -> list[Check]:
@@ -44,14 +45,28 @@ def _pin(assembly: Assembly, number: int, pin: Pin) -> Check:
     lean = np.arctan2(0.5 * (pin.diameter - pin.tip_diameter), pin.length)
     gaps = []
     for share in ALONG:
+        radius = 0.5 * (pin.diameter + share * (pin.tip_diameter - pin.diameter))
         for turn in 2.0 * np.pi * (np.arange(AROUND) + 0.5) / AROUND:
             out = np.cos(turn) * first + np.sin(turn) * second
             start = root + share * reach * axis
-            inner = None if pin.dowel else assembly.solids[pin.on]
-            found = gap(start, out, inner, assembly.solids[pin.into])
-            gaps.append((found - 0.5 * pin.diameter if pin.dowel else found) * np.cos(lean))
+            found = _beside_pin(assembly, pin, start, out, radius)
+            gaps.append(found * np.cos(lean))
     what = f"pin {number} of {pin.on} in {pin.into}"
     return _fit(assembly, what, pin.into, min(gaps), pin.clearance)
+
+
+def _beside_pin(assembly: Assembly, pin: Pin, start: Array, out: Array, radius: float) -> float:
+    """From a pin to what is beside it: its socket's part, or a sheet that it passes; infinite where
+    it still is within the part that it stands on."""
+    solids = assembly.solids
+    sheets = [name for name in solids if name.startswith(("comb_", "jig_"))]
+    beside = [gap(start, out, None, solids[name]) for name in (pin.into, *sheets)]
+    if pin.dowel:
+        return min(beside) - radius
+    end = tuple((start + _REACH_MM * out).tolist())
+    own = solids[pin.on].ray_cast(tuple(start.tolist()), end)
+    at = _REACH_MM * own[0].distance if own else float("inf")
+    return min(beside) - at if at < radius + _ROUND_MM else float("inf")
 
 
 def _key(assembly: Assembly, key: Key) -> Check:

@@ -38,15 +38,19 @@ def from_pin(pin: CorePin, points: Array) -> Array:
     return np.asarray(np.where(out > 0.0, beyond, np.nan))
 
 
-def planned(plan: MoldPlan, points: Array, slack_mm: float) -> NDArray[np.bool_]:
-    """Whether points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one."""
+def planned(
+    plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float
+) -> NDArray[np.bool_]:
+    """Whether points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one; core pins
+    have a clearance all round."""
     open_ = np.zeros(len(points), dtype=bool)
     below = points[:, 1] < slack_mm
     for hole in plan.base_holes:
         radius = 0.5 * max(hole.diameter, hole.outer_diameter) + slack_mm
         open_ |= below & (np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) <= radius)
-    for slot in (slot for side in plan.sides for slot in side.slots):
-        open_ |= from_slot(slot, points) <= slack_mm  # NaN compares false
+    for side in plan.sides:
+        for slot in side.slots:  # a jig's are shifted; NaN compares false
+            open_ |= from_slot(slot, points) <= slack_mm + side.shift
     for pin in plan.core_pins:
-        open_ |= from_pin(pin, points) <= slack_mm
+        open_ |= from_pin(pin, points) <= clearance_mm + slack_mm
     return open_

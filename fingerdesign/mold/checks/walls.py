@@ -106,7 +106,7 @@ def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:
     place, _ = across(side.side, thin.normals)
     within = np.hypot(place, thin.normals[:, 1]) > OPPOSITE
     for slot in side.slots:
-        found |= np.abs(from_slot(slot, thin.points)) < _NEAR_SLOT_MM + 0.5 * side.shift
+        found |= np.abs(from_slot(slot, thin.points)) < _NEAR_SLOT_MM + side.shift
     return np.asarray(found & within)
 
 
