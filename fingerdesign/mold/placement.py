@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mesh.types import Mesh
     from fingerdesign.mold.moved_section import Move
-    from fingerdesign.mold.plan import MoldPlan, Slot
+    from fingerdesign.mold.plan import MoldPlan
 
 Array = NDArray[np.float64]
 Effect = dict[str, Any]
@@ -90,33 +90,27 @@ def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
 def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float]:
     """How far (mm) and by what angle (degrees) a plate may be off, by the slots that hold it.
 
-    In a comb it has its sheet's tolerance and the clearance; a jig clamps it and shims fill a slot,
-    so that there the process's tolerance alone counts. Over half of its leg's width in a comb, over
-    the length of a slot otherwise, that is an angle. Of its two ends the worse one counts.
+    A slot's place is off by the tolerance of the sheet (comb) or of the process (jig, slots), and
+    the plate stands off its middle by half of the play that shims and clamping leave. One end of
+    the leg may be off against the other by the tolerance and the whole play, which over its width
+    is an angle. Of a plate's two ends the worse one counts.
     """
     from fingerdesign.mold.profiles import limits_of
 
-    comb, process = design.mold.comb, limits_of(design.mold).tolerance_mm
+    comb, process = design.mold.comb.tolerance_mm, limits_of(design.mold).tolerance_mm
+    thickness = {frame.index: frame.thickness for frame in plan.frames}
+    widths = {(leg.plate, leg.side): leg.width for leg in plan.legs}
     places, angles = [0.0], [0.0]
     for side in plan.sides:
+        tolerance = comb if side.holding == "comb" else process
         for slot in side.slots:
             if slot.plate != plate:
                 continue
-            if side.holding == "comb":
-                off = comb.tolerance_mm + comb.clearance_mm
-                reach = 0.5 * _leg_width(plan, slot)
-            else:
-                off, reach = process, slot.length
-            places.append(off)
-            angles.append(math.degrees(math.atan(off / reach)))
+            play = max(slot.width - slot.shim - thickness[plate], 0.0)
+            play = 0.0 if side.holding == "jig" else play
+            places.append(tolerance + 0.5 * play)
+            angles.append(math.degrees(math.atan((tolerance + play) / widths[plate, side.side])))
     return max(places), max(angles)
-
-
-def _leg_width(plan: MoldPlan, slot: Slot) -> float:
-    for leg in plan.legs:
-        if (leg.plate, leg.side) == (slot.plate, slot.side):
-            return leg.width
-    return slot.length - slot.wire
 
 
 def scene_for(design: Design) -> Scene:

@@ -45,7 +45,7 @@ def effect_record(
     ways = np.abs(apart[:, :, heard]) / most[heard][:, None]
     share = ways.max(axis=0)
     together = np.sqrt((share**2).sum(axis=0))
-    sizes = [float(off[:, 0].max()), float(off[:, 0].max()), float(off[:, 1].max())]
+    sizes = [round(float(off[:, k].max()), 6) for k in (0, 0, 1)]
     changes = [
         {"name": name, "largest": sizes[k], "unit": "mm" if k < 2 else "degrees"}
         | _summary(share[k], frames)

@@ -43,7 +43,9 @@ def plan_of(design, holding="comb"):
             width = frame.length - 0.2
             legs.append(Leg(frame.index, side, width, 0.0, 5.0, 5.0, 8.0, True))
             place = (frame.place, frame.y, frame.angle_deg)
-            slots[side].append(Slot(frame.index, side, *place, width + 0.2, 0.12, 0.2, 0.0))
+            slit = frame.thickness + (design.mold.comb.clearance_mm if holding == "comb" else 0.2)
+            shim = 0.2 if holding == "slots" else 0.0
+            slots[side].append(Slot(frame.index, side, *place, width + 0.2, slit, 0.2, shim))
     sides = tuple(
         SidePlan(side, holding if slots[side] else "wall", 0.3, 0.0, None, tuple(slots[side]))
         for side in SIDES
@@ -112,7 +114,7 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
         design = parse_design(text)
         return placement_effect(design, plan_of(design), SIZES)
 
-    none, small, large = effect(0.0, 0.0), effect(0.01, 0.0), effect(0.01, 0.01)
+    none, small, large = effect(0.0, 0.0), effect(0.01, 0.0), effect(0.02, 0.0)
     assert none["reason"] is None
     assert none["together"]["worst"] == 0.0
     assert small["tolerance_mm"] == 0.01
@@ -157,13 +159,13 @@ def test_bent_plates_are_moved_as_they_are():
 
 
 def test_what_holds_a_plate_says_how_far_it_may_be_off(three):
-    comb = three.mold.comb
     off, angle = tolerances(three, plan_of(three), 0)
-    assert off == comb.tolerance_mm + comb.clearance_mm
-    assert np.tan(np.radians(angle)) == pytest.approx(off / 0.5)  # half a leg of 1 mm
-    off, angle = tolerances(three, plan_of(three, "slots"), 0)
-    assert off == 0.1  # the profile of resin prints
-    assert np.tan(np.radians(angle)) == pytest.approx(off / 1.2)  # the slot's length
+    assert off == pytest.approx(0.02 + 0.01)  # the comb's tolerance, half of its clearance
+    assert np.tan(np.radians(angle)) == pytest.approx((0.02 + 0.02) / 1.0)  # over the leg
+    for holding in ("slots", "jig"):  # shims and clamping leave no play
+        off, angle = tolerances(three, plan_of(three, holding), 0)
+        assert off == pytest.approx(0.1)  # the profile of resin prints
+        assert np.tan(np.radians(angle)) == pytest.approx(0.1 / 1.0)
 
 
 @pytest.mark.parametrize(
