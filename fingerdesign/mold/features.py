@@ -107,11 +107,11 @@ def _pin(pin: Pin) -> cq.Solid:
 
 def _socket(pin: Pin) -> cq.Solid:
     """The room of a pin, or of a dowel's outer half, with the clearance all round."""
-    more = 2.0 * pin.clearance
     if pin.dowel:
-        wide = pin.diameter + more
+        wide = pin.diameter + 2.0 * pin.clearance
         return _cone(pin, -BEYOND_MM, wide, 0.5 * pin.length + pin.clearance, wide)
     slope = (pin.tip_diameter - pin.diameter) / pin.length
+    more = 2.0 * pin.clearance * float(np.hypot(1.0, 0.5 * slope))  # across the leaning side
     first = pin.diameter + more - BEYOND_MM * slope
     last = pin.tip_diameter + more
     return _cone(pin, -BEYOND_MM, first, pin.length + pin.clearance, last)
@@ -168,7 +168,8 @@ def _between(
     away, across = direction(side), 2 - AXIS[side[1]]
     unit = np.eye(3)[across]
     lean = np.tan(np.radians(key.draft_deg))
-    left, right = key.low[across] - more, key.high[across] + more
+    wider = more * float(np.hypot(1.0, lean))  # across the leaning side
+    left, right = key.low[across] - wider, key.high[across] + wider
     corners = [
         start * away + place * unit + height * _UP
         for place, height in (

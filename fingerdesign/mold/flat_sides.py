@@ -58,13 +58,28 @@ class FlatSide:
     height_low: float
     height_high: float
 
-    def prism(self, thickness: float, start: float = 0.0) -> cq.Solid:
-        """The face drawn outward over ``thickness``, from ``start`` beyond it."""
-        return _drawn(self.face, direction(self.side), start, thickness)
+    @property
+    def away(self) -> float:
+        """Distance of the face from the mid-plane, mm."""
+        return float(np.array(self.face.Center().toTuple()) @ direction(self.side))
 
-    def widened(self, reach: float, thickness: float, start: float = 0.0) -> cq.Solid:
+    def prism(self, start: float, end: float) -> cq.Solid:
+        """The face drawn outward between two distances from the mid-plane."""
+        return self._drawn(self.face, start, end)
+
+    def widened(self, reach: float, start: float, end: float) -> cq.Solid:
         """The same of the face widened to +-``reach``, level with its upper corners there."""
-        return _drawn(self._widened(reach), direction(self.side), start, thickness)
+        return self._drawn(self._widened(reach), start, end)
+
+    def holds(self, points: Array, normals: Array) -> NDArray[np.bool_]:
+        """Whether points (n, 3) of the outline with normals (n, 3) lie on the face, (n,)."""
+        way = direction(self.side)
+        return np.asarray((points @ way > self.away - 1e-5) & (normals @ way > 1.0 - 1e-9))
+
+    def _drawn(self, face: cq.Face, start: float, end: float) -> cq.Solid:
+        way, first = direction(self.side), start - self.away
+        moved = face.translate(cq.Vector(*(first * way))) if abs(first) > 1e-12 else face
+        return extruded(moved, (end - start) * way)
 
     def _widened(self, reach: float) -> cq.Face:
         """The face within the ground, its own top and the steps out to +-reach."""
@@ -160,11 +175,6 @@ def _extent(solid: cq.Solid) -> tuple[Array, Array]:
         ]
     )
     return places.min(axis=0), places.max(axis=0)
-
-
-def _drawn(face: cq.Face, way: Array, start: float, thickness: float) -> cq.Solid:
-    moved = face if start == 0.0 else face.translate(cq.Vector(*(start * way)))
-    return extruded(moved, thickness * way)
 
 
 def prism_of(corners: Sequence[Array] | Array, vector: Array) -> cq.Solid:

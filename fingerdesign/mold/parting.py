@@ -33,12 +33,10 @@ class Blank:
 class Parting:
     """An outline in mold space, and the blanks by part name.
 
-    follows    whether the parting continues the outline's flat sides; else it is level at the rim
     low, high  corners of the block that outline and fillings fill: |x| <= half_width + wall_x
     """
 
     outline: cq.Solid
-    follows: bool
     blanks: dict[str, Blank]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
@@ -82,30 +80,30 @@ def parted(outline: cq.Solid, plan: MoldPlan) -> Parting:
     low = (-high[0], 0.0, -high[2])
     filled = box(low, high)
     blanks = {name: Blank(part, _within(part, filled, name)) for name, part in blocks.items()}
-    return Parting(outline, flat is not None, blanks, low, high)
+    return Parting(outline, blanks, low, high)
 
 
 def _beside(face: FlatSide, plan: MoldPlan) -> cq.Solid:
     """All that lies beside a flat side, out to the block's faces and the ears."""
     if face.side.endswith("x"):
-        return face.prism(plan.wall_x + plan.ear)
-    return face.widened(plan.reach_x, plan.wall_z)
+        return face.prism(face.away, plan.reach_x)
+    return face.widened(plan.reach_x, face.away, plan.reach_z)
 
 
 def _layers(plan: MoldPlan, side: Side, face: FlatSide) -> dict[str, cq.Solid]:
     """The sheets of a flat side, and its wall behind them."""
     planned = plan.side(side)
     names = comb_names(side, planned.holding)
-    bounds = [k * planned.sheet for k in range(len(names) + 1)]
+    bounds = [face.away + k * planned.sheet for k in range(len(names) + 1)]
     layers = list(zip(names, bounds, bounds[1:], strict=False))
-    thickness = plan.wall_x if side.endswith("x") else plan.wall_z
-    layers.append((wall_name(side), bounds[-1], thickness))
+    reach = block_x(plan) if side.endswith("x") else plan.reach_z
+    layers.append((wall_name(side), bounds[-1], reach))
     found = {}
     for name, start, end in layers:
         if side.endswith("x"):
-            found[name] = face.prism(end - start, start)
+            found[name] = face.prism(start, end)
         else:
-            found[name] = face.widened(plan.reach_x, end - start, start)
+            found[name] = face.widened(plan.reach_x, start, end)
     return found
 
 

@@ -30,28 +30,26 @@ def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[tuple[str, cq.Soli
     """
     side = planned.side
     sheets = comb_names(side, planned.holding)
-    reach = plan.reach_x if side.endswith("x") else plan.reach_z
-    face = plan.half_width if side.endswith("x") else plan.half_depth
+    reach = (plan.reach_x if side.endswith("x") else plan.reach_z) + _BEYOND_MM
     for slot in planned.slots:
         if not sheets:
-            yield wall_name(side), slot_solid(slot, 0.0, 0.0, reach + _BEYOND_MM)
+            yield wall_name(side), slot_solid(slot, 0.0, reach)
         for k, name in enumerate(sheets):
             shift = planned.shift * (1.0 - 2.0 * k) if len(sheets) > 1 else 0.0
-            start = face + k * planned.sheet
-            end = start + planned.sheet + _BEYOND_MM
-            yield name, slot_solid(slot, shift, start - _BEYOND_MM, end)
+            yield name, slot_solid(slot, shift, reach)
 
 
-def slot_solid(slot: Slot, shift: float, start: float, end: float) -> cq.Solid:
-    """A slot's rectangle, moved by ``shift`` toward the upper side, from ``start`` to ``end``."""
+def slot_solid(slot: Slot, shift: float, reach: float) -> cq.Solid:
+    """A slot's rectangle, moved by ``shift`` toward the upper side, drawn out from the mid-plane:
+    it is cut out of one part alone."""
     away, across = direction(slot.side), np.eye(3)[2 - AXIS[slot.side[1]]]
     angle = np.radians(slot.angle_deg)
     along = np.cos(angle) * across + np.sin(angle) * _UP
     upward = -np.sin(angle) * across + np.cos(angle) * _UP
-    centre = slot.place * across + slot.y * _UP + shift * upward + start * away
+    centre = slot.place * across + slot.y * _UP + shift * upward
     s, v = 0.5 * slot.length * along, 0.5 * slot.width * upward
     corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
-    return extruded(flat_face(polygon(corners)), (end - start) * away)
+    return extruded(flat_face(polygon(corners)), reach * away)
 
 
 def window_tool(plan: MoldPlan, planned: SidePlan) -> cq.Solid | None:
@@ -62,7 +60,6 @@ def window_tool(plan: MoldPlan, planned: SidePlan) -> cq.Solid | None:
     low, high, bottom = planned.window
     away, across = direction(side), np.eye(3)[2 - AXIS[side[1]]]
     reach = plan.reach_x if side.endswith("x") else plan.reach_z
-    face = plan.half_width if side.endswith("x") else plan.half_depth
-    one = face * away + low * across + bottom * _UP
+    one = low * across + bottom * _UP
     other = (reach + _BEYOND_MM) * away + high * across + (plan.top + _BEYOND_MM) * _UP
     return box(np.minimum(one, other).tolist(), np.maximum(one, other).tolist())

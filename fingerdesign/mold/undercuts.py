@@ -20,10 +20,10 @@ from OCP.gp import gp_Pnt, gp_Pnt2d, gp_Vec
 from OCP.TopAbs import TopAbs_IN, TopAbs_Orientation
 
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.flat_sides import direction
+from fingerdesign.mold.flat_sides import FlatSide, direction
 from fingerdesign.mold.part import INSERT, wall_name
 from fingerdesign.mold.parting import sides_followed
-from fingerdesign.mold.plan import SIDES, MoldPlan
+from fingerdesign.mold.plan import MoldPlan, Side
 from fingerdesign.mold.plugs import seam
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ Array = NDArray[np.float64]
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
+_ORDER: tuple[Side, ...] = ("+x", "-x", "+z", "-z")  # the corners are the end walls'
 _UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -49,11 +50,11 @@ class Undercut:
 
 def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
     """All faces of an outline in mold space that a planned part could not be drawn off from."""
-    follows = sides_followed(outline, plan) is not None
+    flat = sides_followed(outline, plan)
     found = []
     for number, face in enumerate(outline.Faces(), start=1):
         points, normals = samples(face)
-        names, draws = formed_by(points, normals, plan, follows)
+        names, draws = formed_by(points, normals, plan, flat)
         along = np.einsum("ij,ij->i", normals, draws)
         for name in sorted({str(name) for name in names}):
             rows = np.flatnonzero((names == name) & (along < AGAINST))
@@ -82,46 +83,34 @@ def refuse_undercuts(design: Design, outline: cq.Solid, plan: MoldPlan) -> None:
 
 
 def formed_by(
-    points: Array, normals: Array, plan: MoldPlan, follows: bool
+    points: Array, normals: Array, plan: MoldPlan, flat: dict[Side, FlatSide] | None
 ) -> tuple[NDArray[np.str_], Array]:
     """The part (n,) that forms the outline at points (n, 3) with outward normals (n, 3), and its
-    draw (n, 3); "" and no draw on the base."""
+    draw (n, 3); "" and no draw on the base. flat: the sides that the parting follows, or None."""
     names = np.full(len(points), INSERT, dtype="<U40")
     draws = np.tile(_UP, (len(points), 1))
     lower = points[:, 1] < plan.rim
+    if flat is not None:
+        lower = np.any([face.holds(points, normals) for face in flat.values()], axis=0)
     beyond = {"x": np.zeros(len(points), bool), "z": np.zeros(len(points), bool)}
     for plug in plan.plugs:
         place = np.abs(points[:, 0 if plug.axis == "x" else 2])
         edge = np.array([seam(plan, plug, float(y)) for y in points[:, 1]])
         beyond[plug.axis] = place > edge
-    for side in ("+x", "-x", "+z", "-z"):
+    for side in _ORDER:
         away = direction(side)
         outside = points @ away
-        if follows:
-            half = plan.half_width if side.endswith("x") else plan.half_depth
-            mine = (outside > half - 1e-5) & (normals @ away > 1.0 - 1e-9)
+        if flat is not None:
+            mine = flat[side].holds(points, normals)
         elif side.endswith("z"):
             mine = lower & (outside > plan.corner)
         else:
             mine = lower & (np.abs(points[:, 2]) <= plan.corner) & (outside > 0.0)
-        upper = beyond[side[1]] & (outside > 0.0)
-        if follows:
-            upper &= ~_on_a_side(points, normals, plan)
-        else:
-            upper &= ~lower
+        upper = beyond[side[1]] & (outside > 0.0) & ~lower
         names[mine | upper], draws[mine | upper] = wall_name(side), away
     base = (points[:, 1] < 1e-5) & (normals[:, 1] < -1.0 + 1e-9)
     names[base], draws[base] = "", 0.0
     return names, draws
-
-
-def _on_a_side(points: Array, normals: Array, plan: MoldPlan) -> NDArray[np.bool_]:
-    found = np.zeros(len(points), dtype=bool)
-    for side in SIDES:
-        away = direction(side)
-        half = plan.half_width if side.endswith("x") else plan.half_depth
-        found |= (points @ away > half - 1e-5) & (normals @ away > 1.0 - 1e-9)
-    return found
 
 
 def samples(face: cq.Face) -> tuple[Array, Array]:
