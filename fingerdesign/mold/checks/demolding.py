@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.rays import bounds, inside, pairs, surface_points
-from fingerdesign.mold.checks.triangles import areas, curved_area
+from fingerdesign.mold.checks.triangles import areas, curved, doubled_areas
 from fingerdesign.mold.part import Check, PartMesh
 
 Array = NDArray[np.float64]
 
 POINTS = 800  # and as many centroids, a part; a tenth of it a plate
 FLAT_MM = 1e-6  # parts that slide along flat faces meet within rounding
+SLIDING = 0.3  # faces steeper to the draw part by more than a chord at the first step
 STEPS_MM = (0.05, 0.3, 1.5, 6.0)  # then clear of everything: undercuts bind at once, hooks later
 
 
@@ -44,7 +45,7 @@ def _check(
         overlap = float((solid.translate(tuple(step * draw)) ^ obstacle).volume())
         if overlap > worst:
             worst, where = overlap, step
-    bound = slack(assembly, part)
+    bound = slack(part, obstacle, assembly.chord)
     words = f"moved {clear:.1f} mm along {_said(draw)} it passes everything that is still there"
     if worst > bound:
         name = _names(assembly, there, solid.translate(tuple(where * draw)))
@@ -60,12 +61,18 @@ def _check(
     return Check("demolding", part.name, ok, worst, bound, "mm^3", f"{part.name}: {words}")
 
 
-def slack(assembly: Assembly, part: PartMesh) -> float:
-    """Overlap by chords alone: curved faces that slide by each other lie up to two chords apart
-    from where they should, on the part and on what it slides along; flat ones meet within
-    rounding."""
-    mesh = part.vertices, part.triangles
-    return 2.0 * assembly.chord * curved_area(*mesh) + FLAT_MM * float(areas(*mesh).sum())
+def slack(part: PartMesh, obstacle: Manifold, chord: float) -> float:
+    """Overlap by triangles alone, mm^3: curved faces that slide along an obstacle lie up to two
+    chords apart from where they should; flat ones meet within rounding."""
+    normals = doubled_areas(part.vertices, part.triangles)
+    sizes = np.linalg.norm(normals, axis=1)
+    units = normals / np.maximum(sizes, np.finfo(float).tiny)[:, None]
+    sliding = curved(part.vertices, part.triangles)
+    sliding &= np.abs(units @ np.array(part.draw)) < SLIDING
+    rows = np.flatnonzero(sliding)
+    beside = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
+    rows = rows[inside(obstacle, beside)]
+    return float(chord * sizes[rows].sum() + FLAT_MM * 0.5 * sizes.sum())
 
 
 def clearing(solid: Manifold, obstacle: Manifold, draw: Array) -> float:

@@ -85,16 +85,21 @@ def volume(vertices: Array, triangles: IntArray) -> float:
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
-def curved_area(vertices: Array, triangles: IntArray) -> float:
-    """Area of the triangles that stand for curved faces, mm^2: a neighbour is turned a little."""
+def curved(vertices: Array, triangles: IntArray) -> NDArray[np.bool_]:
+    """Which triangles (t,) stand for curved faces: a neighbour is turned, but only a little."""
     normals = doubled_areas(vertices, triangles)
     sizes = np.linalg.norm(normals, axis=1)
     normals = normals / np.maximum(sizes, np.finfo(float).tiny)[:, None]
     first, second = partners(triangles)
     turn = np.linalg.norm(normals[first // 3] - normals[second // 3], axis=1)
-    curved = np.zeros(len(triangles), dtype=bool)
-    curved[first[(turn > _FLAT_RAD) & (turn < _SMOOTH_RAD)] // 3] = True
-    return float(0.5 * sizes[curved].sum())
+    found = np.zeros(len(triangles), dtype=bool)
+    found[first[(turn > _FLAT_RAD) & (turn < _SMOOTH_RAD)] // 3] = True
+    return found
+
+
+def curved_area(vertices: Array, triangles: IntArray) -> float:
+    """Area of the triangles that stand for curved faces, mm^2."""
+    return float(areas(vertices, triangles)[curved(vertices, triangles)].sum())
 
 
 def _parts(first: IntArray, second: IntArray, count: int) -> int:
