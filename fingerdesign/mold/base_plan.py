@@ -1,0 +1,219 @@
+"""Holes through the base plate: vents, gate, riser, locks, and screws into a core; mm.
+
+The mold is cast with its base up and tilted by ``TILT_DEG`` so that the corner of the first vent
+is the highest: level plates and the core's face then let their bubbles go. All air gathers below
+the base plate; each of its free regions gets a vent at its highest place, and one at the opposite
+corner for the way back. Gate, riser and locks are placed where there is most room, and shrunk to
+it down to the least hole. Gate, riser and locks are wider outside: cured, they hold the finger.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.design.faults import at_most
+from fingerdesign.errors import Fault
+from fingerdesign.mold.extent import Extent
+from fingerdesign.mold.frames import core_in_mold
+from fingerdesign.mold.plan import BaseHole, MoldPlan
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.profiles import Limits
+
+Array = NDArray[np.float64]
+Kind = Literal["gate", "riser", "vent", "lock", "screw"]
+
+TILT_DEG = 5.0
+UNDERCUT = 1.3  # outer diameter of gate, riser and locks over that at y = 0
+_EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
+_GRID = 81  # places along each axis that are tried
+_MOST_LOCKS = 6
+# Clearance hole and pilot hole of a core's screws, mm (ISO 273, medium; drill for cut threads).
+_SCREWS = ((2.4, 1.6), (1.8, 1.25))
+
+
+@dataclass(frozen=True)
+class _Base:
+    """Places (n, 2) in the finger's base, how far each is from edge and core, (n,), what is full.
+
+    region: the number (n,) of the connected region beside the core that each lies in
+    """
+
+    places: Array
+    room: Array
+    region: NDArray[np.int64]
+    web: float
+
+    def free(self, holes: list[BaseHole]) -> Array:
+        """The greatest radius (n,) of a hole's outer end at each place, beside ``holes``."""
+        free = self.room.copy()
+        for hole in holes:
+            apart = np.hypot(self.places[:, 0] - hole.x, self.places[:, 1] - hole.z)
+            outer = 0.5 * max(hole.diameter, hole.outer_diameter)
+            free = np.minimum(free, apart - outer - self.web)
+        return free
+
+
+def up(first: BaseHole) -> Array:
+    """Unit vector (3,) that points up while casting: the base up, tilted toward the first vent."""
+    angle = np.radians(TILT_DEG)
+    away = np.array([np.sign(first.x) or 1.0, 0.0, np.sign(first.z) or 1.0]) / np.sqrt(2.0)
+    return np.asarray(np.sin(angle) * away - np.cos(angle) * np.array([0.0, 1.0, 0.0]))
+
+
+def pour_up(plan: MoldPlan) -> Array:
+    """Unit vector (3,) that points up while a mold is filled and cures."""
+    return up(next(hole for hole in plan.base_holes if hole.kind == "vent"))
+
+
+def core_box(design: Design, scale: float) -> tuple[Array, Array] | None:
+    """Corners (3,) of the core in mold space, mm; None without one."""
+    if design.body.core is None:
+        return None
+    core = core_in_mold(design.body.core, scale)
+    depth = design.body.depth_mm if core.depth_mm is None else core.depth_mm
+    low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * depth])
+    return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
+
+
+def base_holes_of(
+    design: Design, extent: Extent, scale: float, limits: Limits
+) -> tuple[tuple[BaseHole, ...], list[Fault]]:
+    """Every hole of the base plate, the highest vent first, and the fault of what has no room."""
+    mold = design.mold
+    base = _base(design, extent, scale, limits.wall_mm)
+    holes: list[BaseHole] = []
+    faults: list[Fault] = []
+    vents = _vents(base, mold.vent_mm, limits.hole_mm)
+    if len(vents) < 2:
+        faults.append(_no_room("mold.vent_mm", mold.vent_mm, limits, "two vents"))
+    holes += vents
+    screws = _screws(design, scale)
+    holes += screws
+    wanted: list[tuple[Kind, float]] = [("gate", mold.gate_mm), ("riser", mold.gate_mm)]
+    for kind, diameter in wanted:
+        hole = _largest(base, holes, kind, diameter, limits.hole_mm)
+        if hole is None:
+            faults.append(_no_room("mold.gate_mm", mold.gate_mm, limits, f"a {kind}"))
+            break
+        holes.append(hole)
+    for _ in range(_MOST_LOCKS):
+        lock = _largest(base, holes, "lock", mold.lock_mm, limits.hole_mm)
+        if lock is None:
+            break
+        holes.append(lock)
+    return tuple(holes), faults
+
+
+def _no_room(key: str, value: float, limits: Limits, what: str) -> Fault:
+    least = at_most(limits.hole_mm)
+    bound = (
+        f"{what} that has room on the finger's base: even {least} mm, the least hole of "
+        f"'{limits.name}', has none beside core, vents and walls of {limits.wall_mm:g} mm"
+    )
+    remedy = "take a process with smaller holes (mold.limits.hole_mm), or a narrower core"
+    return Fault(key, value, bound, remedy)
+
+
+def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
+    x, z = np.meshgrid(
+        np.linspace(-extent.half_width, extent.half_width, _GRID),
+        np.linspace(-extent.half_depth, extent.half_depth, _GRID),
+        indexing="ij",
+    )
+    places = np.column_stack([x.ravel(), z.ravel()])
+    room = _inside(design, extent, scale, places)
+    box = core_box(design, scale)
+    if box is not None and box[0][1] == 0.0:
+        away = np.abs(places) - box[1][[0, 2]]
+        outside = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
+        room = np.minimum(room, outside)
+    from scipy.ndimage import label
+
+    region = label(room.reshape(x.shape) > 0.0)[0].ravel().astype(np.int64)
+    return _Base(places, room - _EDGE_MM, region, web)
+
+
+def _inside(design: Design, extent: Extent, scale: float, places: Array) -> Array:
+    """How far (n,) places of the plane y = 0 lie inside the finger's base; negative outside."""
+    body = design.body
+    if body.shape == "revolved":
+        return np.asarray(extent.half_width - np.hypot(*places.T))
+    half = np.array([extent.half_width, extent.half_depth])
+    within = (half - np.abs(places)).min(axis=1)
+    if body.step is None:
+        return np.asarray(within)
+    from fingerdesign.design.step_facts import step_facts
+
+    points = np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1]]) / scale
+    faces = [face for face in step_facts(body.step).faces if face.name == "base"]
+    outside = np.min([face.border.beyond(points) for face in faces], axis=0) > 0.0
+    border = np.min([face.border.distance(points) for face in faces], axis=0)
+    return np.asarray(np.minimum(within, scale * np.where(outside, -border, border)))
+
+
+def _vents(base: _Base, diameter: float, least: float) -> list[BaseHole]:
+    """At the highest place of each region, then at the corners, as many as have room."""
+    found: list[BaseHole] = []
+    ways = [np.array(way) for way in ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))]
+    wanted = [(ways[0], number) for number in range(1, int(base.region.max(initial=0)) + 1)]
+    # The highest of all regions first: the mold is tilted toward it.
+    height = base.places @ ways[0]
+    wanted.sort(key=lambda w: -float(height[base.region == w[1]].max()))
+    wanted += [(way, 0) for way in ways[1:]]
+    sizes = [diameter] if diameter <= least else [diameter, 0.5 * (diameter + least), least]
+    for way, number in wanted:
+        for size in sizes:
+            fits = base.free(found) >= 0.5 * size
+            fits &= (base.region == number) if number else (base.places * way > 0.0).all(axis=1)
+            if fits.any():
+                best = np.flatnonzero(fits)[np.argmax(base.places[fits] @ way)]
+                x, z = (float(value) for value in base.places[best])
+                found.append(BaseHole("vent", x, z, size, size))
+                break
+    return found
+
+
+def _largest(
+    base: _Base, holes: list[BaseHole], kind: Kind, diameter: float, least: float
+) -> BaseHole | None:
+    """A hole where it is largest, up to ``diameter``; among those the farthest from its kind."""
+    free = base.free(holes)
+    size = np.minimum(diameter, 2.0 * free / UNDERCUT)
+    if not len(size) or not size.max() >= least - 1e-9:
+        return None
+    good = np.flatnonzero(size >= size.max() - 1e-6)
+    others = [hole for hole in holes if hole.kind in ("gate", "riser", "lock")]
+    apart = np.full(len(good), np.inf)
+    for hole in others:
+        from_it = base.places[good] - np.array([hole.x, hole.z])
+        apart = np.minimum(apart, np.linalg.norm(from_it, axis=1))
+    score = apart if others else -np.linalg.norm(base.places[good], axis=1)
+    best = good[int(np.argmax(np.round(score, 6)))]
+    x, z = (float(value) for value in base.places[best])
+    wide = float(np.floor(1000.0 * size[best]) / 1000.0)
+    return BaseHole(kind, x, z, wide, UNDERCUT * wide)
+
+
+def _screws(design: Design, scale: float) -> list[BaseHole]:
+    """One or two holes for screws into a core that stands on the base."""
+    box = core_box(design, scale)
+    if box is None or box[0][1] != 0.0:
+        return []
+    wide, deep = float(box[1][0]), float(box[1][2])
+    for hole, pilot in _SCREWS:
+        rest = pilot  # of the core around the pilot hole: half a diameter at each side
+        if 2.0 * min(wide, deep) < pilot + rest:
+            continue
+        most = max(wide, deep) - 0.5 * pilot - rest
+        places = [-0.5 * most, 0.5 * most] if most > 1.5 * hole else [0.0]
+        along = wide >= deep
+        return [
+            BaseHole("screw", p if along else 0.0, 0.0 if along else p, hole, hole) for p in places
+        ]
+    return []

@@ -1,0 +1,178 @@
+"""Bolts, pins and keys: what clamps the mold's parts and brings them to their places; mm.
+
+z-bolts clamp end wall, side walls and end wall; where the side walls are too low for one (or a
+window is in its way), y-bolts clamp them between insert and base plate. y-bolts go through insert,
+end walls and base plate. Tapered pins along z stand on the side walls' ends, others below the
+insert; where a pin along z does not fit, the insert's pins locate the side walls, too. Keys on the
+base plate run along the end walls' draw; the side walls have none, for its groove would open into
+the finger. One pin and one side's keys differ in size: parts fit one way only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fingerdesign.mold.columns import SLENDER, Columns, tip_of
+from fingerdesign.mold.part import INSERT, wall_name
+from fingerdesign.mold.plan import Bolt, Key, Pin, Side
+from fingerdesign.mold.walls import (
+    ENDS,
+    FLANKS,
+    Walls,
+    pin_height,
+    upright_place,
+    z_bolt_height,
+)
+
+_KEY_MM = 2.0  # most height of a key
+_LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
+
+
+@dataclass(frozen=True)
+class Fasteners:
+    """What holds a mold together."""
+
+    bolts: tuple[Bolt, ...]
+    pins: tuple[Pin, ...]
+    keys: tuple[Key, ...]
+
+
+def tapered(
+    walls: Walls,
+    columns: Columns,
+    root: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    small: bool,
+    length: float,
+    on: str,
+    into: str,
+) -> Pin:
+    """A pin of the small or the big size that reaches ``length`` into its socket."""
+    diameter = columns.small if small else columns.big
+    if walls.dowels:
+        wide, whole = diameter, 2.0 * length
+    else:
+        wide, whole = tip_of(diameter, length, walls.draft_deg), length
+    clearance = columns.clearance
+    return Pin(root, direction, diameter, wide, whole, clearance, on, into, walls.dowels)
+
+
+def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
+    """Every bolt, pin and key; what cannot be had is told by :mod:`fastener_faults`."""
+    bolts, pins = list[Bolt](), list[Pin]()
+    reach_z = walls.extent.half_depth + columns.wall_z
+
+    def upright(x: float, z: float) -> None:
+        bolts.append(Bolt("y", x, z, -walls.base, walls.top, columns.size, columns.hole))
+
+    height, level = z_bolt_height(walls, columns), pin_height(walls, columns)
+    if height is not None:
+        for _, sign in FLANKS:
+            x = sign * columns.x1
+            bolts.append(Bolt("z", x, height, -reach_z, reach_z, columns.size, columns.hole))
+    if level is not None:
+        for end, way in ENDS:
+            for flank, sign in FLANKS:
+                small = end == "+z" and flank == "+x"
+                root = (sign * columns.x2, level, way * walls.extent.corner)
+                away = (0.0, 0.0, way)
+                on, into = wall_name(flank), wall_name(end)
+                pins.append(tapered(walls, columns, root, away, small, columns.reach, on, into))
+    for _, way in ENDS:
+        for _, sign in FLANKS:
+            upright(sign * columns.x2, way * columns.deep)
+    for _, at_x, at_z in insert_bolts(walls, columns, height is None):
+        if at_x is not None and at_z is not None:
+            upright(at_x, at_z)
+    for side, at_x, at_z, small in insert_pins(walls, columns, level is None):
+        if at_x is not None and at_z is not None:
+            pins.append(_insert_pin(walls, columns, at_x, at_z, small, wall_name(side)))
+    return Fasteners(tuple(bolts), tuple(pins), _keys(walls, columns))
+
+
+def insert_bolts(
+    walls: Walls, columns: Columns, low: bool
+) -> list[tuple[Side, float | None, float | None]]:
+    """Where upright bolts (side, x, z) are beside those at the end walls' ears: through the side
+    walls where these are too ``low`` for bolts along z, or where the insert ends short of the end
+    walls; through the end walls where it ends short of the side walls. None: no room."""
+    found: list[tuple[Side, float | None, float | None]] = []
+    if walls.plug("x") is not None:
+        for end, way in ENDS:
+            x = upright_place(walls, columns, end, columns.bar_bolt, True)
+            found.append((end, x, way * columns.bar_bolt))
+    if low or walls.plug("z") is not None:
+        for flank, sign in FLANKS:
+            z = upright_place(walls, columns, flank, columns.x2, True)
+            found.append((flank, sign * columns.x2, z))
+    return found
+
+
+def insert_pins(
+    walls: Walls, columns: Columns, low: bool
+) -> list[tuple[Side, float | None, float | None, bool]]:
+    """Where the insert has pins: (side of the wall, x, z, small). None: no room."""
+    found: list[tuple[Side, float | None, float | None, bool]] = []
+    if walls.plug("x") is not None:
+        for end, way in ENDS:
+            x = upright_place(walls, columns, end, columns.bar_pin, False)
+            found.append((end, x, way * columns.bar_pin, end == "+z"))
+        return found
+    narrow = walls.plug("z") is not None
+    if not narrow:
+        for end, way in ENDS:
+            for flank, sign in FLANKS:
+                small = end == "+z" and flank == "+x"
+                found.append((end, sign * columns.x3, way * columns.deep, small))
+    if narrow or low:
+        for flank, sign in FLANKS:
+            z = upright_place(walls, columns, flank, columns.x3, False)
+            found.append((flank, sign * columns.x3, z, narrow and flank == "+x"))
+    return found
+
+
+def _insert_pin(walls: Walls, columns: Columns, x: float, z: float, small: bool, into: str) -> Pin:
+    """A pin below the insert: its root is at the greatest height of the walls' top around it."""
+    reach = columns.socket
+    around = [walls.seam(x + i * reach, z + k * reach) for i in (-1, 0, 1) for k in (-1, 0, 1)]
+    diameter = columns.small if small else columns.big
+    root = (x, max(around), z)
+    length = insert_pin_length(columns, diameter, min(around), walls)
+    length += max(around) - min(around)
+    return tapered(walls, columns, root, (0.0, -1.0, 0.0), small, length, INSERT, into)
+
+
+def insert_pin_length(columns: Columns, diameter: float, seam: float, walls: Walls) -> float:
+    """How deep a pin below the insert reaches into a wall that is ``seam`` high."""
+    most = seam - columns.gap - columns.clearance
+    if walls.dowels:
+        most = min(most, walls.top - walls.extent.crest - columns.gap)
+    return min(SLENDER * diameter, most)
+
+
+def least_rim(columns: Columns, diameter: float) -> float:
+    """Height of wall that an insert's pin needs, mm."""
+    return _LEAST_PIN * diameter + columns.gap + columns.clearance
+
+
+def key_height(walls: Walls, columns: Columns) -> float:
+    """Height of the keys: half the wall's at most, with a wall left above the groove."""
+    rim = walls.extent.rim
+    return min(_KEY_MM, 0.5 * rim, rim - columns.gap - columns.clearance)
+
+
+def _keys(walls: Walls, columns: Columns) -> tuple[Key, ...]:
+    """Ribs beside the side walls, from the end walls' inner faces to the insert's pins' sockets."""
+    found = []
+    height = key_height(walls, columns)
+    start = walls.extent.corner + 0.5 * columns.clearance
+    end = columns.deep - columns.socket - columns.gap - columns.clearance
+    for side, way in ENDS:
+        half = 0.5 * (columns.small if way > 0 else columns.big)
+        for _, sign in FLANKS:
+            z = sorted((way * start, way * end))
+            low = (sign * columns.x3 - half, 0.0, z[0])
+            high = (sign * columns.x3 + half, height, z[1])
+            into = wall_name(side)
+            found.append(Key(low, high, walls.draft_deg, columns.clearance, into))
+    return tuple(found)

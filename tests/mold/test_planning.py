@@ -1,0 +1,79 @@
+"""Plans of molds: what shipped designs get, what is refused and how."""
+
+import pytest
+
+from fingerdesign.design.io import with_values
+from fingerdesign.design.starter import find_design
+from fingerdesign.errors import DesignError
+from fingerdesign.mold.planning import mold_faults, plan_mold
+
+
+def changed(name="narrow", **values):
+    keys = {key.replace("__", "."): value for key, value in values.items()}
+    return with_values(find_design(name), {f"mold.{key}": value for key, value in keys.items()})
+
+
+def keys(design):
+    return [fault.key for fault in mold_faults(design)]
+
+
+@pytest.mark.parametrize("name", ["narrow", "homogeneous", "boned", "domed"])
+def test_a_shipped_design_has_a_mold(name):
+    plan = plan_mold(find_design(name))
+    assert {hole.kind for hole in plan.base_holes} >= {"gate", "riser", "vent", "lock"}
+    assert {bolt.axis for bolt in plan.bolts} == {"y", "z"}
+    assert plan.top == pytest.approx(plan.crest + 6.0)
+
+
+@pytest.mark.parametrize(
+    ("values", "key"),
+    [
+        ({"wall_mm": 5.0}, "mold.wall_mm"),
+        ({"draft_deg": 30.0}, "mold.draft_deg"),
+        ({"insert_mm": 0.6}, "mold.insert_mm"),
+        ({"base_mm": 0.6}, "mold.base_mm"),
+        ({"gate_mm": 0.5}, "mold.gate_mm"),
+        ({"vent_mm": 0.5}, "mold.vent_mm"),
+        ({"lock_mm": 0.5}, "mold.lock_mm"),
+        ({"bolt": "M4", "limits__wall_mm": 2.0}, "mold.bolt"),
+        ({"limits__wall_mm": 8.0}, "mold.limits.wall_mm"),
+        ({"limits__feature_mm": 1.5}, "mold.limits.feature_mm"),
+        ({"limits__clearance_mm": 0.6}, "mold.limits.clearance_mm"),
+    ],
+)
+def test_what_cannot_be_made_is_refused_with_key_bound_and_remedy(values, key):
+    found = {fault.key: fault for fault in mold_faults(changed(**values))}
+    assert key in found
+    assert found[key].remedy
+    assert any(character.isdigit() for character in found[key].bound)
+
+
+def test_every_fault_is_told_at_once():
+    with pytest.raises(DesignError) as caught:
+        plan_mold(changed(wall_mm=5.0, draft_deg=30.0, gate_mm=0.5))
+    assert {f.key for f in caught.value.faults} == {
+        "mold.wall_mm",
+        "mold.draft_deg",
+        "mold.gate_mm",
+    }
+
+
+def test_a_wall_as_thick_as_the_bound_says_is_taken():
+    (fault,) = mold_faults(changed(wall_mm=5.0))
+    least = float(fault.bound.split()[2].rstrip(":"))
+    assert plan_mold(changed(wall_mm=least)).wall_z == least
+    assert keys(changed(wall_mm=least - 0.01)) == ["mold.wall_mm"]
+
+
+def test_a_draft_as_great_as_the_bound_says_is_taken():
+    (fault,) = mold_faults(changed(draft_deg=30.0))
+    most = float(fault.bound.split()[2].rstrip(":"))
+    assert min(pin.tip_diameter for pin in plan_mold(changed(draft_deg=most)).pins) >= 0.4
+    assert keys(changed(draft_deg=most + 0.05)) == ["mold.draft_deg"]
+
+
+def test_shrinkage_enlarges_the_outline_not_the_plates():
+    plain, tin = plan_mold(changed()), plan_mold(changed(cure="condensation"))
+    assert tin.half_width == pytest.approx(plain.half_width / 0.98)
+    assert tin.rim == pytest.approx(plain.rim / 0.98)
+    assert [f.length for f in tin.frames] == [f.length for f in plain.frames]
