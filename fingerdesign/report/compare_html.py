@@ -1,0 +1,122 @@
+"""compare.html: many designs on one page that opens offline, with the scripts inside."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from fingerdesign.report.compare_data import detail, page_data, script_json
+from fingerdesign.report.compare_geometry import COMPARE_VIEW_SCRIPTS, COMPARE_VIEW_STYLES
+from fingerdesign.report.compare_table import design_table
+from fingerdesign.report.compare_words import summary
+from fingerdesign.report.html import TEMPLATES, rendered
+from fingerdesign.report.tables import Table, value_text
+from fingerdesign.sweep.outcome import Outcome
+from fingerdesign.sweep.outcome_csv import designs_csv, grips_csv, increments_csv
+from fingerdesign.sweep.plain_text import shown
+from fingerdesign.sweep.recommend import recommend
+from fingerdesign.sweep.study_facts import StudyFacts
+
+SCRIPTS = (
+    *("compare_page.js", "compare_table.js", "compare_filter.js", "compare_pareto.js"),
+    *("compare_pair.js", "compare_save.js"),
+)
+STYLES = ("compare.css",)
+
+
+def compare_html(outcomes: Sequence[Outcome], facts: StudyFacts) -> str:
+    """The whole page as text: the outcomes in their order, and all of their numbers inside.
+
+    Every text of an outcome or of ``facts`` is a stranger's: it is escaped, and without control
+    characters.
+    """
+    found = recommend(outcomes, facts.objectives, facts.constraints)
+    table = design_table(outcomes, facts, found)
+    data = page_data(outcomes, facts, found)
+    data["columns"] = [
+        {
+            "path": list(column.path),
+            "title": column.title,
+            "unit": column.unit,
+            "numeric": column.numeric,
+            "goal": column.goal,
+        }
+        for column in table.columns
+    ]
+    return rendered(
+        "compare.html.j2",
+        name=shown(facts.name),
+        data=_inert(data),
+        details=[_inert(detail(outcome)) for outcome in outcomes],
+        archives=dict(_archives(outcomes)),
+        designs=data["designs"],
+        summary=summary(outcomes, facts, found),
+        chosen=found.chosen,
+        table=table,
+        failures=_failures(outcomes),
+        record=_record(outcomes, facts),
+        page_style=_texts((*STYLES, *COMPARE_VIEW_STYLES)),
+        scripts=_texts((*SCRIPTS, *COMPARE_VIEW_SCRIPTS)),
+    )
+
+
+def _archives(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
+    """The files that the page offers, name -> gzip in base64; exact, unlike what is drawn."""
+    texts = {
+        "designs.csv": designs_csv(outcomes),
+        "outcomes.jsonl": "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
+        "increments.csv": increments_csv(outcomes),
+        "grips.csv": grips_csv(outcomes),
+    }
+    for name, text in texts.items():
+        packed = gzip.compress(text.encode(), compresslevel=6, mtime=0)
+        yield name, base64.b64encode(packed).decode("ascii")
+
+
+def _failures(outcomes: Sequence[Outcome]) -> Table:
+    rows = tuple(
+        (
+            shown(outcome.name),
+            outcome.failure.kind if outcome.failure else "",
+            shown(outcome.failure.sentence) if outcome.failure else "",
+            shown(", ".join(f"{key} = {value_text(v)}" for key, v in outcome.values.items())),
+        )
+        for outcome in outcomes
+        if outcome.status == "failed"
+    )
+    columns = ("design", "kind", "cause", "values")
+    return Table("failures", "Designs without a result", columns, rows, frozenset(range(4)))
+
+
+def _record(outcomes: Sequence[Outcome], facts: StudyFacts) -> Table:
+    """Versions, seeds, sources and what else repeats it."""
+    rows = [("outcomes from", shown(source)) for source in facts.sources]
+    rows += [(shown(key), shown(value)) for key, value in facts.record.items()]
+    for name, told in (("versions", "versions"), ("seeds", "seeds")):
+        many = Counter(
+            ", ".join(f"{key} {value}" for key, value in getattr(outcome, told).items())
+            for outcome in outcomes
+        )
+        for text, count in many.most_common():
+            of = f" ({count} designs)" if len(many) > 1 else ""
+            rows.append((f"{name}{of}", shown(text) or "not recorded"))
+    total = sum(outcome.seconds for outcome in outcomes)
+    rows.append(("time of all designs", f"{total:.0f} s"))
+    return Table("record", "The record", ("what", "value"), tuple(rows), frozenset({0, 1}))
+
+
+def _texts(names: Sequence[str]) -> Any:
+    """Files of the templates' folder, one after another; the program's own, so not escaped."""
+    from markupsafe import Markup
+
+    return Markup("\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in names))
+
+
+def _inert(data: Any) -> Any:
+    """Data as the text of a <script> element that no browser runs."""
+    from markupsafe import Markup
+
+    return Markup(script_json(data))

@@ -1,0 +1,201 @@
+"""The comparison in sentences: which finger, why, what is given up, and what to mind."""
+
+from __future__ import annotations
+
+import statistics
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from fingerdesign.report.compare_table import NONE, name_and_unit
+from fingerdesign.report.tables import Table
+from fingerdesign.sweep.outcome import Outcome
+from fingerdesign.sweep.plain_text import shown
+from fingerdesign.sweep.recommend import Recommendation
+from fingerdesign.sweep.study_facts import StudyFacts, Wanted
+
+LARGE_ERROR = 0.1  # of plane strain: beyond it the order of designs may change
+_ENDS = {"min": "least", "max": "most"}
+_FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D"}
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What heads the page. recommended: name, "" where there is none; table: its objectives."""
+
+    counts: str
+    recommended: str
+    why: str
+    given_up: tuple[str, ...]
+    mind: tuple[str, ...]
+    table: Table | None
+
+
+def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Summary:
+    """The page's head, from what is recommended."""
+    counts = _counts(outcomes, facts, found)
+    if found.chosen is None:
+        return Summary(counts, "", _why_none(outcomes, facts, found), (), (), None)
+    chosen = outcomes[found.chosen]
+    return Summary(
+        counts,
+        shown(chosen.name),
+        _why(outcomes, facts, found),
+        tuple(_given_up(outcomes, facts, found)),
+        tuple(_mind(outcomes, facts, found)),
+        _table(outcomes, facts, found),
+    )
+
+
+def _counts(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
+    failed = sum(outcome.status == "failed" for outcome in outcomes)
+    said = f"{_many(len(outcomes), 'design')}: {len(outcomes) - failed} analysed, {failed} failed."
+    if facts.constraints:
+        bounds = " and ".join(shown(each.words) for each in facts.constraints)
+        said += f" {len(found.feasible)} meet the constraints ({bounds})."
+    if found.front:
+        of = f"{len(found.front)} of {len(found.group)}"
+        where = _FIDELITY.get(found.fidelity, found.fidelity)
+        said += (
+            f" {of} (scene {shown(found.scene)}, {where}) are on the Pareto front of "
+            f"{_list([_goal(each) for each in facts.objectives])}: no other is at least as good in "
+            "every objective and better in one."
+        )
+    return said
+
+
+def _why_none(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
+    good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    if not good:
+        return "No finger is recommended: no design was analysed."
+    if not facts.objectives:
+        return "No finger is recommended: nothing says what is wanted. Name objectives."
+    missed = Counter[str]()
+    for outcome in good:
+        missed.update(b.words for b in facts.constraints if not b.holds(outcome))
+        missed.update(
+            f"a value of {each.metric}"
+            for each in facts.objectives
+            if outcome.metrics.get(each.metric) is None
+        )
+    parts = [f"{shown(words)} ({many} of {len(good)} miss it)" for words, many in missed.items()]
+    return f"No finger is recommended: no design has all of {_list(parts)}."
+
+
+def _why(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
+    if len(found.group) == 1:
+        return "It is the only one that could be compared: take it for what it is."
+    if len(found.front) == 1:
+        return "It is the best of all in every objective at once."
+    leads = [
+        _goal(wanted)
+        for wanted, best in zip(facts.objectives, found.best, strict=True)
+        if best == found.chosen
+    ]
+    leading = f" It leads in {_list(leads)}." if leads else ""
+    return (
+        "Of the front it is the one nearest to the best in every objective at once, each scaled by "
+        f"its range over the front, none weighing more than another.{leading}"
+    )
+
+
+def _given_up(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> list[str]:
+    """For each objective in which another of the front is better: which, and by how much."""
+    assert found.chosen is not None
+    said = []
+    for wanted, best in zip(facts.objectives, found.best, strict=True):
+        own = _value(outcomes[found.chosen], wanted)
+        other = _value(outcomes[best], wanted)
+        if own == other:
+            continue
+        share = f" ({100 * abs(own / other - 1):.0f} % {_side(own, other)})" if other else ""
+        rivals = ", ".join(
+            f"{_words(each)} {_number(_value(outcomes[best], each))}"
+            for each in facts.objectives
+            if each != wanted
+        )
+        instead = f", at {rivals}" if rivals else ""
+        said.append(
+            f"{_words(wanted)}: {_number(own)}{share}, where {shown(outcomes[best].name)} has "
+            f"{_number(other)}{instead}."
+        )
+    return said
+
+
+def _mind(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> list[str]:
+    assert found.chosen is not None
+    chosen = outcomes[found.chosen]
+    said = []
+    if facts.assumed_objectives:
+        wanted = _list([_goal(each) for each in facts.objectives])
+        said.append(f"Nobody said what is wanted: {wanted} are the program's own choice.")
+    error = chosen.validity.plane_strain_error
+    if chosen.fidelity == "plane-strain" and (error is None or abs(error) > LARGE_ERROR):
+        how = "unknown here" if error is None else f"about {100 * error:.0f} % in the normal force"
+        said.append(f"It was analysed in plane strain, whose error is {how}: confirm it in 3-D.")
+    mesh = chosen.validity.mesh_error
+    if mesh is not None and mesh > LARGE_ERROR:
+        said.append(f"Its model is estimated to be off by {100 * mesh:.0f} %: refine it.")
+    groups = Counter((o.scene, o.fidelity) for o in outcomes if o.status == "ok")
+    if len(groups) > 1:
+        said.append(
+            "Designs of other scenes or fidelities stand in the table too; they were not compared "
+            "with it, as their numbers are not alike."
+        )
+    failed = sum(outcome.status == "failed" for outcome in outcomes)
+    if failed > LARGE_ERROR * len(outcomes):
+        said.append(f"{failed} designs failed: a better one may be among them.")
+    return said + [f"Warned of: {shown(warning)}" for warning in chosen.warnings]
+
+
+def _table(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Table:
+    assert found.chosen is not None
+    rows = []
+    for wanted, best in zip(facts.objectives, found.best, strict=True):
+        values = [_value(outcomes[number], wanted) for number in found.group]
+        own = _value(outcomes[found.chosen], wanted)
+        ahead = sum(v < own if wanted.goal == "min" else v > own for v in values)
+        rows.append(
+            (
+                _goal(wanted),
+                _number(own),
+                f"{ahead + 1} of {len(values)}",
+                _number(_value(outcomes[best], wanted)),
+                _number(statistics.median(values)),
+            )
+        )
+    columns = ("objective", shown(outcomes[found.chosen].name), "place", "best", "median of all")
+    return Table("objectives", "The objectives", columns, tuple(rows), frozenset({0}))
+
+
+def _value(outcome: Outcome, wanted: Wanted) -> float:
+    value = outcome.metrics[wanted.metric]
+    assert value is not None  # it is feasible
+    return value
+
+
+def _words(wanted: Wanted) -> str:
+    title, unit = name_and_unit(wanted.metric)
+    return f"{title} ({unit})" if unit else title
+
+
+def _goal(wanted: Wanted) -> str:
+    return f"{_ENDS[wanted.goal]} {_words(wanted)}"
+
+
+def _side(own: float, other: float) -> str:
+    return "more" if own > other else "less"
+
+
+def _number(value: float | None) -> str:
+    return NONE if value is None else f"{value:.4g}"
+
+
+def _many(count: int, word: str) -> str:
+    return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def _list(parts: Sequence[str]) -> str:
+    if len(parts) < 2:
+        return "".join(parts)
+    return f"{', '.join(parts[:-1])} and {parts[-1]}"

@@ -1,0 +1,101 @@
+// The two chosen designs in numbers, and where their drawings and the lines of all designs go.
+(() => {
+  "use strict";
+  const FD = window.FD;
+  const SAME = 1e-9; // of the larger one
+
+  const cell = (text, kind) => FD.el("td", kind ? { class: kind } : {}, text);
+
+  function verdict(a, b, goal) {
+    if (!FD.isNumber(a) || !FD.isNumber(b)) return ["", null];
+    if (Math.abs(a - b) <= SAME * Math.max(Math.abs(a), Math.abs(b))) return ["equal", null];
+    const share = a === 0 ? "" : `${b > a ? "+" : "−"}${Number(Math.abs((100 * b) / a - 100).toPrecision(3))} %`;
+    const better = goal ? ((goal === "min") === a < b ? "A" : "B") : null;
+    return [share, better];
+  }
+
+  function row(column, a, b) {
+    const values = [a, b].map((number) => (number === null ? null : FD.value(number, column)));
+    if (values.every((value) => value === null)) return null;
+    const short = (value) => (column.path[0] === "digest" ? value.slice(0, 12) : FD.number(value));
+    const texts = values.map((value) => (value === null ? "" : short(value)));
+    const [share, better] = verdict(...values, column.goal);
+    return FD.el(
+      "tr",
+      {},
+      FD.el("th", { scope: "row", class: "text" }, FD.heading(column)),
+      cell(texts[0], better === "A" ? "better" : ""),
+      cell(texts[1], better === "B" ? "better" : ""),
+      cell(share),
+      cell(better ? `${better} is better` : "", "text"),
+    );
+  }
+
+  const head = (text, kind) => FD.el("th", { scope: "col", class: kind ?? "" }, text);
+
+  function numbers() {
+    const place = document.getElementById("pair-numbers");
+    const [a, b] = FD.selected;
+    if (a === null && b === null) {
+      place.replaceChildren(FD.el("p", {}, "Choose designs in the table or in the chart."));
+      return;
+    }
+    const named = (number, letter) =>
+      number === null ? `${letter}: none chosen` : `${letter}: ${FD.name(number)}`;
+    const differ = (column) =>
+      column.path[0] !== "values" ||
+      b === null ||
+      FD.number(FD.value(a, column)) !== FD.number(FD.value(b, column));
+    const all = FD.data.columns;
+    const rows = all.filter(differ).map((column) => row(column, a, b)).filter(Boolean);
+    const hidden = all.length - all.filter(differ).length;
+    const table = FD.el(
+      "table",
+      { id: "table-pair" },
+      FD.el("caption", {}, "The two in numbers"),
+      FD.el(
+        "thead",
+        {},
+        FD.el(
+          "tr",
+          {},
+          head("what", "text"),
+          head(named(a, "A")),
+          head(named(b, "B")),
+          head("B against A"),
+          head("", "text"),
+        ),
+      ),
+      FD.el("tbody", {}, ...rows),
+    );
+    const region = { class: "scroll", tabindex: "0", role: "region", "aria-label": "The two in numbers" };
+    const same = hidden ? FD.el("p", { class: "quiet" }, `Equal in both: ${hidden} values.`) : null;
+    const fill = [FD.el("div", region, table), same, ...warnings(a, b)];
+    place.replaceChildren(...fill.filter(Boolean));
+  }
+
+  function warnings(a, b) {
+    return [a, b].flatMap((number, place) =>
+      number === null
+        ? []
+        : FD.data.designs[number].warnings.map((text) =>
+            FD.el("p", {}, FD.el("strong", {}, `Mind, ${"AB"[place]}: `), text),
+          ),
+    );
+  }
+
+  function start() {
+    FD.onSelect(numbers);
+    const views = document.getElementById("views");
+    if (FD.views) FD.onSelect(FD.lazily(views, () => FD.views.show(...FD.selected, views)));
+    const lines = document.getElementById("parallel-chart");
+    if (!FD.parallel) return;
+    const again = FD.lazily(lines, () =>
+      FD.parallel.show(lines, FD.shown, FD.selected, FD.toggle),
+    );
+    FD.onSelect(again);
+    FD.onShown(again);
+  }
+
+  FD.pair = { start };
+})();
