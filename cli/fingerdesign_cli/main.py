@@ -50,6 +50,7 @@ COMMANDS = {
         "fingerdesign_cli.study_control:command",
         "Compare controllers over friction, weight and noise.",
     ),
+    "mold": ("fingerdesign_cli.mold:command", "Make the mold that a finger is cast in."),
     "view": ("fingerdesign_cli.view:command", "Look at a result."),
     "bench": ("fingerdesign_cli.bench:command", "Compare with known answers; speed and accuracy."),
 }

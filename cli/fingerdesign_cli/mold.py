@@ -1,0 +1,99 @@
+"""``fingerdesign mold``: what a finger is cast in, as files that can be made, checked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fingerdesign_cli.common import (
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+    read_case,
+    refuse_foreign,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.mold.record import MoldReport
+
+_FILE = click.Path(path_type=Path)
+_SHOWN = 10  # failing checks that are told one by one
+
+
+@click.command("mold")
+@click.argument("design_file", metavar="DESIGN", type=_FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The mold goes to OUT/NAME of the design.",
+)
+@output_options
+def command(design_file: Path, out: Path, quiet: bool, as_json: bool) -> int:
+    """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
+
+    OUT/NAME then holds each part as STL and STEP, mold.3mf (printed parts on the bed, in mm), DXF
+    drawings of plates and combs, bill_of_materials.csv, exploded.png, mold_report.json and
+    report.html with the casting notes. The design's [mold] table says how it is made.
+
+    Exit code 1 where a check fails: record and report say which, and why.
+    """
+    design, _ = read_case(design_file)
+    from fingerdesign.mold.make import FOLDER, make_mold
+
+    name = design.design.name
+    refuse_foreign(FOLDER, out / name)
+    with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
+        report = make_mold(design, folder, lambda message, fraction: show(message, fraction))
+    if as_json:
+        print_json(report.data())
+    elif not quiet:
+        _show(report, out / name)
+    if report.failure is not None:
+        click.echo(f"{name}: {report.failure}", err=True)
+        for check in report.failing[:_SHOWN]:
+            click.echo(f"{name}: {_told(check)}", err=True)
+    return 0 if report.status == "ok" else 1
+
+
+def _show(report: MoldReport, folder: Path) -> None:
+    if report.parts:
+        columns = ["part", "made", "size, mm", "cm^3", "triangles", "comes off"]
+        rows = [_cells(part) for part in report.parts]
+        print_table(f"{report.design}: parts of its mold", columns, rows)
+    for plate in report.plates:
+        click.echo(
+            f"{plate['name']}: {plate['count']} of {plate['thickness_mm']:g} mm "
+            f"{plate['material'].replace('_', ' ')}, {plate['width_mm']:.3f} x "
+            f"{plate['length_mm']:.3f} mm with legs"
+        )
+    if report.silicone is not None:
+        click.echo(report.silicone["sentence"])
+    if report.placement is not None:
+        for sentence in report.placement["sentences"][:1]:
+            click.echo(sentence)
+    for warning in report.warnings:
+        click.echo(f"warning: {warning}")
+    if report.failure is None:
+        click.echo(f"all {len(report.checks)} checks passed")
+    click.echo(f"{report.seconds:.0f} s; report: {folder / 'report.html'}")
+
+
+def _cells(part: dict[str, Any]) -> list[str]:
+    size = " x ".join(f"{value:.1f}" for value in part["size_mm"])
+    draw = "stays on the finger"
+    if part["draw"] is not None:
+        axis = max(range(3), key=lambda k: abs(part["draw"][k]))
+        draw = f"{'+' if part['draw'][axis] > 0 else '-'}{'xyz'[axis]}"
+    volume = f"{1e-3 * part['volume_mm3']:.2f}"
+    return [part["name"], part["made"], size, volume, f"{part['triangles']:,}", draw]
+
+
+def _told(check: dict[str, Any]) -> str:
+    part = f" ({check['part']})" if check["part"] else ""
+    return f"{check['name']}{part}: {check['sentence']}"

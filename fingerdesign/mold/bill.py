@@ -1,0 +1,185 @@
+"""The bill of materials: everything that has to lie on the bench before the mold is closed."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.flat_pattern import FlatPattern
+    from fingerdesign.mold.plan import Bolt, MoldPlan
+    from fingerdesign.mold.silicone import Silicone
+
+# nut's height and washer's thickness, mm (ISO 4032 and ISO 7089)
+NUTS = {"M2": (1.6, 0.3), "M2.5": (2.0, 0.5), "M3": (2.4, 0.5), "M4": (3.2, 0.8)}
+PROUD_MM = 1.0  # of a bolt beyond its nut: two turns or more
+LENGTHS_MM = (
+    *(5, 6, 8, 10, 12, 16, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70),
+    *(80, 90, 100, 110, 120, 130, 140, 150),
+)
+WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
+PROCESS_WORDS = {"sla": "resin print", "fdm": "filament print", "machined": "machined"}
+
+
+@dataclass(frozen=True)
+class Item:
+    """One line: ``count`` of a thing, how it is made, of what, how large, of what mass."""
+
+    item: str
+    count: int
+    made: str
+    material: str
+    size: str
+    mass_g: float | None = None
+    files: str = ""
+
+
+def bill_of_materials(
+    design: Design,
+    plan: MoldPlan,
+    meshes: MoldMeshes,
+    patterns: Sequence[FlatPattern],
+    silicone: Silicone,
+) -> tuple[Item, ...]:
+    """All lines, parts first, then plates, hardware and what is consumed."""
+    return (
+        *(_part(design, part) for part in meshes.parts),
+        *(_plate(design, pattern) for pattern in patterns),
+        *hardware(plan),
+        *_consumed(design, patterns, silicone),
+    )
+
+
+def write_bill(items: Sequence[Item], path: Path) -> None:
+    """bill_of_materials.csv: a row an item, units in the column names."""
+    names = ["item", "count", "made", "material", "size", "mass_g", "files"]
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(names)
+        for item in items:
+            row = asdict(item)
+            writer.writerow("" if row[name] is None else row[name] for name in names)
+
+
+def bolt_length(bolt: Bolt) -> int | None:
+    """Nominal length that clamps ``bolt``'s parts with a washer at each end and a nut, mm.
+
+    None where no usual length does: threaded rod, cut to size.
+
+    >>> from fingerdesign.mold.plan import Bolt
+    >>> bolt_length(Bolt("z", 0.0, 5.0, -15.0, 15.0, "M3", 3.4))
+    35
+    """
+    nut, washer = NUTS[bolt.size]
+    needed = (bolt.high - bolt.low) + 2.0 * washer + nut + PROUD_MM
+    return next((length for length in LENGTHS_MM if length >= needed - 1e-9), None)
+
+
+def hardware(plan: MoldPlan) -> tuple[Item, ...]:
+    """Bolts with nuts and washers, dowels, core pins, core screws, shims."""
+    items = []
+    bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
+    for (size, nominal, grip), count in sorted(bolts.items(), key=str):
+        name = "threaded rod" if nominal is None else "bolt"
+        long = size if nominal is None else f"{size} x {nominal}"
+        items.append(Item(name, count, "bought", "steel", f"{long}, clamps {grip:g} mm"))
+    sizes = Counter(bolt.size for bolt in plan.bolts)
+    for size, count in sorted(sizes.items()):
+        rods = sum(b.size == size and bolt_length(b) is None for b in plan.bolts)
+        items.append(Item("nut", count + rods, "bought", "steel", size))
+        items.append(Item("washer", 2 * count, "bought", "steel", size))
+    dowels = Counter((p.diameter, round(p.length, 2)) for p in plan.pins if p.dowel)
+    for (diameter, length), count in sorted(dowels.items()):
+        items.append(
+            Item("dowel pin", count, "bought", "steel", f"{diameter:g} mm x {length:g} mm")
+        )
+    pins = Counter((pin.diameter, round(_pin_length(plan, pin.side, pin.tip), 2)) for pin in
+                   plan.core_pins)  # fmt: skip
+    for (diameter, length), count in sorted(pins.items()):
+        size = f"{diameter:g} mm, {length:g} mm or longer"
+        items.append(Item("core pin", count, "bought", "steel rod or drill shank", size))
+    screws = Counter(hole.diameter for hole in plan.base_holes if hole.kind == "screw")
+    for diameter, count in sorted(screws.items()):
+        size = f"for a {diameter:g} mm hole, {plan.base:g} mm plate"
+        items.append(Item("core screw", count, "bought", "steel", size))
+    return (*items, *_shims(plan))
+
+
+def _pin_length(plan: MoldPlan, side: str, tip: float) -> float:
+    return (plan.reach_z if side.endswith("z") else plan.reach_x) - abs(tip)
+
+
+def _shims(plan: MoldPlan) -> Iterable[Item]:
+    found: Counter[tuple[float, float, float]] = Counter()
+    for side in plan.sides:
+        deep = plan.wall_z if side.side.endswith("z") else plan.wall_x
+        for slot in side.slots:
+            if slot.shim > 0.0:
+                found[round(slot.shim, 3), round(slot.length, 2), round(deep, 2)] += 1
+    for (thick, length, deep), count in sorted(found.items()):
+        size = f"{thick:g} mm thick, {length:g} mm x {deep:g} mm"
+        yield Item("shim", count, "cut", "shim stock, brass or steel", size)
+
+
+def _part(design: Design, part: PartMesh) -> Item:
+    x, y, z = np.ptp(part.vertices, axis=0).tolist()
+    size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000.0:.2f} cm^3"
+    files = f"{part.name}.stl, {part.name}.step"
+    if part.made == "sheet":
+        thick = min(x, z)
+        size = f"{max(x, z):.1f} x {y:.1f} mm, {thick:g} mm thick"
+        return Item(
+            *(part.name, 1, "cut or etched", "sheet, brass or steel", size),
+            files=f"{part.name}.dxf, {files}",
+        )
+    process = design.mold.process
+    if part.name == CORE and design.body.core is not None:
+        return Item(part.name, 1, "made", _words(design.body.core.material), size, files=files)
+    material = {"sla": "resin", "fdm": "filament", "machined": "aluminium"}[process]
+    return Item(part.name, 1, PROCESS_WORDS[process], material, size, files=files)
+
+
+def _plate(design: Design, pattern: FlatPattern) -> Item:
+    wide, long = np.ptp(pattern.outline, axis=0).tolist()
+    size = f"{wide:.2f} x {long:.2f} mm, {pattern.thickness:g} mm thick"
+    if pattern.bend_radius is not None:
+        size += f", bent to a radius of {pattern.bend_radius:.2f} mm"
+    return Item(
+        *(pattern.name, len(pattern.plates), "cut or etched", _words(design.plates.material), size),
+        files=f"plates.dxf, {pattern.name}.stl, {pattern.name}.step",
+    )
+
+
+def _consumed(
+    design: Design, patterns: Sequence[FlatPattern], silicone: Silicone
+) -> Iterable[Item]:
+    mold, plates = design.mold, sum(len(pattern.plates) for pattern in patterns)
+    name = _words(design.body.material)
+    mixed = f"{silicone.mixed_cm3:.2f} cm^3 with {mold.excess:.0%} excess"
+    yield Item("elastomer, mixed", 1, "poured", name, mixed, round(silicone.mass_g, 1))
+    if plates:
+        faces = 2 if design.gages.face == "both" else 1
+        gage = f"{design.gages.length_mm:g} mm x {design.gages.width_mm:g} mm grid"
+        yield Item("strain gage", faces * plates, "bought", "foil gage", gage)
+        metres = math.ceil(2 * faces * plates * WIRE_MM / 1000.0)
+        across = f", {mold.wire_mm:g} mm or thinner" if mold.wire_mm > 0.0 else ""
+        yield Item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{across}")
+        yield Item("gage adhesive", 1, "bought", "cyanoacrylate or epoxy for gages", "a few drops")
+        yield Item("metal primer", 1, "bought", "for this elastomer on metal", "a few ml")
+    yield Item("base primer", 1, "bought", "for this elastomer on the base plate", "a few ml")
+    yield Item("release agent", 1, "bought", "spray or wax, safe for this elastomer", "a thin film")
+    yield Item("tape or clay", 1, "bought", "sulfur-free", "to stop leaks")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")

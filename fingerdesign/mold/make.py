@@ -1,0 +1,193 @@
+"""The story of a mold: from a design to the folder that a caster opens.
+
+design ─▶ plan ─▶ exact parts (STEP, STL) ─▶ checks ─▶ 3MF, DXF, bill, notes ─▶ report
+             └─▶ placement's effect, beside                 └─▶ picture, beside the checks
+
+with FOLDER.written(out / name) as folder:
+    report = make_mold(design, folder)
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.errors import GeometryError
+from fingerdesign.mold.record import RECORD_FILE, MoldReport, mold_digest, write_record
+from fingerdesign.record_folder import RecordFolder
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.part import Check
+    from fingerdesign.mold.plan import MoldPlan
+    from fingerdesign.report.mold_picture import Exploded
+    from fingerdesign.worker_job import WorkerJob
+
+Tell = Callable[[str, float], None]
+
+REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
+_STEMS = ("contact_insert", "end_wall_*", "side_wall_*", "comb_*", "jig_*", "base_plate", "core")
+FOLDER = RecordFolder(
+    "mold",
+    RECORD_FILE,
+    (
+        *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
+        *("bill_of_materials.csv", "mold.3mf", "plates.dxf", "comb_*.dxf", "jig_*.dxf"),
+        *(f"{stem}.{kind}" for stem in (*_STEMS, "plate_*", "rubber") for kind in ("stl", "step")),
+    ),
+)
+CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
+
+
+@dataclass
+class Clock:
+    """Seconds of each stage, and since it was made."""
+
+    stages: dict[str, float] = field(default_factory=dict)
+    start: float = field(default_factory=time.perf_counter)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Count the block's time under a name."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.stages[name] = self.stages.get(name, 0.0) + time.perf_counter() - start
+
+    @property
+    def seconds(self) -> float:
+        """Since it was made."""
+        return time.perf_counter() - self.start
+
+
+def make_mold(
+    design: Design, folder: Path | str, tell: Tell = lambda message, fraction: None
+) -> MoldReport:
+    """Make a mold's files into a folder that exists; ``status`` of the record says how it went.
+
+    DesignError, before anything is written, names every reason why this finger can't be molded so.
+    What the CAD kernel cannot build, and checks that fail, are in the record as its ``failure``;
+    record and report are written all the same.
+    """
+    from fingerdesign.mold.placement_worker import placement_job
+    from fingerdesign.mold.planning import plan_mold
+
+    folder, clock = Path(folder), Clock()
+    tell("planning", 0.0)
+    with clock.stage("plan"):
+        plan = plan_mold(design)
+    with placement_job(design, plan) as placing:
+        try:
+            return _made(design, plan, folder, placing, clock, tell)
+        except GeometryError as error:
+            return _not_made(design, plan, folder, error, clock)
+
+
+def _made(
+    design: Design, plan: MoldPlan, folder: Path, placing: WorkerJob, clock: Clock, tell: Tell
+) -> MoldReport:
+    from fingerdesign.mold.built import mold_meshes
+    from fingerdesign.mold.checks import run_checks
+    from fingerdesign.mold.placement_worker import placement_of
+    from fingerdesign.mold.products import write_products
+    from fingerdesign.report.mold_picture import exploded_job, exploded_of
+    from fingerdesign.report.picture import PictureError
+
+    tell("building the parts", 0.05)
+    with clock.stage("cad"):
+        meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
+    with exploded_job(meshes) as drawing:
+        tell("checking the parts", 0.45)
+        with clock.stage("checks"):
+            checks = run_checks(design, plan, meshes)
+        tell("writing the files", 0.8)
+        with clock.stage("files"):
+            products = write_products(design, plan, meshes, folder)
+        with clock.stage("placement"):
+            placement = placement_of(placing)
+        tell("writing the report", 0.9)
+        picture: Exploded | None = None
+        missing = ""
+        with clock.stage("picture"):
+            try:
+                picture = exploded_of(drawing, meshes)
+                (folder / PICTURE_FILE).write_bytes(picture.png)
+            except PictureError as error:
+                missing = f"The mold could not be drawn: {error}."
+    values = {
+        "failure": failure_of(checks),
+        **products.values(design, plan, meshes, checks, placement),
+    }
+    return _written(design, plan, folder, values, clock, picture, missing)
+
+
+def _not_made(
+    design: Design, plan: MoldPlan, folder: Path, error: GeometryError, clock: Clock
+) -> MoldReport:
+    """The record and the report of a mold that could not be built; files that were begun go."""
+    for path in folder.iterdir():
+        path.unlink()
+    from fingerdesign.mold.record import fixture_data, placement_rows
+
+    values: dict[str, Any] = dict.fromkeys(("parts", "plates", "checks", "notes", "bill"), ())
+    values |= {"fixture": fixture_data(plan), "placements": placement_rows(plan, ())}
+    values |= {"silicone": None, "placement": None, "warnings": ()}
+    values["failure"] = " ".join(str(error).split())
+    return _written(design, plan, folder, values, clock, None, "There are no parts to draw.")
+
+
+def failure_of(checks: tuple[Check, ...]) -> str | None:
+    """Which checks failed, as a sentence; None where all passed.
+
+    >>> from fingerdesign.mold.part import Check
+    >>> failure_of((Check("wall", "core", False, 0.5, 1.0, "mm", "its wall is 0.5 mm"),))
+    '1 of 1 check failed: wall (core)'
+    """
+    failed = [check for check in checks if not check.ok]
+    if not failed:
+        return None
+    names = [f"{check.name} ({check.part})" if check.part else check.name for check in failed]
+    more = f" and {len(names) - 6} more" if len(names) > 6 else ""
+    whole = f"{len(checks)} check{'' if len(checks) == 1 else 's'}"
+    return f"{len(failed)} of {whole} failed: {', '.join(names[:6])}{more}"
+
+
+def _written(
+    design: Design,
+    plan: MoldPlan,
+    folder: Path,
+    values: dict[str, Any],
+    clock: Clock,
+    picture: Exploded | None,
+    missing: str,
+) -> MoldReport:
+    """Report and record into the folder. The page's own time is not yet known to either."""
+    from fingerdesign.identity import versions
+    from fingerdesign.mold.record import process_data
+    from fingerdesign.report.mold_html import mold_html
+    from fingerdesign.summaries import peak_memory_MB
+
+    names = {path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE}
+    report = MoldReport(
+        design=design.design.name,
+        digest=mold_digest(design),
+        design_digest=design.digest(),
+        process=process_data(design),
+        shrinkage=design.mold.shrinkage_used,
+        scale=plan.scale,
+        files=tuple(sorted(names)),
+        timings_s=dict(clock.stages),
+        seconds=clock.seconds,
+        peak_memory_MB=peak_memory_MB(),
+        versions=versions(),
+        **values,
+    )
+    page = mold_html(report.data(), picture, missing)
+    (folder / REPORT_FILE).write_text(page, encoding="utf-8")
+    write_record(report, folder)
+    return report

@@ -1,0 +1,246 @@
+"""What mold_report.json holds (see record_schema.py): the mold as made, its checks, its files."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.bill import Item
+    from fingerdesign.mold.casting_notes import Notes
+    from fingerdesign.mold.flat_pattern import FlatPattern
+    from fingerdesign.mold.part import Check, PartMesh
+    from fingerdesign.mold.plan import MoldPlan
+    from fingerdesign.mold.print_pose import Posed
+    from fingerdesign.mold.silicone import Silicone
+
+SCHEMA_VERSION = 1
+RECORD_FILE = "mold_report.json"
+MICRO = 9  # decimals of mm that a record keeps
+
+
+@dataclass(frozen=True)
+class MoldReport:
+    """The record of one `fingerdesign mold`: plain values, ready to write.
+
+    status is "ok" where every check passed; ``failure`` is the sentence of what could not be built
+    (then there are no parts), or names the checks that failed. files: names beside the record.
+    """
+
+    design: str
+    digest: str
+    failure: str | None
+    process: dict[str, Any]
+    shrinkage: float
+    scale: float | None
+    parts: tuple[dict[str, Any], ...]
+    plates: tuple[dict[str, Any], ...]
+    placements: tuple[dict[str, Any], ...]
+    fixture: tuple[dict[str, Any], ...]
+    checks: tuple[dict[str, Any], ...]
+    silicone: dict[str, Any] | None
+    placement: dict[str, Any] | None
+    warnings: tuple[str, ...]
+    notes: tuple[dict[str, Any], ...]
+    bill: tuple[dict[str, Any], ...]
+    files: tuple[str, ...]
+    timings_s: dict[str, float]
+    seconds: float
+    peak_memory_MB: float
+    design_digest: str = ""
+    versions: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def status(self) -> str:
+        """ "ok", or "failed": then see ``failure``."""
+        return "ok" if self.failure is None else "failed"
+
+    @property
+    def failing(self) -> tuple[dict[str, Any], ...]:
+        """The checks that did not pass."""
+        return tuple(check for check in self.checks if not check["ok"])
+
+    def data(self) -> dict[str, Any]:
+        """As in the file."""
+        values = {name: _plain(getattr(self, name)) for name in self.__dataclass_fields__}
+        head = {name: values.pop(name) for name in ("design", "digest", "design_digest")}
+        failure = values.pop("failure")
+        return {
+            "schema_version": SCHEMA_VERSION,
+            **head,
+            "status": self.status,
+            "failure": failure,
+            **values,
+        }
+
+    def to_json(self) -> str:
+        """The text of mold_report.json."""
+        return json.dumps(self.data(), indent=2, allow_nan=False) + "\n"
+
+
+def write_record(report: MoldReport, folder: Path) -> Path:
+    """mold_report.json into a folder that exists."""
+    path = folder / RECORD_FILE
+    path.write_text(report.to_json(), encoding="utf-8")
+    return path
+
+
+def mold_digest(design: Design) -> str:
+    """SHA-256 over the finger, its [mold] table and this package's version, in hexadecimal."""
+    from fingerdesign import __version__
+
+    table = json.dumps(design.mold.model_dump(mode="json"), sort_keys=True)
+    return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
+
+
+def process_data(design: Design) -> dict[str, Any]:
+    """The process, its limits and the options of the [mold] table."""
+    from fingerdesign.mold.profiles import limits_of
+
+    mold = design.mold
+    limits = asdict(limits_of(mold))
+    limits.pop("name")
+    return {
+        "name": mold.process,
+        "cure": mold.cure,
+        "plate_fixture": mold.plate_fixture,
+        "draft_deg": mold.draft_deg,
+        "chord_mm": mold.chord_mm,
+        "limits": limits,
+        "comb": mold.comb.model_dump(mode="json"),
+    }
+
+
+def part_data(part: PartMesh, number: int, posed: Posed | None, files: Sequence[str]) -> Any:
+    """A part: where it comes off, its size in the mold, and how it lies on the printer's bed."""
+    return {
+        "number": number,
+        "name": part.name,
+        "made": part.made,
+        "draw": None if part.draw is None else list(part.draw),
+        "order": part.order,
+        "size_mm": np.ptp(part.vertices, axis=0).tolist(),
+        "volume_mm3": part.volume,
+        "vertices": len(part.vertices),
+        "triangles": len(part.triangles),
+        "chord_mm": part.chord,
+        "print": None
+        if posed is None
+        else {"down": list(posed.down), "flat_area_mm2": posed.flat_area, "size_mm": posed.size},
+        "files": list(files),
+    }
+
+
+def pattern_data(pattern: FlatPattern, files: Sequence[str]) -> dict[str, Any]:
+    """A different plate, as cut: how many of it, its size with legs, its bend."""
+    wide, long = np.ptp(pattern.outline, axis=0).tolist()
+    return {
+        "name": pattern.name,
+        "plates": list(pattern.plates),
+        "count": len(pattern.plates),
+        "material": pattern.material,
+        "thickness_mm": pattern.thickness,
+        "width_mm": wide,
+        "length_mm": long,
+        "bend_radius_mm": pattern.bend_radius,
+        "files": list(files),
+    }
+
+
+def placement_rows(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> tuple[dict[str, Any], ...]:
+    """Where each plate stands in the mold, mm from the finger's axes, and which pattern it has."""
+    names = {plate: pattern.name for pattern in patterns for plate in pattern.plates}
+    sides: dict[int, list[str]] = {frame.index: [] for frame in plan.frames}
+    for side in plan.sides:
+        for slot in side.slots:
+            sides[slot.plate].append(side.side)
+    return tuple(
+        {
+            "plate": frame.index,
+            "pattern": names.get(frame.index, ""),
+            "x_mm": frame.x,
+            "y_mm": frame.y,
+            "z_mm": frame.z,
+            "along": frame.along,
+            "angle_deg": frame.angle_deg,
+            "span_mm": frame.span,
+            "held_at": sides[frame.index],
+        }
+        for frame in plan.frames
+    )
+
+
+def fixture_data(plan: MoldPlan) -> tuple[dict[str, Any], ...]:
+    """How each side is closed, and how many plates it holds."""
+    return tuple(
+        {
+            "side": side.side,
+            "holding": side.holding,
+            "slots": len(side.slots),
+            "narrowest_slot_mm": min((slot.width for slot in side.slots), default=None),
+            "shim_mm": max((slot.shim for slot in side.slots), default=0.0),
+            "sheet_mm": side.sheet if side.holding in ("comb", "jig") else None,
+            "shift_mm": side.shift if side.holding == "jig" else None,
+        }
+        for side in plan.sides
+    )
+
+
+def silicone_data(silicone: Silicone) -> dict[str, Any]:
+    """What has to be mixed, and of what that consists."""
+    return {
+        "finger_cm3": 1e-3 * silicone.rubber,
+        "locks_cm3": 1e-3 * silicone.locks,
+        "gate_risers_vents_cm3": 1e-3 * silicone.openings,
+        "flash_cm3": 1e-3 * silicone.flash,
+        "excess": silicone.excess,
+        "mixed_cm3": silicone.mixed_cm3,
+        "density_g_cm3": silicone.density_g_cm3,
+        "mass_g": silicone.mass_g,
+        "sentence": silicone.sentence,
+    }
+
+
+def checks_data(checks: Sequence[Check]) -> tuple[dict[str, Any], ...]:
+    """Checks as plain values; a measure that is not finite is null (its sentence says why)."""
+    rows = []
+    for check in checks:
+        row = asdict(check)
+        for key in ("measured", "bound"):
+            value = row[key]
+            row[key] = None if value is None or not math.isfinite(value) else float(value)
+        row["ok"] = bool(check.ok)
+        rows.append(row)
+    return tuple(rows)
+
+
+def notes_data(notes: Sequence[Notes]) -> tuple[dict[str, Any], ...]:
+    """The casting notes: sections of steps."""
+    return tuple({"title": each.title, "steps": list(each.steps)} for each in notes)
+
+
+def bill_data(items: Sequence[Item]) -> tuple[dict[str, Any], ...]:
+    """The bill of materials, a row an item."""
+    return tuple(asdict(item) for item in items)
+
+
+def _plain(value: Any) -> Any:
+    """Tuples as lists, numpy numbers as Python's, lengths without rounding noise."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float):
+        return round(value, MICRO) + 0.0
+    return value

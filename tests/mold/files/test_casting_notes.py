@@ -1,0 +1,168 @@
+"""Casting notes, warnings and the bill of materials, from the design and its plan."""
+
+import csv
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.mold.bill import bill_of_materials, bolt_length, hardware, write_bill
+from fingerdesign.mold.caster_warnings import warnings_of
+from fingerdesign.mold.casting_notes import Bench, casting_notes, numbers_text
+from fingerdesign.mold.elastomers import mixing_of
+from fingerdesign.mold.flat_pattern import flat_patterns
+from fingerdesign.mold.plan import Bolt, CorePin
+from fingerdesign.mold.silicone import silicone_of
+
+SILENT = {"reason": "no gages", "sentences": ["Not known."]}
+
+
+def notes_of(design, plan, meshes):
+    bench = Bench(
+        *(design, plan, meshes.parts, flat_patterns(design, plan)),
+        silicone_of(design, plan, meshes),
+    )
+    return {notes.title: " ".join(notes.steps) for notes in casting_notes(bench)}
+
+
+def test_sections_in_the_order_of_the_work(hand_made):
+    assert list(notes_of(*hand_made())) == [
+        "Make the parts",
+        "Clean, cure, test",
+        "Plates and gages",
+        "Close the mold",
+        "Mix and pour",
+        "Cure and open",
+        "Finish and measure",
+    ]
+
+
+def test_the_masses_weighed_are_what_is_mixed(hand_made):
+    design, plan, meshes = hand_made()
+    text = notes_of(design, plan, meshes)["Mix and pour"]
+    a, b = map(float, re.search(r"Weigh ([\d.]+) g of A and ([\d.]+) g of B", text).groups())
+    silicone = silicone_of(design, plan, meshes)
+    assert a + b == pytest.approx(silicone.mass_g, abs=0.011)
+    assert a == pytest.approx(b, abs=0.011)  # Dragon Skin: 1 : 1
+    assert silicone.mixed_cm3 > 1.15 * 2.4  # the block and its excess
+
+
+def test_an_elastomer_that_is_not_known_is_said_to_be(hand_made):
+    assert mixing_of("sylgard_184", "platinum") == (mixing_of("sylgard_184", "platinum")[0], True)
+    assert mixing_of("sylgard_184", "platinum")[0].shares(22.0) == pytest.approx((20.0, 2.0))
+    assert not mixing_of("mine", "condensation")[1]
+
+
+def test_parts_come_off_in_their_order(hand_made):
+    text = notes_of(*hand_made())["Cure and open"]
+    order = ["contact insert", "end wall front", "comb front", "side wall right"]
+    places = [text.index(f"Draw {name}") for name in order]
+    assert places == sorted(places)
+    assert "Draw base plate" not in text
+
+
+def test_resin_prints_with_platinum_silicone_are_warned_of(hand_made):
+    for process, cure, warned in (
+        ("sla", "platinum", True),
+        ("sla", "condensation", False),
+        ("machined", "platinum", False),
+    ):
+        design, plan, meshes = hand_made(process=process, cure=cure)
+        told = warnings_of(design, plan, 0.0, SILENT)
+        assert any("Resin prints" in each for each in told) is warned
+        text = notes_of(design, plan, meshes)["Clean, cure, test"]
+        assert ("barrier coat" in text) is warned
+
+
+def test_shrinkage_that_is_assumed_is_said_to_be(hand_made):
+    design, plan, meshes = hand_made(cure="condensation")
+    assert any("Shrinkage is assumed" in w for w in warnings_of(design, plan, 0.0, SILENT))
+    assert "1.0204 times" in notes_of(design, plan, meshes)["Finish and measure"]
+
+
+def test_a_fixture_other_than_asked_is_told(hand_made):
+    design, plan, _ = hand_made("slots")
+    told = " ".join(warnings_of(design, plan, 0.0, SILENT))
+    assert "not by mold.plate_fixture = 'comb'" in told
+    assert "shims" in told
+
+
+def test_large_effects_are_warned_of(hand_made):
+    design, plan, _ = hand_made()
+    effect = {"reason": None, "together": {"worst": 0.31}}
+    told = " ".join(warnings_of(design, plan, 0.002, effect))
+    assert "31%" in told.replace(" %", "%")
+    assert "0.20%" in told.replace(" %", "%")
+    assert "31" not in " ".join(warnings_of(design, plan, 0.0, {**effect, **SILENT}))
+
+
+def test_core_pins_are_pulled_and_their_tunnels_filled(hand_made):
+    design, plan, meshes = hand_made()
+    plan = replace(plan, core_pins=(CorePin("+z", 0.0, 6.0, 2.0, 3.0, 1.0),) * 2)
+    notes = notes_of(design, plan, meshes)
+    assert "2 core pins (2 mm" in notes["Close the mold"]
+    assert "Pull the core pins" in notes["Cure and open"]
+    assert "2 tunnels" in notes["Finish and measure"]
+    (pin,) = [item for item in hardware(plan) if item.item == "core pin"]
+    assert pin.count == 2
+    assert "12 mm or longer" in pin.size  # from the block's face at 15 to the tip at 3
+
+
+@pytest.mark.parametrize(
+    ("grip", "size", "length"), [(30.0, "M3", 35), (22.0, "M3", 30), (10.0, "M2", 16)]
+)
+def test_bolts_reach_through_washers_and_nut(grip, size, length):
+    assert bolt_length(Bolt("z", 0.0, 0.0, 0.0, grip, size, 3.4)) == length
+
+
+def test_a_bolt_longer_than_any_is_a_rod(hand_made):
+    _, plan, _ = hand_made()
+    long = replace(plan, bolts=(Bolt("z", 0.0, 0.0, -100.0, 100.0, "M4", 4.5),))
+    items = {item.item: item for item in hardware(long)}
+    assert items["threaded rod"].count == 1
+    assert items["nut"].count == 2
+    assert "bolt" not in items
+
+
+def test_the_bill_names_everything_once(hand_made, tmp_path):
+    design, plan, meshes = hand_made()
+    patterns = flat_patterns(design, plan)
+    items = bill_of_materials(design, plan, meshes, patterns, silicone_of(design, plan, meshes))
+    write_bill(items, tmp_path / "bill.csv")
+    with (tmp_path / "bill.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    counts = {}
+    for row in rows:
+        counts[row["item"]] = counts.get(row["item"], 0) + int(row["count"])
+    assert {part.name for part in meshes.parts} <= set(counts)
+    assert counts["plate_A"] == 3
+    assert counts["strain gage"] == 6  # both faces of three plates
+    assert counts["bolt"] == counts["nut"] == 6
+    assert counts["washer"] == 12
+    mixed = next(row for row in rows if row["item"] == "elastomer, mixed")
+    assert float(mixed["mass_g"]) > 0.0
+    assert "shim" not in counts
+
+
+def test_slots_need_shims_and_dowels_are_bought(hand_made):
+    _, plan, _ = hand_made("slots", process="machined")
+    items = {item.item: item for item in hardware(plan)}
+    assert items["shim"].count == 6
+    assert items["shim"].size.startswith("0.2 mm thick")
+    assert items["dowel pin"].count == 1
+
+
+def test_a_finger_without_plates_has_notes_without_them(hand_made):
+    design, plan, meshes = hand_made()
+    bare = design.model_copy(update={"plates": design.plates.model_copy(update={"count": 0})})
+    sides = tuple(replace(s, holding="wall", slots=(), window=None) for s in plan.sides)
+    plan = replace(plan, frames=(), legs=(), sides=sides)
+    notes = notes_of(bare, plan, meshes)
+    assert "Plates and gages" not in notes
+    assert "legs" not in notes["Finish and measure"]
+
+
+def test_plates_by_their_numbers():
+    assert numbers_text(np.arange(15).tolist()) == "0-14"
+    assert numbers_text([4, 0, 1]) == "0-1, 4"

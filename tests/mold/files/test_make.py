@@ -1,0 +1,192 @@
+"""The whole folder of a mold: record, report, drawings; checks that fail; CAD that fails."""
+
+import importlib
+import json
+import sys
+from contextlib import nullcontext
+from dataclasses import replace
+from types import ModuleType
+
+import jsonschema
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.errors import DesignError, Fault, GeometryError
+from fingerdesign.mold import make, record_schema
+from fingerdesign.mold.part import Check
+from fingerdesign.report import mold_picture
+from fingerdesign.report.mold_picture import Badge, Exploded
+
+PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
+FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0.5 mm")
+FILES = [
+    *("assembly.step", "base_plate.step", "base_plate.stl", "bill_of_materials.csv"),
+    *("comb_back.dxf", "comb_front.dxf", "exploded.png", "mold.3mf", "mold_report.json"),
+    *("plates.dxf", "report.html"),
+]
+EFFECT = {
+    "reason": None,
+    "sentences": ["A plate 0.04 mm off changes its reading by up to 3 % of the largest."],
+    "changes": [
+        {"name": "along_x", "largest": 0.04, "unit": "mm", "rms": 0.01, "worst": 0.03,
+         "worst_plate": 1}
+    ],
+    "together": {"rms": 0.01, "worst": 0.03, "worst_plate": 1},
+}  # fmt: skip
+
+
+@pytest.fixture
+def stages(hand_made, monkeypatch):
+    """``stages(checks=..., plan_error=..., cad_error=...)``: the design, its stages hand-made."""
+
+    def install(checks=(PASSED,), plan_error=None, cad_error=None, drawn=False):
+        design, plan, meshes = hand_made()
+        planning, built = ModuleType("planning"), ModuleType("built")
+
+        def plan_mold(given):
+            if plan_error is not None:
+                raise plan_error
+            return plan
+
+        def mold_meshes(given, planned, folder, limit):
+            for name in ("assembly.step", "base_plate.step", "base_plate.stl"):
+                (folder / name).write_text("x")
+            if cad_error is not None:
+                raise cad_error
+            return meshes
+
+        planning.plan_mold, built.mold_meshes = plan_mold, mold_meshes
+        checking = ModuleType("checks")
+        checking.run_checks = lambda *given: tuple(checks)
+        for name, module in (("planning", planning), ("built", built), ("checks", checking)):
+            monkeypatch.setitem(sys.modules, f"fingerdesign.mold.{name}", module)
+        worker = importlib.import_module("fingerdesign.mold.placement_worker")
+        monkeypatch.setattr(worker, "placement_job", lambda *given: nullcontext())
+        monkeypatch.setattr(worker, "placement_of", lambda job: dict(EFFECT))
+        if not drawn:
+            picture = Exploded(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
+            monkeypatch.setattr(mold_picture, "exploded_job", lambda *given: nullcontext())
+            monkeypatch.setattr(mold_picture, "exploded_of", lambda *given: picture)
+        return design
+
+    return install
+
+
+def test_the_folder_holds_everything_and_the_record_fits_its_schema(stages, tmp_path):
+    design = stages()
+    with make.FOLDER.written(tmp_path / "block") as folder:
+        report = make.make_mold(design, folder)
+    assert report.status == "ok"
+    assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
+    data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
+    jsonschema.validate(data, record_schema.mold_schema())
+    assert data["files"] == sorted(FILES)
+    assert data["silicone"]["mass_g"] > 0.0
+    assert [part["number"] for part in data["parts"]] == list(range(1, 9))
+    assert data["plates"][0]["count"] == 3
+    assert {"plan", "cad", "checks", "files", "picture"} <= set(data["timings_s"])
+
+
+def test_the_page_needs_nothing_from_outside(stages, tmp_path):
+    design = stages(drawn=True)
+    make.make_mold(design, tmp_path)
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "http" not in page.replace("http-equiv", "")
+    assert "<script" not in page
+    assert "All 1 checks passed" in page
+    assert page.count('type="checkbox"') > 20
+    assert "data:image/png;base64," in page
+    assert page.count('class="badge"') == 8
+
+
+def test_failing_checks_fail_the_mold_but_all_is_written(stages, tmp_path, capsys):
+    design = stages(checks=(PASSED, FAILED))
+    with make.FOLDER.written(tmp_path / "block") as folder:
+        report = make.make_mold(design, folder)
+    assert report.status == "failed"
+    assert report.failure == "1 of 2 checks failed: wall (base_plate)"
+    assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
+    page = (tmp_path / "block" / "report.html").read_text("utf-8")
+    assert "its least wall is 0.5 mm" in page
+    assert "not ready" in page
+
+
+def test_what_cannot_be_built_leaves_a_record_that_says_so(stages, tmp_path):
+    design = stages(cad_error=GeometryError("side_wall_right: face 7 is an undercut"))
+    with make.FOLDER.written(tmp_path / "block") as folder:
+        report = make.make_mold(design, folder)
+    assert report.failure == "side_wall_right: face 7 is an undercut"
+    names = sorted(path.name for path in (tmp_path / "block").iterdir())
+    assert names == ["mold_report.json", "report.html"]
+    data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
+    jsonschema.validate(data, record_schema.mold_schema())
+    assert data["status"] == "failed"
+    assert "face 7 is an undercut" in (tmp_path / "block" / "report.html").read_text("utf-8")
+
+
+def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
+    design = stages(drawn=True)
+    monkeypatch.setattr("fingerdesign.report.mold_picture.WORKER", "fingerdesign.no_such_module")
+    report = make.make_mold(design, tmp_path)
+    assert report.status == "ok"
+    assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")
+    assert "exploded.png" not in report.files
+
+
+def test_the_shipped_schema_is_the_schema():
+    assert record_schema.SHIPPED.read_text("utf-8") == record_schema.schema_text()
+
+
+def test_digests_tell_molds_apart_and_fingers_not(hand_made):
+    from fingerdesign.mold.record import mold_digest
+
+    one, other = hand_made()[0], hand_made(draft_deg=3.0)[0]
+    assert one.digest() == other.digest()
+    assert mold_digest(one) != mold_digest(other)
+
+
+def test_the_command_prints_parts_and_verdict(stages, tmp_path, design_file, capsys):
+    stages()
+    assert main(["mold", str(design_file), "--out", str(tmp_path / "out")]) == 0
+    told = capsys.readouterr()
+    assert "contact_insert" in told.out
+    assert "all 1 checks passed" in told.out
+    assert "warning: " in told.out
+
+
+def test_the_command_exits_1_where_a_check_fails(stages, tmp_path, design_file, capsys):
+    stages(checks=(FAILED,))
+    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--json"]) == 1
+    told = capsys.readouterr()
+    assert json.loads(told.out)["status"] == "failed"
+    assert "wall (base_plate): its least wall is 0.5 mm" in told.err
+    assert (tmp_path / "out" / "block_by_hand" / "mold_report.json").is_file()
+
+
+def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, tmp_path, design_file, capsys):
+    fault = Fault("mold.draft_deg", 30.0, "at most 12.5", "lower it")
+    stages(plan_error=DesignError([fault, replace(fault, key="mold.wall_mm")]))
+    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(" = ")[0].split(": ")[-1] for line in told] == [
+        "mold.draft_deg",
+        "mold.wall_mm",
+    ]
+    assert not (tmp_path / "out" / "block_by_hand").exists()
+
+
+def test_what_is_no_mold_is_not_replaced(stages, tmp_path, design_file, capsys):
+    stages()
+    foreign = tmp_path / "out" / "block_by_hand"
+    foreign.mkdir(parents=True)
+    (foreign / "mine.step").write_text("x")
+    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
+    assert "mine.step" in capsys.readouterr().err
+    assert (foreign / "mine.step").read_text("utf-8") == "x"
+
+
+@pytest.fixture
+def design_file(hand_made, tmp_path):
+    path = tmp_path / "block_by_hand.toml"
+    path.write_text('[design]\nname = "block_by_hand"\n', encoding="utf-8")
+    return path
