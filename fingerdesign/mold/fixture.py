@@ -1,0 +1,145 @@
+"""How each side is closed and holds the plates: slots, windows behind combs, plugs between legs.
+
+Numbers only; mm. What cannot be held is told by fixture_faults.py.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fingerdesign.design.layout import PlateFrame
+from fingerdesign.errors import Fault
+from fingerdesign.mold import slots
+from fingerdesign.mold.exits import Exits, exits_of
+from fingerdesign.mold.frames import end_of, scale_of, turned_bar
+from fingerdesign.mold.leg_room import Room
+from fingerdesign.mold.plan import SIDES, Holding, Leg, Plug, Side, SidePlan, Slot
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.profiles import Limits
+
+_WINDOW_MM = 0.5  # beside and below the slots: room for leads, and to see
+
+
+def sides_of(
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    legs: tuple[Leg, ...],
+    limits: Limits,
+    corner: float | None = None,
+) -> tuple[tuple[SidePlan, ...], tuple[Plug, ...], list[Fault]]:
+    """The four sides, the insert's plugs, and every fault of plates that cannot be held.
+
+    ``frames`` and ``legs``: in mold space; ``corner``: |z| at which end and side walls meet, where
+    legs must not leave through the wrong one (absent: not judged).
+    """
+    from fingerdesign.mold.fixture_faults import fixture_faults
+
+    sides = tuple(_side(design, frames, legs, limits, side) for side in SIDES)
+    plugs = plugs_of(design, frames, legs, limits)
+    return sides, plugs, fixture_faults(design, frames, legs, limits, corner)
+
+
+def slots_on(
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    legs: tuple[Leg, ...],
+    limits: Limits,
+    side: Side,
+) -> tuple[Slot, ...]:
+    """The slots of one side, in the legs' order."""
+    by_index = {frame.index: frame for frame in frames}
+    here = slots.on_side(legs, side)
+    holding = slots.holding_of(design, here)
+    return tuple(slots.slot_of(design, holding, limits, by_index[leg.plate], leg) for leg in here)
+
+
+def _side(
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    legs: tuple[Leg, ...],
+    limits: Limits,
+    side: Side,
+) -> SidePlan:
+    here = slots.on_side(legs, side)
+    holding = slots.holding_of(design, here)
+    openings = slots_on(design, frames, legs, limits, side)
+    sheet = slots.sheets_thickness(design, holding, limits)
+    shift = 0.0
+    if holding == "jig":
+        by_index = {frame.index: frame for frame in frames}
+        shift = min(
+            0.5 * (slot.width - turned_bar(by_index[leg.plate], leg.width, leg.offset).thickness)
+            for slot, leg in zip(openings, here, strict=True)
+        )
+    return SidePlan(side, holding, sheet, shift, _window(holding, openings, limits), openings)
+
+
+def _window(
+    holding: Holding, openings: tuple[Slot, ...], limits: Limits
+) -> tuple[float, float, float] | None:
+    """The opening behind a comb or jig, around all of its slots."""
+    if holding not in ("comb", "jig"):
+        return None
+    corners = slots.slot_corners(openings).reshape(-1, 2)
+    room = max(_WINDOW_MM, 2.0 * limits.clearance_mm)
+    (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
+    # A sill that can be made stays below, where the slots leave room for one.
+    sill = min(limits.wall_mm, float(bottom))
+    return float(low) - room, float(high) + room, max(float(bottom) - room, sill)
+
+
+def leg_exits(
+    design: Design, frames: tuple[PlateFrame, ...], legs: tuple[Leg, ...], limits: Limits
+) -> tuple[Exits, Exits]:
+    """How legs leave the finger, and how their slots do."""
+    by_index = {frame.index: frame for frame in frames}
+    bars, openings = [], []
+    for leg in legs:
+        frame = by_index[leg.plate]
+        bar = turned_bar(frame, leg.width, leg.offset)
+        slot = slots.slot_of(design, "slots", limits, frame, leg)
+        bars.append(bar)
+        openings.append(slots.as_bar(bar, slot))
+    sides = [leg.side for leg in legs]
+    starts = [end_of(by_index[leg.plate], leg.side) for leg in legs]
+    scale = scale_of(design)
+    return (
+        exits_of(design.body, scale, bars, sides, starts),
+        exits_of(design.body, scale, openings, sides, starts, follow=False),
+    )
+
+
+def legs_above(
+    design: Design, frames: tuple[PlateFrame, ...], legs: tuple[Leg, ...], limits: Limits
+) -> tuple[Room, list[tuple[Leg, float]]]:
+    """The room for legs; and the legs that leave so high that the insert must end short of them,
+    each with its nearest exit."""
+    room = Room.of(design, scale_of(design), limits)
+    loose = tuple(
+        leg
+        for side in SIDES
+        for leg in slots.on_side(legs, side)
+        if slots.holding_of(design, slots.on_side(legs, side)) == "slots"
+    )
+    if not loose:
+        return room, []
+    exits, openings = leg_exits(design, frames, loose, limits)
+    above = room.above(openings)
+    found = [(leg, float(exits.nearest[k])) for k, leg in enumerate(loose) if above[k]]
+    return room, found
+
+
+def plugs_of(
+    design: Design, frames: tuple[PlateFrame, ...], legs: tuple[Leg, ...], limits: Limits
+) -> tuple[Plug, ...]:
+    """The insert's plugs: as wide as the legs beside them allow, narrowed by the draft."""
+    room, above = legs_above(design, frames, legs, limits)
+    plugs = []
+    for axis in ("x", "z"):
+        nearest = [out for leg, out in above if leg.side.endswith(axis)]
+        if nearest:
+            top = min(nearest) - room.web
+            plugs.append(Plug(axis, top - room.narrowing, top))
+    return tuple(plugs)

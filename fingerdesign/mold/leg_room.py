@@ -1,0 +1,96 @@
+"""Where legs may leave the finger: outside the contact zone, beyond the insert; numbers, mm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.design.contact_zone import candidate_zone
+from fingerdesign.design.layout import Array, crest_height
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.mold.exits import Exits, flat_sided, rim_height
+from fingerdesign.mold.plan import Side
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.profiles import Limits
+
+
+@dataclass(frozen=True)
+class Room:
+    """What an insert between legs must leave: mold space.
+
+    zone_x, zone_z   half-extents that it must cover on the contact surface, margin included;
+                     infinite where the contact reaches the body's end
+    rim, top         heights of the contact surface's lowest border and of the block
+    web              least web between the insert and a slot, or a slot and a wall's upper edge
+    draft            tangent of the plug's draft
+    continued        whether the contact surface is continued outward beside flat sides
+    """
+
+    zone_x: float
+    zone_z: float
+    rim: float
+    top: float
+    web: float
+    draft: float
+    continued: bool
+
+    @classmethod
+    def of(cls, design: Design, scale: float, limits: Limits) -> Room:
+        """That of a design: its contact zone under a plane at the grip's greatest approach."""
+        zone = candidate_zone(design, SceneObject(), design.grip.max_approach_mm)
+        body, margin = design.body, design.mold.contact_margin_mm
+        wide, deep = zone.half_width, zone.half_depth
+        return cls(
+            scale * wide + margin if wide < 0.5 * body.width_mm else math.inf,
+            math.inf if deep is None else scale * deep + margin,
+            scale * rim_height(body),
+            scale * float(crest_height(body)) + design.mold.insert_mm,
+            limits.feature_mm,
+            math.tan(math.radians(design.mold.draft_deg)),
+            flat_sided(body),
+        )
+
+    @property
+    def narrowing(self) -> float:
+        """By how much the draft narrows a plug from its top to the rim, mm."""
+        return (self.top - self.rim) * self.draft
+
+    def zone(self, side: Side) -> float:
+        """The half-extent that a plug between legs on ``side`` must cover."""
+        return self.zone_x if side.endswith("x") else self.zone_z
+
+    def least_exit(self, side: Side) -> float:
+        """How far out legs on ``side`` must leave at least, where the insert ends short of them."""
+        return self.zone(side) + self.narrowing + self.web
+
+    def greatest_draft(self, side: Side, nearest: float) -> float | None:
+        """The greatest draft, degrees, at which a plug short of an exit covers the contact zone.
+
+        None: none does.
+        """
+        over = nearest - self.web - self.zone(side)
+        if not 0.0 <= over < math.inf:
+            return None
+        return math.degrees(math.atan2(over, self.top - self.rim))
+
+    def above(self, openings: Exits) -> NDArray[np.bool_]:
+        """Whether legs (n,) whose slots leave so are so high that the insert must end short of
+        them."""
+        if self.continued:
+            return np.asarray(openings.surface_margin < self.web - 1e-9)
+        return np.asarray(openings.top > self.rim - self.web + 1e-9)
+
+    def wanting(self, sides: Sequence[Side], openings: Exits, exits: Exits) -> Array:
+        """How much farther out (n,) legs on ``sides`` would have to leave, mm; 0: they leave well.
+
+        ``openings``: of their slots; ``exits``: of the legs themselves.
+        """
+        least = np.array([self.least_exit(side) for side in sides])
+        return np.where(self.above(openings), np.maximum(least - exits.nearest, 0.0), 0.0)

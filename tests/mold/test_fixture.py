@@ -1,0 +1,198 @@
+"""Fixtures: slots and their webs, windows, plugs; and what is refused, with its key and bound."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import load_design
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.exits import rim_height
+from fingerdesign.mold.fixture import sides_of
+from fingerdesign.mold.frames import frames_in_mold, scale_of
+from fingerdesign.mold.legs import legs_of
+from fingerdesign.mold.plan import Slot
+from fingerdesign.mold.profiles import limits_of
+from fingerdesign.mold.slots import slot_corners, webs
+
+SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
+
+
+def with_mold(design, **keys):
+    table = design.mold.model_validate({**design.mold.model_dump(exclude_none=True), **keys})
+    return design.model_copy(update={"mold": table})
+
+
+def planned(design, corner=None):
+    scale, limits = scale_of(design), limits_of(design.mold)
+    legs = legs_of(design, scale, limits)
+    frames = frames_in_mold(design, scale)
+    sides, plugs, faults = sides_of(design, frames, legs, limits, corner)
+    return {side.side: side for side in sides}, plugs, faults
+
+
+def made(body=None, plates=None, mold=None):
+    data = {"design": {"name": "t"}, "body": body or {}, "plates": plates or {}}
+    return Design.model_validate({**data, "mold": mold or {}})
+
+
+@pytest.mark.parametrize("name", [*SHIPPED, "sensitive", "wide"])
+def test_shipped_designs_can_be_held(name):
+    design = load_design(f"designs/{name}.toml")
+    sides, _, faults = planned(design)
+    assert faults == []
+    for side in sides.values():
+        least = 0.2 if side.holding == "comb" else 0.4
+        assert (webs(side.slots)[2] >= least - 2e-4).all()
+
+
+def test_a_comb_has_slots_of_the_sheet_and_a_window_around_them():
+    sides, plugs, _ = planned(load_design("designs/maeno2000.toml"))
+    front = sides["+z"]
+    assert (front.holding, front.sheet, front.shift, plugs) == ("comb", 0.3, 0.0, ())
+    assert len(front.slots) == 15
+    assert sides["+x"].holding == "wall"
+    assert sides["+x"].window is None
+    slot = front.slots[7]
+    assert slot.width == pytest.approx(0.12)
+    assert slot.length == pytest.approx(0.54 + 0.02 + 0.2)
+    assert slot.shim == 0.0
+    assert slot.wire == 0.2
+    low, high, bottom = front.window
+    corners = slot_corners(front.slots)
+    assert low < corners[..., 0].min()
+    assert high > corners[..., 0].max()
+    assert 0.0 < bottom < corners[..., 1].min()
+
+
+def test_leads_leave_on_the_side_away_from_the_surface():
+    design = load_design("designs/maeno2000.toml")
+    with_wire, _, _ = planned(design)
+    without, _, _ = planned(with_mold(design, wire_mm=0.0))
+    for one, two in zip(with_wire["+z"].slots, without["+z"].slots, strict=True):
+        assert one.y < two.y
+        assert one.length > two.length
+        assert two.y - one.y == pytest.approx(0.1 * np.sin(np.radians(45.0)), abs=1e-9)
+
+
+def test_a_comb_s_least_slot_widens_the_opening():
+    design = with_mold(load_design("designs/maeno2000.toml"), comb={"slot_mm": 0.2})
+    sides, _, faults = planned(design)
+    assert faults == []
+    assert {slot.width for slot in sides["+z"].slots} == {0.2}
+
+
+def test_slots_in_the_walls_are_filled_by_shims():
+    design = with_mold(load_design("designs/wide.toml"), plate_fixture="slots")
+    sides, _, faults = planned(design)
+    assert faults == []
+    for slot in sides["-z"].slots:
+        assert slot.width == pytest.approx(0.35)
+        assert slot.shim == pytest.approx(0.2)
+
+
+def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
+    design = load_design("designs/wide.toml")
+    sides, _, faults = planned(with_mold(design, plate_fixture="jig"))
+    assert faults == []
+    assert sides["+z"].holding == "jig"
+    assert sides["+z"].shift == pytest.approx(0.5 * (0.35 - 0.15))
+    assert sides["+z"].sheet == 1.0
+    turned = design.plates.model_copy(update={"follow": "turned"})
+    spread = with_mold(design.model_copy(update={"plates": turned}), plate_fixture="jig")
+    _, _, faults = planned(spread)
+    assert [fault.key for fault in faults] == ["mold.plate_fixture"]
+    assert "comb" in faults[0].bound
+
+
+def test_a_bent_plate_s_slot_is_wider_by_its_sagitta():
+    design = load_design("designs/boned.toml")
+    sides, _, _ = planned(design)
+    radius = frames_in_mold(design, 1.0)[2].bend_radius
+    half = 0.15 / radius
+    sagitta = (radius - 0.075) * (1.0 - np.cos(half))
+    assert sides["+z"].slots[2].width == pytest.approx(0.15 + sagitta + 0.02, abs=1e-6)
+
+
+def test_a_round_body_gets_slots_and_a_plug_whatever_was_asked():
+    design = load_design("designs/pin.toml")
+    sides, plugs, _ = planned(design)
+    assert sides["+z"].holding == sides["-z"].holding == "slots"
+    assert [plug.axis for plug in plugs] == ["z"]
+    crest = 10.0 + 12.0 - np.sqrt(12.0**2 - 8.0**2)
+    height = crest + 6.0 - rim_height(design.body)
+    lean = height * np.tan(np.radians(2.0))
+    assert plugs[0].at_top - plugs[0].at_surface == pytest.approx(lean)
+
+
+def test_a_draft_that_eats_the_contact_surface_is_refused_with_its_bound():
+    design = load_design("designs/pin.toml")
+    _, _, faults = planned(with_mold(design, draft_deg=30.0))
+    assert [fault.key for fault in faults] == ["mold.draft_deg"]
+    most = float(faults[0].bound.split("at most ")[1].split(",")[0])
+    assert 2.0 < most < 30.0
+    assert planned(with_mold(design, draft_deg=most))[2] == []
+    assert planned(with_mold(design, draft_deg=most + 0.3))[2] != []
+
+
+def test_legs_through_the_contact_zone_are_refused_with_the_plates_cover():
+    design = made(
+        {"shape": "revolved", "width_mm": 16.0, "arc_radius_mm": 12.0},
+        {"count": 1, "span_mm": 3.0, "cover_mm": 0.6, "angle_deg": 0.0, "length_mm": 1.0},
+    )
+    _, _, faults = planned(design)
+    assert [fault.key for fault in faults] == ["plates.cover_mm"]
+    deeper = float(faults[0].remedy.split("at least ")[1].split(",")[0])
+    plates = design.plates.model_copy(update={"cover_mm": deeper})
+    assert planned(design.model_copy(update={"plates": plates}))[2] == []
+
+
+def test_webs_that_cannot_stand_are_refused_with_the_pitch_that_does():
+    design = with_mold(load_design("designs/maeno2000.toml"), plate_fixture="slots", process="fdm")
+    _, _, faults = planned(design)
+    by_key = {fault.key: fault for fault in faults}
+    assert "0.8 mm below the contact surface" in by_key["plates.cover_mm"].bound
+    assert "webs of mold.limits.feature_mm = 0.8 mm" in by_key["plates.pitch_mm"].bound
+    assert "comb" in by_key["plates.pitch_mm"].remedy
+    narrow = load_design("designs/narrow.toml")
+    plates = narrow.plates.model_copy(update={"count": 2, "pitch_mm": 0.5, "length_mm": 0.6})
+    slots = with_mold(narrow.model_copy(update={"plates": plates}), plate_fixture="slots")
+    fault = planned(slots)[2][0]
+    assert fault.key == "plates.pitch_mm"
+    wider = float(fault.remedy.split("at least ")[1].split(" ")[0])
+    moved = slots.model_copy(update={"plates": plates.model_copy(update={"pitch_mm": wider})})
+    assert planned(moved)[2] == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "key"),
+    [
+        ({"comb": {"slot_mm": 1.0}}, "mold.comb.slot_mm"),
+        ({"comb": {"web_mm": 1.0}}, "mold.comb.web_mm"),
+        ({"plate_fixture": "slots", "limits": {"slot_mm": 2.0, "feature_mm": 0.1}}, None),
+    ],
+)
+def test_slots_and_webs_that_the_file_demands_are_refused_by_their_own_key(keys, key):
+    design = with_mold(load_design("designs/maeno2000.toml"), **keys)
+    fault = planned(design)[2][0]
+    assert fault.key == (key or "mold.limits.slot_mm")
+    most = float(fault.bound.split("at most ")[1].split(",")[0])
+    assert 0.0 < most < float(fault.value)
+
+
+def test_a_leg_wider_than_its_plate_is_refused():
+    design = with_mold(load_design("designs/domed.toml"), leg_mm=5.0)
+    assert "mold.leg_mm" in [fault.key for fault in planned(design)[2]]
+
+
+def test_legs_through_a_wall_that_is_drawn_across_them_are_refused():
+    design = load_design("designs/pin.toml")
+    assert planned(design, corner=2.0)[2] == []
+    fault = planned(design, corner=7.0)[2][0]
+    assert fault.key == "plates.pitch_mm"
+    assert "side wall" in fault.bound
+
+
+def test_webs_are_true_distances_between_rectangles():
+    one = Slot(0, "+z", 0.0, 5.0, 0.0, 1.0, 0.2, 0.0, 0.0)
+    two = Slot(1, "+z", 1.5, 5.6, 0.0, 1.0, 0.2, 0.0, 0.0)
+    assert webs([one, two])[2] == pytest.approx([np.hypot(0.5, 0.4)])
+    assert webs([one])[2].shape == (0,)

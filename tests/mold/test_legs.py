@@ -1,0 +1,159 @@
+"""Legs: widths, exits of bodies whose shape is known, gaps to other metal, volume in the rubber."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign import load_design
+from fingerdesign.design.layout import Hole, PlateFrame, plate_frames
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.exits import exits_of, flat_sided, rim_height
+from fingerdesign.mold.frames import core_in_mold, frames_in_mold, leg_bar, scale_of, turned_bar
+from fingerdesign.mold.leg_gaps import crossing_legs, leg_gaps
+from fingerdesign.mold.legs import legs_of, meets_hole
+from fingerdesign.mold.plan import Leg
+from fingerdesign.mold.profiles import limits_of
+
+
+def made(body=None, plates=None, mold=None):
+    data = {"design": {"name": "t"}, "body": body or {}, "plates": plates or {}}
+    return Design.model_validate({**data, "mold": mold or {}})
+
+
+def legs(design):
+    return legs_of(design, scale_of(design), limits_of(design.mold))
+
+
+def test_full_plates_have_wide_tabs_that_end_a_tab_beyond_the_comb():
+    design = load_design("designs/maeno2000.toml")
+    found = legs(design)
+    assert len(found) == 30
+    for leg in found:
+        assert leg.flat
+        assert leg.start == leg.exit == 5.0
+        assert leg.width == pytest.approx(0.6 * 0.9)
+        assert leg.tip == pytest.approx(5.0 + 0.3 + 3.0)
+
+
+def test_embedded_plates_have_thin_legs_through_the_rubber():
+    found = legs(load_design("designs/domed.toml"))
+    assert {leg.width for leg in found} == {0.3}
+    assert all(leg.start == 4.0 and leg.exit == 7.0 and leg.flat for leg in found)
+
+
+def test_legs_of_a_given_width_stay_within_the_plate():
+    design = load_design("designs/domed.toml")
+    asked = design.mold.model_copy(update={"leg_mm": 5.0})
+    assert {leg.width for leg in legs(design.model_copy(update={"mold": asked}))} == {2.0}
+
+
+def test_plates_along_z_leave_at_the_sides():
+    design = made({"shape": "block"}, {"along": "z", "count": 3, "span_mm": 6.0, "pitch_mm": 2.5})
+    found = legs(design)
+    assert {leg.side for leg in found} == {"+x", "-x"}
+    assert {leg.exit for leg in found} == {10.0}
+
+
+def test_no_plates_have_no_legs_but_plates_left_out_of_the_model_do():
+    assert legs(made(plates={"count": 0})) == ()
+    assert len(legs(made(plates={"model": "none", "count": 4}))) == 8
+
+
+def test_exits_of_a_pin_are_those_of_its_sphere():
+    design = load_design("designs/pin.toml")
+    frames = frames_in_mold(design, 1.0)
+    legs_here = [leg for leg in legs(design) if leg.plate == 3]
+    crest = 10.0 + 12.0 - np.sqrt(12.0**2 - 8.0**2)
+    for leg in legs_here:
+        x, y = turned_bar(frames[3], leg.width, leg.offset).corners().T
+        out = np.sqrt(12.0**2 - (y - (crest - 12.0)) ** 2 - x**2)
+        assert not leg.flat
+        assert leg.exit == pytest.approx(out.max(), abs=1e-3)
+
+
+def test_exits_below_a_round_rim_are_those_of_its_cylinder():
+    body = made({"shape": "revolved", "width_mm": 16.0, "arc_radius_mm": 12.0}).body
+    bar = PlateFrame(0, 3.0, 4.0, 90.0, 1.0, 1e-9, -2.0, 2.0)
+    found = exits_of(body, 1.0, [bar], ["+z"], [2.0])
+    assert found.nearest[0] == pytest.approx(np.sqrt(64.0 - 9.0), abs=1e-6)
+    assert found.farthest[0] == pytest.approx(found.nearest[0], abs=1e-6)
+
+
+def test_margins_of_an_arc_are_the_distances_to_its_border():
+    body = made({"width_mm": 20.0, "base_height_mm": 10.0, "arc_radius_mm": 20.0}).body
+    crest = 10.0 + 20.0 - np.sqrt(300.0)
+    small = PlateFrame(0, 0.0, crest - 1.5, 0.0, 1e-6, 1e-6, -2.0, 2.0)
+    low = replace(small, y=0.3)
+    beside = replace(small, place=9.5, y=6.0)
+    found = exits_of(body, 1.0, [small, low, beside], ["+z", "-z", "+z"], [2.0] * 3)
+    assert found.face_margin == pytest.approx([1.5, 0.3, 0.5], abs=1e-5)
+    assert rim_height(body) == 10.0
+    assert flat_sided(body)
+
+
+def test_shrinkage_moves_middles_and_exits_but_keeps_sizes():
+    design = made({"shape": "block"}, {"span_mm": 6.0}, {"shrinkage": 0.02})
+    scale = scale_of(design)
+    assert scale == pytest.approx(1.0 / 0.98)
+    before, after = plate_frames(design), frames_in_mold(design, scale)
+    assert after[0].place == pytest.approx(scale * before[0].place)
+    assert after[0].span == pytest.approx(6.0)
+    assert after[0].length == before[0].length
+    assert {round(leg.exit, 9) for leg in legs(design)} == {round(5.0 * scale, 9)}
+
+
+def test_a_full_plate_of_a_shrinking_rubber_has_tabs_still():
+    design = made({"shape": "block"}, {"count": 3}, {"cure": "condensation"})
+    for leg in legs(design):
+        assert leg.width == pytest.approx(1.2)
+        assert leg.exit - leg.start == pytest.approx(5.0 / 0.98 - 5.0)
+
+
+def test_the_bar_of_a_bent_strip_holds_it_just():
+    frame = PlateFrame(0, 1.0, 8.0, 20.0, 4.0, 0.2, -3.0, 3.0, bend_radius=5.0)
+    bar = turned_bar(frame, 2.0, 0.7)
+    s = np.linspace(0.7 - 1.0, 0.7 + 1.0, 101)
+    points = np.vstack([frame.from_local(s, v) for v in (-0.1, 0.1)])
+    inside = bar.local(points)
+    assert np.abs(inside[:, 0]).max() == pytest.approx(0.5 * bar.length, abs=1e-9)
+    assert inside[:, 1].max() == pytest.approx(0.5 * bar.thickness, abs=1e-6)
+    assert inside[:, 1].min() == pytest.approx(-0.5 * bar.thickness, abs=1e-9)
+
+
+def test_gaps_of_legs_to_other_plates_and_the_core():
+    design = made(
+        {"shape": "block", "core": {"width_mm": 4.0, "height_mm": 3.0, "bottom_mm": 1.0}},
+        {"count": 1, "thickness_mm": 0.2},
+    )
+    own = PlateFrame(0, 0.0, 5.0, 0.0, 2.0, 0.2, -2.0, 2.0)
+    beyond = PlateFrame(1, 0.0, 6.0, 0.0, 2.0, 0.2, 3.0, 4.0)
+    leg = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
+    bars = (leg_bar(own, leg, leg.exit),)
+    assert leg_gaps(design, 1.0, (leg,), bars, (own, beyond))[0] == pytest.approx(0.8)
+    assert leg_gaps(design, 1.0, (leg,), bars, (own,))[0] == pytest.approx(0.9)
+
+
+def test_legs_of_crossing_rows_that_meet_are_found():
+    one = PlateFrame(0, 0.0, 5.0, 0.0, 2.0, 0.2, -2.0, 2.0)
+    two = PlateFrame(1, 3.0, 5.1, 0.0, 2.0, 0.2, -4.0, -2.0, along="z")
+    first = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
+    second = Leg(1, "+x", 0.4, 0.0, -2.0, 5.0, 8.0, True)
+    design = made(plates={"thickness_mm": 0.2})
+    assert len(crossing_legs(design, (first, second), (one, two))) == 1
+    assert crossing_legs(design, (first, second), (one, replace(two, y=6.0))) == []
+
+
+def test_a_core_moves_with_the_rubber_unless_it_stands_on_the_base():
+    core = made({"core": {"height_mm": 2.0, "bottom_mm": 3.0}}).body.core
+    assert core_in_mold(core, 1.02).bottom_mm == pytest.approx(4.0 * 1.02 - 1.0)
+    standing = core.model_copy(update={"bottom_mm": 0.0})
+    assert core_in_mold(standing, 1.02).bottom_mm == 0.0
+
+
+def test_a_leg_does_not_stand_on_a_hole():
+    frame = PlateFrame(0, 0.0, 5.0, 0.0, 2.0, 0.1, -2.0, 2.0, holes=(Hole(0.0, 1.6, 0.35),))
+    leg = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
+    assert meets_hole(frame, leg)
+    assert not meets_hole(frame, replace(leg, offset=0.7))
+    assert not meets_hole(frame, replace(leg, side="-z"))
