@@ -51,6 +51,10 @@ COMMANDS = {
         "Compare controllers over friction, weight and noise.",
     ),
     "mold": ("fingerdesign_cli.mold:command", "Make the mold that a finger is cast in."),
+    "compare": (
+        "fingerdesign_cli.compare:command",
+        "Which finger is better at what, on one page.",
+    ),
     "view": ("fingerdesign_cli.view:command", "Look at a result."),
     "bench": ("fingerdesign_cli.bench:command", "Compare with known answers; speed and accuracy."),
 }

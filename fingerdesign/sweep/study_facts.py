@@ -78,7 +78,7 @@ class StudyFacts:
 
 def known_metrics(outcomes: Iterable[Outcome]) -> tuple[MetricFacts, ...]:
     """Facts of every metric that an outcome has: of those known here first, in their order."""
-    named = _named_metrics()
+    named = named_metrics()
     found = dict.fromkeys(name for outcome in outcomes for name in outcome.metrics)
     known = [
         MetricFacts(name, metric.unit, metric.better, metric.words)
@@ -88,7 +88,8 @@ def known_metrics(outcomes: Iterable[Outcome]) -> tuple[MetricFacts, ...]:
     return (*known, *(MetricFacts(name) for name in found if name not in named))
 
 
-def _named_metrics() -> dict[str, Any]:
+def named_metrics() -> dict[str, Any]:
+    """The metrics that this program knows, by name (sweep/metrics.py)."""
     from importlib import import_module
     from importlib.util import find_spec
 

@@ -1,0 +1,170 @@
+"""``fingerdesign compare``: which finger is better at what, and why, on one page."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from fingerdesign_cli.common import print_json, print_table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fingerdesign.sweep.compare import Comparison
+    from fingerdesign.sweep.recommend import Recommendation
+    from fingerdesign.sweep.study_facts import Wanted
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command("compare")
+@click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=_FILE)
+@click.option("--out", required=True, type=_FILE, help="The page, FILE.html.")
+@click.option("--csv", "csv_file", metavar="FILE", type=_FILE, help="Also a row a design as CSV.")
+@click.option(
+    "--json",
+    "json_file",
+    metavar="FILE",
+    type=_FILE,
+    help="Also all outcomes, a line of JSON each; `-`: what is recommended, on stdout.",
+)
+@click.option(
+    "--objective",
+    "asked",
+    metavar="METRIC[:min|max]",
+    multiple=True,
+    help="What a finger is wanted for, instead of the study's own; may be given again.",
+)
+@click.option("--name", default="", help="To head the page; without it that of the study.")
+@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
+def command(
+    results: tuple[Path, ...],
+    out: Path,
+    csv_file: Path | None,
+    json_file: Path | None,
+    asked: tuple[str, ...],
+    name: str,
+    quiet: bool,
+) -> int:
+    """Compare the designs of every RESULT on one page that opens offline.
+
+    A RESULT is what sweep or optimise wrote (OUT/NAME), a result of analyse, a folder of such
+    folders, or a file of outcomes (outcomes.jsonl). The page recommends a finger and says why;
+    its table sorts and filters, its chart shows the Pareto front, two designs stand side by side,
+    failures are listed, and every number can be saved.
+
+    Exit code 2 where a RESULT is none. Failed designs are shown with their causes: exit code 0.
+    """
+    from fingerdesign.report.compare_html import compare_html
+    from fingerdesign.sweep.compare import read_comparison
+    from fingerdesign.sweep.outcome_csv import designs_csv
+    from fingerdesign.sweep.recommend import recommend
+
+    found = read_comparison(results, _objectives(asked), name)
+    _refuse_unknown(found)
+    outcomes, facts = found.outcomes, found.facts
+    texts = {out: compare_html(outcomes, facts)}
+    if csv_file is not None:
+        texts[csv_file] = designs_csv(outcomes)
+    best = recommend(outcomes, facts.objectives, facts.constraints)
+    to_stdout = json_file is not None and str(json_file) == "-"
+    if json_file is not None and not to_stdout:
+        texts[json_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    for path, text in texts.items():
+        _write(path, text)
+    if to_stdout:
+        print_json(_told(found, best, out))
+    elif not quiet:
+        _show(found, best)
+        click.echo(f"report: {out}")
+    return 0
+
+
+def _objectives(asked: Sequence[str]) -> list[Wanted]:
+    from fingerdesign.sweep.study_facts import GOALS, Wanted, named_metrics
+
+    named = named_metrics()
+    found = []
+    for text in asked:
+        metric, _, goal = text.partition(":")
+        known = named.get(metric)
+        goal = goal or (known.better if known is not None and known.better else "")
+        if goal not in GOALS:
+            raise click.UsageError(
+                f"--objective {text}: must be METRIC:min or METRIC:max; say which end is better"
+            )
+        found.append(Wanted(metric, "min" if goal == "min" else "max"))
+    return found
+
+
+def _refuse_unknown(found: Comparison) -> None:
+    """DesignError for an objective that no outcome has a value of."""
+    import difflib
+
+    from fingerdesign.errors import DesignError, Fault
+
+    good = [outcome for outcome in found.outcomes if outcome.status == "ok"]
+    names = sorted({name for outcome in good for name in outcome.metrics})
+    faults = []
+    for wanted in found.facts.objectives:
+        if good and wanted.metric not in names:
+            near = difflib.get_close_matches(wanted.metric, names, 1)
+            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+            bound = f"one of {', '.join(names)}"
+            faults.append(Fault("--objective", wanted.metric, bound, remedy))
+    if faults:
+        raise DesignError(faults)
+
+
+def _write(path: Path, text: str) -> None:
+    """The file, whole or not at all."""
+    import tempfile
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, aside = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
+            stream.write(text)
+        umask = os.umask(0)
+        os.umask(umask)
+        os.chmod(aside, 0o666 & ~umask)
+        os.replace(aside, path)
+    except BaseException:
+        Path(aside).unlink(missing_ok=True)
+        raise
+
+
+def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
+    outcomes = found.outcomes
+    name = None if best.chosen is None else outcomes[best.chosen].name
+    return {
+        "report": str(out),
+        "designs": len(outcomes),
+        "failed": sum(outcome.status == "failed" for outcome in outcomes),
+        "feasible": len(best.feasible),
+        "recommended": name,
+        "front": [outcomes[number].name for number in best.front],
+        "objectives": [
+            {"metric": each.metric, "goal": each.goal} for each in found.facts.objectives
+        ],
+    }
+
+
+def _show(found: Comparison, best: Recommendation) -> None:
+    from fingerdesign.report.compare_words import summary
+
+    said = summary(found.outcomes, found.facts, best)
+    click.echo(said.counts)
+    if said.recommended:
+        click.echo(f"recommended: {said.recommended}. {said.why}")
+    else:
+        click.echo(said.why)
+    if said.table is not None:
+        print_table(said.table.caption, said.table.columns, said.table.rows)
+    for sentence in said.given_up:
+        click.echo(f"  better elsewhere: {sentence}")
+    for sentence in said.mind:
+        click.echo(f"mind: {sentence}")
