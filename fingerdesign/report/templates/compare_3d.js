@@ -10,7 +10,7 @@
   const WIDTH = 440;
   const HEIGHT = 330;
   const START = { turn: -32, tilt: 24, zoom: 1 };
-  const VIEWS = { Start: START, Front: { turn: 0, tilt: 0, zoom: 1 },
+  const VIEWS = { Reset: START, Front: { turn: 0, tilt: 0, zoom: 1 },
     Side: { turn: -90, tilt: 0, zoom: 1 }, Top: { turn: 0, tilt: 90, zoom: 1 } };
   const LIGHT = [-0.35, 0.8, 0.5];
   const SHADES = 6;
@@ -29,17 +29,48 @@
       tilt: Math.min(90, Math.max(-90, tilt)), zoom: Math.min(8, Math.max(0.5, zoom)) };
   }
 
-  /** Boxes from the farthest to the nearest, by the planes between those that meet on the page. */
+  const EDGES = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4]];
+
+  /** Whether two boxes' corners on the page keep apart: some edge of one lies between them. */
+  function apartOnPage(p, q) {
+    for (const points of [p, q])
+      for (const [from, to] of EDGES) {
+        const nx = points[from][1] - points[to][1];
+        const ny = points[to][0] - points[from][0];
+        let [pLow, pHigh, qLow, qHigh] = [Infinity, -Infinity, Infinity, -Infinity];
+        for (const [x, y] of p) {
+          const along = nx * x + ny * y;
+          if (along < pLow) pLow = along;
+          if (along > pHigh) pHigh = along;
+        }
+        for (const [x, y] of q) {
+          const along = nx * x + ny * y;
+          if (along < qLow) qLow = along;
+          if (along > qHigh) qHigh = along;
+        }
+        if (pHigh <= qLow || qHigh <= pLow) return true;
+      }
+    return false;
+  }
+
+  /**
+   * Boxes from the farthest to the nearest, by the planes between those that overlap on the page.
+   * An order of others would only close circles that are not there.
+   */
   function painted(solid, view, flat) {
     const spans = flat.map((points) => {
       const xs = points.map((point) => point[0]);
       const ys = points.map((point) => point[1]);
       return [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
     });
-    const apart = (p, q) => p[1] < q[0] || q[1] < p[0] || p[3] < q[2] || q[3] < p[2];
+    const apart = (i, j) => {
+      const [p, q] = [spans[i], spans[j]];
+      return p[1] < q[0] || q[1] < p[0] || p[3] < q[2] || q[3] < p[2] ||
+        apartOnPage(flat[i], flat[j]);
+    };
     const behind = solid.boxes.map(() => []);
     for (const { i, j, axis } of solid.planes) {
-      if (apart(spans[i], spans[j])) continue;
+      if (apart(i, j)) continue;
       const side = FD.solid.dot(axis, view);
       if (side > 1e-9) behind[j].push(i);
       else if (side < -1e-9) behind[i].push(j);
@@ -146,7 +177,8 @@
       const axes = ["x", "y", "z"].flatMap((name, k) => {
         const [dx, dy] = [24 * right[k], -24 * up[k]];
         if (Math.hypot(dx, dy) < 5) return [];
-        return [FD.svg("path", { class: "v-axis", d: `M36 ${HEIGHT - 40}l${dx.toFixed(1)} ${dy.toFixed(1)}` }),
+        const d = `M36 ${HEIGHT - 40}l${dx.toFixed(1)} ${dy.toFixed(1)}`;
+        return [FD.svg("path", { class: "v-axis", d }),
           FD.svg("text", { x: (36 + 1.35 * dx).toFixed(1), y: (HEIGHT - 36 + 1.35 * dy).toFixed(1),
             "text-anchor": "middle" }, name)];
       });
@@ -205,7 +237,7 @@
     const drawn = items.filter((item) => item.geometry && item.geometry.body);
     // One scale for both: what is longer is drawn longer, however it is turned.
     const reach = Math.max(...drawn.map((item) => Math.hypot(...item.geometry.size)), 1e-6);
-    const scale = (0.94 * HEIGHT) / reach;
+    const scale = HEIGHT / reach;
     const states = drawn.map(() => ({ ...START }));
     const pictures = [];
     const together = FD.el("input", { type: "checkbox" });
@@ -238,7 +270,7 @@
       bar.append(made);
     };
     for (const [name, state] of Object.entries(VIEWS))
-      button(name, name === "Start" ? "Start view" : `View from the ${name.toLowerCase()}`,
+      button(name, name === "Reset" ? "Reset the view" : `View from the ${name.toLowerCase()}`,
         () => set(null, state));
     button("+", "Zoom in", () => states.forEach((_, k) => (k === 0 || !together.checked) &&
       moved(k, { zoom: 1.2 })));
@@ -260,5 +292,5 @@
     redraw();
   }
 
-  FD.shape = { show, HELP };
+  FD.shape = { show, HELP, camera, painted };
 })();

@@ -94,7 +94,10 @@
 
   /** The points over x and z at the chosen increment. */
   function top(traces, reach, name) {
-    const [x, z] = [traces.contact_x_mm, traces.contact_z_mm];
+    // A model of the half z >= 0 alone is its own mirror image.
+    const half = traces.contact_z_mm.every((place) => place >= -1e-9);
+    const twice = (list, sign) => (half ? [...list, ...list.map((value) => sign * value)] : list);
+    const [x, z] = [twice(traces.contact_x_mm, 1), twice(traces.contact_z_mm, -1)];
     const deep = FD.draw.bounds([z], 0.06);
     const width = 440;
     const inner = width - 66;
@@ -109,7 +112,7 @@
     });
     return { svg: axes.svg, at(k) {
       const row = Math.min(k, traces.status.length - 1);
-      const given = status(traces.status[row], x.length);
+      const given = status(traces.status[row], traces.contact_x_mm.length).repeat(half ? 2 : 1);
       const found = { "#": 0, "/": 0, ".": 0 };
       const paths = { "#": "", "/": "", ".": "" };
       x.forEach((_, point) => {

@@ -32,10 +32,11 @@
     looks.forEach((look, friction) => {
       // The limit, to where it leaves the chart.
       const end = Math.min(x[1], friction > 0 ? y[1] / friction : x[1]);
-      axes.layer.append(FD.svg("path", { class: `v-limit ${look.name}`, "stroke-dasharray": look.dash,
-        d: `M${axes.X(0).toFixed(1)} ${axes.Y(0).toFixed(1)}L${axes.X(end).toFixed(1)} ${axes.Y(friction * end).toFixed(1)}` }));
-      axes.over.append(FD.svg("text", { class: "v-name", x: (axes.X(end) + 4).toFixed(1),
-        y: (axes.Y(friction * end) + (end < x[1] ? -2 : 4)).toFixed(1) },
+      const [p, q] = [axes.X(end), axes.Y(friction * end)];
+      axes.layer.append(FD.svg("path", { class: `v-limit ${look.name}`,
+        "stroke-dasharray": look.dash, d: FD.draw.line([[axes.X(0), axes.Y(0)], [p, q]]) }));
+      axes.over.append(FD.svg("text", { class: "v-name", x: (p + 4).toFixed(1),
+        y: (q + (end < x[1] ? -2 : 4)).toFixed(1) },
         `μ ${FD.draw.number(friction)}`));
     });
     const at = (normal, tangential) => normal.map((force, k) =>

@@ -4,6 +4,8 @@
   "use strict";
   const FD = (window.FD = window.FD || {});
   const known = (traces) => (traces.gages || []).length > 0 && traces.gages[0].length > 0;
+  const zero = (axes) => FD.svg("path", { class: "v-zero",
+    d: FD.draw.line([[axes.left, axes.Y(0)], [axes.left + axes.inner.width, axes.Y(0)]]) });
   const column = (traces, k) => traces.gages.map((row) => row[k]);
 
   /** Gage and increment of the largest reading. */
@@ -30,7 +32,7 @@
         `microstrain, of ${placed(traces, most.gage)}, at increment ${most.row + 1}.` });
     const points = (k) => column(traces, k).map((value, row) =>
       [axes.X(row + 1), FD.draw.isNumber(value) ? axes.Y(value) : null]);
-    axes.layer.append(FD.svg("path", { class: "v-zero", d: `M${axes.left} ${axes.Y(0).toFixed(1)}h${axes.inner.width}` }),
+    axes.layer.append(zero(axes),
       FD.svg("path", { class: "v-faint",
         d: Array.from({ length: gages }, (_, k) => FD.draw.line(points(k))).join("") }));
     const bold = FD.draw.stroke(look, "", "v-bold");
@@ -49,7 +51,8 @@
       name.textContent = String(k + 1);
     };
     return { svg: axes.svg, choose, gages, best: most.gage, at(k) {
-      cursor.setAttribute("d", `M${axes.X(Math.min(k, count - 1) + 1).toFixed(1)} ${axes.top}v${axes.inner.height}`);
+      const x = axes.X(Math.min(k, count - 1) + 1);
+      cursor.setAttribute("d", FD.draw.line([[x, axes.top], [x, axes.top + axes.inner.height]]));
     } };
   }
 
@@ -58,7 +61,7 @@
     const x = FD.draw.bounds(items.map(({ traces }) => traces.gage_x_mm), 0.04);
     const axes = FD.draw.plot({ width: 900, height: 240, x, y, xLabel: "x of the gage (mm)",
       yLabel: "reading (microstrain)", label: "" });
-    axes.layer.append(FD.svg("path", { class: "v-zero", d: `M${axes.left} ${axes.Y(0).toFixed(1)}h${axes.inner.width}` }));
+    axes.layer.append(zero(axes));
     const drawn = items.map(({ traces }, k) => {
       const order = traces.gage_x_mm.map((_, gage) => gage)
         .sort((p, q) => traces.gage_x_mm[p] - traces.gage_x_mm[q]);

@@ -12,7 +12,15 @@
   const NEAR = 14; // units: farther from every line, a click means none
   let wanted = null; // the axes chosen by hand outlast a redrawing
 
-  const short = (key) => key.split(".").pop().replace(/_/g, " ");
+  const UNITS = { mm: "mm", deg: "degrees", MPa: "MPa", N: "N", g: "g", ml: "ml", s: "s" };
+
+  /** A key's last name in words, and the unit that it ends with. */
+  function titled(key) {
+    const parts = key.split(".").pop().split("_");
+    const unit = parts.length > 1 && Object.hasOwn(UNITS, parts[parts.length - 1])
+      ? UNITS[parts.pop()] : "";
+    return [parts.join(" "), unit];
+  }
 
   /** Axes that can be drawn: of values and metrics that differ between the designs. */
   function axesOf(indices) {
@@ -26,13 +34,13 @@
       const raw = designs.map((design) => (design.values || {})[key]);
       const present = raw.filter((value) => value !== undefined && value !== null);
       if (present.every((value) => FD.draw.isNumber(value)))
-        made.push(numeric(`value ${key}`, short(key), "", null, raw));
-      else made.push(named(`value ${key}`, short(key), raw));
+        made.push(numeric(`value ${key}`, ...titled(key), null, raw));
+      else made.push(named(`value ${key}`, titled(key)[0], raw));
     }
     for (const name of names) {
       const { unit, better } = metrics.get(name);
-      const plain = unit && unit !== "-" && unit !== "1" ? unit : "";
-      made.push(numeric(`metric ${name}`, short(name), plain, better,
+      const [title, own] = titled(name);
+      made.push(numeric(`metric ${name}`, title, unit && unit !== "1" ? unit : own, better,
         designs.map((design) => (design.metrics || {})[name])));
     }
     return made.filter((axis) => axis.differs);
@@ -49,7 +57,8 @@
     return { key, title, unit, better, differs: present.length > 1 && hi > lo,
       at: raw.map((value) => (FD.draw.isNumber(value) ? share(value) : null)),
       ticks: FD.draw.ticks(lo, hi, 4).map((value) => [share(value), FD.draw.number(value, 4)]),
-      words: raw.map((value) => `${FD.draw.number(value)}${FD.draw.isNumber(value) && unit ? ` ${unit}` : ""}`) };
+      words: raw.map((value) =>
+        FD.draw.number(value) + (FD.draw.isNumber(value) && unit ? ` ${unit}` : "")) };
   }
 
   function named(key, title, raw) {
@@ -67,8 +76,10 @@
   function usual(axes) {
     const values = axes.filter(({ key }) => key.startsWith("value "));
     const metrics = axes.filter(({ key }) => key.startsWith("metric "));
-    const judged = [...metrics.filter(({ better }) => better), ...metrics.filter(({ better }) => !better)];
-    return new Set([...values.slice(0, MOST_VALUES), ...judged.slice(0, MOST_METRICS)].map(({ key }) => key));
+    const judged = [...metrics.filter(({ better }) => better),
+      ...metrics.filter(({ better }) => !better)];
+    return new Set([...values.slice(0, MOST_VALUES), ...judged.slice(0, MOST_METRICS)]
+      .map(({ key }) => key));
   }
 
   /** The box of axes to choose from. */
@@ -98,7 +109,8 @@
     const describe = (row) => axes.map((axis) => `${axis.title} ${axis.words[row]}`).join(", ");
     const label = `Parallel coordinates of ${designs.length} designs over ${axes.length} axes: ` +
       `${axes.map(({ title }) => title).join(", ")}. ` +
-      rows.map((row, k) => (row < 0 ? "" : `${"AB"[k]}, ${designs[row].name}: ${describe(row)}. `)).join("") +
+      rows.map((row, k) =>
+        (row < 0 ? "" : `${"AB"[k]}, ${designs[row].name}: ${describe(row)}. `)).join("") +
       "Up and down arrow keys go from design to design, Enter chooses.";
     const svg = FD.svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "v-chart v-parallel",
       tabindex: "0", role: "application", "aria-roledescription": "chart", "aria-label": label });

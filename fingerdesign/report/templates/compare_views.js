@@ -6,8 +6,10 @@
   const READINGS = [["normal_force_N", "normal force (N)"], ["tangential_force_N", "tangential force (N)"],
     ["stick_ratio", "stick ratio"], ["contact_width_mm", "contact width (mm)"],
     ["approach_mm", "approach (mm)"], ["shear_mm", "shear (mm)"]];
-  const FIDELITY = { "plane-strain": "plane strain", "3d": "three dimensions", auto: "chosen by tolerance" };
-  const percent = (share) => (FD.draw.isNumber(share) ? `${FD.draw.number(100 * share, 2)} %` : "not estimated");
+  const FIDELITY = { "plane-strain": "plane strain", "3d": "three dimensions",
+    auto: "chosen by tolerance" };
+  const percent = (share) =>
+    (FD.draw.isNumber(share) ? `${FD.draw.number(100 * share, 2)} %` : "not estimated");
 
   /** What is drawn of a design: the page's data and its detail, none of them missing. */
   function itemOf(index, letter) {
@@ -33,7 +35,7 @@
   }
 
   /** The slider and the readings at its increment; `followers` are told the increment. */
-  function increments(container, items, followers) {
+  function increments(bar, below, items, followers) {
     const lengths = items.map(({ traces }) => Math.max((traces.normal_force_N || []).length,
       (traces.gages || []).length, (traces.status || []).length));
     const count = Math.max(...lengths);
@@ -42,31 +44,29 @@
     const slider = FD.el("input", { type: "range", id, min: "1", max: String(count), step: "1" });
     slider.value = String(count);
     const shown = FD.el("output", { for: id });
-    const cells = READINGS.map(([key, words]) => ({ key, words,
-      cells: items.map(() => FD.el("td", {})) }));
-    const rows = cells.filter(({ key }) => items.some(({ traces }) => (traces[key] || []).length));
+    const readings = READINGS.filter(([key]) => items.some(({ traces }) => (traces[key] || []).length));
+    const cells = items.map(() => readings.map(() => FD.el("td", {})));
     const table = FD.el("table", { class: "v-readings" },
       FD.el("caption", {}, "At the chosen increment"),
-      FD.el("thead", {}, FD.el("tr", {}, FD.el("th", { class: "text", scope: "col" }, "reading"),
-        ...items.map(({ letter, name }) => FD.el("th", { scope: "col" }, mark(letter), ` ${name}`)))),
-      FD.el("tbody", {}, ...rows.map(({ words, cells: each }) =>
-        FD.el("tr", {}, FD.el("th", { class: "text", scope: "row" }, words), ...each))));
+      FD.el("thead", {}, FD.el("tr", {}, FD.el("th", { class: "text", scope: "col" }, "design"),
+        ...readings.map(([, words]) => FD.el("th", { scope: "col" }, words)))),
+      FD.el("tbody", {}, ...items.map(({ letter, name }, k) => FD.el("tr", {},
+        FD.el("th", { class: "text", scope: "row" }, mark(letter), ` ${name}`), ...cells[k]))));
     const follow = () => {
       const chosen = Number(slider.value);
-      const past = items.filter((_, k) => lengths[k] && lengths[k] < chosen)
-        .map(({ letter }, k) => `${letter} ends at ${lengths[k]}`);
+      const past = items.flatMap(({ letter }, k) =>
+        lengths[k] && lengths[k] < chosen ? [`${letter} ends at ${lengths[k]}`] : []);
       shown.textContent = `${chosen} of ${count}${past.length ? ` (${past.join("; ")})` : ""}`;
-      for (const row of rows)
-        row.cells.forEach((cell, k) => {
-          const values = items[k].traces[row.key] || [];
-          cell.textContent = FD.draw.number(values[Math.min(chosen, values.length) - 1]);
-        });
+      items.forEach(({ traces }, k) => readings.forEach(([key], column) => {
+        const values = traces[key] || [];
+        cells[k][column].textContent = FD.draw.number(values[Math.min(chosen, values.length) - 1]);
+      }));
       followers.forEach((each) => each(chosen - 1));
     };
     slider.addEventListener("input", follow);
-    container.append(FD.el("div", { class: "v-bar v-slider" },
-      FD.el("label", { for: id }, "Increment of the path"), slider, shown),
-    FD.el("div", { class: "scroll" }, table));
+    bar.append(FD.el("div", { class: "v-bar v-slider" },
+      FD.el("label", { for: id }, "Increment of the path"), slider, shown));
+    below.append(table);
     follow();
   }
 
@@ -104,7 +104,8 @@
       "pale patches; all at one scale. Drag to turn, or click and use the keys. " + FD.shape.HELP, items);
     FD.shape.show(items, shape.before, shape.columns);
     const bar = FD.el("div", { class: "v-increment" });
-    container.append(bar);
+    const readings = FD.el("div", { class: "scroll" });
+    container.append(bar, readings);
     const followers = [];
     const add = (part, title, reading) => {
       const { columns, after } = section(container, title, reading, items);
@@ -117,7 +118,7 @@
     add(FD.forces, "Forces against the friction limits", "Tangential over normal force. A path that " +
       "reaches the straight line of its own friction slips as a whole; the farther right of it, the more " +
       "force is spent on safety.");
-    increments(bar, items, followers);
+    increments(bar, readings, items, followers);
     validity(section(container, "How far to believe it", "Forecasts and estimates of the error, and what " +
       "the analysis warns of.", items), items);
   }
