@@ -62,10 +62,11 @@ def test_every_part_has_a_number_of_its_own():
 def test_the_camera_sees_every_corner():
     points = np.vstack([s.mesh.vertices + np.array(s.move) for s in exploded_parts(meshes())])
     view = View.of(points)
-    places = np.array([view.place(point) for point in points])
+    places = view.places(points)
     assert places.min() > 0.0
     assert places.max() < 1.0
-    assert np.ptp(places, axis=0).max() > 0.85  # and wastes little of the frame
+    assert np.ptp(places, axis=0).max() > 0.9  # and wastes little of the frame
+    assert places.min(axis=0) + places.max(axis=0) == pytest.approx(1.0, abs=0.02)
 
 
 def test_drawn_in_a_process_with_its_badges():
