@@ -40,7 +40,8 @@ class Exits:
                         face's border; -inf where there is none
     surface_margin      how far below the contact surface it lies in the plane of the body's extent;
                         negative where it leaves through the contact surface
-    top                 greatest height of the section
+    top, bottom         greatest and least height of the section
+    reach               greatest distance of the section from the middle, across the side
     """
 
     nearest: Array
@@ -48,6 +49,8 @@ class Exits:
     face_margin: Array
     surface_margin: Array
     top: Array
+    bottom: Array
+    reach: Array
 
 
 def rim_height(body: Body) -> float:
@@ -104,7 +107,7 @@ def exits_of(
     """
     if not bars:
         nothing = np.zeros(0)
-        return Exits(nothing, nothing, nothing, nothing, nothing)
+        return Exits(*[nothing] * 7)
     rays = np.stack([_section(bar) for bar in bars]) / scale  # (n, points, 2)
     signs = np.array([1.0 if side[0] == "+" else -1.0 for side in sides])
     half = np.array([half_extent(body, side) for side in sides])
@@ -131,6 +134,8 @@ def exits_of(
         scale * face,
         scale * surface,
         scale * rays[..., 1].max(axis=1),
+        scale * rays[..., 1].min(axis=1),
+        scale * np.abs(rays[..., 0]).max(axis=1),
     )
 
 

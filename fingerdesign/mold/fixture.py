@@ -32,7 +32,7 @@ def sides_of(
     """The four sides, the insert's plugs, and every fault of plates that cannot be held.
 
     ``frames`` and ``legs``: in mold space; ``corner``: |z| at which end and side walls meet, where
-    legs must not leave through the wrong one (absent: not judged).
+    legs must not leave through the wrong one (absent: as extent.py has it).
     """
     from fingerdesign.mold.fixture_faults import fixture_faults
 

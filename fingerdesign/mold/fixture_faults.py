@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -58,8 +59,7 @@ def fixture_faults(
             found += [] if high is None else [_too_high(design, limits, *high)]
             found += [] if worst is None else [_no_web(design, limits, worst)]
     found += _jig(design, frames, legs, limits)
-    if corner is not None:
-        found += _corners(design, frames, legs, limits, corner)
+    found += _blocked(design, frames, legs, limits, corner)
     unique: dict[str, Fault] = {}
     for fault in found:
         unique.setdefault(fault.key, fault)
@@ -331,29 +331,27 @@ def _jig(design: Design, frames: Frames, legs: Legs, limits: Limits) -> list[Fau
     return []
 
 
-def _corners(
-    design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float
+def _blocked(
+    design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float | None
 ) -> list[Fault]:
     """Legs that would run through a wall which is drawn across them."""
-    half = scale_of(design) * 0.5 * design.body.depth_mm
-    if not legs or corner > half - _CLOSE:
+    if not legs:
         return []
-    exits, _ = leg_exits(design, frames, legs, limits)
-    by_index = {frame.index: frame for frame in frames}
-    for k, leg in enumerate(legs):
-        slot = slots.slot_of(design, "slots", limits, by_index[leg.plate], leg)
-        beside = float(np.abs(slots.slot_corners([slot])[0, :, 0]).max())
-        along_z = leg.side.endswith("z")
-        short = corner - float(exits.nearest[k]) if along_z else beside + limits.feature_mm - corner
-        if short <= _CLOSE:
-            continue
-        row = _row_of(design, leg.plate)
-        key, value = row.blame(leg.plate, "pitch_mm")
-        wall, other = ("end", "side") if along_z else ("side", "end")
-        bound = (
-            f"such that legs leave through the {wall} walls (those of plate {leg.plate} would run "
-            f"through a {other} wall, which is drawn across them: the walls meet at |z| = "
-            f"{corner:.3g})"
-        )
-        return [Fault(key, value, bound, "move the plates inward: lower the pitch or the count")]
-    return []
+    room = Room.of(design, scale_of(design), limits)
+    if corner is not None:
+        room = replace(room, corner=corner)
+    exits, openings = leg_exits(design, frames, legs, limits)
+    into = room.blocked([leg.side for leg in legs], openings, exits)
+    worst = int(np.argmax(into))
+    if into[worst] <= _CLOSE:
+        return []
+    leg = legs[worst]
+    row = _row_of(design, leg.plate)
+    key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
+    wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")
+    bound = (
+        f"such that legs leave through the {wall} walls (those of plate {leg.plate} would run "
+        f"through the {other} walls, which are drawn across them: they meet at |z| = "
+        f"{room.corner:.3g}, {into[worst]:.3g} from there)"
+    )
+    return [Fault(key, value, bound, "move the plates inward: lower the pitch or the count")]

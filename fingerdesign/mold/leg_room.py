@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from fingerdesign.design.contact_zone import candidate_zone
 from fingerdesign.design.layout import Array, crest_height
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.mold.exits import Exits, flat_sided, rim_height
+from fingerdesign.mold.extent import extent_of
 from fingerdesign.mold.plan import Side
 
 if TYPE_CHECKING:
@@ -28,6 +30,7 @@ class Room:
     zone_x, zone_z   half-extents that it must cover on the contact surface, margin included;
                      infinite where the contact reaches the body's end
     rim, top         heights of the contact surface's lowest border and of the block
+    corner           |z| at which end and side walls meet below the rim
     web              least web between the insert and a slot, or a slot and a wall's upper edge
     draft            tangent of the plug's draft
     continued        whether the contact surface is continued outward beside flat sides
@@ -37,6 +40,7 @@ class Room:
     zone_z: float
     rim: float
     top: float
+    corner: float
     web: float
     draft: float
     continued: bool
@@ -52,10 +56,23 @@ class Room:
             math.inf if deep is None else scale * deep + margin,
             scale * rim_height(body),
             scale * float(crest_height(body)) + design.mold.insert_mm,
+            _corner(design, scale),
             limits.feature_mm,
             math.tan(math.radians(design.mold.draft_deg)),
             flat_sided(body),
         )
+
+    def blocked(self, sides: Sequence[Side], openings: Exits, exits: Exits) -> Array:
+        """By how much (n,) legs run through a wall that is drawn across them, mm; 0: by nothing.
+
+        Below the rim, end walls lie beyond the corner and side walls between: legs along z must
+        leave beyond it, those along x between. Above it all belongs to the walls of their axis.
+        """
+        along_z = np.array([side.endswith("z") for side in sides])
+        beside = openings.reach + self.web - self.corner
+        into = np.where(along_z, self.corner - exits.nearest, beside)
+        free = self.continued | (self.above(openings) & (openings.bottom >= self.rim + self.web))
+        return np.where(free, 0.0, np.maximum(into, 0.0))
 
     @property
     def narrowing(self) -> float:
@@ -94,3 +111,18 @@ class Room:
         """
         least = np.array([self.least_exit(side) for side in sides])
         return np.where(self.above(openings), np.maximum(least - exits.nearest, 0.0), 0.0)
+
+
+def _corner(design: Design, scale: float) -> float:
+    step = design.body.step
+    if step is None:
+        return extent_of(design, scale).corner
+    from fingerdesign.design.step_facts import step_facts
+
+    return _step_corner(design, scale, step_facts(step).digest)
+
+
+@lru_cache(maxsize=64)
+def _step_corner(design: Design, scale: float, digest: str) -> float:
+    """That of a STEP body, which takes 0.1 s; ``digest``: of the file as it is now."""
+    return extent_of(design, scale).corner

@@ -117,6 +117,7 @@ class _Search:
         wrong = self._wrong(tuple(legs))
         short = self.room.wanting(sides, openings[SLOTS], exits)
         short = np.where(np.isfinite(short), short, 1e3 - exits.nearest)
+        short += self.room.blocked(sides, openings[SLOTS], exits)
         penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
         if asked != SLOTS:
             penalty[asked] = wrong + _NOT_FLAT * ~flat

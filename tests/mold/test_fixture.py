@@ -185,10 +185,12 @@ def test_a_leg_wider_than_its_plate_is_refused():
 
 def test_legs_through_a_wall_that_is_drawn_across_them_are_refused():
     design = load_design("designs/pin.toml")
+    deep = design.plates.model_copy(update={"cover_mm": 6.0})
+    design = design.model_copy(update={"plates": deep})
     assert planned(design, corner=2.0)[2] == []
-    fault = planned(design, corner=7.0)[2][0]
+    fault = planned(design, corner=7.9)[2][0]
     assert fault.key == "plates.pitch_mm"
-    assert "side wall" in fault.bound
+    assert "side walls" in fault.bound
 
 
 def test_webs_are_true_distances_between_rectangles():
