@@ -1,0 +1,250 @@
+"""The comparison page in a real Chromium: clicks, keys, sorting, filters, downloads, silence."""
+
+import csv
+import io
+import json
+import re
+
+import pytest
+
+from fingerdesign.bench.any_outcomes import any_outcomes
+from fingerdesign.bench.browser import Browser, BrowserError, chromium
+from fingerdesign.report.compare_html import compare_html
+from fingerdesign.sweep.compare import facts_of
+from fingerdesign.sweep.study_facts import Bound, Wanted
+
+pytestmark = pytest.mark.skipif(
+    chromium() is None, reason="no chromium on this machine: the page is not opened in a browser"
+)
+WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
+MADE = any_outcomes(60, hostile=True)
+SHOWN = "[...document.querySelectorAll('#table-designs tbody tr:not([hidden])')]"
+NUMBERS = f"{SHOWN}.map((row) => Number(row.dataset.i))"
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory):
+    work = tmp_path_factory.mktemp("compare")
+    page = work / "compare.html"
+    facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
+    page.write_text(compare_html(MADE, facts), encoding="utf-8")
+    with Browser(page, work) as browser:
+        yield browser
+        # Whatever the tests did: no word in the console, nothing asked of any network.
+        assert browser.console == []
+        assert browser.requests == []
+
+
+@pytest.fixture
+def browser(opened):
+    opened.evaluate("FD.select(null, null)")
+    opened.click("#clear-filter")
+    return opened
+
+
+def column(browser, title):
+    """The number of a column of the table, by its heading."""
+    heads = "[...document.querySelectorAll('#table-designs thead tr:first-child th')]"
+    return browser.evaluate(f"{heads}.findIndex((e) => e.textContent.startsWith({title!r})) + 1")
+
+
+def head(browser, title):
+    return f"#table-designs thead th:nth-child({column(browser, title)})"
+
+
+def write_into(browser, title, text):
+    browser.click(f"#table-designs .filters td:nth-child({column(browser, title)}) input")
+    browser.write(text)
+
+
+def cost(number):
+    return MADE[number].metrics["cost"]
+
+
+def test_watch_sees_errors_and_requests(tmp_path) -> None:
+    page = tmp_path / "bad.html"
+    page.write_text(
+        '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
+    )
+    with Browser(page, tmp_path) as browser:
+        assert "noSuchFunction" in "".join(browser.console)
+        assert browser.requests == ["http://127.0.0.1:9/x.png"]
+        with pytest.raises(BrowserError, match="nothing"):
+            browser.evaluate("nothing")
+
+
+def test_opens_with_the_recommended_one_chosen(opened) -> None:
+    name = opened.evaluate("document.getElementById('recommended-name').textContent")
+    first = opened.evaluate(f"{SHOWN}[0].textContent")
+    assert name in first
+    assert "recommended" in first
+    assert opened.evaluate("document.title") == "a study: fingers compared"
+
+
+def test_sorts_by_mouse_and_keys_both_ways(browser) -> None:
+    button = f"{head(browser, 'cost')} button"
+    browser.click(button)
+    up = [cost(number) for number in browser.evaluate(NUMBERS)]
+    assert up == sorted(up)
+    sort = f"document.querySelector({head(browser, 'cost')!r}).getAttribute('aria-sort')"
+    assert browser.evaluate(sort) == "ascending"
+    browser.key("Enter")
+    assert browser.evaluate(sort) == "descending"
+    assert [cost(n) for n in browser.evaluate(NUMBERS)] == up[::-1]
+
+
+def test_most_first_and_no_value_last(browser) -> None:
+    browser.click(f"{head(browser, 'safety')} button")
+    margins = [MADE[number].metrics["safety_margin"] for number in browser.evaluate(NUMBERS)]
+    known = [margin for margin in margins if margin is not None]
+    assert known == sorted(known, reverse=True)
+    assert margins[: len(known)] == known
+
+
+def test_filters_by_bounds_and_words(browser) -> None:
+    write_into(browser, "cost", "10..15")
+    write_into(browser, "design", "any_")
+    numbers = browser.evaluate(NUMBERS)
+    asked = {
+        i
+        for i, o in enumerate(MADE)
+        if o.status == "ok" and 10 <= o.metrics["cost"] <= 15 and "any_" in o.name
+    }
+    assert set(numbers) == asked
+    assert 0 < len(asked) < 40
+    count = browser.evaluate("document.getElementById('shown-count').textContent")
+    good = sum(o.status == "ok" for o in MADE)
+    assert count == f"{len(asked)} of {good} shown"
+    points = browser.evaluate("document.querySelectorAll('#pareto [role=option]').length")
+    assert points == len(asked)
+
+
+def test_a_filter_that_makes_no_sense_is_told(browser) -> None:
+    write_into(browser, "cost", "cheap")
+    fault = browser.evaluate("document.querySelector('.fault').textContent")
+    assert "cost" in fault
+    assert len(browser.evaluate(NUMBERS)) == sum(o.status == "ok" for o in MADE)
+
+
+def test_front_alone(browser) -> None:
+    browser.click("#only-front")
+    numbers = browser.evaluate(NUMBERS)
+    data = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.front ? [i] : []))")
+    assert sorted(numbers) == data
+
+
+def test_choosing_two_by_keys_in_the_table(browser) -> None:
+    browser.evaluate("document.querySelector('#table-designs tbody [tabindex=\"0\"]').focus()")
+    numbers = browser.evaluate(NUMBERS)
+    at = browser.evaluate("Number(document.activeElement.closest('tr').dataset.i)")
+    place = numbers.index(at)
+    browser.key("Enter")
+    browser.key("ArrowDown", 2 if place + 2 < len(numbers) else 0)
+    browser.key(" ")
+    assert browser.evaluate("FD.selected") == [at, numbers[place + 2]]
+    pressed = "document.querySelectorAll('#table-designs [aria-pressed=\"true\"]').length"
+    assert browser.evaluate(pressed) == 2
+    table = browser.evaluate("document.getElementById('table-pair').innerText")
+    assert re.search(r"[AB] is better", table)
+    assert (
+        browser.evaluate("document.querySelectorAll('#table-designs [tabindex=\"0\"]').length") == 1
+    )
+
+
+def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
+    browser.evaluate("document.querySelector('#pareto .field').focus()")
+    browser.key("Home")
+    browser.key("ArrowRight")
+    told = browser.evaluate("document.querySelector('#pareto .told').textContent")
+    browser.key("Enter")
+    number = browser.evaluate("FD.selected[0]")
+    assert "stick error" in told
+    by_error = sorted(
+        (i for i, o in enumerate(MADE) if o.status == "ok"),
+        key=lambda i: (MADE[i].metrics["stick_error"], cost(i)),
+    )
+    assert number == by_error[1]
+    browser.click(f"#point-{by_error[-1]}")
+    assert browser.evaluate("FD.selected") == [by_error[1], by_error[-1]]
+    chosen = browser.evaluate("document.getElementById('chosen').innerText")
+    assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
+
+
+def test_front_of_two_measures_is_right(browser) -> None:
+    browser.evaluate(
+        "(() => { const s = document.getElementById('axis-y');"
+        "s.value = [...s.options].findIndex((o) => o.text === 'safety margin');"
+        "s.dispatchEvent(new Event('change')); })()"
+    )
+    drawn = browser.evaluate(
+        "[...document.querySelectorAll('#pareto [role=option]')].filter((e) =>"
+        "e.getAttribute('aria-label').includes('front of these two'))"
+        ".map((e) => Number(e.id.slice(6)))"
+    )
+    feasible = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.feasible ? [i] : []))")
+    pairs = {
+        i: (MADE[i].metrics["stick_error"], -MADE[i].metrics["safety_margin"]) for i in feasible
+    }
+    front = [
+        i
+        for i, (x, y) in pairs.items()
+        if not any(u <= x and v <= y and (u, v) != (x, y) for u, v in pairs.values())
+    ]
+    assert sorted(drawn) == sorted(front)
+
+
+def test_downloads(browser) -> None:
+    write_into(browser, "cost", "<12")
+    browser.click('[data-save="designs_shown.csv"]')
+    text = browser.downloaded("designs_shown.csv").read_text("utf-8")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert [row["digest"] for row in rows] == [
+        MADE[number].digest for number in browser.evaluate(NUMBERS)
+    ]
+    browser.click('[data-save="outcomes.json"]')
+    told = json.loads(browser.downloaded("outcomes.json").read_text("utf-8"))
+    assert [each["digest"] for each in told] == [o.digest for o in MADE]
+    assert told[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
+
+
+def test_two_designs_are_drawn_when_they_come_into_sight(browser) -> None:
+    browser.evaluate("FD.select(10, 12)")
+    browser.evaluate("document.getElementById('views').scrollIntoView({behavior: 'instant'})")
+    browser.evaluate("new Promise((f) => setTimeout(f, 400))")
+    assert browser.evaluate("document.querySelectorAll('#views svg, #views canvas').length") >= 2
+    assert browser.evaluate("document.querySelectorAll('#parallel-chart svg').length") >= 1
+
+
+def test_every_button_has_a_name_and_every_field_a_label(browser) -> None:
+    nameless = browser.evaluate(
+        "[...document.querySelectorAll('button, input, select')].filter((e) =>"
+        "!(e.textContent.trim() || e.getAttribute('aria-label') || e.closest('label')"
+        "|| e.labels?.length)).map((e) => e.outerHTML)"
+    )
+    assert nameless == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_text_stands_out(browser, dark) -> None:
+    browser.appear(dark=dark)
+    colours = browser.evaluate(
+        "['ink', 'muted', 'blue', 'yes', 'no', 'partly', 'paper', 'panel'].map((n) => FD.colour(n))"
+    )
+    browser.appear()
+    *inks, paper, panel = (luminance(colour) for colour in colours)
+    for ink in inks:
+        for ground in (paper, panel):
+            low, high = sorted((ink, ground))
+            assert (high + 0.05) / (low + 0.05) >= 4.5
+
+
+def luminance(colour):
+    """Relative luminance of #rrggbb (WCAG 2.2)."""
+    whole = colour if len(colour) == 7 else "#" + "".join(2 * c for c in colour[1:])
+    parts = [int(whole[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+def test_prints(browser, tmp_path) -> None:
+    assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
