@@ -6,15 +6,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from fingerdesign.mold.base_plan import TILT_DEG
 from fingerdesign.mold.bill import bolt_length
 from fingerdesign.mold.elastomers import mixing_of
-from fingerdesign.mold.part import CORE, INSERT, WORDS, PartMesh, comb_names, wall_name
+from fingerdesign.mold.part import CORE, INSERT, PartMesh, comb_names, wall_name
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.flat_pattern import FlatPattern
-    from fingerdesign.mold.plan import BaseHole, Bolt, MoldPlan, SidePlan
+    from fingerdesign.mold.plan import BaseHole, Bolt, MoldPlan, Side, SidePlan
     from fingerdesign.mold.silicone import Silicone
+
+
+_SIDES: dict[str, tuple[Side, Side]] = {"x": ("+x", "-x"), "z": ("+z", "-z")}
 
 
 @dataclass(frozen=True)
@@ -34,11 +38,6 @@ class Bench:
     parts: Sequence[PartMesh]
     patterns: Sequence[FlatPattern]
     silicone: Silicone
-
-    @property
-    def held(self) -> tuple[SidePlan, ...]:
-        """The sides that hold plates."""
-        return tuple(side for side in self.plan.sides if side.holding != "wall")
 
     @property
     def core(self) -> bool:
@@ -171,10 +170,9 @@ def _close(bench: Bench) -> Iterator[str]:
     screws = _of_kind(plan.base_holes, "screw")
     if bench.core and screws:
         yield f"Screw the core onto the base plate ({len(screws)} screws); prime it."
-    yield "Lay the base plate down, keys up. Set the side walls onto their keys against the middle."
-    yield from _fixture(bench)
-    ends = [_words(wall_name(side)) for side in ("+z", "-z")]
-    yield f"Slide {_listed(ends)} along their keys onto the pins of the side walls."
+    yield "Lay the base plate down, keys up."
+    yield from _walls(bench, "x")
+    yield from _walls(bench, "z")
     if plan.core_pins:
         diameter = plan.core_pins[0].diameter
         yield (
@@ -196,28 +194,44 @@ def _close(bench: Bench) -> Iterator[str]:
     )
 
 
-def _fixture(bench: Bench) -> Iterator[str]:
-    for side in bench.held:
-        where = WORDS[side.side]
-        count = len(side.slots)
-        names = _listed([_words(name) for name in comb_names(side.side, side.holding)])
-        if side.holding == "comb":
-            yield f"{where.capitalize()}: thread the {count} legs into {names}, by their numbers."
-        elif side.holding == "jig":
-            yield (
-                f"{where.capitalize()}: thread the {count} legs through {names}, then shift the "
-                f"outer one by {side.shift:g} mm along the plates' normal until they are clamped."
-            )
+def _walls(bench: Bench, axis: str) -> Iterator[str]:
+    """The two walls of an axis, with the plates that they or their sheets hold."""
+    first, second = (bench.plan.side(side) for side in _SIDES[axis])
+    names = [_words(wall_name(side.side)) for side in (first, second)]
+    onto = "against the middle" if axis == "x" else "onto the pins of the side walls"
+    if not (first.slots or second.slots):
+        yield f"Slide {_listed(names)} along their keys {onto}."
+        return
+    for number, side in enumerate((first, second)):
+        sheets = _listed([_words(name) for name in comb_names(side.side, side.holding)])
+        holder, place = (sheets, " onto the pins") if sheets else (names[number], f" {onto}")
+        if not side.slots:
+            yield f"Slide {names[number]} along its keys {onto}."
+            continue
+        legs = f"{_count(len(side.slots), 'leg')}, by the plates' numbers,"
+        if number == 0:
+            yield f"Slide {holder}{place if axis == 'z' else ''}."
+            yield f"From the other side, push the {legs} into the slots of {holder}."
         else:
-            shims = sorted({slot.shim for slot in side.slots if slot.shim > 0.0})
-            fill = f" and fill each slot with a {_listed([f'{s:g}' for s in shims])} mm shim on " \
-                   "the plate's lower side" if shims else ""  # fmt: skip
-            yield (
-                f"{where.capitalize()}: thread the {count} legs into the slots of "
-                f"{_words(wall_name(side.side))}{fill}."
-            )
-    if any(side.holding in ("comb", "jig") for side in bench.held):
-        yield "Lower the plates with their combs between the side walls, wires outward and up."
+            yield f"Thread {holder} over the {legs} one by one, then slide it{place}."
+        yield from _held(side)
+    if first.holding in ("comb", "jig") or second.holding in ("comb", "jig"):
+        yield (
+            f"Slide {_listed(names)} along their keys {onto}, up to the sheets; lead tabs and "
+            "wires out through the windows."
+        )
+
+
+def _held(side: SidePlan) -> Iterator[str]:
+    if side.holding == "jig" and side.shift > 0.0:
+        yield (
+            f"Shift the outer sheet by {side.shift:g} mm along the plates' normal, until they are "
+            "clamped."
+        )
+    shims = sorted({round(slot.shim, 3) for slot in side.slots if slot.shim > 0.0})
+    if shims:
+        sizes = _listed([f"{shim:g}" for shim in shims])
+        yield f"Push a {sizes} mm shim into each slot, on the plate's lower side."
 
 
 def _pour(bench: Bench) -> Iterator[str]:
@@ -242,15 +256,17 @@ def _pour(bench: Bench) -> Iterator[str]:
     )
     gates, risers = _of_kind(plan.base_holes, "gate"), _of_kind(plan.base_holes, "riser")
     vents = _of_kind(plan.base_holes, "vent")
-    at = _listed([_place(hole) for hole in gates]) or "the gate"
+    tilt = f", so that the vent at {_place(vents[0])} is highest" if vents else ""
+    at = f" ({_listed([_place(hole) for hole in gates])})" if gates else ""
     yield (
-        f"Tilt the mold a few degrees, the gate's end low. Pour in at the gate ({at}), slowly and "
-        "without stopping: the silicone must rise from below, along the plates."
+        f"Tilt the mold by {TILT_DEG:g} degrees{tilt}. Pour in at the gate{at}, a thin stream, "
+        "slowly and without stopping: the silicone must rise from below, along the plates."
     )
     yield (
-        f"Stop when it stands in {_count(len(risers), 'riser')} and {_count(len(vents), 'vent')}. "
-        "Set the mold level, tap it for a minute, top it up. If you have a pump: de-air the filled "
-        "mold once more at 5 kPa."
+        f"Go on until it stands in {_count(len(risers), 'riser')} and "
+        f"{_count(len(vents), 'vent')}; close with tape what runs over early. Tilt the mold toward "
+        "each vent in turn, tap it for a minute, set it level and top it up. If you have a pump: "
+        "de-air the filled mold once more at 5 kPa."
     )
 
 

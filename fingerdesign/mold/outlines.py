@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,11 +15,21 @@ from fingerdesign.mold.plan import Side
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+ROUND = 12  # corners of a polygon that may stand for a circle
 STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 
 
-def sheet_outline(part: PartMesh, side: Side) -> tuple[Array, tuple[Array, ...]]:
-    """Outline and openings, polygons (n, 2), of a sheet that lies across a side's direction.
+@dataclass(frozen=True)
+class Outline:
+    """What is cut around (n, 2), polygons cut out of it, and round holes (x, y, radius)."""
+
+    around: Array
+    openings: tuple[Array, ...]
+    circles: tuple[tuple[float, float, float], ...]
+
+
+def sheet_outline(part: PartMesh, side: Side) -> Outline:
+    """Outline, openings and round holes of a sheet that lies across a side's direction.
 
     Drawn as (x, y) for the sides +z and -z (seen from +z), as (z, y) for +x and -x (seen from -x).
     GeometryError where the flat face is not one piece, or where outline times thickness is not the
@@ -50,7 +62,23 @@ def sheet_outline(part: PartMesh, side: Side) -> tuple[Array, tuple[Array, ...]]
             f"{part.name}: its outline times its thickness is {area * thickness:.6g} mm^3, the "
             f"solid {part.volume:.6g} mm^3"
         )
-    return outline, openings
+    rounds = {k: circle for k, loop in enumerate(openings) if (circle := as_circle(loop))}
+    polygons = tuple(loop for k, loop in enumerate(openings) if k not in rounds)
+    return Outline(outline, polygons, tuple(rounds.values()))
+
+
+def as_circle(points: Array) -> tuple[float, float, float] | None:
+    """The circle (x, y, radius) that a polygon's corners (n, 2) lie on; None where they do not.
+
+    Corners of a triangulated round hole lie on its exact edge; it has twelve of them or more.
+    """
+    if len(points) < ROUND:
+        return None
+    system = np.column_stack([2.0 * points, np.ones(len(points))])
+    (x, y, rest), *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
+    radius = float(np.sqrt(max(rest + x**2 + y**2, 0.0)))
+    apart = np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
+    return (float(x), float(y), radius) if apart.max() < 1e-6 else None
 
 
 def border_loops(triangles: IntArray, name: str) -> list[list[int]]:

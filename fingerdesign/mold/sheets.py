@@ -65,9 +65,10 @@ def plate_sheet(pattern: FlatPattern) -> Sheet:
 
 def comb_sheet(part: PartMesh, side: Side) -> Sheet:
     """A comb or jig as cut, from its triangles."""
-    outline, openings = sheet_outline(part, side)
+    found = sheet_outline(part, side)
     axis = 2 if side.endswith("z") else 0
     thick = float(np.ptp(part.vertices[:, axis]))
     seen = "x to the right, seen from +z" if axis == 2 else "z to the right, seen from -x"
-    text = (f"{part.name}: 1 of {thick:g} mm sheet, {len(openings)} slots", f"{seen}, y up")
-    return Sheet(part.name, outline, openings=openings, text=text)
+    cut = f"{len(found.openings)} openings, {len(found.circles)} round holes"
+    text = (f"{part.name}: 1 of {thick:g} mm sheet, {cut}", f"{seen}, y up")
+    return Sheet(part.name, found.around, found.openings, found.circles, text=text)

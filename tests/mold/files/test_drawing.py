@@ -7,7 +7,7 @@ import pytest
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold import drawing
 from fingerdesign.mold.drawing import Sheet, polygon_area, write_dxf
-from fingerdesign.mold.outlines import border_loops, sheet_outline
+from fingerdesign.mold.outlines import as_circle, border_loops, sheet_outline
 from fingerdesign.mold.part import PartMesh
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -37,10 +37,19 @@ def comb(axis="z", thickness=0.3, volume=None):
 
 @pytest.mark.parametrize(("axis", "side"), [("z", "+z"), ("z", "-z"), ("x", "+x"), ("x", "-x")])
 def test_outline_and_opening_of_a_sheet(axis, side):
-    outline, openings = sheet_outline(comb(axis), side)
-    assert len(outline) == 4
-    assert polygon_area(outline) == pytest.approx(80.0)
-    assert [polygon_area(each) for each in openings] == pytest.approx([8.0])
+    found = sheet_outline(comb(axis), side)
+    assert len(found.around) == 4
+    assert polygon_area(found.around) == pytest.approx(80.0)
+    assert [polygon_area(each) for each in found.openings] == pytest.approx([8.0])
+    assert found.circles == ()
+
+
+def test_a_round_hole_is_told_from_a_slot():
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    circle = np.column_stack([3.0 + 1.5 * np.cos(angle), -2.0 + 1.5 * np.sin(angle)])
+    assert as_circle(circle) == pytest.approx((3.0, -2.0, 1.5))
+    assert as_circle(circle * [1.0, 1.01]) is None
+    assert as_circle(SQUARE) is None
 
 
 def test_an_outline_that_is_not_the_solid_is_refused():
