@@ -32,7 +32,9 @@ TILT_DEG = 5.0
 UNDERCUT = 1.3  # outer diameter of gate, riser and locks over that at y = 0
 _EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
 _GRID = 81  # places along each axis that are tried
-_MOST_LOCKS = 6
+_LOCKS: tuple[Kind, ...] = ("lock", "lock", "lock", "lock", "lock", "lock")
+_OPENINGS: tuple[Kind, ...] = ("gate", "riser", *_LOCKS)
+_SHARES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2)  # of the gate's diameter that are tried
 # Clearance hole and pilot hole of a core's screws, mm (ISO 273, medium; drill for cut threads).
 _SCREWS = ((2.4, 1.6), (1.8, 1.25))
 
@@ -95,19 +97,36 @@ def base_holes_of(
     holes += vents
     screws = _screws(design, scale)
     holes += screws
-    wanted: list[tuple[Kind, float]] = [("gate", mold.gate_mm), ("riser", mold.gate_mm)]
-    for kind, diameter in wanted:
-        hole = _largest(base, holes, kind, diameter, limits.hole_mm)
-        if hole is None:
-            faults.append(_no_room("mold.gate_mm", mold.gate_mm, limits, f"a {kind}"))
-            break
-        holes.append(hole)
-    for _ in range(_MOST_LOCKS):
-        lock = _largest(base, holes, "lock", mold.lock_mm, limits.hole_mm)
-        if lock is None:
-            break
-        holes.append(lock)
-    return tuple(holes), faults
+    openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
+    if openings is None:
+        faults.append(_no_room("mold.gate_mm", mold.gate_mm, limits, "a gate and a riser"))
+        openings = []
+    return (*holes, *openings), faults
+
+
+def _openings(
+    base: _Base, holes: list[BaseHole], gate: float, lock: float, least: float
+) -> list[BaseHole] | None:
+    """Gate, riser and locks; the gate is shrunk until a riser half as wide and two locks fit.
+
+    None where there is no room for both gate and riser.
+    """
+    best: list[BaseHole] | None = None
+    for share in _SHARES:
+        found: list[BaseHole] = []
+        for kind in _OPENINGS:
+            diameter = lock if kind == "lock" else max(share * gate, least)
+            hole = _largest(base, [*holes, *found], kind, diameter, least)
+            if hole is None:
+                break
+            found.append(hole)
+        if len(found) < 2:
+            continue
+        if best is None or (len(found), found[1].diameter) > (len(best), best[1].diameter):
+            best = found
+        if len(found) >= 4 and found[1].diameter >= 0.5 * found[0].diameter:
+            return found
+    return best
 
 
 def _no_room(key: str, value: float, limits: Limits, what: str) -> Fault:

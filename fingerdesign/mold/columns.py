@@ -68,11 +68,6 @@ class Columns:
         """Height of wall that a bolt along z needs."""
         return self.hole + 2.0 * self.gap
 
-    @property
-    def pin_rise(self) -> float:
-        """Height of wall that a pin along z needs."""
-        return 2.0 * (self.socket + self.gap)
-
 
 def pin_sizes(limits: Limits) -> tuple[float, float]:
     """Diameters of the small and the big pins: a big one does not enter a small one's socket."""

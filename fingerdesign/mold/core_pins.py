@@ -6,6 +6,7 @@ They are drawn with their walls; what they leave in the rubber is filled afterwa
 
 from __future__ import annotations
 
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,7 @@ DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that a
 _MOST_DEPTH_MM = 3.0
 _DEPTH_SHARE = 0.3  # of the core's length
 _STEP_MM = 0.1
+_WEB_MM = 0.3  # of the core around a pin's hole, which is drilled
 _AXES: tuple[tuple[Side, Side], ...] = (("+z", "-z"), ("+x", "-x"))
 
 
@@ -37,21 +39,23 @@ def core_pins_of(
     low, high = box
     height = float(high[1] - low[1])
     y = 0.5 * float(low[1] + high[1])
-    for diameter in DIAMETERS_MM:
+    sizes = [
+        d
+        for d in DIAMETERS_MM
+        if d >= limits.hole_mm and d + 2.0 * (limits.clearance_mm + _WEB_MM) <= height + 1e-9
+    ]
+    for axis, diameter in product(_AXES, sizes):
         hole = diameter + 2.0 * limits.clearance_mm
-        if hole < limits.hole_mm or height < hole + 2.0 * limits.feature_mm:
-            continue
-        for axis in _AXES:
-            half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
-            places = _places(float(half), y, hole, [s for s in sides if s.side in axis], limits)
-            if places:
-                depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
-                pins = [
-                    CorePin(side, place, y, diameter, float(end) - depth, depth)
-                    for side in axis
-                    for place in places
-                ]
-                return tuple(pins), []
+        half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
+        places = _places(float(half), y, hole, [s for s in sides if s.side in axis], limits)
+        if places:
+            depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
+            pins = [
+                CorePin(side, place, y, diameter, float(end) - depth, depth)
+                for side in axis
+                for place in places
+            ]
+            return tuple(pins), []
     return (), [_fault(design, height, limits)]
 
 
@@ -59,7 +63,7 @@ def _places(
     half: float, y: float, hole: float, sides: list[SidePlan], limits: Limits
 ) -> list[float]:
     """Places across the core, alike on both sides: two far apart, else one, else none."""
-    most = half - 0.5 * hole - limits.feature_mm
+    most = half - 0.5 * hole - _WEB_MM
     if most < 0.0:
         return []
     places = np.arange(0.0, most + 1e-9, _STEP_MM)
@@ -98,12 +102,12 @@ def _openings(planned: SidePlan) -> list[tuple[float, float, float, float]]:
 def _fault(design: Design, height: float, limits: Limits) -> Fault:
     core = design.body.core
     assert core is not None
-    pin = min(d for d in DIAMETERS_MM if d + 2.0 * limits.clearance_mm >= limits.hole_mm - 1e-9)
-    least = pin + 2.0 * limits.clearance_mm + 2.0 * limits.feature_mm
+    pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
+    least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
     if height < least:
         bound = (
             f"at least {at_least(least)} for a mold: a pin of {pin:g} mm holds the core, with "
-            f"{limits.feature_mm:g} mm of core above and below its hole"
+            f"{_WEB_MM:g} mm of core above and below its hole"
         )
         remedy = "thicken it or stand it on the base (body.core.bottom_mm = 0)"
         return Fault("body.core.height_mm", core.height_mm, bound, remedy)

@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.design.layout import crest_height, surface_height
+from fingerdesign.design.layout import Array, crest_height, surface_height
 from fingerdesign.mold.exits import flat_sided, half_extent, rim_height
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
     from fingerdesign.design.schema import Design
-    from fingerdesign.design.step_facts import StepFacts
 
-_PLACES = 65  # along z at which a STEP body is looked at
-_HEIGHTS = 9
+_PLACES = 40  # to either side at which a STEP body is looked at
+_HEIGHTS = 5
 _SHARE = 0.7  # of the half-width that must be left at the corner: that of a circle at 45 degrees
 _WITHIN = 0.98  # of the corner found: walls that end on the body's surface would end in a point
 
@@ -59,35 +58,29 @@ def extent_of(design: Design, scale: float) -> Extent:
 
 def _corner(body: Body, half_width: float, half_depth: float, rim: float) -> float:
     """|z| up to which a STEP body, at every height below the rim, parts left from right."""
+    from fingerdesign.design.cad_faces import nearest
     from fingerdesign.design.step_facts import step_facts
 
     assert body.step is not None
-    facts = step_facts(body.step)
-    heights = np.linspace(0.0, rim, _HEIGHTS) * (1.0 - 2e-3) + 1e-3 * rim
-    wide = min(_reach(facts, height, half_width, "x") for height in heights)
-    deep = min(
-        _reach(facts, height, half_depth, "z", sign * _SHARE * wide)
-        for height in heights
-        for sign in (-1.0, 0.0, 1.0)
-    )
-    return _WITHIN * deep
+    faces = step_facts(body.step).faces
+    heights = np.linspace(1e-3, 1.0 - 1e-3, _HEIGHTS) * rim
+    shares = np.linspace(-1.0, 1.0, 2 * _PLACES + 1)
 
+    def reach(places: Array, most: float) -> float:
+        """How far lines of places (lines, heights, shares, 3) stay inside, both ways."""
+        outside = nearest(faces, places.reshape(-1, 3))[1].reshape(places.shape[:-1]) > -1e-9
+        far = np.where(outside, np.abs(shares), np.inf).min()
+        return most * min(1.0, float(far) - 1.0 / _PLACES)
 
-def _reach(facts: StepFacts, height: float, most: float, axis: str, aside: float = 0.0) -> float:
-    """How far from the mid-plane a body reaches to both sides along x or z at a height, mm."""
-    from fingerdesign.design.cad_faces import nearest
-
-    shares = np.linspace(0.0, 1.0, _PLACES)
-    reaches = []
-    for sign in (1.0, -1.0):
-        out = sign * most * shares
-        across = np.full(_PLACES, aside)
-        x, z = (out, across) if axis == "x" else (across, out)
-        points = np.column_stack([x, np.full(_PLACES, height), z])
-        outside = np.flatnonzero(nearest(facts.faces, points)[1] > -1e-9)
-        last = int(outside[0]) - 1 if len(outside) else _PLACES - 1
-        reaches.append(most * float(shares[max(last, 0)]))
-    return min(reaches)
+    grid = np.zeros((1, _HEIGHTS, len(shares), 3))
+    grid[..., 1] = heights[:, None]
+    grid[..., 0] = half_width * shares
+    wide = reach(grid, half_width)
+    grid = np.zeros((3, _HEIGHTS, len(shares), 3))
+    grid[..., 0] = _SHARE * wide * np.array([-1.0, 0.0, 1.0])[:, None, None]
+    grid[..., 1] = heights[:, None]
+    grid[..., 2] = half_depth * shares
+    return _WITHIN * reach(grid, half_depth)
 
 
 def seam_height(design: Design, extent: Extent, scale: float, x: float, z: float) -> float:

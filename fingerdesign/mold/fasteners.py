@@ -19,8 +19,9 @@ from fingerdesign.mold.walls import (
     ENDS,
     FLANKS,
     Walls,
+    bolt_place,
     pin_height,
-    upright_place,
+    pin_place,
     z_bolt_height,
 )
 
@@ -66,6 +67,7 @@ def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
         bolts.append(Bolt("y", x, z, -walls.base, walls.top, columns.size, columns.hole))
 
     height, level = z_bolt_height(walls, columns), pin_height(walls, columns)
+    both = pin_height(walls, columns, small=False)
     if height is not None:
         for _, sign in FLANKS:
             x = sign * columns.x1
@@ -73,8 +75,9 @@ def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
     if level is not None:
         for end, way in ENDS:
             for flank, sign in FLANKS:
-                small = end == "+z" and flank == "+x"
-                root = (sign * columns.x2, level, way * walls.extent.corner)
+                small = both is None or (end == "+z" and flank == "+x")
+                middle = level if both is None else both
+                root = (sign * columns.x2, middle, way * walls.extent.corner)
                 away = (0.0, 0.0, way)
                 on, into = wall_name(flank), wall_name(end)
                 pins.append(tapered(walls, columns, root, away, small, columns.reach, on, into))
@@ -99,11 +102,11 @@ def insert_bolts(
     found: list[tuple[Side, float | None, float | None]] = []
     if walls.plug("x") is not None:
         for end, way in ENDS:
-            x = upright_place(walls, columns, end, columns.bar_bolt, True)
+            x = bolt_place(walls, columns, end, columns.bar_bolt)
             found.append((end, x, way * columns.bar_bolt))
     if low or walls.plug("z") is not None:
         for flank, sign in FLANKS:
-            z = upright_place(walls, columns, flank, columns.x2, True)
+            z = bolt_place(walls, columns, flank, columns.x2)
             found.append((flank, sign * columns.x2, z))
     return found
 
@@ -111,24 +114,36 @@ def insert_bolts(
 def insert_pins(
     walls: Walls, columns: Columns, low: bool
 ) -> list[tuple[Side, float | None, float | None, bool]]:
-    """Where the insert has pins: (side of the wall, x, z, small). None: no room."""
+    """Where the insert has pins: (side of the wall, x, z, small). None: no room.
+
+    Beside windows they are all small where the big ones have no room.
+    """
     found: list[tuple[Side, float | None, float | None, bool]] = []
     if walls.plug("x") is not None:
         for end, way in ENDS:
-            x = upright_place(walls, columns, end, columns.bar_pin, False)
-            found.append((end, x, way * columns.bar_pin, end == "+z"))
+            x, small = _small_or_big(walls, columns, end, end == "+z")
+            found.append((end, x, way * columns.bar_pin, small))
         return found
     narrow = walls.plug("z") is not None
     if not narrow:
         for end, way in ENDS:
             for flank, sign in FLANKS:
-                small = end == "+z" and flank == "+x"
-                found.append((end, sign * columns.x3, way * columns.deep, small))
+                one = end == "+z" and flank == "+x"
+                found.append((end, sign * columns.x3, way * columns.deep, one))
     if narrow or low:
         for flank, sign in FLANKS:
-            z = upright_place(walls, columns, flank, columns.x3, False)
-            found.append((flank, sign * columns.x3, z, narrow and flank == "+x"))
+            z, small = _small_or_big(walls, columns, flank, narrow and flank == "+x")
+            found.append((flank, sign * columns.x3, z, small))
     return found
+
+
+def _small_or_big(
+    walls: Walls, columns: Columns, side: Side, small: bool
+) -> tuple[float | None, bool]:
+    place = pin_place(walls, columns, side, small)
+    if place is None and not small:
+        return pin_place(walls, columns, side, True), True
+    return place, small
 
 
 def _insert_pin(walls: Walls, columns: Columns, x: float, z: float, small: bool, into: str) -> Pin:

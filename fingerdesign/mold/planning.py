@@ -8,7 +8,7 @@ such places, each with a vent of its own.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fingerdesign.errors import DesignError, Fault
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 AUTO_BOLTS = ("M3", "M2.5", "M2")
+CORNERS = (1.0, 0.85, 0.7, 0.5)  # of the outermost |z| at which end and side walls may meet
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,7 @@ def _drafted(design: Design) -> tuple[_Draft, list[Fault]]:
     extent = extent_of(design, scale)
     frames = frames_in_mold(design, scale)
     legs = legs_of(design, scale, limits)
+    extent = _parted(design, extent, frames, legs, limits)
     sides, plugs, unheld = sides_of(design, frames, legs, limits, extent.corner)
     core_pins, no_pins = core_pins_of(design, scale, sides, limits)
     holes, no_room = base_holes_of(design, extent, scale, limits)
@@ -131,6 +133,28 @@ def _drafted(design: Design) -> tuple[_Draft, list[Fault]]:
         scale, limits, extent, frames, legs, sides, plugs, core_pins, holes, walls, columns
     )
     return draft, list({str(fault): fault for fault in faults}.values())
+
+
+def _parted(
+    design: Design,
+    extent: Extent,
+    frames: tuple[PlateFrame, ...],
+    legs: tuple[Leg, ...],
+    limits: Limits,
+) -> Extent:
+    """The extent with end and side walls parted where legs leave through the right ones: a round
+    or tapering body may be parted at any of several |z|."""
+    if extent.continued or not legs:
+        return extent
+    best, least = extent, -1
+    for share in CORNERS:
+        trial = replace(extent, corner=share * extent.corner)
+        wrong = len(sides_of(design, frames, legs, limits, trial.corner)[2])
+        if not wrong:
+            return trial
+        if least < 0 or wrong < least:
+            best, least = trial, wrong
+    return best
 
 
 def _columns(walls: Walls, limits: Limits, bolt: str) -> Columns:

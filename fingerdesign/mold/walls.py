@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign.mold.columns import Columns
+from fingerdesign.mold.columns import SPARE_MM, Columns
 from fingerdesign.mold.extent import Extent
 from fingerdesign.mold.plan import CorePin, Plug, Side, SidePlan
 from fingerdesign.mold.slots import slot_corners
@@ -93,17 +93,19 @@ def _free_height(rim: float, room: float, obstacles: list[Obstacle]) -> float | 
     return float(heights[np.argmin(np.abs(heights - 0.5 * rim))])
 
 
-def pin_height(walls: Walls, columns: Columns) -> float | None:
-    """Height of the pins along z on the side walls' ends; None where none fits."""
-    into = columns.reach if walls.dowels else 0.0
-    near = walls.extent.corner - into - columns.gap - columns.socket
+def pin_height(walls: Walls, columns: Columns, small: bool = True) -> float | None:
+    """Height of the pins along z on the side walls' ends, of the small size or of both; None where
+    none fits."""
+    diameter = columns.small if small else columns.big
+    near = walls.extent.corner - columns.gap - (columns.reach if walls.dowels else 0.0)
     every = [
         each
         for side, _ in FLANKS
         for each in walls.obstacles(side)
         if each.high > near or each.low < -near
     ]
-    return _free_height(walls.extent.rim, columns.socket + columns.gap, every)
+    room = 0.5 * diameter + columns.clearance + columns.gap
+    return _free_height(walls.extent.rim, room, every)
 
 
 def _free_place(most: float, room: float, obstacles: list[Obstacle]) -> float | None:
@@ -117,18 +119,33 @@ def _free_place(most: float, room: float, obstacles: list[Obstacle]) -> float | 
     return float(places[np.argmin(np.abs(places))]) if len(places) else None
 
 
-def upright_place(
-    walls: Walls, columns: Columns, side: Side, away: float, bolt: bool
-) -> float | None:
-    """Place along a wall (z of a side wall, x of an end wall) of an upright bolt or pin of the
-    insert's at distance ``away`` from the mid-plane; None where there is no room.
+def bolt_place(walls: Walls, columns: Columns, side: Side, away: float) -> float | None:
+    """Place along a wall (z of a side wall, x of an end wall) of an upright bolt at distance
+    ``away`` from the mid-plane; None where there is no room.
 
-    A bolt may cross an open window beyond the plates' ends: it clamps what of the wall is below.
+    It may cross an open window beyond the plates' ends: it clamps what of the wall is below.
     """
-    room = (columns.radius if bolt else columns.socket) + columns.gap
-    plug = walls.plug("x" if side.endswith("z") else "z")
-    reach = walls.extent.corner if side.endswith("x") else walls.extent.half_width
-    reach = reach if plug is None else min(reach, plug)
-    passed = bolt and away - room > walls.tips.get(side, 0.0)
+    room = columns.radius + columns.gap
+    plug, reach = _reaches(walls, side)
+    passed = away - room > walls.tips.get(side, 0.0)
     every = [each for each in walls.obstacles(side) if not (each.open and passed)]
-    return _free_place(reach - room, room, every)
+    return _free_place(min(reach, plug) - room, room, every)
+
+
+def pin_place(walls: Walls, columns: Columns, side: Side, small: bool) -> float | None:
+    """Place along a wall of a pin below the insert; None where there is no room.
+
+    The pin itself stands on the insert; its socket is in the wall, which reaches on beyond a plug.
+    """
+    diameter = columns.small if small else columns.big
+    room = 0.5 * diameter + columns.clearance + columns.gap
+    plug, reach = _reaches(walls, side)
+    most = min(reach - room, plug - 0.5 * diameter - SPARE_MM)
+    return _free_place(most, room, list(walls.obstacles(side)))
+
+
+def _reaches(walls: Walls, side: Side) -> tuple[float, float]:
+    """Half-width of the insert, infinite unless narrowed, and of the wall, along a side's wall."""
+    plug = walls.plug("x" if side.endswith("z") else "z")
+    wall = walls.extent.corner if side.endswith("x") else walls.extent.half_width
+    return np.inf if plug is None else plug, wall
