@@ -16,7 +16,8 @@ from fingerdesign.design.base import Table, refuse
 NAME_PATTERN = r"^[A-Za-z0-9_-]([A-Za-z0-9._-]{0,62}[A-Za-z0-9_-])?$"
 
 
-def _named(value: str) -> str:
+def safe_name(value: str) -> str:
+    """The name itself where it is safe as a folder's; a fault of its key where it is not."""
     if not re.fullmatch(NAME_PATTERN.strip("^$"), value):
         raise refuse(
             value,
@@ -29,7 +30,7 @@ def _named(value: str) -> str:
 class Meta(Table):
     """The ``[design]`` table."""
 
-    name: Annotated[str, AfterValidator(_named)] = Field(
+    name: Annotated[str, AfterValidator(safe_name)] = Field(
         description="names the result's folder: letters, digits, - _ .",
         json_schema_extra={"pattern": NAME_PATTERN},
     )
