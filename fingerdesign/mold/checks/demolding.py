@@ -7,8 +7,10 @@ must not run into anything on the whole way (some of its volume, all of its path
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from manifold3d import Manifold, OpType
+from manifold3d import Manifold
 from numpy.typing import NDArray
 
 from fingerdesign.mold.checks.assembly import Assembly
@@ -18,7 +20,7 @@ from fingerdesign.mold.part import Check, PartMesh
 
 Array = NDArray[np.float64]
 
-POINTS = 800  # and as many centroids, a part; a tenth of it a plate
+POINTS = 1500  # and as many centroids, a part; a tenth of it a plate
 FLAT_MM = 1e-6  # parts that slide along flat faces meet within rounding
 SLIDING = 0.3  # faces steeper to the draw part by more than a chord at the first step
 STEPS_MM = (0.05, 0.3, 1.5, 6.0)  # then clear of everything: undercuts bind at once, hooks later
@@ -34,34 +36,58 @@ def demolding_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check
     return found
 
 
+@dataclass(frozen=True)
+class Obstacle:
+    """What is still there while a part is drawn, with the corners of its box."""
+
+    name: str
+    solid: Manifold
+    low: Array
+    high: Array
+
+    def meets(self, low: Array, high: Array) -> bool:
+        """Whether its box overlaps another."""
+        return bool(np.all(self.low < high) and np.all(low < self.high))
+
+
 def _check(
     assembly: Assembly, part: PartMesh, there: tuple[str, ...], rng: np.random.Generator
 ) -> Check:
     solid, draw = assembly.solids[part.name], np.array(part.draw)
-    obstacle = Manifold.batch_boolean([assembly.solids[name] for name in there], OpType.Add)
-    clear = clearing(solid, obstacle, draw)
-    worst, where = 0.0, 0.0
-    for step in (*(s for s in STEPS_MM if s < clear),):
-        overlap = float((solid.translate(tuple(step * draw)) ^ obstacle).volume())
-        if overlap > worst:
-            worst, where = overlap, step
-    bound = slack(part, obstacle, assembly.chord)
-    words = f"moved {clear:.1f} mm along {_said(draw)} it passes everything that is still there"
-    if worst > bound:
-        name = _names(assembly, there, solid.translate(tuple(where * draw)))
-        words = f"{where:g} mm along {_said(draw)} it overlaps {name} by {worst:.3g} mm^3"
+    solids = [(name, assembly.solids[name]) for name in there]
+    obstacles = [Obstacle(name, each, *bounds(each)) for name, each in solids]
+    clear = clearing(solid, obstacles, draw)
+    bound = slack(part, obstacles, assembly.chord)
+    worst, where, name = 0.0, 0.0, ""
+    for step in (step for step in STEPS_MM if step < clear):
+        shares = overlaps(solid.translate(tuple(step * draw)), obstacles)
+        if sum(shares.values()) > worst:
+            worst, where = sum(shares.values()), step
+            name = max(shares, key=lambda each: shares[each])
     ok = worst <= bound
-    if ok:
-        hit = _first_hit(assembly, part, obstacle, clear, rng)
-        if hit is not None:
-            ok, step = False, hit[0]
-            name = _names(assembly, there, solid.translate(tuple((step + 0.05) * draw)))
-            place = ", ".join(f"{value:.2f}" for value in hit[1])
-            words = f"after {step:.2f} mm along {_said(draw)} it runs into {name} at ({place})"
+    words = f"moved {clear:.1f} mm along {_said(draw)} it passes everything that is still there"
+    if not ok:
+        words = f"{where:g} mm along {_said(draw)} it overlaps {name} by {worst:.3g} mm^3"
+    else:
+        hits = _hits_on_way(assembly, part, obstacles, clear, rng)
+        if hits:
+            ok, first = False, min(hits, key=lambda hit: hit.distance)
+            place = ", ".join(f"{value:.2f}" for value in first.place)
+            words = (
+                f"after {first.distance:.2f} mm along {_said(draw)} it runs into {first.name} at "
+                f"({place})"
+            )
     return Check("demolding", part.name, ok, worst, bound, "mm^3", f"{part.name}: {words}")
 
 
-def slack(part: PartMesh, obstacle: Manifold, chord: float) -> float:
+def overlaps(moved: Manifold, obstacles: list[Obstacle]) -> dict[str, float]:
+    """Volume that a part shares with each obstacle whose box it reaches, mm^3."""
+    box = bounds(moved)
+    near = [each for each in obstacles if each.meets(*box)]
+    return {each.name: float((moved ^ each.solid).volume()) for each in near}
+
+
+def slack(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
     """Overlap by triangles alone, mm^3: curved faces that slide along an obstacle lie up to two
     chords apart from where they should; flat ones meet within rounding."""
     normals = doubled_areas(part.vertices, part.triangles)
@@ -71,48 +97,80 @@ def slack(part: PartMesh, obstacle: Manifold, chord: float) -> float:
     sliding &= np.abs(units @ np.array(part.draw)) < SLIDING
     rows = np.flatnonzero(sliding)
     beside = part.vertices[part.triangles[rows]].mean(axis=1) + 3.0 * chord * units[rows]
-    rows = rows[inside(obstacle, beside)]
+    rows = rows[_taken(beside, obstacles)]
     return float(chord * sizes[rows].sum() + FLAT_MM * 0.5 * sizes.sum())
 
 
-def clearing(solid: Manifold, obstacle: Manifold, draw: Array) -> float:
-    """How far a solid must be drawn until the boxes of both have parted, mm."""
-    (low, _), (_, high) = bounds(solid), bounds(obstacle)
-    if draw.sum() < 0.0:  # draws run along axes
-        (_, low), (high, _) = bounds(solid), bounds(obstacle)
-    return max(0.0, float((high - low) @ draw)) + 1.0
+def clearing(solid: Manifold, obstacles: list[Obstacle], draw: Array) -> float:
+    """How far a solid must be drawn until its box has parted from all others, mm."""
+    low, high = bounds(solid)
+    axis = int(np.argmax(np.abs(draw)))
+    if draw[axis] > 0.0:
+        way = max(each.high[axis] for each in obstacles) - low[axis]
+    else:
+        way = high[axis] - min(each.low[axis] for each in obstacles)
+    return max(0.0, float(way)) + 1.0
 
 
-def _first_hit(
-    assembly: Assembly, part: PartMesh, obstacle: Manifold, clear: float, rng: np.random.Generator
-) -> tuple[float, Array] | None:
-    """The shortest way to a collision, and its place; None if there is none.
+@dataclass(frozen=True)
+class Hit:
+    """What a part runs into, after how many mm, and where."""
 
-    Points lie three chords under the surface, so that faces which merely slide are not met, and
-    inside the part alone: a sheet's thin webs may be passed through.
+    name: str
+    distance: float
+    place: Array
+
+
+def _hits_on_way(
+    assembly: Assembly,
+    part: PartMesh,
+    obstacles: list[Obstacle],
+    clear: float,
+    rng: np.random.Generator,
+) -> list[Hit]:
+    """Collisions of points on the whole way.
+
+    Points lie three chords under the surface, so that faces which merely slide are not met; those
+    of plates not deeper than a quarter of their thickness.
     """
-    draw = np.array(part.draw)
+    way = clear * np.array(part.draw)
     depth = 3.0 * assembly.chord + 1e-4
-    hits: list[tuple[float, Array]] = []
     solid = assembly.solids[part.name]
     points, normals = surface_points(part.vertices, part.triangles, POINTS, rng)
     points = points - depth * normals
     points = points[inside(solid, points)]
-    points = points[~inside(obstacle, points)]
-    hits += _hits(obstacle, points, clear * draw)
+    points = points[~_taken(points, obstacles)]
+    found: list[Hit] = []
+    for each in obstacles:
+        found += [Hit(each.name, *hit) for hit in _hits(each.solid, points, way)]
     for plate in assembly.meshes.plates:
         points, normals = surface_points(plate.vertices, plate.triangles, POINTS // 10, rng)
         points = points - min(depth, 0.25 * _thin(plate)) * normals
         points = points[inside(assembly.solids[plate.name], points)]
         points = points[~inside(solid, points)]
-        hits += [(far, at + far * draw) for far, at in _hits(solid, points, -clear * draw)]
-    return min(hits, key=lambda hit: hit[0]) if hits else None
+        found += [
+            Hit(plate.name, far, at + way * far / clear) for far, at in _hits(solid, points, -way)
+        ]
+    return found
+
+
+def _taken(points: Array, obstacles: list[Obstacle]) -> NDArray[np.bool_]:
+    """Whether points (n, 3) lie in any obstacle."""
+    found = np.zeros(len(points), dtype=bool)
+    for each in obstacles:
+        rest = np.flatnonzero(~found)
+        found[rest[inside(each.solid, points[rest])]] = True
+    return found
 
 
 def _hits(solid: Manifold, points: Array, way: Array) -> list[tuple[float, Array]]:
+    """How far points (n, 3) come along a way before they meet a solid, and where; those that do."""
+    low, high = bounds(solid)
+    ends = points + way
+    near = np.all((np.minimum(points, ends) <= high) & (np.maximum(points, ends) >= low), axis=1)
     length = float(np.linalg.norm(way))
     found = []
-    for start, end in pairs(points, points + way):
+    for start, end in pairs(points[near], ends[near]):
         hits = solid.ray_cast(start, end)
         if hits:
             found.append((length * hits[0].distance, np.array(hits[0].position)))
@@ -122,12 +180,6 @@ def _hits(solid: Manifold, points: Array, way: Array) -> list[tuple[float, Array
 def _thin(plate: PartMesh) -> float:
     """About a plate's thickness, mm: twice its volume over its area."""
     return float(2.0 * abs(plate.volume) / areas(plate.vertices, plate.triangles).sum())
-
-
-def _names(assembly: Assembly, there: tuple[str, ...], moved: Manifold) -> str:
-    """Which of the obstacles a moved part overlaps most."""
-    overlaps = {name: float((moved ^ assembly.solids[name]).volume()) for name in there}
-    return max(overlaps, key=lambda name: overlaps[name])
 
 
 def _said(draw: Array) -> str:

@@ -13,8 +13,9 @@ from fingerdesign.mold.checks.triangles import doubled_areas
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# No face of a mold looks this way, so a ray along it does not run within one.
-_ASKEW = np.array([0.53, 0.71, 0.463])
+# Rays run nearly along axes, where the library finds what they pass quickest, but not so near
+# that they would run within a face.
+_ASKEW = np.array([0.0131, 0.0071, 0.0097])
 
 
 def surface_points(
@@ -39,13 +40,17 @@ def surface_points(
 
 
 def inside(solid: Manifold, points: Array) -> NDArray[np.bool_]:
-    """Whether points (n, 3) lie inside a solid: a ray outward passes its surface oddly often."""
+    """Whether points (n, 3) lie inside a solid: on the shortest way out of its box, a ray passes
+    its surface oddly often."""
     low, high = bounds(solid)
     near = np.flatnonzero(np.all((points >= low) & (points <= high), axis=1))
-    ends = points[near] + _ASKEW * (2.0 * float(np.linalg.norm(high - low)))
+    starts = points[near]
+    ways = np.hstack([high - starts, starts - low])
+    least = np.argmin(ways, axis=1)
+    direction = np.vstack([np.eye(3), -np.eye(3)])[least] + _ASKEW
+    ends = starts + direction * (1.02 * ways.min(axis=1) + 0.01)[:, None]
     held = np.zeros(len(points), dtype=bool)
-    odd = [len(solid.ray_cast(a, b)) % 2 == 1 for a, b in pairs(points[near], ends)]
-    held[near] = odd
+    held[near] = [len(solid.ray_cast(a, b)) % 2 == 1 for a, b in pairs(starts, ends)]
     return held
 
 

@@ -20,7 +20,7 @@ from fingerdesign.mold.plan import SidePlan
 
 Array = NDArray[np.float64]
 
-POINTS = 1500  # and as many centroids: on 2000 mm^2 one in a square millimetre
+POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
 OPPOSITE = np.cos(np.radians(40.0))
 _START_MM = 1e-6  # off the surface that the ray starts from
 _NEAR_SLOT_MM = 0.05
@@ -101,13 +101,16 @@ def _all(thin: Thin) -> NDArray[np.bool_]:
 
 
 def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:
-    """Points on the faces of slots: what lies between those is web, not wall."""
+    """Points with a slot's face at one end of their rays: between it and the other lies a web."""
+    ends = thin.points - np.where(np.isfinite(thin.thickness), thin.thickness, 0.0)[:, None] * (
+        thin.normals
+    )
     found = np.zeros(len(thin.points), dtype=bool)
-    place, _ = across(side.side, thin.normals)
-    within = np.hypot(place, thin.normals[:, 1]) > OPPOSITE
     for slot in side.slots:
-        found |= np.abs(from_slot(slot, thin.points)) < _NEAR_SLOT_MM + side.shift
-    return np.asarray(found & within)
+        for points in (thin.points, ends):
+            found |= np.abs(from_slot(slot, points)) < _NEAR_SLOT_MM + side.shift
+    place, _ = across(side.side, thin.normals)
+    return np.asarray(found & (np.hypot(place, thin.normals[:, 1]) > OPPOSITE))
 
 
 def _check(name: str, part: str, least: float, where: Array, bound: float, slack: float) -> Check:
