@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import Fault
 from fingerdesign.mold import slots
@@ -65,6 +67,7 @@ def _side(
     here = slots.on_side(legs, side)
     holding = slots.holding_of(design, here)
     openings = slots_on(design, frames, legs, limits, side)
+    room = Room.of(design, scale_of(design), limits)
     sheet = slots.sheets_thickness(design, holding, limits)
     shift = 0.0
     if holding == "jig":
@@ -73,21 +76,24 @@ def _side(
             0.5 * (slot.width - turned_bar(by_index[leg.plate], leg.width, leg.offset).thickness)
             for slot, leg in zip(openings, here, strict=True)
         )
-    return SidePlan(side, holding, sheet, shift, _window(holding, openings, limits), openings)
+    return SidePlan(side, holding, sheet, shift, _window(side, holding, openings, room), openings)
 
 
 def _window(
-    holding: Holding, openings: tuple[Slot, ...], limits: Limits
+    side: Side, holding: Holding, openings: tuple[Slot, ...], room: Room
 ) -> tuple[float, float, float] | None:
-    """The opening behind a comb or jig, around all of its slots."""
+    """The opening behind a comb or jig, around all of its slots; walls below it, and in side walls
+    beside it, stay as thick as they must be."""
     if holding not in ("comb", "jig"):
         return None
     corners = slots.slot_corners(openings).reshape(-1, 2)
-    room = max(_WINDOW_MM, 2.0 * limits.clearance_mm)
     (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
-    # A sill that can be made stays below, where the slots leave room for one.
-    sill = min(limits.wall_mm, float(bottom))
-    return float(low) - room, float(high) + room, max(float(bottom) - room, sill)
+    most = room.corner - room.wall if side.endswith("x") else np.inf
+    return (
+        float(max(low - _WINDOW_MM, min(-most, low))),
+        float(min(high + _WINDOW_MM, max(most, high))),
+        float(max(bottom - _WINDOW_MM, min(room.wall, bottom))),
+    )
 
 
 def leg_exits(
@@ -111,18 +117,22 @@ def leg_exits(
     )
 
 
+def in_walls(design: Design, legs: tuple[Leg, ...]) -> tuple[Leg, ...]:
+    """The legs that are held by slots in walls."""
+    found: tuple[Leg, ...] = ()
+    for side in SIDES:
+        here = slots.on_side(legs, side)
+        found += here if slots.holding_of(design, here) == "slots" else ()
+    return found
+
+
 def legs_above(
     design: Design, frames: tuple[PlateFrame, ...], legs: tuple[Leg, ...], limits: Limits
 ) -> tuple[Room, list[tuple[Leg, float]]]:
     """The room for legs; and the legs that leave so high that the insert must end short of them,
     each with its nearest exit."""
     room = Room.of(design, scale_of(design), limits)
-    loose = tuple(
-        leg
-        for side in SIDES
-        for leg in slots.on_side(legs, side)
-        if slots.holding_of(design, slots.on_side(legs, side)) == "slots"
-    )
+    loose = in_walls(design, legs)
     if not loose:
         return room, []
     exits, openings = leg_exits(design, frames, loose, limits)

@@ -19,7 +19,7 @@ from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.plate_rows import PlateRow, plate_rows, with_key
 from fingerdesign.errors import Fault
 from fingerdesign.mold import slots
-from fingerdesign.mold.fixture import leg_exits, legs_above, slots_on
+from fingerdesign.mold.fixture import in_walls, leg_exits, legs_above, slots_on
 from fingerdesign.mold.frames import frames_in_mold, leg_bar, scale_of
 from fingerdesign.mold.leg_gaps import crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.leg_room import Room
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.profiles import Limits
 
-_CLOSE = 1e-4 + 1e-9  # mm: less does not count, as in legs.py
+_CLOSE = 2e-6  # mm; rounding
 _TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre
 _SMALLEST_MM = 0.02  # slot or web
 _ONE_ANGLE = 0.01  # degrees
@@ -334,24 +334,36 @@ def _jig(design: Design, frames: Frames, legs: Legs, limits: Limits) -> list[Fau
 def _blocked(
     design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float | None
 ) -> list[Fault]:
-    """Legs that would run through a wall which is drawn across them."""
-    if not legs:
+    """Legs that would run through a wall which is drawn across them, or too near to the base."""
+    loose = in_walls(design, legs)
+    if not loose:
         return []
     room = Room.of(design, scale_of(design), limits)
     if corner is not None:
         room = replace(room, corner=corner)
-    exits, openings = leg_exits(design, frames, legs, limits)
-    into = room.blocked([leg.side for leg in legs], openings, exits)
+    exits, openings = leg_exits(design, frames, loose, limits)
+    found = []
+    sunk = room.sunk(openings)
+    worst = int(np.argmax(sunk))
+    if sunk[worst] > _CLOSE:
+        plate = loose[worst].plate
+        key, value = _row_of(design, plate).blame(plate, "cover_mm")
+        bound = (
+            f"such that legs' slots stay {room.web:g} mm above the base "
+            f"(plate {plate}'s: {float(openings.bottom[worst]):.3g})"
+        )
+        found.append(Fault(key, value, bound, "raise the plates: lower it"))
+    into = room.blocked([leg.side for leg in loose], openings, exits)
     worst = int(np.argmax(into))
-    if into[worst] <= _CLOSE:
-        return []
-    leg = legs[worst]
-    row = _row_of(design, leg.plate)
-    key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
-    wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")
-    bound = (
-        f"such that legs leave through the {wall} walls (those of plate {leg.plate} would run "
-        f"through the {other} walls, which are drawn across them: they meet at |z| = "
-        f"{room.corner:.3g}, {into[worst]:.3g} from there)"
-    )
-    return [Fault(key, value, bound, "move the plates inward: lower the pitch or the count")]
+    if into[worst] > _CLOSE:
+        leg = loose[worst]
+        row = _row_of(design, leg.plate)
+        key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
+        wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")
+        bound = (
+            f"such that legs leave through the {wall} walls (those of plate {leg.plate} would run "
+            f"through the {other} walls, which are drawn across them: they meet at |z| = "
+            f"{room.corner:.3g}, {into[worst]:.3g} from there)"
+        )
+        found.append(Fault(key, value, bound, "move the plates inward: lower it or the count"))
+    return found

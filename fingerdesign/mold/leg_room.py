@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.profiles import Limits
 
+WINDOW_EDGE_MM = 0.1  # the least between a slot and its window's edge
+_ROUNDING_MM = 1e-9
+
 
 @dataclass(frozen=True)
 class Room:
@@ -31,6 +34,7 @@ class Room:
                      infinite where the contact reaches the body's end
     rim, top         heights of the contact surface's lowest border and of the block
     corner           |z| at which end and side walls meet below the rim
+    wall             least wall, as below a window and beside it
     web              least web between the insert and a slot, or a slot and a wall's upper edge
     draft            tangent of the plug's draft
     continued        whether the contact surface is continued outward beside flat sides
@@ -41,6 +45,7 @@ class Room:
     rim: float
     top: float
     corner: float
+    wall: float
     web: float
     draft: float
     continued: bool
@@ -57,6 +62,7 @@ class Room:
             scale * rim_height(body),
             scale * float(crest_height(body)) + design.mold.insert_mm,
             _corner(design, scale),
+            limits.wall_mm,
             limits.feature_mm,
             math.tan(math.radians(design.mold.draft_deg)),
             flat_sided(body),
@@ -66,13 +72,27 @@ class Room:
         """By how much (n,) legs run through a wall that is drawn across them, mm; 0: by nothing.
 
         Below the rim, end walls lie beyond the corner and side walls between: legs along z must
-        leave beyond it, those along x between. Above it all belongs to the walls of their axis.
+        leave beyond it, those along x between, by a web. Above it all belongs to the walls of their
+        axis. Where the contact surface is continued, end walls begin at the end faces.
         """
         along_z = np.array([side.endswith("z") for side in sides])
         beside = openings.reach + self.web - self.corner
         into = np.where(along_z, self.corner - exits.nearest, beside)
-        free = self.continued | (self.above(openings) & (openings.bottom >= self.rim + self.web))
+        free = (self.continued & along_z) | (
+            self.above(openings) & (openings.bottom >= self.rim + self.web)
+        )
         return np.where(free, 0.0, np.maximum(into, 0.0))
+
+    def sunk(self, openings: Exits) -> Array:
+        """By how much (n,) slots in walls come too near to the base, mm; 0: they do not."""
+        return np.maximum(self.web - openings.bottom, 0.0)
+
+    def framed(self, sides: Sequence[Side], openings: Exits) -> NDArray[np.bool_]:
+        """Whether a wall stands below a window around slots (n,), and in side walls beside it."""
+        least = self.wall + WINDOW_EDGE_MM
+        along_z = np.array([side.endswith("z") for side in sides])
+        beside = along_z | (openings.reach <= self.corner - least + _ROUNDING_MM)
+        return np.asarray(beside & (openings.bottom >= least - _ROUNDING_MM))
 
     @property
     def narrowing(self) -> float:

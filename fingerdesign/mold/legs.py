@@ -41,7 +41,7 @@ _FANS: tuple[tuple[float, float], ...] = ((0.0, 1.0), (0.0, -1.0), (0.0, 0.5), (
 # What is worst about legs: for each, and for each millimetre of web that lacks.
 _CROSSED, _LEFT, _NOT_FLAT, _LACK = 1000.0, 100.0, 1e-5, 100.0
 _GOOD = 1e-2  # sides held by slots where a comb was asked for: no fault
-CLOSE = 1e-4  # mm: less does not count
+CLOSE = 1e-6  # mm; rounding
 SLOTS: Holding = "slots"
 
 
@@ -110,6 +110,8 @@ class _Search:
         }
         web = slots.least_web(self.design, asked, self.limits)
         flat = openings[asked].face_margin >= web - CLOSE
+        if asked != SLOTS:
+            flat &= self.room.framed(sides, openings[asked])
         legs = []
         for k, leg in enumerate(drafts):
             out = float(max(exits.farthest[k], leg.start))
@@ -118,6 +120,7 @@ class _Search:
         short = self.room.wanting(sides, openings[SLOTS], exits)
         short = np.where(np.isfinite(short), short, 1e3 - exits.nearest)
         short += self.room.blocked(sides, openings[SLOTS], exits)
+        short += self.room.sunk(openings[SLOTS])
         penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
         if asked != SLOTS:
             penalty[asked] = wrong + _NOT_FLAT * ~flat
@@ -197,7 +200,7 @@ class _Search:
                 for leg in here
             ]
             lack = web - slots.webs(openings)[2]
-            wrong += _LACK * float(lack[lack > CLOSE].sum())
+            wrong += float((0.1 + _LACK * lack[lack > CLOSE]).sum())
         return wrong
 
 
