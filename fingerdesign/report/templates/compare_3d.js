@@ -125,7 +125,8 @@
       const { faces, kind, marks } = solid.boxes[k];
       for (const { polygon, normal } of faces)
         if (FD.solid.dot(normal, view) > 1e-9)
-          inner.push([`v-${kind} v-shade-${shade(normal)}`, text(polygon.map((at) => boxes[k][at]))]);
+          inner.push([`v-${kind} v-shade-${shade(normal)}`,
+            text(polygon.map((at) => boxes[k][at]))]);
       for (const mark of marks)
         if (FD.solid.dot(mark.normal, view) > 1e-9)
           inner.push([`v-${mark.kind}`, text(mark.points.map(flatten))]);
@@ -232,7 +233,7 @@
     });
   }
 
-  /** The drawings of one or two fingers: items {letter, name, geometry}; null where there is none. */
+  /** The drawings of one or two fingers: items {letter, name, geometry (null: not known)}. */
   function show(items, container, columns) {
     const drawn = items.filter((item) => item.geometry && item.geometry.body);
     // One scale for both: what is longer is drawn longer, however it is turned.

@@ -15,8 +15,9 @@
     return points === undefined ? found : found.padEnd(points, ".").slice(0, points);
   }
 
-  const is3d = (traces) => (traces.contact_z_mm || []).length > 0;
-  const known = (traces) => (traces.status || []).length > 0 && (traces.contact_x_mm || []).length > 0;
+  const count = (list) => (list || []).length;
+  const is3d = (traces) => count(traces.contact_z_mm) > 0;
+  const known = (traces) => count(traces.status) > 0 && count(traces.contact_x_mm) > 0;
 
   /** What of x is shown: all that ever touched in any of the designs, and a little more. */
   function window_(all) {
@@ -45,8 +46,8 @@
     const last = stick + slip === 0 ? "nothing touches"
       : `${stick} points stick and ${slip} slip`;
     return `Contact begins at increment ${begins + 1}; most sticks at increment ${most + 1} ` +
-      `(${counts[most][0]} of ${rows[most].length} points); at the last, increment ${rows.length}, ` +
-      `${last}.`;
+      `(${counts[most][0]} of ${rows[most].length} points); at the last, increment ` +
+      `${rows.length}, ${last}.`;
   }
 
   /** Rows over x, one an increment; `at(k)` frames the chosen one. */
@@ -54,19 +55,20 @@
     const order = traces.contact_x_mm.map((_, k) => k)
       .sort((p, q) => traces.contact_x_mm[p] - traces.contact_x_mm[q]);
     const x = order.map((k) => traces.contact_x_mm[k]);
-    const edge = (k) => (k <= 0 ? x[0] : k >= x.length ? x[x.length - 1] : 0.5 * (x[k - 1] + x[k]));
-    const count = traces.status.length;
-    const height = 54 + Math.min(340, Math.max(60, 13 * count));
-    const step = Math.max(1, Math.ceil(count / 16));
-    const yTicks = Array.from({ length: Math.ceil(count / step) }, (_, k) => 1 + k * step);
-    const axes = FD.draw.plot({ height, x: reach, y: [0.5, count + 0.5], down: true, yTicks,
+    const edge = (k) =>
+      (k <= 0 ? x[0] : k >= x.length ? x[x.length - 1] : 0.5 * (x[k - 1] + x[k]));
+    const last = traces.status.length;
+    const height = 54 + Math.min(340, Math.max(60, 13 * last));
+    const step = Math.max(1, Math.ceil(last / 16));
+    const yTicks = Array.from({ length: Math.ceil(last / step) }, (_, k) => 1 + k * step);
+    const axes = FD.draw.plot({ height, x: reach, y: [0.5, last + 0.5], down: true, yTicks,
       xLabel: "x (mm)", yLabel: "increment", label: `Contact of ${name}. ${words(traces)}` });
     const hatch = FD.draw.id();
     axes.svg.prepend(FD.svg("pattern", { id: hatch, width: 5, height: 5,
       patternUnits: "userSpaceOnUse", patternTransform: "rotate(45)" },
       FD.svg("rect", { width: 5, height: 5, class: "v-slip" }),
       FD.svg("path", { d: "M0 0V5", class: "v-hatch" })));
-    const high = Math.max(1, (axes.inner.height / count) * 0.78);
+    const high = Math.max(1, (axes.inner.height / last) * 0.78);
     axes.layer.append(FD.svg("rect", { x: axes.left, y: axes.top, width: axes.inner.width,
       height: axes.inner.height, class: "v-open" }));
     traces.status.forEach((text, row) => {
@@ -88,7 +90,7 @@
       height: (high + 3).toFixed(1) });
     axes.over.append(frame);
     return { svg: axes.svg, at(k) {
-      frame.setAttribute("y", (axes.Y(Math.min(k, count - 1) + 1) - 0.5 * high - 1.5).toFixed(1));
+      frame.setAttribute("y", (axes.Y(Math.min(k, last - 1) + 1) - 0.5 * high - 1.5).toFixed(1));
     } };
   }
 
@@ -101,7 +103,8 @@
     const deep = FD.draw.bounds([z], 0.06);
     const width = 440;
     const inner = width - 66;
-    const height = Math.min(420, Math.max(120, (inner * (deep[1] - deep[0])) / (reach[1] - reach[0]))) + 52;
+    const equal = (inner * (deep[1] - deep[0])) / (reach[1] - reach[0]); // of both scales
+    const height = Math.min(420, Math.max(120, equal)) + 52;
     const axes = FD.draw.plot({ width, height, x: reach, y: deep, xLabel: "x (mm)",
       yLabel: "z (mm)", label: "" });
     const size = Math.min(4, Math.max(1.6, 0.35 * Math.sqrt((inner * (height - 52)) / x.length)));
@@ -133,8 +136,8 @@
     const area = (look) => [FD.svg("rect", { x: 4, y: 1, width: 26, height: 12, ...look })];
     if (!flat)
       return FD.draw.legend(Object.entries(MARKS).map(([character, [look, shape]]) => [
-        [FD.svg("path", { class: look, d: FD.draw.marker(shape, 17, 7, character === "." ? 1.5 : 4) })],
-        NAMES[character]]));
+        [FD.svg("path", { class: look,
+          d: FD.draw.marker(shape, 17, 7, character === "." ? 1.5 : 4) })], NAMES[character]]));
     return FD.draw.legend([[area({ class: "v-stick" }), "stick"],
       [[FD.svg("pattern", { id: hatch, width: 5, height: 5, patternUnits: "userSpaceOnUse",
         patternTransform: "rotate(45)" }, FD.svg("rect", { width: 5, height: 5, class: "v-slip" }),

@@ -117,11 +117,13 @@
     }
     for (const value of yTicks || ticks(y[0], y[1], Math.max(2, Math.round(inner.height / 40)))) {
       const at = Y(value);
-      axes.append(FD.svg("path", { class: "v-grid", d: `M${left} ${at.toFixed(1)}h${inner.width}` }));
+      const d = `M${left} ${at.toFixed(1)}h${inner.width}`;
+      axes.append(FD.svg("path", { class: "v-grid", d }));
       axes.append(FD.svg("text", { x: left - 6, y: (at + 4).toFixed(1), "text-anchor": "end" },
         number(value, 6)));
     }
-    axes.append(FD.svg("path", { class: "v-frame", d: `M${left} ${top}v${inner.height}h${inner.width}` }));
+    axes.append(FD.svg("path", { class: "v-frame",
+      d: `M${left} ${top}v${inner.height}h${inner.width}` }));
     axes.append(FD.svg("text", { class: "v-title", x: left + inner.width / 2, y: height - 6,
       "text-anchor": "middle" }, xLabel));
     axes.append(FD.svg("text", { class: "v-title", "text-anchor": "middle",
@@ -142,12 +144,16 @@
     return list;
   }
 
+  /** A wide drawing in a box that scrolls sideways on narrow screens, by keys too. */
+  const scrolled = (name, ...children) => FD.el("div", { class: "v-scroll", tabindex: "0",
+    role: "region", "aria-label": name }, ...children);
+
   const stroke = (look, d, more = "") =>
     FD.svg("path", { class: `v-line ${look.name} ${more}`, d, "stroke-dasharray": look.dash });
   const sign = (look, x, y, r = 3.2, hollow = false) =>
     FD.svg("path", { class: `${hollow ? "v-hollow" : "v-sign"} ${look.name}`,
       d: marker(look.marker, x, y, r) });
 
-  FD.draw = { LOOKS, DESIGNS, isNumber, number, ticks, bounds, line, marker, plot, legend, stroke,
+  FD.draw = { LOOKS, DESIGNS, isNumber, number, ticks, bounds, line, marker, plot, legend, scrolled, stroke,
     sign, id: () => `v-${(made += 1)}` };
 })();

@@ -5,9 +5,10 @@
   const FD = (window.FD = window.FD || {});
   const count = (list) => (list || []).length;
 
-  const frictions = (items) => [...new Set(items.flatMap(({ grips }) =>
-    (grips || []).map((grip) => grip.friction_coefficient)))].filter(FD.draw.isNumber)
-    .sort((p, q) => p - q);
+  const frictions = (items) => {
+    const all = items.flatMap(({ grips }) => (grips || []).map((g) => g.friction_coefficient));
+    return [...new Set(all)].filter((value) => value > 0).sort((p, q) => p - q);
+  };
 
   function words(item) {
     const { grips, traces } = item;
@@ -20,8 +21,8 @@
     for (const grip of grips || [])
       told.push(`friction ${FD.draw.number(grip.friction_coefficient)}, ` +
         `${FD.draw.number(grip.object_mass_g)} g, ${grip.controller}: ` +
-        `${grip.lifted ? "lifted" : "not lifted"}${grip.gross_slip ? ", slipped as a whole" : ""}, ` +
-        `peak ${FD.draw.number(grip.peak_normal_force_N)} N`);
+        `${grip.lifted ? "lifted" : "not lifted"}` +
+        `${grip.gross_slip ? ", slipped as a whole" : ""}, peak ${FD.draw.number(grip.peak_normal_force_N)} N`);
     return told.length ? `${told.join(". ")}.` : "No forces are recorded.";
   }
 
@@ -29,15 +30,19 @@
     const axes = FD.draw.plot({ height: 300, right: 46, x, y, xLabel: "normal force (N)",
       yLabel: "tangential force (N)",
       label: `Force paths of ${item.letter}, ${item.name}. ${words(item)}` });
+    let above = looks.size;
     looks.forEach((look, friction) => {
       // The limit, to where it leaves the chart.
-      const end = Math.min(x[1], friction > 0 ? y[1] / friction : x[1]);
+      const end = Math.min(x[1], y[1] / friction);
       const [p, q] = [axes.X(end), axes.Y(friction * end)];
       axes.layer.append(FD.svg("path", { class: `v-limit ${look.name}`,
         "stroke-dasharray": look.dash, d: FD.draw.line([[axes.X(0), axes.Y(0)], [p, q]]) }));
-      axes.over.append(FD.svg("text", { class: "v-name", x: (p + 4).toFixed(1),
-        y: (q + (end < x[1] ? -2 : 4)).toFixed(1) },
-        `μ ${FD.draw.number(friction)}`));
+      // Its name beside it: each steeper one's higher, so that they do not meet.
+      above -= 1;
+      const height = Math.max(q, axes.top + 4 + 15 * above);
+      const beside = axes.X(0) + ((p - axes.X(0)) * (axes.Y(0) - height)) / (axes.Y(0) - q);
+      axes.over.append(FD.svg("text", { class: "v-name", x: (beside + 5).toFixed(1),
+        y: (height + 4).toFixed(1) }, `μ ${FD.draw.number(friction)}`));
     });
     const at = (normal, tangential) => normal.map((force, k) =>
       [FD.draw.isNumber(force) ? axes.X(force) : null,
@@ -53,7 +58,8 @@
         : FD.svg("path", { class: `v-cross ${look.name}`, d: FD.draw.marker("cross", p, q, 4.5) }));
     }
     const { normal_force_N: normal = [], tangential_force_N: tangential = [] } = item.traces;
-    axes.layer.append(FD.svg("path", { class: "v-scene", d: FD.draw.line(at(normal, tangential)) }));
+    axes.layer.append(FD.svg("path", { class: "v-scene",
+      d: FD.draw.line(at(normal, tangential)) }));
     const now = FD.svg("path", { class: "v-now" });
     axes.over.append(now);
     return { svg: axes.svg, at(k) {
@@ -90,8 +96,8 @@
     looks.forEach((look, friction) => entries.push([[FD.draw.stroke(look, "M2 7H32"),
       FD.draw.sign(look, 17, 7)], `grips at friction ${FD.draw.number(friction)}, lifted`]));
     if (items.some(({ grips }) => (grips || []).some((grip) => !grip.lifted || grip.gross_slip)))
-      entries.push([[FD.svg("path", { class: "v-cross v-ink", d: FD.draw.marker("cross", 17, 7, 4.5) })],
-        "a grip that was not lifted or slipped as a whole"]);
+      entries.push([[FD.svg("path", { class: "v-cross v-ink",
+        d: FD.draw.marker("cross", 17, 7, 4.5) })], "a grip that was not lifted or slipped as a whole"]);
     if (looks.size)
       entries.push([[FD.svg("path", { class: "v-limit v-ink", d: "M4 13L30 1" })],
         "thin straight lines: the friction limit, tangential = μ × normal"]);

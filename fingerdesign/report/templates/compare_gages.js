@@ -12,7 +12,8 @@
   function largest(traces) {
     let best = { gage: 0, row: 0, value: 0 };
     traces.gages.forEach((readings, row) => readings.forEach((value, gage) => {
-      if (FD.draw.isNumber(value) && Math.abs(value) > Math.abs(best.value)) best = { gage, row, value };
+      if (FD.draw.isNumber(value) && Math.abs(value) > Math.abs(best.value))
+        best = { gage, row, value };
     }));
     return best;
   }
@@ -35,6 +36,7 @@
     axes.layer.append(zero(axes),
       FD.svg("path", { class: "v-faint",
         d: Array.from({ length: gages }, (_, k) => FD.draw.line(points(k))).join("") }));
+    const every = Math.ceil(count / 8); // beads on a string hide the dashes
     const bold = FD.draw.stroke(look, "", "v-bold");
     const marks = FD.svg("path", { class: `v-sign ${look.name}` });
     const cursor = FD.svg("path", { class: "v-cursor" });
@@ -45,7 +47,8 @@
       const shown = points(k);
       bold.setAttribute("d", FD.draw.line(shown));
       marks.setAttribute("d", shown.filter(([, y_]) => y_ !== null)
-        .map(([p, q]) => FD.draw.marker(look.marker, p, q, 2.6)).join(""));
+        .filter((_, row) => row % every === 0)
+        .map(([p, q]) => FD.draw.marker(look.marker, p, q, 3.2)).join(""));
       const end = shown[shown.length - 1][1];
       name.setAttribute("y", ((end === null ? axes.top : end) + 4).toFixed(1));
       name.textContent = String(k + 1);
@@ -106,12 +109,13 @@
       made.choose(made.best);
       followers.push(made.at);
     });
-    const flat = seen.filter(({ traces }) => (traces.gage_x_mm || []).length === traces.gages[0].length);
+    const flat = seen.filter(({ traces }) =>
+      (traces.gage_x_mm || []).length === traces.gages[0].length);
     if (flat.length) {
       const looks = flat.map((item) => FD.draw.DESIGNS[items.indexOf(item)]);
       const made = profile(flat, looks, y);
-      container.append(FD.el("p", {}, "All gages at the chosen increment, over x:"), made.svg,
-        FD.draw.legend(flat.map((item, k) => [[FD.draw.stroke(looks[k], "M2 7H32"),
+      container.append(FD.el("p", {}, "All gages at the chosen increment, over x:"),
+        FD.draw.scrolled("All gages over x", made.svg), FD.draw.legend(flat.map((item, k) => [[FD.draw.stroke(looks[k], "M2 7H32"),
           FD.draw.sign(looks[k], 17, 7)], `${item.letter}: ${item.name}`])));
       followers.push(made.at);
     }

@@ -112,11 +112,12 @@
       rows.map((row, k) =>
         (row < 0 ? "" : `${"AB"[k]}, ${designs[row].name}: ${describe(row)}. `)).join("") +
       "Up and down arrow keys go from design to design, Enter chooses.";
-    const svg = FD.svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, class: "v-chart v-parallel",
-      tabindex: "0", role: "application", "aria-roledescription": "chart", "aria-label": label });
-    svg.append(FD.svg("path", { class: "v-many",
-      d: points.filter((_, row) => !rows.includes(row)).map(FD.draw.line).join("") }));
     const none = axes.some((axis) => axis.at.includes(null));
+    const height = none ? HEIGHT : BOTTOM + 14;
+    const svg = FD.svg("svg", { viewBox: `0 0 ${WIDTH} ${height}`, class: "v-chart v-parallel",
+      tabindex: "0", role: "application", "aria-roledescription": "chart", "aria-label": label });
+    svg.append(FD.svg("path", { class: `v-many ${designs.length > 100 ? "v-crowd" : ""}`,
+      d: points.filter((_, row) => !rows.includes(row)).map(FD.draw.line).join("") }));
     axes.forEach((axis, k) => {
       const x = X(k).toFixed(1);
       svg.append(FD.svg("path", { class: "v-axis", d: `M${x} ${TOP}V${BOTTOM}` }));
@@ -141,7 +142,10 @@
       svg.append(FD.draw.stroke(look, FD.draw.line(points[row]), "v-bold"));
       for (const [x, y] of points[row]) svg.append(FD.draw.sign(look, x, y, 3.6));
       const [x, y] = points[row][points[row].length - 1];
-      svg.append(FD.svg("text", { class: `v-name ${look.name}`, x: x + 10, y: y + (k ? 12 : 0) }, look.letter));
+      const other = rows[1 - k] >= 0 ? points[rows[1 - k]][points[row].length - 1][1] : Infinity;
+      const shift = Math.abs(y - other) > 12 ? 0 : y < other || (y === other && k === 0) ? -6 : 6;
+      svg.append(FD.svg("text", { class: "v-name", x: x + 10, y: (y + 4 + shift).toFixed(1) },
+        look.letter));
     });
     const cursor = FD.svg("path", { class: "v-hover" });
     svg.append(cursor);
@@ -167,7 +171,7 @@
     const nearest = (event) => {
       const box = svg.getBoundingClientRect();
       const x = ((event.clientX - box.left) * WIDTH) / box.width;
-      const y = ((event.clientY - box.top) * HEIGHT) / box.height;
+      const y = ((event.clientY - box.top) * height) / box.height;
       const step = (WIDTH - 2 * SIDE) / Math.max(1, axes.length - 1);
       const k = Math.min(Math.max(0, Math.floor((x - SIDE) / step)), Math.max(0, axes.length - 2));
       let best = [-1, NEAR];
@@ -199,24 +203,28 @@
         "Too few designs with results, or too little that differs between them, for this chart."));
       return;
     }
-    const shown = wanted && axes.filter(({ key }) => wanted.has(key)).length > 1 ? wanted : usual(axes);
-    const place = FD.el("div", { class: "v-scroll" });
+    const kept = wanted && axes.filter(({ key }) => wanted.has(key)).length > 1;
+    const shown = kept ? wanted : usual(axes);
+    const place = FD.draw.scrolled("Parallel coordinates");
     const told = FD.el("p", { class: "v-told", role: "status" });
     const redraw = () => {
       const drawn = axes.filter(({ key }) => shown.has(key));
       told.textContent = "";
-      if (drawn.length < 2) place.replaceChildren(FD.el("p", { class: "quiet" }, "Choose two axes or more."));
-      else place.replaceChildren(chart(drawn, whole, selected || [], onSelect, told));
+      place.replaceChildren(drawn.length < 2
+        ? FD.el("p", { class: "quiet" }, "Choose two axes or more.")
+        : chart(drawn, whole, selected || [], onSelect, told));
     };
-    const marked = (selected || []).map((index, k) => [index, k]).filter(([index]) => whole.includes(index));
+    const marked = (selected || []).map((index, k) => [index, k])
+      .filter(([index]) => whole.includes(index));
     const failed = indices.length - whole.length;
     container.append(place, told);
     if (marked.length)
       container.append(FD.draw.legend(marked.map(([index, k]) => [
-        [FD.draw.stroke(FD.draw.DESIGNS[k], "M2 7H32", "v-bold"), FD.draw.sign(FD.draw.DESIGNS[k], 17, 7)],
+        [FD.draw.stroke(FD.draw.DESIGNS[k], "M2 7H32", "v-bold"),
+          FD.draw.sign(FD.draw.DESIGNS[k], 17, 7)],
         `${"AB"[k]}: ${FD.data.designs[index].name}`])));
-    container.append(FD.el("p", { class: "quiet" }, "Each line is a design. Up is better on axes with ▲ " +
-      "(where less is better, they are turned over)." +
+    container.append(FD.el("p", { class: "quiet" }, "Each line is a design. Up is better on axes " +
+      "with ▲ (where less is better, they are turned over)." +
       (failed ? ` ${failed} without a result ${failed === 1 ? "is" : "are"} not drawn.` : "")),
     chooser(axes, shown, redraw));
     redraw();

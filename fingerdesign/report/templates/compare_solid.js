@@ -140,13 +140,15 @@
     const patch = (face, points, kind) => ({ kind, points, face });
     const marks = [];
     const middle = 0.5 * (low + high) + (gages ? gages.z : 0);
-    for (const [v, side, there] of [[half, 1, gages && gages.upper], [-half, -1, gages && gages.lower]]) {
+    const sides = gages ? [[half, 1, gages.upper], [-half, -1, gages.lower]] : [];
+    for (const [v, side, there] of sides) {
       for (const w of holes)
         marks.push(patch(side, Array.from({ length: 16 }, (_, k) => space(
           hole * Math.cos((Math.PI * k) / 8), v, w + hole * Math.sin((Math.PI * k) / 8))), "hole"));
       if (!there) continue;
       const s = Math.min(0.5 * gages.length, (0.5 * length) / count);
-      const w = [Math.max(low, middle - 0.5 * gages.width), Math.min(high, middle + 0.5 * gages.width)];
+      const w = [Math.max(low, middle - 0.5 * gages.width),
+        Math.min(high, middle + 0.5 * gages.width)];
       marks.push(patch(side, [[-s, w[0]], [s, w[0]], [s, w[1]], [-s, w[1]]].map(
         ([p, q]) => space(p, v, q)), "gage"));
     }

@@ -1,11 +1,11 @@
-// Two chosen designs side by side: shape, contact, gages, forces, and how far to believe the numbers.
+// Two chosen designs side by side: shape, contact, gages, forces, and how far to believe them.
 // One slider moves the increment of all pictures. FD.views.show(a, b, container).
 (() => {
   "use strict";
   const FD = (window.FD = window.FD || {});
-  const READINGS = [["normal_force_N", "normal force (N)"], ["tangential_force_N", "tangential force (N)"],
-    ["stick_ratio", "stick ratio"], ["contact_width_mm", "contact width (mm)"],
-    ["approach_mm", "approach (mm)"], ["shear_mm", "shear (mm)"]];
+  const READINGS = [["normal_force_N", "normal force (N)"],
+    ["tangential_force_N", "tangential force (N)"], ["stick_ratio", "stick ratio"],
+    ["contact_width_mm", "contact width (mm)"], ["approach_mm", "approach (mm)"], ["shear_mm", "shear (mm)"]];
   const FIDELITY = { "plane-strain": "plane strain", "3d": "three dimensions",
     auto: "chosen by tolerance" };
   const percent = (share) =>
@@ -44,7 +44,8 @@
     const slider = FD.el("input", { type: "range", id, min: "1", max: String(count), step: "1" });
     slider.value = String(count);
     const shown = FD.el("output", { for: id });
-    const readings = READINGS.filter(([key]) => items.some(({ traces }) => (traces[key] || []).length));
+    const readings = READINGS.filter(([key]) =>
+      items.some(({ traces }) => (traces[key] || []).length));
     const cells = items.map(() => readings.map(() => FD.el("td", {})));
     const table = FD.el("table", { class: "v-readings" },
       FD.el("caption", {}, "At the chosen increment"),
@@ -74,7 +75,8 @@
     items.forEach((item, k) => {
       const { plane_strain_error: flat, mesh_error: mesh, sentences = [] } = item.validity;
       const facts = [["Computed in", FIDELITY[item.fidelity] || item.fidelity || "not known"],
-        ["Plane strain overstates the normal force by", item.fidelity === "3d" ? "not used" : percent(flat)],
+        ["Plane strain overstates the normal force by",
+          item.fidelity === "3d" ? "not used" : percent(flat)],
         ["Error from the mesh", percent(mesh)]];
       const list = FD.el("dl", { class: "v-facts" });
       for (const [words, value] of facts)
@@ -100,27 +102,32 @@
       if (failure)
         container.append(FD.el("p", { class: "warnings" }, mark(letter),
           ` ${name} has no result: ${failure.sentence}`));
-    const shape = section(container, "Shape", "Body (see-through), plates, and the gages on them as " +
-      "pale patches; all at one scale. Drag to turn, or click and use the keys. " + FD.shape.HELP, items);
+    const shape = section(container, "Shape", "Body (see-through), plates, and the gages on them " +
+      "as pale patches; all at one scale. Drag to turn, or click and use the keys. " +
+      FD.shape.HELP, items);
     FD.shape.show(items, shape.before, shape.columns);
     const bar = FD.el("div", { class: "v-increment" });
-    const readings = FD.el("div", { class: "scroll" });
+    const readings = FD.el("div", { class: "scroll", tabindex: "0", role: "region",
+      "aria-label": "Readings at the chosen increment" });
     container.append(bar, readings);
     const followers = [];
     const add = (part, title, reading) => {
       const { columns, after } = section(container, title, reading, items);
       followers.push(...part.show(items, after, columns));
     };
-    add(FD.contact, "Contact", "Where the surface is open, sticks and slips, over x and the increments " +
-      "of the path; in 3-D over x and z at the chosen increment. The frame is the chosen increment.");
-    add(FD.gages, "Gages", "Every gage along the path (thin), one of them brought out with its number; " +
-      "the upright line is the chosen increment. Tension is positive.");
-    add(FD.forces, "Forces against the friction limits", "Tangential over normal force. A path that " +
-      "reaches the straight line of its own friction slips as a whole; the farther right of it, the more " +
-      "force is spent on safety.");
+    const deep = items.some(({ traces }) => (traces.contact_z_mm || []).length);
+    const flat = items.some(({ traces }) => !(traces.contact_z_mm || []).length);
+    add(FD.contact, "Contact", "Where the surface is open, sticks and slips" +
+      (flat ? ", over x, a row an increment of the path; the frame is the chosen increment" : "") +
+      (deep ? ", seen from above at the chosen increment, marked point by point" : "") + ".");
+    add(FD.gages, "Gages", "Every gage along the path (thin), one of them brought out with its " +
+      "number; the upright line is the chosen increment. Tension is positive.");
+    add(FD.forces, "Forces against the friction limits", "Tangential over normal force. A path " +
+      "that reaches the straight line of its own friction slips as a whole; the farther right of " +
+      "it, the more force is spent on safety.");
     increments(bar, readings, items, followers);
-    validity(section(container, "How far to believe it", "Forecasts and estimates of the error, and what " +
-      "the analysis warns of.", items), items);
+    validity(section(container, "How far to believe it", "Forecasts and estimates of the error, " +
+      "and what the analysis warns of.", items), items);
   }
 
   FD.views = { show };
