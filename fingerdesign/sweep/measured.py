@@ -1,0 +1,166 @@
+"""From an analysis to what an outcome keeps of it: metrics, thinned traces, grips."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.results import OPEN, SLIP, Analysis, GripTrace
+from fingerdesign.sweep.outcome import GripOutcome, Numbers, Traces
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.sweep.study_file import Cost
+
+MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
+MARKS = {OPEN: ".", SLIP: "/"}  # what sticks is "#"
+_FIRST_SLIP = 0.9  # stick ratio
+
+
+def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, float | None]:
+    """The metrics of sweep/metrics.py that this analysis tells; "core_seconds" is the caller's."""
+    rows = analysis.result.increments
+    found: dict[str, float | None] = dict(_of_grips(analysis))
+    last = rows[-1]
+    deepest = max(rows, key=lambda row: row.approach_mm)
+    found["normal_force_N"] = last.normal_force_N
+    found["tangential_force_N"] = last.tangential_force_N
+    found["stiffness_N_per_mm"] = (
+        deepest.normal_force_N / deepest.approach_mm if deepest.approach_mm > 0.0 else None
+    )
+    found["peak_pressure_MPa"] = max(row.peak_pressure_MPa for row in rows)
+    found["first_slip_N"] = next(
+        (
+            row.tangential_force_N
+            for row in rows
+            if row.stick_ratio is not None
+            and row.stick_ratio < _FIRST_SLIP
+            and row.tangential_force_N > 0.0
+        ),
+        None,
+    )
+    found["gage_response"] = _gage_response(analysis)
+    return found | own_metrics(design, cost)
+
+
+def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
+    """The metrics that the design alone tells: plates, rubber, cost."""
+    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.design.volume import outline_volume
+    from fingerdesign.geometry.checks import core_volume, plate_volume
+
+    plates = design.plates.number
+    inserts = core_volume(design) + sum(plate_volume(frame) for frame in plate_frames(design))
+    rubber = (outline_volume(design.body) - inserts) * 1e-3
+    gages = plates * (2 if design.gages.face == "both" else 1)
+    price = cost.fixed + cost.plate * plates + cost.gage * gages + cost.silicone_per_ml * rubber
+    return {"plates": float(plates), "rubber_volume_ml": rubber, "cost": price}
+
+
+def traces_of(analysis: Analysis) -> Traces:
+    """The path's numbers, gages and contact map, thinned to what a comparison shows."""
+    rows = analysis.result.increments
+    kept = _spread(len(rows), MOST_INCREMENTS)
+    rows = tuple(rows[k] for k in kept)
+    contact = analysis.contact
+    places: dict[str, Numbers] = {}
+    status: tuple[str, ...] = ()
+    if contact is not None:
+        shown = _spread(len(contact.points), MOST_CONTACT)
+        if contact.dimension == 2:
+            shown = [int(contact.mid_line()[k]) for k in shown]
+        places["contact_x_mm"] = _numbers(contact.points[shown, 0])
+        if contact.dimension == 3:
+            places["contact_z_mm"] = _numbers(contact.points[shown, 2])
+        status = tuple("".join(MARKS.get(s, "#") for s in contact.status[k][shown]) for k in kept)
+    by_index = {frame.index: frame.x for frame in analysis.plates}
+    return Traces(
+        approach_mm=_numbers(row.approach_mm for row in rows),
+        shear_mm=_numbers(row.shear_mm for row in rows),
+        normal_force_N=_numbers(row.normal_force_N for row in rows),
+        tangential_force_N=_numbers(row.tangential_force_N for row in rows),
+        stick_ratio=_numbers(row.stick_ratio for row in rows),
+        contact_width_mm=_numbers(row.contact_width_mm for row in rows),
+        gage_x_mm=_numbers(by_index[gage.plate] for gage in rows[0].gages),
+        gages=tuple(_numbers(gage.reading for gage in row.gages) for row in rows),
+        status=status,
+        **places,
+    )
+
+
+def grips_of(analysis: Analysis) -> tuple[GripOutcome, ...]:
+    """The grips with their paths of forces, thinned."""
+    traces = analysis.grip_traces
+    return tuple(
+        GripOutcome(
+            grip.controller,
+            grip.friction_coefficient,
+            grip.object_mass_g,
+            grip.lifted,
+            grip.gross_slip,
+            grip.safety_margin,
+            grip.peak_normal_force_N,
+            grip.minimum_stick_ratio,
+            *_path(trace),
+        )
+        for grip, trace in zip(analysis.result.grips, traces, strict=True)
+    )
+
+
+def _path(trace: GripTrace) -> tuple[Numbers, Numbers]:
+    kept = _spread(len(trace.normal_force), MOST_STEPS)
+    return _numbers(trace.normal_force[kept]), _numbers(trace.tangential_force[kept])
+
+
+def _of_grips(analysis: Analysis) -> dict[str, float | None]:
+    grips = analysis.result.grips
+    if not grips:
+        return {}
+    margins = [grip.safety_margin for grip in grips if grip.safety_margin is not None]
+    ratios = [
+        grip.peak_normal_force_N * grip.friction_coefficient / trace.weight_per_finger_N
+        for grip, trace in zip(grips, analysis.grip_traces, strict=True)
+    ]
+    return {
+        "grip_success": sum(grip.lifted and not grip.gross_slip for grip in grips) / len(grips),
+        "safety_margin": statistics.median(margins) if margins else None,
+        "least_margin": min(margins, default=None),
+        "peak_force_N": max(grip.peak_normal_force_N for grip in grips),
+        "peak_ratio": statistics.median(ratios),
+    }
+
+
+def _gage_response(analysis: Analysis) -> float | None:
+    """Greatest change of a reading per tangential force while all that touches sticks or slips."""
+    rows = analysis.result.increments
+    if not rows[0].gages:
+        return None
+    readings = np.array([[gage.reading for gage in row.gages] for row in rows])
+    force = np.array([row.tangential_force_N for row in rows])
+    pulled = np.flatnonzero(np.abs(np.diff(force)) > 1e-6)
+    # Steps that press too would mix in what F_n does.
+    still = [int(k) for k in pulled if math.isclose(rows[k].approach_mm, rows[k + 1].approach_mm)]
+    if not still:
+        return None
+    first = still[0]
+    change = np.abs(readings[first + 1] - readings[first]) / abs(force[first + 1] - force[first])
+    return float(change.max())
+
+
+def _spread(count: int, most: int) -> list[int]:
+    """Up to ``most`` numbers from 0 to count - 1, evenly, both ends in."""
+    if count <= most:
+        return list(range(count))
+    return sorted({round(each) for each in np.linspace(0, count - 1, most)})
+
+
+def _numbers(values: object) -> Numbers:
+    """Four digits are what a chart shows; None where there is no number."""
+    found = []
+    for value in values:  # type: ignore[attr-defined]
+        number = None if value is None else float(value)
+        found.append(None if number is None or math.isnan(number) else float(f"{number:.5g}"))
+    return tuple(found)
