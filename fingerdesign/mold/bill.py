@@ -165,7 +165,7 @@ def _consumed(
 ) -> Iterable[Item]:
     mold, plates = design.mold, sum(len(pattern.plates) for pattern in patterns)
     name = _words(design.body.material)
-    mixed = f"{silicone.mixed_cm3:.2f} cm^3 with {mold.excess:.0%} excess"
+    mixed = f"{silicone.mixed_cm3:.2f} cm^3 with {100 * mold.excess:g} % excess"
     yield Item("elastomer, mixed", 1, "poured", name, mixed, round(silicone.mass_g, 1))
     if plates:
         faces = 2 if design.gages.face == "both" else 1

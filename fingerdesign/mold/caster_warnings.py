@@ -72,8 +72,8 @@ def _fixture(design: Design, plan: MoldPlan, legs_share: float) -> Iterator[str]
         )
     if legs_share > LEGS_SHARE:
         yield (
-            f"Legs of the plates take {legs_share:.2%} of the rubber's place and stay in it: the "
-            "model does not know them; mold.leg_mm makes them narrower."
+            f"Legs of the plates take {100 * legs_share:.2f} % of the rubber's place and stay in "
+            "it: the model does not know them; mold.leg_mm makes them narrower."
         )
     if design.plates.number and design.plates.thickness_mm < THIN_MM:
         yield (
@@ -94,13 +94,13 @@ def _placement(placement: dict[str, Any]) -> Iterator[str]:
     if worst > PLACEMENT_SHARE:
         yield (
             f"Plates off their places by what the fixture allows change a reading by up to "
-            f"{worst:.0%} of the largest: calibrate each finger after it is cast."
+            f"{100 * worst:.0f} % of the largest: calibrate each finger after it is cast."
         )
 
 
 def _shrinkage(design: Design) -> Iterator[str]:
     if design.mold.shrinkage is None and design.mold.shrinkage_used > 0.0:
         yield (
-            f"Shrinkage is assumed to be {design.mold.shrinkage_used:.0%}: it goes with batch and "
-            "shape; cast a test piece and set mold.shrinkage."
+            f"Shrinkage is assumed to be {100 * design.mold.shrinkage_used:g} %: it goes with "
+            "batch and shape; cast a test piece and set mold.shrinkage."
         )

@@ -52,9 +52,14 @@ USUAL: Mapping[str, Mixing] = MappingProxyType(
         ),
     }
 )
+POLYURETHANE = Mixing(
+    1, 1, "10 to 20 min", "16 to 24 h at room temperature", "usual of casting polyurethanes"
+)
 
 
 def mixing_of(material: str, cure: str) -> tuple[Mixing, bool]:
     """How a material is mixed, and whether it is known by name (else what is usual of its cure)."""
     known = KNOWN.get(material)
+    if known is None and material.startswith("polyurethane"):
+        return POLYURETHANE, False
     return (known, True) if known is not None else (USUAL[cure], False)

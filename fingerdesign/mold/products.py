@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.mold.bill import Item, bill_of_materials, write_bill
 from fingerdesign.mold.caster_warnings import warnings_of
-from fingerdesign.mold.casting_notes import Bench, casting_notes
+from fingerdesign.mold.casting_bench import Bench
+from fingerdesign.mold.casting_notes import casting_notes
 from fingerdesign.mold.flat_pattern import FlatPattern, flat_patterns
 from fingerdesign.mold.legs import legs_share
 from fingerdesign.mold.print_pose import Posed, laid_out

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.mold.casting_notes import numbers_text
+from fingerdesign.mold.casting_bench import numbers_text
 from fingerdesign.mold.drawing import Sheet, write_dxf
 from fingerdesign.mold.flat_pattern import FlatPattern
 from fingerdesign.mold.outlines import sheet_outline
