@@ -25,6 +25,7 @@ SCRIPTS = (
     *("compare_pair.js", "compare_save.js"),
 )
 STYLES = ("compare.css",)
+TOGETHER = 16  # designs whose heavy parts are unpacked together
 
 
 def compare_html(outcomes: Sequence[Outcome], facts: StudyFacts) -> str:
@@ -50,8 +51,9 @@ def compare_html(outcomes: Sequence[Outcome], facts: StudyFacts) -> str:
         "compare.html.j2",
         name=shown(facts.name),
         data=_inert(data),
-        details=[_inert(detail(outcome)) for outcome in outcomes],
-        archives=dict(_archives(outcomes)),
+        details=list(_details(outcomes)),
+        together=TOGETHER,
+        archives={name: _packed(text) for name, text in _files(outcomes)},
         designs=data["designs"],
         summary=summary(outcomes, facts, found),
         chosen=found.chosen,
@@ -63,17 +65,24 @@ def compare_html(outcomes: Sequence[Outcome], facts: StudyFacts) -> str:
     )
 
 
-def _archives(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
-    """The files that the page offers, name -> gzip in base64; exact, unlike what is drawn."""
-    texts = {
-        "designs.csv": designs_csv(outcomes),
-        "outcomes.jsonl": "".join(f"{outcome.to_json()}\n" for outcome in outcomes),
-        "increments.csv": increments_csv(outcomes),
-        "grips.csv": grips_csv(outcomes),
-    }
-    for name, text in texts.items():
-        packed = gzip.compress(text.encode(), compresslevel=6, mtime=0)
-        yield name, base64.b64encode(packed).decode("ascii")
+def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """The heavy parts of TOGETHER designs at a time, packed lists of JSON."""
+    for first in range(0, len(outcomes), TOGETHER):
+        some = [detail(outcome) for outcome in outcomes[first : first + TOGETHER]]
+        yield _packed(script_json(some))
+
+
+def _files(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
+    """The files that the page offers, name and text; exact, unlike what is drawn."""
+    yield "designs.csv", designs_csv(outcomes)
+    yield "outcomes.jsonl", "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    yield "increments.csv", increments_csv(outcomes)
+    yield "grips.csv", grips_csv(outcomes)
+
+
+def _packed(text: str) -> str:
+    """gzip in base64: browsers open a page of a few MB faster than one of many."""
+    return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")
 
 
 def _failures(outcomes: Sequence[Outcome]) -> Table:

@@ -4,7 +4,7 @@
   const FD = (window.FD = window.FD || {});
   const SVG = "http://www.w3.org/2000/svg";
   const LETTERS = ["A", "B"];
-  const KEPT = 8; // details that are held parsed
+  const KEPT = 8; // packed parts that are held open
 
   FD.data = JSON.parse(document.getElementById("data").textContent);
   FD.selected = [null, null];
@@ -55,16 +55,27 @@
     matchMedia("print").addEventListener("change", f);
   };
 
-  const parsed = new Map();
-  /** The heavy part of a design: {design, traces, grips, geometry}. */
-  FD.detail = (number) => {
-    if (!parsed.has(number)) {
-      const text = document.getElementById(`detail-${number}`).textContent;
-      parsed.set(number, JSON.parse(text));
-      if (parsed.size > KEPT) parsed.delete(parsed.keys().next().value);
-    }
-    return parsed.get(number);
+  /** The text that an element holds packed: gzip in base64. */
+  FD.unpacked = async (element) => {
+    const bytes = Uint8Array.from(atob(element.textContent), (c) => c.charCodeAt(0));
+    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).text();
   };
+
+  const parts = new Map(); // of the packed heavy parts, those that were opened
+  const together = () => Number(document.getElementById("details-0").dataset.together);
+  /** Make the heavy part of these designs ready. */
+  FD.load = async (numbers) => {
+    for (const number of numbers) {
+      const part = Math.floor(number / together());
+      if (parts.has(part)) continue;
+      const text = await FD.unpacked(document.getElementById(`details-${part}`));
+      parts.set(part, JSON.parse(text));
+      if (parts.size > KEPT) parts.delete(parts.keys().next().value);
+    }
+  };
+  /** The heavy part of a design that was made ready: {design, traces, grips, geometry}. */
+  FD.detail = (number) => parts.get(Math.floor(number / together()))[number % together()];
 
   FD.say = (text) => {
     document.getElementById("said").textContent = text;
@@ -94,10 +105,10 @@
     for (const f of onShown) f();
   };
 
-  /** Call f with what changed as soon as an element is near the window, and again when asked. */
+  /** A function that asks for a drawing, which is made once its place is near the window. */
   FD.lazily = (element, draw) => {
     let near = false;
-    let stale = true;
+    let stale = false; // nothing to draw before it is asked for
     const now = () => {
       if (near && stale) {
         stale = false;

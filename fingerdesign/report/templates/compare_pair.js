@@ -84,12 +84,26 @@
     );
   }
 
+  /** Draw the two as soon as their heavy parts are there and the place is near the window. */
+  function views() {
+    const place = document.getElementById("views");
+    const draw = FD.lazily(place, () => FD.views.show(...FD.selected, place));
+    FD.onSelect(async () => {
+      const asked = FD.selected;
+      try {
+        await FD.load(asked.filter((number) => number !== null));
+      } catch {
+        place.textContent = "This browser cannot unpack the drawings; a newer one can.";
+        return;
+      }
+      if (FD.selected === asked) draw();
+    });
+  }
+
   function start() {
     FD.onSelect(numbers);
-    const views = document.getElementById("views");
-    if (FD.views) FD.onSelect(FD.lazily(views, () => FD.views.show(...FD.selected, views)));
+    views();
     const lines = document.getElementById("parallel-chart");
-    if (!FD.parallel) return;
     const again = FD.lazily(lines, () =>
       FD.parallel.show(lines, FD.shown, FD.selected, FD.toggle),
     );

@@ -9,12 +9,6 @@
     "grips.csv": "a row a step of each grip: forces, and how it ended",
   };
 
-  async function unpacked(element) {
-    const bytes = Uint8Array.from(atob(element.textContent), (c) => c.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return new Response(stream).text();
-  }
-
   function save(name, text, type) {
     const address = URL.createObjectURL(new Blob([text], { type: `${type};charset=utf-8` }));
     const link = FD.el("a", { href: address, download: name });
@@ -29,19 +23,19 @@
   const archive = (name) => document.querySelector(`.archive[data-name="${name}"]`);
 
   async function whole(name) {
-    save(name, await unpacked(archive(name)), kind(name));
+    save(name, await FD.unpacked(archive(name)), kind(name));
   }
 
   /** The rows of designs.csv that the table shows, in its order: line k + 1 is design k. */
   async function shown() {
-    const lines = (await unpacked(archive("designs.csv"))).split("\n");
+    const lines = (await FD.unpacked(archive("designs.csv"))).split("\n");
     const kept = [lines[0], ...FD.shown.map((number) => lines[number + 1])];
     save("designs_shown.csv", `${kept.join("\n")}\n`, "text/csv");
   }
 
   /** All of it as one JSON file: a list of outcomes. */
   async function json() {
-    const lines = (await unpacked(archive("outcomes.jsonl"))).trim().split("\n");
+    const lines = (await FD.unpacked(archive("outcomes.jsonl"))).trim().split("\n");
     save("outcomes.json", `[\n${lines.filter(Boolean).join(",\n")}\n]\n`, "application/json");
   }
 
@@ -62,5 +56,5 @@
     list.append(entry("designs_shown.csv", "the rows that the table shows now", shown));
   }
 
-  FD.save = { start, unpacked };
+  FD.save = { start };
 })();
