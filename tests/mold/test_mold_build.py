@@ -1,0 +1,331 @@
+"""The mold's CAD: exact solids that fill the block, come off, and hold what the plan says."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from fingerdesign.design.io import parse_design, with_values
+from fingerdesign.design.starter import find_design
+from fingerdesign.design.volume import outline_volume
+from fingerdesign.errors import GeometryError
+from fingerdesign.geometry.checks import core_volume, plate_volume
+from fingerdesign.geometry.export import check_watertight, enclosed_volume
+from fingerdesign.geometry.kernel import volume_of
+from fingerdesign.mold.build import build_mold
+from fingerdesign.mold.built import load_meshes, mold_meshes, plan_from, save_meshes
+from fingerdesign.mold.cad_files import all_meshed
+from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
+from fingerdesign.mold.plan import SIDES, BaseHole, MoldPlan, Plug, SidePlan
+from fingerdesign.mold.planning import plan_mold
+
+BENT = 'follow = "bent"\nangle_deg = 0.0\n'
+HOLES = "hole_diameter_mm = 0.4\nhole_pitch_mm = 1.5\nspan_mm = 5.0\n"
+DOME = 'shape = "dome"\ndome_radius_mm = 9.0'
+ARC = "arc_radius_mm = 8.0\n"
+SMALL = """
+design.name = "small"
+[body]
+width_mm = 10.0
+base_height_mm = 8.0
+depth_mm = 8.0
+{body}
+[plates]
+count = 3
+pitch_mm = 2.0
+thickness_mm = 0.2
+length_mm = 1.2
+cover_mm = 1.4
+{plates}
+[gages]
+length_mm = 0.5
+width_mm = 0.5
+"""
+
+
+def design_of(body="", plates="", **values):
+    body = body if "block" in body else ARC + body
+    design = parse_design(SMALL.format(body=body, plates=plates))
+    return with_values(design, {f"mold.{key}": value for key, value in values.items()})
+
+
+def built_of(design, **changes):
+    plan = replace(plan_mold(design), **changes)
+    return plan, build_mold(design, plan)
+
+
+def round_design():
+    """A sphere-ended pin without plates."""
+    return with_values(find_design("pin"), {"plates.count": 0, "plates.span_mm": None})
+
+
+@lru_cache(maxsize=1)
+def usual():
+    """A small arc with three plates held by combs."""
+    return built_of(design_of())
+
+
+def part(built, name):
+    return next(each for each in built.parts if each.name == name)
+
+
+def unfilled(built):
+    """Block less outline and blanks, as a share of the outline."""
+    block = float(np.prod(np.array(built.high) - np.array(built.low)))
+    parts = [p for p in built.parts if p.name not in (BASE, CORE)]
+    filled = sum(volume_of(p.solid if p.blank is None else p.blank) for p in parts)
+    outline = volume_of(built.outline.solid)
+    return (block - filled - outline) / outline
+
+
+def holds(solid, point):
+    return solid.isInside(tuple(float(value) for value in point), 1e-9)
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "",
+        "edge_radius_mm = 1.0",
+        DOME,
+        'shape = "block"\nedge = "chamfer"\nedge_radius_mm = 1.0',
+    ],
+)
+def test_parts_and_finger_fill_the_block(body):
+    _, built = built_of(design_of(body, "span_mm = 4.0"))
+    assert abs(unfilled(built)) < 1e-8
+    assert all(each.solid.isValid() for each in built.parts)
+
+
+def test_a_round_finger_has_level_seams_and_its_parts_fill_the_block():
+    plan, built = built_of(round_design())
+    assert abs(unfilled(built)) < 1e-8
+    assert part(built, INSERT).solid.BoundingBox().ymin < plan.rim + 1e-6
+    beside = (plan.half_width + 2.0, 0.5 * plan.rim)
+    front, right = (part(built, wall_name(side)).blank for side in ("+z", "+x"))
+    assert holds(front, (*beside, plan.corner + 0.01))
+    assert holds(right, (*beside, plan.corner - 0.01))
+    assert not holds(front, (beside[0], plan.rim + 0.01, plan.corner + 0.01))
+
+
+def test_the_contact_surface_goes_on_outward_in_the_seams():
+    plan, built = usual()
+    wall = part(built, wall_name("+z")).blank
+    beyond = plan.half_depth + 0.5 * plan.wall_z
+    for x in (0.0, 2.0, 4.5):
+        crest = 8.0 + np.sqrt(64.0 - x * x) - np.sqrt(64.0 - 25.0)
+        assert holds(wall, (x, crest - 0.01, beyond))
+        assert not holds(wall, (x, crest + 0.01, beyond))
+    assert holds(wall, (5.5, 7.99, beyond))
+    assert not holds(wall, (5.5, 8.01, beyond))
+
+
+def test_shrinkage_enlarges_the_rubber_and_leaves_the_metal_as_it_is():
+    design = design_of(
+        "[body.core]\nwidth_mm = 4.0\nheight_mm = 2.0\ndepth_mm = 4.0", shrinkage=0.02
+    )
+    plan, built = built_of(design)
+    scale = 1.0 / 0.98
+    outline = volume_of(built.outline.solid)
+    assert outline == pytest.approx(scale**3 * outline_volume(design.body), rel=1e-9)
+    plates = [plate_volume(frame) for frame in plan.frames]
+    legs = [leg.width * (leg.tip - leg.start) * 0.2 for leg in plan.legs]
+    found = sum(volume_of(plate.solid) for plate in built.plates)
+    assert found == pytest.approx(sum(plates) + sum(legs), rel=1e-9)
+    gone = outline - volume_of(built.rubber.solid) - sum(plates) - core_volume(design)
+    assert 0.0 <= gone < 1.001 * sum(legs)
+
+
+@pytest.mark.parametrize(
+    "plates",
+    [
+        "angle_deg = 45.0",
+        BENT,
+        HOLES,
+        BENT + HOLES,
+    ],
+)
+def test_a_plate_with_its_legs_is_one_piece_of_the_sum_of_volumes(plates):
+    plan, built = built_of(design_of("", plates))
+    for frame, plate in zip(plan.frames, built.plates, strict=True):
+        legs = [leg for leg in plan.legs if leg.plate == frame.index]
+        assert len(legs) == 2
+        more = sum(leg.width * (leg.tip - leg.start) * frame.thickness for leg in legs)
+        assert volume_of(plate.solid) == pytest.approx(plate_volume(frame) + more, rel=1e-6)
+        bounds = plate.solid.BoundingBox()
+        assert bounds.zmax == pytest.approx(max(leg.tip for leg in legs), abs=1e-5)
+
+
+def test_a_comb_is_the_finger_s_end_and_its_slots_let_the_plates_through():
+    plan, built = usual()
+    comb, wall = part(built, "comb_front"), part(built, wall_name("+z"))
+    assert comb.made == "sheet"
+    assert comb.order > wall.order
+    bounds = comb.solid.BoundingBox()
+    assert bounds.zmin == pytest.approx(plan.half_depth, abs=1e-6)
+    assert bounds.zmax == pytest.approx(plan.half_depth + 0.3, abs=1e-6)
+    for plate in built.plates:
+        assert comb.solid.intersect(plate.solid).Volume() < 1e-9
+        assert wall.solid.intersect(plate.solid).Volume() < 1e-9
+    for slot in plan.side("+z").slots:
+        assert not holds(comb.solid, (slot.place, slot.y, plan.half_depth + 0.15))
+    low, high, bottom = plan.side("+z").window
+    middle = plan.half_depth + 0.5 * plan.wall_z
+    assert not holds(wall.solid, (0.5 * (low + high), bottom + 0.1, middle))
+    assert holds(wall.solid, (0.5 * (low + high), bottom - 0.1, middle))
+
+
+def test_the_two_sheets_of_a_jig_clamp_the_plates_from_either_side():
+    plan, built = built_of(design_of("", "angle_deg = 30.0", plate_fixture="jig"))
+    assert plan.side("+z").holding == "jig"
+    inner, outer = (part(built, name).solid for name in comb_names("+z", "jig"))
+    plate, frame = built.plates[1].solid, plan.frames[1]
+    for sheet, sign in ((inner, -1.0), (outer, 1.0)):
+        assert sheet.intersect(plate).Volume() < 1e-9
+        assert sheet.distance(plate) < 1e-6
+        z = sheet.BoundingBox().zmin + 0.2
+        middle = np.array([*frame.from_local(plan.legs[2].offset, 0.0)[0], z])
+        normal = np.array([*frame.normal, 0.0])
+        assert holds(sheet, middle + sign * 0.11 * normal)
+        assert not holds(sheet, middle - sign * 0.11 * normal)
+
+
+def test_pins_keys_and_bolts_keep_their_clearance():
+    plan, built = usual()
+    for pin in plan.pins:
+        root, way = np.array(pin.root), np.array(pin.direction)
+        across = np.cross(way, (0.3, 0.5, 0.8))
+        across /= np.linalg.norm(across)
+        on, into = part(built, pin.on).solid, part(built, pin.into).solid
+        assert holds(on, root + 0.9 * pin.length * way)
+        for share, wide in ((0.1, pin.diameter), (0.9, pin.tip_diameter)):
+            radius = 0.5 * (pin.diameter + (pin.tip_diameter - pin.diameter) * share)
+            foot = root + share * pin.length * way
+            assert holds(on, foot + (radius - 0.01) * across), wide
+            assert not holds(into, foot + (radius + 0.9 * pin.clearance) * across)
+            assert not holds(on, foot + (radius + 0.01) * across)
+    for key in plan.keys:
+        base, into = part(built, BASE).solid, part(built, key.into).solid
+        middle = 0.5 * (np.array(key.low) + np.array(key.high))
+        assert holds(base, middle)
+        assert base.intersect(into).Volume() < 1e-9
+        assert base.distance(into) < 1e-6  # they lie on each other
+    for bolt in plan.bolts:
+        for share in np.linspace(0.02, 0.98, 15):
+            along = bolt.low + share * (bolt.high - bolt.low)
+            on_z = bolt.axis == "z"
+            where = (bolt.first, bolt.second, along) if on_z else (bolt.first, along, bolt.second)
+            assert not any(holds(each.solid, where) for each in built.parts)
+
+
+def test_dowels_are_holes_in_both_parts():
+    plan, built = built_of(design_of(process="machined"))
+    for pin in plan.pins:
+        root, way = np.array(pin.root), np.array(pin.direction)
+        assert pin.dowel
+        assert not holds(part(built, pin.on).solid, root - 0.45 * pin.length * way)
+        assert holds(part(built, pin.on).solid, root - 0.55 * pin.length * way)
+        assert not holds(part(built, pin.into).solid, root + 0.45 * pin.length * way)
+
+
+def test_holes_of_the_base_are_as_wide_as_planned_at_both_faces():
+    design = design_of()
+    plan = plan_mold(design)
+    holes = (BaseHole("lock", 1.0, 1.0, 1.0, 2.0), BaseHole("vent", -2.0, 0.0, 1.0, 1.0))
+    bare = replace(plan, base_holes=holes, bolts=(), keys=(), pins=())
+    base = part(build_mold(design, bare), BASE)
+    taken = volume_of(base.blank) - volume_of(base.solid)
+    cone = np.pi * plan.base / 12.0 * (1.0 + 2.0 + 4.0)
+    assert taken == pytest.approx(cone + 0.25 * np.pi * plan.base, rel=1e-9)
+
+
+def test_a_backing_gets_pilot_holes_and_a_bone_holes_for_its_pins():
+    core = "[body.core]\nwidth_mm = 5.0\nheight_mm = 3.0\ndepth_mm = {depth}\nbottom_mm = {bottom}"
+    design = design_of(core.format(depth=5.0, bottom=0.0))
+    plan, built = built_of(design)
+    screws = [hole for hole in plan.base_holes if hole.kind == "screw"]
+    assert screws
+    for hole in screws:
+        assert not holds(part(built, CORE).solid, (hole.x, 0.5, hole.z))
+        assert holds(part(built, CORE).solid, (hole.x, 2.9, hole.z))
+    plan, built = built_of(design_of(core.format(depth=5.0, bottom=1.0)))
+    assert plan.core_pins
+    for pin in plan.core_pins:
+        sign = 1.0 if pin.side[0] == "+" else -1.0
+        z = sign * (pin.tip + 0.5 * pin.depth)
+        assert not holds(part(built, CORE).solid, (pin.place, pin.y, z))
+        outside = sign * (plan.reach_z - 0.5)
+        assert not holds(part(built, wall_name(pin.side)).solid, (pin.place, pin.y, outside))
+
+
+@pytest.mark.parametrize("axis", ["x", "z"])
+@pytest.mark.parametrize("shape", ["dome", "revolved"])
+def test_beyond_a_plug_the_walls_reach_the_block_s_top(shape, axis):
+    design = design_of(DOME, "span_mm = 4.0") if shape == "dome" else round_design()
+    sides = tuple(SidePlan(side, "wall", 0.0, 0.0, None, ()) for side in SIDES)
+    bare = {"bolts": (), "keys": (), "pins": (), "sides": sides}
+    plan, built = built_of(design, plugs=(Plug(axis, 2.5, 3.5),), **bare)
+    assert abs(unfilled(built)) < 1e-7
+    insert = part(built, INSERT).solid
+    wall = part(built, wall_name("+x" if axis == "x" else "+z")).solid
+    for height, edge in ((plan.top - 1e-3, 3.5), (plan.crest, None)):
+        if edge is None:
+            edge = 2.5 + (height - plan.rim) / (plan.top - plan.rim)
+        for out, solid in ((edge - 0.05, insert), (edge + 0.05, wall)):
+            place = (out, height, 0.3) if axis == "x" else (0.3, height, out)
+            assert holds(solid, place)
+
+
+def test_triangles_keep_the_chord_and_are_watertight_in_single_precision():
+    design = design_of(DOME, "span_mm = 4.0", chord_mm=0.02)
+    plan, built = built_of(design)
+    meshes = all_meshed(built, 0.02)
+    assert 0.005 < max(mesh.chord for mesh in meshes.parts) <= 0.02
+    for mesh in (*meshes.parts, *meshes.plates, meshes.rubber, meshes.outline):
+        assert np.array_equal(mesh.vertices, mesh.vertices.astype(np.float32))
+        check_watertight(mesh.name, mesh.vertices, mesh.triangles)
+        found = enclosed_volume(mesh.vertices, mesh.triangles)
+        assert found == pytest.approx(mesh.volume, rel=5e-3)
+    assert [mesh.name for mesh in meshes.plates] == ["plate_0", "plate_1", "plate_2"]
+    assert isinstance(plan, MoldPlan)
+
+
+def test_meshes_and_plan_come_back_as_they_went(tmp_path):
+    from pydantic import TypeAdapter
+
+    plan, built = built_of(design_of("", "hole_diameter_mm = 0.4\nhole_pitch_mm = 1.5"))
+    assert plan_from(TypeAdapter(MoldPlan).dump_python(plan, mode="json")) == plan
+    meshes = all_meshed(built, 0.05)
+    save_meshes(meshes, tmp_path)
+    again = load_meshes(tmp_path)
+    assert (again.low, again.high) == (meshes.low, meshes.high)
+    for one, other in zip(meshes.parts, again.parts, strict=True):
+        assert (one.name, one.draw, one.order, one.made) == (
+            other.name,
+            other.draw,
+            other.order,
+            other.made,
+        )
+        assert np.array_equal(one.triangles, other.triangles)
+        assert np.array_equal(one.blank_vertices, other.blank_vertices)
+
+
+def test_the_worker_writes_a_file_of_each_part_and_each_different_plate(tmp_path):
+    design = design_of()
+    meshes = mold_meshes(design, plan_mold(design), tmp_path)
+    names = {part.name for part in meshes.parts} | {"plate_A"}
+    assert names >= {INSERT, BASE, "comb_front", "comb_back", *map(wall_name, SIDES)}
+    found = {path.name for path in tmp_path.iterdir()}
+    assert found >= {f"{name}.{kind}" for name in names for kind in ("stl", "step")}
+    assert "assembly.step" in found
+    stl = (tmp_path / f"{INSERT}.stl").read_bytes()
+    assert int.from_bytes(stl[80:84], "little") == len(meshes.part(INSERT).triangles)
+    text = (tmp_path / "assembly.step").read_text("latin-1")
+    assert all(f"'{name}'" in text for name in (INSERT, "comb_back", "plate_0", "rubber"))
+
+
+def test_a_kernel_that_takes_too_long_is_ended(tmp_path):
+    design = design_of()
+    with pytest.raises(GeometryError, match=r"did not finish in 0.1 s; the request is kept"):
+        mold_meshes(design, plan_mold(design), tmp_path, time_limit_s=0.1)
