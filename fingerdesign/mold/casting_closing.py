@@ -18,10 +18,10 @@ _SIDES: dict[str, tuple[Side, Side]] = {"x": ("+x", "-x"), "z": ("+z", "-z")}
 def closing(bench: Bench) -> Iterator[str]:
     """From the bare base plate to a closed mold, base up."""
     plan = bench.plan
-    yield (
-        "Release agent, a thin film: contact insert, end walls, side walls, combs or jigs. None on "
-        "the base plate, plates or core."
-    )
+    sheets = {side.holding for side in plan.sides} & {"comb", "jig"}
+    coated = ["contact insert", "end walls", "side walls", *sorted(f"{name}s" for name in sheets)]
+    bare = ["base plate", *(["plates"] if plan.frames else []), *(["core"] if bench.core else [])]
+    yield f"Release agent, a thin film: {listed(coated)}. None on {listed(bare)}."
     yield "Primer on the base plate's inner face and in its locks: it stays on the finger."
     screws = of_kind(plan.base_holes, "screw")
     if bench.core and screws:

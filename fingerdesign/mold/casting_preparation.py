@@ -87,14 +87,13 @@ def plates_and_gages(bench: Bench) -> Iterator[str]:
     material = words(design.plates.material)
     for pattern in bench.patterns:
         count = len(pattern.plates)
-        bend = (
-            ""
-            if pattern.bend_radius is None
-            else f", bent over a rod to a radius of {pattern.bend_radius:.2f} mm across its axis"
-        )
+        bend, after = "", "Deburr; keep them flat"
+        if pattern.bend_radius is not None:
+            bend = f", and bend them over a rod to a radius of {pattern.bend_radius:.2f} mm"
+            after = "Deburr before bending; the lower side is hollow"
         yield (
             f"Cut {count} of {words(pattern.name)} (plates {numbers_text(pattern.plates)}) from "
-            f"{pattern.thickness:g} mm {material} by plates.dxf{bend}. Deburr; keep them flat."
+            f"{pattern.thickness:g} mm {material} by plates.dxf{bend}. {after}."
         )
     yield "Mark each plate's number on a leg: the placement table says where each one goes."
     faces = {"upper": "the upper face", "lower": "the lower face", "both": "both faces"}

@@ -35,7 +35,9 @@ def mold_html(data: dict[str, Any], picture: Exploded | None, missing: str = "")
         missing=missing,
         process=PROCESSES[data["process"]["name"]],
         parts=parts_table(data),
-        checks=checks_tables(data["checks"]),
+        kinds=kinds_table(data["checks"]),
+        failed=checks_table(failing, "failed", "Failed"),
+        passed=checks_table([c for c in data["checks"] if c["ok"]], "passed", "Passed"),
         plates=plates_table(data),
         patterns=patterns_table(data),
         fixture=fixture_table(data),
@@ -74,26 +76,49 @@ def parts_table(data: dict[str, Any]) -> Table:
     return Table("parts", "Parts, by their numbers in the picture", columns, tuple(rows), texts)
 
 
-def checks_tables(checks: list[dict[str, Any]]) -> list[Table]:
-    """The checks that failed, if any, and then those that passed."""
-    found = []
-    for key, ok, caption in (("failed", False, "Failed"), ("passed", True, "Passed")):
-        rows = tuple(
-            (
-                check["name"],
-                _words(check["part"]) or "mold",
-                _measure(check["measured"]),
-                _measure(check["bound"]),
-                check["unit"] or DASH,
-                check["sentence"],
-            )
-            for check in checks
-            if check["ok"] is ok
-        )
-        if rows:
-            texts = frozenset({0, 1, 4, 5})
-            found.append(Table(f"checks-{key}", f"{caption}: {len(rows)}", HEADS, rows, texts))
-    return found
+def checks_table(checks: list[dict[str, Any]], key: str, caption: str) -> Table | None:
+    """Checks, a row each; None where there are none."""
+    if not checks:
+        return None
+    rows = tuple((check["name"], *_check_cells(check)) for check in checks)
+    return Table(f"checks-{key}", f"{caption}: {len(rows)}", HEADS, rows, frozenset({0, 1, 4, 5}))
+
+
+def kinds_table(checks: list[dict[str, Any]]) -> Table | None:
+    """What was checked, a row a kind: how often, how many failed, and the one nearest its bound."""
+    kinds: dict[str, list[dict[str, Any]]] = {}
+    for check in checks:
+        kinds.setdefault(check["name"], []).append(check)
+    rows = []
+    for name, alike in kinds.items():
+        failed = [check for check in alike if not check["ok"]]
+        nearest = min(failed or alike, key=_room)
+        count = (str(len(alike)), str(len(failed) or DASH))
+        rows.append((name, *count, *_check_cells(nearest)))
+    if not rows:
+        return None
+    columns = ("check", "checked", "failed", "nearest its bound", *HEADS[2:])
+    caption = "What was checked; of each kind the one that is nearest its bound"
+    return Table("checks-kinds", caption, columns, tuple(rows), frozenset({0, 3, 6, 7}))
+
+
+def _check_cells(check: dict[str, Any]) -> tuple[str, ...]:
+    return (
+        _words(check["part"]) or "mold",
+        _measure(check["measured"]),
+        _measure(check["bound"]),
+        check["unit"] or DASH,
+        check["sentence"],
+    )
+
+
+def _room(check: dict[str, Any]) -> float:
+    """How far a measure is from its bound, relative to the larger; 0: at it, or not told."""
+    measured, bound = check["measured"], check["bound"]
+    if measured is None or bound is None:
+        return 0.0
+    most = max(abs(measured), abs(bound))
+    return float(abs(measured - bound) / most) if most > 0.0 else 0.0
 
 
 def plates_table(data: dict[str, Any]) -> Table | None:
@@ -198,7 +223,7 @@ def bill_table(data: dict[str, Any]) -> Table | None:
         for item in data["bill"]
     )
     columns = ("item", "count", "made", "material", "size", "mass (g)")
-    return Table("bill", "Bill of materials", columns, rows, frozenset({0, 2, 3, 4}))
+    return Table("bill", "What has to lie on the bench", columns, rows, frozenset({0, 2, 3, 4}))
 
 
 def limits_table(data: dict[str, Any]) -> Table:
