@@ -116,7 +116,13 @@ class Mold(Table):
     gate_mm: float = Field(
         default=4.0, ge=0.2, le=50, description="diameter of gate and riser; shrunk to what fits"
     )
-    vent_mm: float = Field(default=1.0, ge=0.05, le=10, description="diameter of a vent")
+    vent_mm: float | None = Field(
+        default=None,
+        ge=0.05,
+        le=10,
+        examples=[1.0],
+        description="diameter of a vent; absent: 1 mm, or the process's least hole",
+    )
     lock_mm: float = Field(
         default=2.0, ge=0.2, le=50, description="diameter of the base's locks; shrunk to what fits"
     )

@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 Kind = Literal["gate", "riser", "vent", "lock", "screw"]
 
 TILT_DEG = 5.0
+VENT_MM = 1.0  # of vents that are not given
 UNDERCUT = 1.3  # outer diameter of gate, riser and locks over that at y = 0
 _EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
 _GRID = 81  # places along each axis that are tried
@@ -89,19 +90,22 @@ def base_holes_of(
     """Every hole of the base plate, the highest vent first, and the fault of what has no room."""
     mold = design.mold
     base = _base(design, extent, scale, limits.wall_mm)
-    holes: list[BaseHole] = []
-    faults: list[Fault] = []
-    vents = _vents(base, mold.vent_mm, limits.hole_mm)
-    if len(vents) < 2:
-        faults.append(_no_room("mold.vent_mm", mold.vent_mm, limits, "two vents"))
-    holes += vents
+    vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
     screws = _screws(design, scale)
-    holes += screws
-    openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
+    holes: list[BaseHole] = []
+    openings: list[BaseHole] | None = None
+    for corners in (3, 1):  # on a small base the gate comes before further vents
+        vents = _vents(base, vent, limits.hole_mm, corners)
+        holes = [*vents, *screws]
+        openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
+        if openings is not None:
+            break
+    faults = []
+    if sum(hole.kind == "vent" for hole in holes) < 2:
+        faults.append(_no_room("mold.vent_mm", vent, limits, "two vents"))
     if openings is None:
-        faults.append(_no_room("mold.gate_mm", mold.gate_mm, limits, "a gate and a riser"))
-        openings = []
-    return (*holes, *openings), faults
+        faults.append(_no_room("mold.gate_mm", mold.gate_mm, limits, "gate and riser"))
+    return (*holes, *(openings or ())), faults
 
 
 def _openings(
@@ -132,8 +136,8 @@ def _openings(
 def _no_room(key: str, value: float, limits: Limits, what: str) -> Fault:
     least = at_most(limits.hole_mm)
     bound = (
-        f"{what} that has room on the finger's base: even {least} mm, the least hole of "
-        f"'{limits.name}', has none beside core, vents and walls of {limits.wall_mm:g} mm"
+        f"of {what} with room on the finger's base: even {least} mm, the least hole of "
+        f"'{limits.name}', is too wide beside core, vents and walls of {limits.wall_mm:g} mm"
     )
     remedy = "take a process with smaller holes (mold.limits.hole_mm), or a narrower core"
     return Fault(key, value, bound, remedy)
@@ -176,15 +180,15 @@ def _inside(design: Design, extent: Extent, scale: float, places: Array) -> Arra
     return np.asarray(np.minimum(within, scale * np.where(outside, -border, border)))
 
 
-def _vents(base: _Base, diameter: float, least: float) -> list[BaseHole]:
-    """At the highest place of each region, then at the corners, as many as have room."""
+def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[BaseHole]:
+    """At the highest place of each region, then at further corners, as many as have room."""
     found: list[BaseHole] = []
     ways = [np.array(way) for way in ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))]
     wanted = [(ways[0], number) for number in range(1, int(base.region.max(initial=0)) + 1)]
     # The highest of all regions first: the mold is tilted toward it.
     height = base.places @ ways[0]
     wanted.sort(key=lambda w: -float(height[base.region == w[1]].max()))
-    wanted += [(way, 0) for way in ways[1:]]
+    wanted += [(way, 0) for way in ways[1 : 1 + corners]]
     sizes = [diameter] if diameter <= least else [diameter, 0.5 * (diameter + least), least]
     for way, number in wanted:
         for size in sizes:
@@ -226,11 +230,10 @@ def _screws(design: Design, scale: float) -> list[BaseHole]:
         return []
     wide, deep = float(box[1][0]), float(box[1][2])
     for hole, pilot in _SCREWS:
-        rest = pilot  # of the core around the pilot hole: half a diameter at each side
-        if 2.0 * min(wide, deep) < pilot + rest:
+        if min(wide, deep) < pilot:  # half a diameter of core at each side of the pilot hole
             continue
-        most = max(wide, deep) - 0.5 * pilot - rest
-        places = [-0.5 * most, 0.5 * most] if most > 1.5 * hole else [0.0]
+        most = max(wide, deep) - 1.5 * pilot
+        places = [-0.9 * most, 0.9 * most] if 1.8 * most >= hole + 1.0 else [0.0]
         along = wide >= deep
         return [
             BaseHole("screw", p if along else 0.0, 0.0 if along else p, hole, hole) for p in places

@@ -40,7 +40,7 @@ def limit_faults(mold: Mold, limits: Limits) -> list[Fault]:
             bound = f"at least the least wall {name}, {at_least(limits.wall_mm)}"
             faults.append(Fault(f"mold.{key}", value, bound, "thicken it or take another process"))
     for key, value in (("gate", mold.gate_mm), ("vent", mold.vent_mm), ("lock", mold.lock_mm)):
-        if value < limits.hole_mm:
+        if value is not None and value < limits.hole_mm:
             bound = f"at least the least hole {name}, {at_least(limits.hole_mm)}"
             faults.append(Fault(f"mold.{key}_mm", value, bound, "widen it or take another process"))
     return faults
