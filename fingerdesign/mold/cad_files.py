@@ -32,6 +32,7 @@ Rgba = tuple[float, float, float, float]
 
 ASSEMBLY = "assembly.step"
 ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
+ANGLE_RAD = 0.15  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
 STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
 COLOURS: dict[str, Rgba] = {
     INSERT: (0.35, 0.55, 0.80, 1.0),
@@ -124,6 +125,6 @@ def _exported(write: Callable[[str], object], path: Path) -> None:
 
 def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:
     """Vertices in single precision, distinct there, triangles, and the greatest chord, mm."""
-    vertices, triangles, chord = triangulate_measured([solid], chord_mm)
+    vertices, triangles, chord = triangulate_measured([solid], chord_mm, ANGLE_RAD)
     rounded = vertices.astype(np.float32).astype(np.float64)
     return *merge_vertices(rounded, triangles), chord

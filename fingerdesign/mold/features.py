@@ -6,6 +6,7 @@ slots, windows and the base's holes are cut. Importing this module loads the CAD
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -14,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.geometry.kernel import Line, extruded, flat_face, polygon, revolved
+from fingerdesign.mold.extent import extent_of, seam_height
 from fingerdesign.mold.flat_sides import AXIS, direction
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
 from fingerdesign.mold.plan import SIDES, BaseHole, Bolt, CorePin, Key, MoldPlan, Pin, Side
 from fingerdesign.mold.profiles import limits_of
-from fingerdesign.mold.slot_tools import slot_tools, window_tool
+from fingerdesign.mold.slot_tools import slot_tools, window_tools
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -69,17 +71,28 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
         found.take(_base_hole(hole, plan.base), BASE)
         if hole.kind == "screw" and core is not None:
             found.take(_pilot(hole, core.height_mm), CORE)
-    clearance = limits_of(design.mold).clearance_mm
+    limits = limits_of(design.mold)
+    clearance, land = limits.clearance_mm, 1.2 * limits.wall_mm
     for core_pin in plan.core_pins:
         names = (wall_name(core_pin.side), *_sheets(plan, core_pin.side), CORE)
         found.take(_core_pin(plan, core_pin, clearance), *names)
     for planned in plan.sides:
         for name, tool in slot_tools(plan, planned):
             found.take(tool, name)
-        window = window_tool(plan, planned)
-        if window is not None:
-            found.take(window, wall_name(planned.side))
+        for opening in window_tools(plan, planned, _seam(design, plan, planned.side), land):
+            found.take(opening, wall_name(planned.side))
     return found
+
+
+def _seam(design: Design, plan: MoldPlan, side: Side) -> Callable[[float], float]:
+    """Height of a wall's top over places along its side."""
+    extent = extent_of(design, plan.scale)
+
+    def height(place: float) -> float:
+        x, z = (plan.half_width, place) if side.endswith("x") else (place, plan.half_depth)
+        return seam_height(design, extent, plan.scale, x, z)
+
+    return height
 
 
 def _sheets(plan: MoldPlan, side: Side) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ Importing this module loads the CAD kernel.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import cadquery as cq
 import numpy as np
@@ -18,6 +18,7 @@ from fingerdesign.mold.plan import MoldPlan, Side, SidePlan, Slot
 
 Array = NDArray[np.float64]
 
+STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
 _BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 _UP = np.array([0.0, 1.0, 0.0])
 
@@ -52,12 +53,27 @@ def slot_solid(slot: Slot, shift: float, reach: float) -> cq.Solid:
     return extruded(flat_face(polygon(corners)), reach * away)
 
 
-def window_tool(plan: MoldPlan, planned: SidePlan) -> cq.Solid | None:
-    """The window in the wall behind sheets: open toward the insert and outward; None without."""
+def window_tools(
+    plan: MoldPlan, planned: SidePlan, seam: Callable[[float], float], land: float
+) -> Iterator[cq.Solid]:
+    """The window in the wall behind sheets, open toward the insert and outward.
+
+    Where the wall's top, of height ``seam(place)``, falls off steeply beside the window, it is cut
+    level over ``land`` mm, so that no feather edge is left there.
+    """
     if planned.window is None:
-        return None
-    side: Side = planned.side
+        return
     low, high, bottom = planned.window
+    yield _opening(plan, planned.side, low, high, bottom)
+    for edge, sign in ((low, -1.0), (high, 1.0)):
+        foot = seam(edge + sign * land)
+        if seam(edge) - foot > STEEP * land and foot > bottom:
+            ends = sorted((edge, edge + sign * land))
+            yield _opening(plan, planned.side, ends[0], ends[1], foot)
+
+
+def _opening(plan: MoldPlan, side: Side, low: float, high: float, bottom: float) -> cq.Solid:
+    """The box above ``bottom`` between two places, from the mid-plane out of the block."""
     away, across = direction(side), np.eye(3)[2 - AXIS[side[1]]]
     reach = plan.reach_x if side.endswith("x") else plan.reach_z
     one = low * across + bottom * _UP
