@@ -23,6 +23,7 @@ PAGES = (
     "docs/control.md",
     "docs/gages.md",
     "docs/paper.md",
+    "docs/molds.md",
 )
 
 
@@ -90,6 +91,27 @@ def test_python_of_the_method_page_runs(capsys):
     assert pressed[2] > sheared[2] > 0.5
     assert forced[:2] == pytest.approx([2.0, 0.5], rel=1e-6)
     assert int(others) == 0
+
+
+def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
+    from fingerdesign import parse_design
+    from fingerdesign.mold.planning import plan_mold
+    from fingerdesign.mold.profiles import PROFILES, limits_of
+
+    text = (ROOT / "docs/molds.md").read_text("utf-8")
+    (table,) = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
+    design = parse_design(table)
+    assert limits_of(design.mold).slot_mm == 0.25
+    assert len(plan_mold(design).legs) == 10
+    (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
+    exec(compile(block, "molds.md", "exec"), {})
+    first, sentence = capsys.readouterr().out.splitlines()
+    assert first == "0.03 True"
+    assert sentence.startswith("A plate 0.03 mm off along x")
+    for name, limits in PROFILES.items():
+        (row,) = re.findall(rf"^\| `{name}` .*$", text, flags=re.MULTILINE)
+        told = [float(cell.split()[0]) for cell in row.strip("| ").split("|")[1:]]
+        assert told == [value for key, value in vars(limits).items() if key != "name"]
 
 
 def test_make_targets_exist():
