@@ -84,13 +84,13 @@ def command(
 
 
 def _objectives(asked: Sequence[str]) -> list[Wanted]:
-    from fingerdesign.sweep.study_facts import GOALS, Wanted, named_metrics
+    from fingerdesign.sweep.metrics import METRICS
+    from fingerdesign.sweep.study_facts import GOALS, Wanted
 
-    named = named_metrics()
     found = []
     for text in asked:
         metric, _, goal = text.partition(":")
-        known = named.get(metric)
+        known = METRICS.get(metric)
         goal = goal or (known.better if known is not None and known.better else "")
         if goal not in GOALS:
             raise click.UsageError(

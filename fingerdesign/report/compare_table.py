@@ -19,7 +19,10 @@ DIGITS = 4  # significant, of a column's largest value
 MOST_DECIMALS = 6
 STANDINGS = ("recommended", "front", "feasible", "not feasible")
 _MARKS = {name: f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)}
-_UNITS = {"_N": "N", "_mm": "mm", "_ml": "ml", "_MB": "MB", "_g": "g", "_s": "s"}
+_UNITS = {
+    **{"_N_per_mm": "N/mm", "_N": "N", "_mm": "mm", "_MPa": "MPa", "_ml": "ml", "_MB": "MB"},
+    **{"_seconds": "s", "_g": "g", "_s": "s"},
+}
 
 
 @dataclass(frozen=True)
@@ -100,7 +103,8 @@ def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
     """
     for ending, known in _UNITS.items():
         if name.endswith(ending):
-            return shown(name.removesuffix(ending).replace("_", " ")), unit or known
+            title = name.removesuffix("" if ending == "_seconds" else ending)
+            return shown(title.replace("_", " ")), unit or known
     return shown(name.replace("_", " ")), unit
 
 

@@ -87,6 +87,11 @@ def _why(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) 
         return "It is the only one that could be compared: take it for what it is."
     if len(found.front) == 1:
         return "It is the best of all in every objective at once."
+    alike = ""
+    if found.alike:
+        names = _list([shown(outcomes[number].name) for number in found.alike[:3]])
+        more = f" and {len(found.alike) - 3} more" if len(found.alike) > 3 else ""
+        alike = f" {names}{more} would do as well by that measure."
     leads = [
         _goal(wanted)
         for wanted, best in zip(facts.objectives, found.best, strict=True)
@@ -95,7 +100,7 @@ def _why(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) 
     leading = f" It leads in {_list(leads)}." if leads else ""
     return (
         "Of the front it is the one nearest to the best in every objective at once, each scaled by "
-        f"its range over the front, none weighing more than another.{leading}"
+        f"its range over the front, none weighing more than another.{alike}{leading}"
     )
 
 

@@ -28,7 +28,7 @@ _SHOWN = 200  # characters of a record's value on the page
 
 @dataclass(frozen=True)
 class Comparison:
-    """Outcomes, each digest once, and the facts of the study or studies that they are of."""
+    """Outcomes, none twice, and the facts of the study or studies that they are of."""
 
     outcomes: tuple[Outcome, ...]
     facts: StudyFacts
@@ -64,9 +64,8 @@ def read_comparison(
         every = DesignError([fault for each in faults for fault in each.faults])
         every.args = ("\n".join(str(each) for each in faults),)
         raise every
-    outcomes = tuple(
-        {outcome.digest: outcome for source in sources for outcome in source.outcomes}.values()
-    )
+    every_one = (outcome for source in sources for outcome in source.outcomes)
+    outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
 
 

@@ -5,13 +5,18 @@ from __future__ import annotations
 import csv
 import statistics
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.result_folder import read_result
-from fingerdesign.results import GripResult, Result, ResultError
+from fingerdesign.results import Analysis, GripResult, Result, ResultError
+from fingerdesign.sweep.measured import metrics_of, traces_of
 from fingerdesign.sweep.outcome import Failure, GripOutcome, Numbers, Outcome, Traces, Validity
+from fingerdesign.sweep.study_file import Cost
 
 MOST_POINTS = 60  # of a grip's path, as in every outcome
 _GRAVITY = 9.80665
@@ -30,17 +35,19 @@ def outcome_of_result(folder: Path) -> Outcome:
         fault = Fault("RESULT", folder, "a result that can be read", str(error))
         raise DesignError([fault]) from error
     failed = result.status == "failed"
+    data = _design(result)
+    design = None if failed else _read_design(data)
     return Outcome(
         digest=result.digest,
         name=result.design,
         values={},
-        design=_design(result),
+        design=data,
         scene=result.scene,
         fidelity=result.fidelity,
         status=result.status,
         failure=Failure("failed", result.failure or "") if failed else None,
-        metrics={} if failed else _metrics(result),
-        traces=_traces(result),
+        metrics={} if failed else _metrics(result, design),
+        traces=_traces(result, design),
         grips=tuple(_grip(grip, folder) for grip in result.grips),
         validity=_validity(result),
         warnings=result.warnings,
@@ -67,8 +74,13 @@ def _design(result: Result) -> dict[str, Any]:
     return design
 
 
-def _metrics(result: Result) -> dict[str, float | None]:
+def _metrics(result: Result, design: Design | None) -> dict[str, float | None]:
+    """As every outcome's, of what the record holds; no cost, since no prices were given."""
     found: dict[str, float | None] = {}
+    if result.increments and design is not None:
+        path = Analysis(replace(result, grips=(), slip_studies=()), plates=plate_frames(design))
+        found = metrics_of(design, Cost(), path)
+        del found["cost"]
     grips = result.grips
     if grips:
         margins = [grip.safety_margin for grip in grips if grip.safety_margin is not None]
@@ -76,11 +88,7 @@ def _metrics(result: Result) -> dict[str, float | None]:
         found["safety_margin"] = statistics.median(margins) if margins else None
         found["least_margin"] = min(margins, default=None)
         found["peak_force_N"] = max(grip.peak_normal_force_N for grip in grips)
-        found["peak_ratio"] = max(_peak_ratio(grip) for grip in grips)
-    if result.increments:
-        found["normal_force_N"] = result.increments[-1].normal_force_N
-        found["tangential_force_N"] = result.increments[-1].tangential_force_N
-        found["plates"] = float(len(result.increments[-1].gages))
+        found["peak_ratio"] = statistics.median(_peak_ratio(grip) for grip in grips)
     return found
 
 
@@ -90,36 +98,20 @@ def _peak_ratio(grip: GripResult) -> float:
     return grip.peak_normal_force_N / least
 
 
-def _traces(result: Result) -> Traces:
-    rows = result.increments
-    return Traces(
-        approach_mm=tuple(row.approach_mm for row in rows),
-        shear_mm=tuple(row.shear_mm for row in rows),
-        normal_force_N=tuple(row.normal_force_N for row in rows),
-        tangential_force_N=tuple(row.tangential_force_N for row in rows),
-        stick_ratio=tuple(row.stick_ratio for row in rows),
-        contact_width_mm=tuple(row.contact_width_mm for row in rows),
-        gage_x_mm=_gage_places(result),
-        gages=tuple(tuple(gage.reading for gage in row.gages) for row in rows),
-    )
+def _traces(result: Result, design: Design | None) -> Traces:
+    """The path; none where the design is of a version that this one cannot place gages of."""
+    if not result.increments or design is None:
+        return Traces()
+    return traces_of(Analysis(result, plates=plate_frames(design)))
 
 
-def _gage_places(result: Result) -> Numbers:
-    """x of every gage, from the design; by number where the design is of another version."""
+def _read_design(data: dict[str, Any]) -> Design | None:
     from pydantic import ValidationError
 
-    from fingerdesign.design.layout import plate_frames
-    from fingerdesign.design.schema import Design
-
-    count = len(result.increments[0].gages) if result.increments else 0
-    if not count:
-        return ()
     try:
-        frames = plate_frames(Design.model_validate(_design(result)))
+        return Design.model_validate(data)
     except (ValidationError, DesignError):
-        return tuple(map(float, range(count)))
-    by_index = {frame.index: frame.x for frame in frames}
-    return tuple(by_index.get(gage.plate, float(gage.plate)) for gage in result.increments[0].gages)
+        return None
 
 
 def _grip(grip: GripResult, folder: Path) -> GripOutcome:

@@ -2,8 +2,10 @@
 
 Compromise programming (P. L. Yu, A class of solutions for group decision problems, Management
 Science 19, 1973): each objective is scaled by its range over the front, 0 its best and 1 its worst;
-the point of the front at the least Euclidean distance from all zeros is recommended. No objective
-weighs more than another; whoever sees it otherwise reads the front.
+the point of the front at the least Euclidean distance from all zeros is recommended. Of points
+equally near, as two that are all of a front of two objectives, the one that is nearer when scaled
+by the range over all that were compared. No objective weighs more than another; whoever sees it
+otherwise reads the front.
 """
 
 from __future__ import annotations
@@ -29,7 +31,7 @@ class Recommendation:
     feasible: meet the constraints and have every objective. group: those that were compared, of one
     scene and fidelity; front: those of the group that none of it dominates; chosen: None where the
     front is empty; best: by objective the front's best, the nearest to ``chosen``'s kind first.
-    scene, fidelity: the group's.
+    alike: others of the front, as near as ``chosen``. scene, fidelity: the group's.
     """
 
     feasible: tuple[int, ...] = ()
@@ -37,6 +39,7 @@ class Recommendation:
     front: tuple[int, ...] = ()
     chosen: int | None = None
     best: tuple[int, ...] = ()
+    alike: tuple[int, ...] = ()
     scene: str = ""
     fidelity: str = ""
 
@@ -64,13 +67,17 @@ def recommend(
     free = ~dominated(values)
     front = tuple(number for number, kept in zip(group, free, strict=True) if kept)
     scaled = _scaled(values[free])
-    distance = np.sqrt((scaled**2).sum(axis=1))
-    chosen = front[int(distance.argmin())]
+    distance = np.round(np.sqrt((scaled**2).sum(axis=1)), 9)
+    of_all = np.sqrt((_scaled(values)[free] ** 2).sum(axis=1))
+    first = int(np.lexsort((of_all, distance))[0])
+    chosen = front[first]
+    near = np.flatnonzero(distance == distance[first])
+    alike = tuple(front[k] for k in near if k != first)
     best = tuple(
         front[int(np.lexsort((distance, scaled[:, column]))[0])]
         for column in range(scaled.shape[1])
     )
-    return Recommendation(feasible, group, front, chosen, best, scene, fidelity)
+    return Recommendation(feasible, group, front, chosen, best, alike, scene, fidelity)
 
 
 def losses(

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.sweep.metrics import METRICS, Goal
 from fingerdesign.sweep.outcome import Outcome
 
-Goal = Literal["min", "max"]
+if TYPE_CHECKING:
+    from fingerdesign.sweep.study_file import Study
+
 GOALS = ("min", "max")
 # Without objectives of the user's, the first of these that the outcomes have, up to three.
 USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "safety_margin", "cost")
@@ -78,25 +81,25 @@ class StudyFacts:
 
 def known_metrics(outcomes: Iterable[Outcome]) -> tuple[MetricFacts, ...]:
     """Facts of every metric that an outcome has: of those known here first, in their order."""
-    named = named_metrics()
     found = dict.fromkeys(name for outcome in outcomes for name in outcome.metrics)
     known = [
         MetricFacts(name, metric.unit, metric.better, metric.words)
-        for name, metric in named.items()
+        for name, metric in METRICS.items()
         if name in found
     ]
-    return (*known, *(MetricFacts(name) for name in found if name not in named))
+    return (*known, *(MetricFacts(name) for name in found if name not in METRICS))
 
 
-def named_metrics() -> dict[str, Any]:
-    """The metrics that this program knows, by name (sweep/metrics.py)."""
-    from importlib import import_module
-    from importlib.util import find_spec
+def wanted_of(study: Study) -> tuple[Wanted, ...]:
+    """The objectives of a study's file."""
+    return tuple(Wanted(each.metric, each.direction) for each in study.objectives)
 
-    if find_spec("fingerdesign.sweep.metrics") is None:
-        return {}
-    found: dict[str, Any] = import_module("fingerdesign.sweep.metrics").METRICS
-    return found
+
+def bounds_of(study: Study) -> tuple[Bound, ...]:
+    """The constraints of a study's file."""
+    return tuple(
+        Bound(name, each.at_least, each.at_most) for name, each in study.constraints.items()
+    )
 
 
 def usual_objectives(metrics: Iterable[MetricFacts], outcomes: Iterable[Outcome]) -> list[Wanted]:

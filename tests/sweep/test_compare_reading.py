@@ -99,7 +99,7 @@ def test_analysis_becomes_an_outcome(tmp_path, plain_result) -> None:
     assert found.metrics["grip_success"] == 0.5
     assert found.metrics["safety_margin"] == pytest.approx(1.4)
     least = 0.5 * 0.5 * 9.80665 / 0.2
-    assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * 4)  # at friction 0.8
+    assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
 
 
 def test_failed_analysis_is_a_failed_outcome(tmp_path) -> None:
