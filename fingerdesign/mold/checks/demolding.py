@@ -31,7 +31,7 @@ def demolding_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check
     drawn = [part for part in assembly.meshes.parts if part.draw is not None]
     found = []
     for part in sorted(drawn, key=lambda each: each.order):
-        left = [p.name for p in drawn if p.order >= part.order and p.name != part.name]
+        left = [p.name for p in drawn if p.order > part.order or _apart(part, p)]
         found.append(_check(assembly, part, (*assembly.staying, *left), rng))
     return found
 
@@ -48,6 +48,11 @@ class Obstacle:
     def meets(self, low: Array, high: Array) -> bool:
         """Whether its box overlaps another."""
         return bool(np.all(self.low < high) and np.all(low < self.high))
+
+
+def _apart(part: PartMesh, other: PartMesh) -> bool:
+    """Whether two of one order are drawn different ways; those of one way move together."""
+    return other.order == part.order and other.draw != part.draw
 
 
 def _check(

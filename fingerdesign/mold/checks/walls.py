@@ -1,7 +1,7 @@
 """How thin the parts are: rays inward from seeded points of their surfaces.
 
-A ray that ends on a face which looks the other way within 40 degrees has crossed a wall; one that
-ends on another face has crossed an edge's wedge, which is blunted by making it and holds nothing.
+A ray that ends on a face which looks the other way within 30 degrees has crossed a wall; one that
+ends on another face has crossed an edge, which making it blunts. Sharper edges count as thin walls.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from fingerdesign.mold.plan import SidePlan
 Array = NDArray[np.float64]
 
 POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
-OPPOSITE = np.cos(np.radians(40.0))
+OPPOSITE = np.cos(np.radians(30.0))
 _START_MM = 1e-6  # off the surface that the ray starts from
 _NEAR_SLOT_MM = 0.05
 

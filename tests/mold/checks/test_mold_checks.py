@@ -105,6 +105,15 @@ def test_an_undercut_is_named_with_its_obstacle(made):
     assert "overlaps rubber" in failed(cut)["demolding: side_wall_right"]
 
 
+def test_parts_of_one_order_and_draw_move_together(made):
+    moved = made.changed("side_wall_left", lambda wall: made.box((18, 0, -5), (20, 12, 5)))
+    for order, stuck in ((3, False), (4, True)):
+        outer = replace(moved.meshes.part("side_wall_left"), draw=(1.0, 0.0, 0.0), order=order)
+        parts = tuple(outer if p.name == outer.name else p for p in moved.meshes.parts)
+        found = failed(replace(moved, meshes=replace(moved.meshes, parts=parts)))
+        assert ("demolding: side_wall_right" in found) is stuck
+
+
 def test_a_thin_hook_far_out_is_met_by_rays(made):
     """The plate's leg ends in a barb 0.1 mm thick beyond the wall: no step of the draw meets it."""
     barb = made.box((-1.5, 7.95, -13.5), (1.5, 8.5, -13.4)) + made.box(
