@@ -73,11 +73,11 @@ def _row_of(design: Design, plate: int) -> PlateRow:
     raise KeyError(plate)
 
 
-def _again(design: Design, limits: Limits) -> tuple[Frames, Legs]:
+def _again(design: Design, limits: Limits, thorough: bool = False) -> tuple[Frames, Legs]:
     from fingerdesign.mold.legs import legs_of
 
     scale = scale_of(design)
-    return frames_in_mold(design, scale), legs_of(design, scale, limits, thorough=False)
+    return frames_in_mold(design, scale), legs_of(design, scale, limits, thorough)
 
 
 def _least(
@@ -130,9 +130,7 @@ def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
     key, value = _row_of(design, plate).blame(plate, "cover_mm")
     near = "cross them" if distance == 0.0 else f"come within {distance:.3g}"
     bound = f"such that legs stay {least:g} mm from {what} (those of plate {plate} {near})"
-    span = _row_of(design, plate).key("span_mm")
-    remedy = f"move the rows apart, or let the plates end with the finger (remove {span})"
-    return [Fault(key, value, bound, remedy)]
+    return [Fault(key, value, bound, "move the rows apart, or the plates out of the legs' way")]
 
 
 def _worst_exit(
@@ -186,8 +184,6 @@ def _too_high(design: Design, limits: Limits, leg: Leg, room: Room, nearest: flo
         deeper = _least(design, key, cover, cover + row.frames[0].y, holds)
         if deeper is not None:
             remedy = f"raise {key} to at least {deeper:g}"
-    if row.table.span_mm is not None and design.body.straight:
-        remedy += f", or let the plates end with the finger (remove {row.key('span_mm')})"
     bound = (
         f"such that legs' slots stay {room.web:g} mm below the contact surface, or leave the "
         f"finger beyond the seam outside {_zone(room, leg)} (plate {leg.plate}'s: {nearest:.3g})"
@@ -236,29 +232,35 @@ def _wider(
     other: int,
     key: str,
 ) -> str:
-    """The remedy of slots that lack webs."""
+    """The remedy of slots that lack webs: changes that were tried."""
+
+    def holds(trial: Design, thorough: bool = False) -> bool:
+        own = limits_of(trial.mold)
+        return _worst_web(trial, *_again(trial, own, thorough), own) is None
+
     found = []
     if row.placed:
         found.append(f"move it away from plate {other}")
     elif same:
-
-        def holds(trial: Design) -> bool:
-            again, legs = _again(trial, limits)
-            return _worst_web(trial, again, legs, limits) is None
-
         pitch = row.table.pitch_mm
         wider = _least(design, key, pitch, 3.0 * pitch + 1.0, holds)
         if wider is not None:
             found.append(f"raise {key} to at least {wider:g}")
     else:
         found.append(f"move the rows apart by {key}")
+    changes: list[tuple[str, object, str]] = []
     if holding != "comb" and design.mold.plate_fixture != "comb":
-        found.append("set mold.plate_fixture = 'comb', whose slots are cut finer")
+        words = "set mold.plate_fixture = 'comb', whose slots are cut finer"
+        changes.append(("plate_fixture", "comb", words))
     if design.mold.leg_mm is not None:
-        found.append("lower mold.leg_mm")
+        changes.append(("leg_mm", None, "remove mold.leg_mm"))
     if design.mold.wire_mm > 0.0:
-        found.append("set mold.wire_mm = 0 and lead the wires out elsewhere")
-    return " or ".join(found[:3]) or "space the plates out"
+        changes.append(("wire_mm", 0.0, "set mold.wire_mm = 0 and lead the wires out elsewhere"))
+    for name, value, words in changes:
+        mold = design.mold.model_copy(update={name: value})
+        if holds(design.model_copy(update={"mold": mold}), thorough=True):
+            found.append(words)
+    return " or ".join(found) or "space the plates out, or lower plates.count"
 
 
 def _demanded(

@@ -145,21 +145,32 @@ def test_legs_through_the_contact_zone_are_refused_with_the_plates_cover():
     assert planned(design.model_copy(update={"plates": plates}))[2] == []
 
 
+def few(count=3, **keys):
+    """A row of short plates below an arc."""
+    plates = {"count": count, "pitch_mm": 0.75, "length_mm": 1.0, "cover_mm": 0.75, **keys}
+    return made({"width_mm": 22.0, "base_height_mm": 7.0, "arc_radius_mm": 50.0}, plates)
+
+
 def test_webs_that_cannot_stand_are_refused_with_the_pitch_that_does():
-    design = with_mold(load_design("designs/maeno2000.toml"), plate_fixture="slots", process="fdm")
-    _, _, faults = planned(design)
-    by_key = {fault.key: fault for fault in faults}
-    assert "0.8 mm below the contact surface" in by_key["plates.cover_mm"].bound
-    assert "webs of mold.limits.feature_mm = 0.8 mm" in by_key["plates.pitch_mm"].bound
-    assert "comb" in by_key["plates.pitch_mm"].remedy
-    narrow = load_design("designs/narrow.toml")
-    plates = narrow.plates.model_copy(update={"count": 2, "pitch_mm": 0.5, "length_mm": 0.6})
-    slots = with_mold(narrow.model_copy(update={"plates": plates}), plate_fixture="slots")
-    fault = planned(slots)[2][0]
+    design = with_mold(few(cover_mm=2.0, pitch_mm=0.5), plate_fixture="slots")
+    (fault,) = planned(design)[2]
     assert fault.key == "plates.pitch_mm"
+    assert "webs of mold.limits.feature_mm = 0.4 mm" in fault.bound
+    assert "mold.plate_fixture = 'comb'" in fault.remedy
     wider = float(fault.remedy.split("at least ")[1].split(" ")[0])
-    moved = slots.model_copy(update={"plates": plates.model_copy(update={"pitch_mm": wider})})
-    assert planned(moved)[2] == []
+    assert 0.5 < wider < 1.5
+    plates = design.plates.model_copy(update={"pitch_mm": wider})
+    assert planned(design.model_copy(update={"plates": plates}))[2] == []
+
+
+def test_slots_too_near_to_the_surface_are_refused_with_the_cover_that_does():
+    design = with_mold(few(1), plate_fixture="slots", process="fdm")
+    (fault,) = planned(design)[2]
+    assert fault.key == "plates.cover_mm"
+    assert "0.8 mm below the contact surface" in fault.bound
+    deeper = float(fault.remedy.split("at least ")[1].split(" ")[0])
+    plates = design.plates.model_copy(update={"cover_mm": deeper})
+    assert planned(design.model_copy(update={"plates": plates}))[2] == []
 
 
 @pytest.mark.parametrize(
@@ -171,7 +182,7 @@ def test_webs_that_cannot_stand_are_refused_with_the_pitch_that_does():
     ],
 )
 def test_slots_and_webs_that_the_file_demands_are_refused_by_their_own_key(keys, key):
-    design = with_mold(load_design("designs/maeno2000.toml"), **keys)
+    design = with_mold(few(), **keys)
     fault = planned(design)[2][0]
     assert fault.key == (key or "mold.limits.slot_mm")
     most = float(fault.bound.split("at most ")[1].split(",")[0])
@@ -179,7 +190,7 @@ def test_slots_and_webs_that_the_file_demands_are_refused_by_their_own_key(keys,
 
 
 def test_a_leg_wider_than_its_plate_is_refused():
-    design = with_mold(load_design("designs/domed.toml"), leg_mm=5.0)
+    design = with_mold(few(span_mm=6.0), leg_mm=5.0)
     assert "mold.leg_mm" in [fault.key for fault in planned(design)[2]]
 
 

@@ -8,6 +8,8 @@ import pytest
 from fingerdesign import load_design
 from fingerdesign.design.layout import Hole, PlateFrame, plate_frames
 from fingerdesign.design.schema import Design
+from fingerdesign.design.step_files import resolved
+from fingerdesign.geometry.step_samples import sample_step
 from fingerdesign.mold.exits import exits_of, flat_sided, rim_height
 from fingerdesign.mold.frames import core_in_mold, frames_in_mold, leg_bar, scale_of, turned_bar
 from fingerdesign.mold.leg_gaps import crossing_legs, leg_gaps
@@ -157,3 +159,39 @@ def test_a_leg_does_not_stand_on_a_hole():
     assert meets_hole(frame, leg)
     assert not meets_hole(frame, replace(leg, offset=0.7))
     assert not meets_hole(frame, replace(leg, side="-z"))
+
+
+@pytest.mark.parametrize("scale", [1.0, 1.0 / 0.98])
+def test_exits_of_a_tapering_step_body_are_those_of_its_leaning_faces(scale):
+    file = sample_step("tip", 12.0, 14.0, 8.0, 1.0)
+    data = {"shape": "step", "step": {"file": str(file)}}
+    found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
+    body = Design.model_validate(found.data).body
+    bar = PlateFrame(0, 0.0, scale * 4.0, 90.0, scale * 1.0, 0.1, -2.0, 2.0)
+    out = exits_of(body, scale, [bar], ["-z"], [2.0])
+    lean = 0.2 * 7.0 / 8.0  # the half-depth falls from 7 to 5.6 over the height
+    assert out.nearest[0] == pytest.approx(scale * (7.0 - lean * 4.5), abs=2e-3)
+    assert out.farthest[0] == pytest.approx(scale * (7.0 - lean * 3.5), abs=2e-3)
+    assert out.face_margin[0] == -np.inf
+    assert not flat_sided(body)
+
+
+def test_exits_of_a_step_body_s_flat_end_are_told_with_their_margins():
+    file = sample_step("filleted", 8.0, 14.0, 10.0, 1.5)
+    data = {"shape": "step", "step": {"file": str(file)}}
+    found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
+    body = Design.model_validate(found.data).body
+    low = PlateFrame(0, 1.0, 8.0, 0.0, 1e-6, 1e-6, -2.0, 2.0)
+    out = exits_of(body, 1.0, [low, replace(low, y=9.0)], ["+z", "+z"], [2.0, 2.0])
+    assert flat_sided(body)
+    assert out.face_margin[0] == pytest.approx(0.5, abs=1e-5)
+    # The rounding's radius is 1.5, its axis 1.5 below the top and behind the end.
+    assert out.nearest == pytest.approx([7.0, 5.5 + np.sqrt(1.5**2 - 0.5**2)], abs=1e-3)
+
+
+def test_plates_placed_one_by_one_have_legs_where_they_stand():
+    places = [[-2.0, 8.0, 30.0], [2.0, 6.0, -40.0, 1.0]]
+    design = made({"shape": "block"}, {"placement": places, "span_mm": 5.0})
+    found = legs(design)
+    assert [leg.start for leg in found] == pytest.approx([2.5, 2.5, 3.5, 1.5])
+    assert {leg.exit for leg in found} == {5.0}
