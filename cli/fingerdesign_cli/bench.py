@@ -12,6 +12,7 @@ import click
 from fingerdesign_cli import (
     bench_charts,
     bench_checks,
+    bench_compare,
     bench_fidelity,
     bench_forecast,
     bench_molds,
@@ -68,6 +69,7 @@ def command(
 for _each in (
     *bench_charts.COMMANDS,
     *bench_checks.COMMANDS,
+    *bench_compare.COMMANDS,
     *bench_fidelity.COMMANDS,
     *bench_forecast.COMMANDS,
     *bench_molds.COMMANDS,

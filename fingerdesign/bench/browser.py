@@ -76,7 +76,7 @@ class Browser:
                 *("--disable-background-networking", "--disable-component-update"),
                 *("--no-first-run", "--host-resolver-rules=MAP * ~NOTFOUND", "--mute-audio"),
                 *(f"--user-data-dir={profile}", f"--window-size={width},{height}"),
-                *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+                "--disable-gpu",
                 "about:blank",
             ],
             stdout=subprocess.DEVNULL,

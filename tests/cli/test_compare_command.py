@@ -1,0 +1,57 @@
+"""``fingerdesign compare``: page, CSV and JSON from studies; wrong input is named, exit code 2."""
+
+import json
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.bench.any_outcomes import any_outcomes
+from fingerdesign.sweep.compare import read_outcomes
+
+MADE = any_outcomes(12)
+
+
+@pytest.fixture
+def study(tmp_path):
+    folder = tmp_path / "study"
+    folder.mkdir()
+    text = "".join(f"{outcome.to_json()}\n" for outcome in MADE)
+    (folder / "outcomes.jsonl").write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_page_csv_and_outcomes(study, tmp_path, capsys) -> None:
+    out = tmp_path / "new" / "page.html"
+    csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
+    asked = ["compare", str(study), "--out", str(out), "--csv", str(csv), "--json", str(lines)]
+    assert main([*asked, "--objective", "stick_error", "--objective", "cost:min"]) == 0
+    said = capsys.readouterr().out
+    assert "recommended: any_" in said
+    assert "program's own choice" not in said
+    assert "<title>study: fingers compared</title>" in out.read_text("utf-8")
+    assert len(csv.read_text("utf-8").splitlines()) == 13
+    assert read_outcomes([lines]) == MADE
+    assert sorted(path.name for path in out.parent.iterdir()) == ["page.html"]
+
+
+def test_json_on_stdout(study, tmp_path, capsys) -> None:
+    out = tmp_path / "page.html"
+    assert main(["compare", str(study), "--out", str(out), "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["designs"] == 12
+    assert told["recommended"] in told["front"]
+
+
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        (["--objective", "stick_eror:min"], "did you mean stick_error?"),
+        (["--objective", "normal_force_N"], "METRIC:min or METRIC:max"),
+        (["nowhere"], "RESULT = nowhere"),
+    ],
+)
+def test_wrong_input_is_named(study, tmp_path, capsys, more, named) -> None:
+    out = tmp_path / "page.html"
+    assert main(["compare", str(study), "--out", str(out), *more]) == 2
+    assert named in capsys.readouterr().err
+    assert not out.exists()
