@@ -92,8 +92,8 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
 
     A slot's place is off by the tolerance of the sheet (comb) or of the process (jig, slots), and
     the plate stands off its middle by half of the play that shims and clamping leave. One end of
-    the leg may be off against the other by the tolerance and the whole play, which over its width
-    is an angle. Of a plate's two ends the worse one counts.
+    the slot may be off against the other by the tolerance, and the leg turns in it by the play over
+    its width: an angle. Of a plate's two ends the worse one counts.
     """
     from fingerdesign.mold.profiles import limits_of
 
@@ -109,7 +109,8 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
             play = max(slot.width - slot.shim - thickness[plate], 0.0)
             play = 0.0 if side.holding == "jig" else play
             places.append(tolerance + 0.5 * play)
-            angles.append(math.degrees(math.atan((tolerance + play) / widths[plate, side.side])))
+            slope = tolerance / slot.length + play / widths[plate, side.side]
+            angles.append(math.degrees(math.atan(slope)))
     return max(places), max(angles)
 
 
