@@ -7,38 +7,36 @@ the changed design is sound.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.design.checks import is_sound
-from fingerdesign.design.faults import at_least, at_most
-from fingerdesign.design.layout import PlateFrame
-from fingerdesign.design.plate_rows import PlateRow, plate_rows, with_key
+from fingerdesign.design.plate_rows import plate_rows
 from fingerdesign.errors import Fault
 from fingerdesign.mold import slots
-from fingerdesign.mold.fixture import in_walls, leg_exits, legs_above, slots_on
-from fingerdesign.mold.frames import frames_in_mold, leg_bar, scale_of
+from fingerdesign.mold.fixture import in_walls, leg_exits, slots_on
+from fingerdesign.mold.fixture_trials import (
+    CLOSE,
+    Frames,
+    Legs,
+    again,
+    least_value,
+    row_of,
+    worst_exit,
+    worst_web,
+)
+from fingerdesign.mold.frames import leg_bar, scale_of
 from fingerdesign.mold.leg_gaps import crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.leg_room import Room
-from fingerdesign.mold.plan import SIDES, Holding, Leg
-from fingerdesign.mold.profiles import limits_of
+from fingerdesign.mold.plan import SIDES, Leg
+from fingerdesign.mold.web_faults import demanded, no_web
 
 if TYPE_CHECKING:
-    from fingerdesign.design.mold import Comb, MoldLimits
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.profiles import Limits
 
-_CLOSE = 2e-6  # mm; rounding
-_TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre
-_SMALLEST_MM = 0.02  # slot or web
 _ONE_ANGLE = 0.01  # degrees
-
-Frames = tuple[PlateFrame, ...]
-Legs = tuple[Leg, ...]
-Web = tuple[Holding, int, int, float, float]  # how they are held, two plates, web, least web
 
 
 def fixture_faults(
@@ -47,58 +45,23 @@ def fixture_faults(
     """Every fault of a design's legs and slots, the worst of each kind."""
     found = [*_leg_width(design), *_crossings(design, frames, legs)]
     draft = _draft(design, frames, legs, limits)
-    worst = _worst_web(design, frames, legs, limits)
-    high = _worst_exit(design, frames, legs, limits)
+    worst = worst_web(design, frames, legs, limits)
+    high = worst_exit(design, frames, legs, limits)
     if draft is not None:
         found.append(draft)
     elif worst is not None or high is not None:
-        given = _demanded(design, worst, high)
+        given = demanded(design, worst, high)
         if given is not None:
             found.append(given)
         else:
             found += [] if high is None else [_too_high(design, limits, *high)]
-            found += [] if worst is None else [_no_web(design, limits, worst)]
+            found += [] if worst is None else [no_web(design, limits, worst)]
     found += _jig(design, frames, legs, limits)
     found += _blocked(design, frames, legs, limits, corner)
     unique: dict[str, Fault] = {}
     for fault in found:
         unique.setdefault(fault.key, fault)
     return list(unique.values())
-
-
-def _row_of(design: Design, plate: int) -> PlateRow:
-    for row in plate_rows(design):
-        if any(frame.index == plate for frame in row.frames):
-            return row
-    raise KeyError(plate)
-
-
-def _again(design: Design, limits: Limits, thorough: bool = False) -> tuple[Frames, Legs]:
-    from fingerdesign.mold.legs import legs_of
-
-    scale = scale_of(design)
-    return frames_in_mold(design, scale), legs_of(design, scale, limits, thorough)
-
-
-def _least(
-    design: Design, key: str, low: float, high: float, holds: Callable[[Design], bool]
-) -> float | None:
-    """About the least value of a key in (low, high] from which a sound design ``holds``."""
-
-    def does(value: float) -> bool:
-        trial = with_key(design, key, value)
-        return trial is not None and holds(trial)
-
-    found = next((v for v in np.linspace(low, high, 9)[1:] if does(float(v))), None)
-    if found is None:
-        return None
-    under, over = float(found) - (high - low) / 8.0, float(found)
-    for _ in range(_TRIALS - 3):
-        middle = 0.5 * (under + over)
-        under, over = (under, middle) if does(middle) else (middle, over)
-    over = float(at_least(over))
-    trial = with_key(design, key, over)
-    return over if trial is not None and holds(trial) and is_sound(trial) else None
 
 
 def _leg_width(design: Design) -> list[Fault]:
@@ -119,7 +82,7 @@ def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
     gaps = leg_gaps(design, scale_of(design), legs, bars, frames)
     worst = int(np.argmin(gaps))
     told: tuple[int, str, float] | None = None
-    if gaps[worst] < least - _CLOSE:
+    if gaps[worst] < least - CLOSE:
         told = (legs[worst].plate, "other plates or the core", float(gaps[worst]))
     for one, two, distance in crossing_legs(design, legs, frames):
         if told is None or distance < told[2]:
@@ -127,28 +90,15 @@ def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
     if told is None:
         return []
     plate, what, distance = told
-    key, value = _row_of(design, plate).blame(plate, "cover_mm")
+    key, value = row_of(design, plate).blame(plate, "cover_mm")
     near = "cross them" if distance == 0.0 else f"come within {distance:.3g}"
     bound = f"such that legs stay {least:g} mm from {what} (those of plate {plate} {near})"
     return [Fault(key, value, bound, "move the rows apart, or the plates out of the legs' way")]
 
 
-def _worst_exit(
-    design: Design, frames: Frames, legs: Legs, limits: Limits
-) -> tuple[Leg, Room, float] | None:
-    """The leg that leaves most too near to the contact zone, its nearest exit; None: none does."""
-    room, above = legs_above(design, frames, legs, limits)
-    worst: tuple[float, Leg, float] | None = None
-    for leg, nearest in above:
-        short = room.least_exit(leg.side) - nearest
-        if short > _CLOSE and (worst is None or short > worst[0]):
-            worst = (short, leg, nearest)
-    return None if worst is None else (worst[1], room, worst[2])
-
-
 def _draft(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Fault | None:
     """The draft that alone makes a plug narrower than the contact zone."""
-    worst = _worst_exit(design, frames, legs, limits)
+    worst = worst_exit(design, frames, legs, limits)
     if worst is None:
         return None
     leg, room, nearest = worst
@@ -171,17 +121,16 @@ def _zone(room: Room, leg: Leg) -> str:
 
 
 def _too_high(design: Design, limits: Limits, leg: Leg, room: Room, nearest: float) -> Fault:
-    row = _row_of(design, leg.plate)
+    row = row_of(design, leg.plate)
     key, value = row.blame(leg.plate, "cover_mm")
 
     def holds(trial: Design) -> bool:
-        again, legs = _again(trial, limits)
-        return _worst_exit(trial, again, legs, limits) is None
+        return worst_exit(trial, *again(trial, limits), limits) is None
 
     remedy = "lower the plates, mold.contact_margin_mm or grip.max_approach_mm"
     if not row.placed:
         cover = row.table.cover_mm
-        deeper = _least(design, key, cover, cover + row.frames[0].y, holds)
+        deeper = least_value(design, key, cover, cover + row.frames[0].y, holds)
         if deeper is not None:
             remedy = f"raise {key} to at least {deeper:g}"
     bound = (
@@ -189,129 +138,6 @@ def _too_high(design: Design, limits: Limits, leg: Leg, room: Room, nearest: flo
         f"finger beyond the seam outside {_zone(room, leg)} (plate {leg.plate}'s: {nearest:.3g})"
     )
     return Fault(key, value, bound, remedy)
-
-
-def _worst_web(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Web | None:
-    """The two slots that lack most of a web; None: all webs are held."""
-    worst: Web | None = None
-    for side in SIDES:
-        openings = slots_on(design, frames, legs, limits, side)
-        holding = slots.holding_of(design, slots.on_side(legs, side))
-        web = slots.least_web(design, holding, limits)
-        first, second, distance = slots.webs(openings)
-        if not len(distance):
-            continue
-        k = int(np.argmin(distance))
-        lack = web - distance[k]
-        if lack > _CLOSE and (worst is None or lack > worst[4] - worst[3]):
-            one, two = openings[first[k]].plate, openings[second[k]].plate
-            worst = (holding, one, two, float(distance[k]), web)
-    return worst
-
-
-def _no_web(design: Design, limits: Limits, worst: Web) -> Fault:
-    holding, one, two, distance, web = worst
-    between = "they overlap" if distance == 0.0 else f"{distance:.3g}"
-    own = "mold.comb.web_mm" if holding == "comb" else "mold.limits.feature_mm"
-    bound = (
-        f"such that webs of {own} = {web:g} mm stand between slots of at least "
-        f"{slots.least_slot(design, holding, limits):g} mm (plates {one} and {two}: {between})"
-    )
-    row = _row_of(design, two)
-    same = any(frame.index == one for frame in row.frames)
-    key, value = row.blame(two, "pitch_mm" if same else "cover_mm")
-    return Fault(key, value, bound, _wider(design, limits, row, holding, same, one, key))
-
-
-def _wider(
-    design: Design,
-    limits: Limits,
-    row: PlateRow,
-    holding: Holding,
-    same: bool,
-    other: int,
-    key: str,
-) -> str:
-    """The remedy of slots that lack webs: changes that were tried."""
-
-    def holds(trial: Design, thorough: bool = False) -> bool:
-        own = limits_of(trial.mold)
-        return _worst_web(trial, *_again(trial, own, thorough), own) is None
-
-    found = []
-    if row.placed:
-        found.append(f"move it away from plate {other}")
-    elif same:
-        pitch = row.table.pitch_mm
-        wider = _least(design, key, pitch, 3.0 * pitch + 1.0, holds)
-        if wider is not None:
-            found.append(f"raise {key} to at least {wider:g}")
-    else:
-        found.append(f"move the rows apart by {key}")
-    changes: list[tuple[str, object, str]] = []
-    if holding != "comb" and design.mold.plate_fixture != "comb":
-        words = "set mold.plate_fixture = 'comb', whose slots are cut finer"
-        changes.append(("plate_fixture", "comb", words))
-    if design.mold.leg_mm is not None:
-        changes.append(("leg_mm", None, "remove mold.leg_mm"))
-    if design.mold.wire_mm > 0.0:
-        changes.append(("wire_mm", 0.0, "set mold.wire_mm = 0 and lead the wires out elsewhere"))
-    for name, value, words in changes:
-        mold = design.mold.model_copy(update={name: value})
-        if holds(design.model_copy(update={"mold": mold}), thorough=True):
-            found.append(words)
-    return " or ".join(found) or "space the plates out, or lower plates.count"
-
-
-def _demanded(
-    design: Design, worst: Web | None, high: tuple[Leg, Room, float] | None
-) -> Fault | None:
-    """The slot or web that the file itself asks for, if that is why plates cannot be held.
-
-    None: they could not be held without it either.
-    """
-    mold = design.mold
-    tables: list[tuple[str, Comb | MoldLimits, tuple[str, str]]]
-    tables = [("limits", mold.limits, ("slot_mm", "feature_mm"))]
-    if mold.plate_fixture == "comb":
-        tables.insert(0, ("comb", mold.comb, ("slot_mm", "web_mm")))
-    for where, table, names in tables:
-        for name in names:
-            value = getattr(table, name)
-            if value is None or name not in table.model_fields_set:
-                continue
-            most = _most(design, where, name, float(value))
-            if most is None:
-                continue
-            if worst is not None:
-                why = f"webs stand between the slots of plates {worst[1]} and {worst[2]}"
-            else:
-                assert high is not None
-                why = f"plate {high[0].plate}'s slot stays below the contact surface"
-            key = f"mold.{where}.{name}"
-            remedy = "lower it, or space the plates out by plates.pitch_mm and plates.cover_mm"
-            return Fault(key, value, f"at most {at_most(most)}, such that {why}", remedy)
-    return None
-
-
-def _most(design: Design, where: str, name: str, high: float) -> float | None:
-    """The greatest value of one of the mold's sizes at which its plates are held; None: at none."""
-    mold = design.mold
-
-    def holds(size: float) -> bool:
-        table = getattr(mold, where).model_copy(update={name: size})
-        trial = design.model_copy(update={"mold": mold.model_copy(update={where: table})})
-        limits = limits_of(trial.mold)
-        given = (trial, *_again(trial, limits), limits)
-        return _worst_web(*given) is None and _worst_exit(*given) is None
-
-    low = min(_SMALLEST_MM, 0.5 * high)
-    if not holds(low):
-        return None
-    for _ in range(_TRIALS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if holds(middle) else (low, middle)
-    return low
 
 
 def _jig(design: Design, frames: Frames, legs: Legs, limits: Limits) -> list[Fault]:
@@ -347,9 +173,9 @@ def _blocked(
     found = []
     sunk = room.sunk(openings)
     worst = int(np.argmax(sunk))
-    if sunk[worst] > _CLOSE:
+    if sunk[worst] > CLOSE:
         plate = loose[worst].plate
-        key, value = _row_of(design, plate).blame(plate, "cover_mm")
+        key, value = row_of(design, plate).blame(plate, "cover_mm")
         bound = (
             f"such that legs' slots stay {room.web:g} mm above the base "
             f"(plate {plate}'s: {float(openings.bottom[worst]):.3g})"
@@ -357,9 +183,9 @@ def _blocked(
         found.append(Fault(key, value, bound, "raise the plates: lower it"))
     into = room.blocked([leg.side for leg in loose], openings, exits)
     worst = int(np.argmax(into))
-    if into[worst] > _CLOSE:
+    if into[worst] > CLOSE:
         leg = loose[worst]
-        row = _row_of(design, leg.plate)
+        row = row_of(design, leg.plate)
         key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
         wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")
         bound = (

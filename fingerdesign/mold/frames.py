@@ -1,6 +1,6 @@
 """Where plates and their legs lie in mold space, as frames: numbers only.
 
-Rubber shrinks toward the base's middle when it cools, and carries the plates' middles with it;
+Rubber shrinks toward the origin as it cures, and carries the plates' middles with it;
 metal does not. So in the mold middles are farther out by ``scale``, and plates keep their size.
 """
 

@@ -13,7 +13,8 @@ from fingerdesign.geometry.step_samples import sample_step
 from fingerdesign.mold.exits import exits_of, flat_sided, rim_height
 from fingerdesign.mold.frames import core_in_mold, frames_in_mold, leg_bar, scale_of, turned_bar
 from fingerdesign.mold.leg_gaps import crossing_legs, leg_gaps
-from fingerdesign.mold.legs import legs_of, meets_hole
+from fingerdesign.mold.leg_search import meets_hole
+from fingerdesign.mold.legs import legs_of
 from fingerdesign.mold.plan import Leg
 from fingerdesign.mold.profiles import limits_of
 
