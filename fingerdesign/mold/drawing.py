@@ -108,7 +108,7 @@ def _draw(space: Any, sheet: Sheet, shift: Array) -> None:
 
 def _text_height(sheet: Sheet) -> float:
     extent = float(np.ptp(sheet.outline, axis=0).max())
-    return min(max(0.05 * extent, 0.5), 2.0)
+    return min(max(0.03 * extent, 0.4), 1.5)
 
 
 def _compare(name: str, document: Any, sheets: Sequence[Sheet]) -> None:

@@ -106,8 +106,11 @@ def _made(
         with clock.stage("checks"):
             checks = run_checks(design, plan, meshes)
         tell("writing the files", 0.8)
-        with clock.stage("files"):
-            products = write_products(design, plan, meshes, folder)
+        try:
+            with clock.stage("files"):
+                products = write_products(design, plan, meshes, folder)
+        except GeometryError as error:
+            return _not_made(design, plan, folder, error, clock, checks)
         with clock.stage("placement"):
             placement = placement_of(placing)
         tell("writing the report", 0.9)
@@ -127,17 +130,24 @@ def _made(
 
 
 def _not_made(
-    design: Design, plan: MoldPlan, folder: Path, error: GeometryError, clock: Clock
+    design: Design,
+    plan: MoldPlan,
+    folder: Path,
+    error: GeometryError,
+    clock: Clock,
+    checks: tuple[Check, ...] = (),
 ) -> MoldReport:
     """The record and the report of a mold that could not be built; files that were begun go."""
     for path in folder.iterdir():
         path.unlink()
-    from fingerdesign.mold.record import fixture_data, placement_rows
+    from fingerdesign.mold.record import checks_data, fixture_data, placement_rows
 
-    values: dict[str, Any] = dict.fromkeys(("parts", "plates", "checks", "notes", "bill"), ())
+    values: dict[str, Any] = dict.fromkeys(("parts", "plates", "notes", "bill"), ())
     values |= {"fixture": fixture_data(plan), "placements": placement_rows(plan, ())}
     values |= {"silicone": None, "placement": None, "warnings": ()}
-    values["failure"] = " ".join(str(error).split())
+    values["checks"] = checks_data(checks)
+    told = [" ".join(str(error).split()), failure_of(checks)]
+    values["failure"] = "; ".join(each for each in told if each)
     return _written(design, plan, folder, values, clock, None, "There are no parts to draw.")
 
 
@@ -167,8 +177,7 @@ def _written(
     missing: str,
 ) -> MoldReport:
     """Report and record into the folder. The page's own time is not yet known to either."""
-    from fingerdesign.identity import versions
-    from fingerdesign.mold.record import process_data
+    from fingerdesign.mold.record import mold_versions, process_data
     from fingerdesign.report.mold_html import mold_html
     from fingerdesign.summaries import peak_memory_MB
 
@@ -184,7 +193,7 @@ def _written(
         timings_s=dict(clock.stages),
         seconds=clock.seconds,
         peak_memory_MB=peak_memory_MB(),
-        versions=versions(),
+        versions=mold_versions(),
         **values,
     )
     page = mold_html(report.data(), picture, missing)

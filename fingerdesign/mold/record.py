@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 SCHEMA_VERSION = 1
 RECORD_FILE = "mold_report.json"
+_PACKAGES = ("manifold3d", "lib3mf", "ezdxf", "pyvista")
 MICRO = 9  # decimals of mm that a record keeps
 
 
@@ -100,6 +101,15 @@ def mold_digest(design: Design) -> str:
 
     table = json.dumps(design.mold.model_dump(mode="json"), sort_keys=True)
     return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
+
+
+def mold_versions() -> dict[str, str]:
+    """Versions of this package and of what builds, checks and writes molds."""
+    from importlib import metadata
+
+    from fingerdesign.identity import versions
+
+    return versions() | {name: metadata.version(name) for name in _PACKAGES}
 
 
 def process_data(design: Design) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def _verdict(data: dict[str, Any], failing: list[dict[str, Any]]) -> dict[str, s
             "answer": "ready to cast",
             "text": f"All {count} checks passed. {len(data['parts'])} parts.",
         }
-    if not failing:
+    if not data["parts"]:
         return {"kind": "no", "answer": "not made", "text": data["failure"]}
     return {
         "kind": "no",

@@ -124,6 +124,19 @@ def test_what_cannot_be_built_leaves_a_record_that_says_so(stages, tmp_path):
     assert "face 7 is an undercut" in (tmp_path / "block" / "report.html").read_text("utf-8")
 
 
+def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkeypatch):
+    def fail(*given):
+        raise GeometryError("comb_front: the border of its flat face meets itself")
+
+    design = stages(checks=(PASSED, FAILED))
+    monkeypatch.setattr("fingerdesign.mold.products.write_drawings", fail)
+    report = make.make_mold(design, tmp_path)
+    assert report.failure.startswith("comb_front: the border")
+    assert report.failure.endswith("1 of 2 checks failed: wall (base_plate)")
+    assert [check["ok"] for check in report.checks] == [True, False]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mold_report.json", "report.html"]
+
+
 def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
     design = stages(drawn=True)
     monkeypatch.setattr("fingerdesign.report.mold_picture.WORKER", "fingerdesign.no_such_module")
