@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 COMPARE_VIEW_SCRIPTS = (
     "compare_draw.js",
     "compare_solid.js",
+    "compare_patch.js",
     "compare_3d.js",
     "compare_contact.js",
     "compare_gages.js",
@@ -36,7 +37,8 @@ Packed = dict[str, Any]
 MOST_PLATES = 150  # drawn; the order in which plates hide each other is found pair by pair
 _ARC_STEP_DEG = 7.0  # between neighbouring facets; the page draws an edge from 14 degrees on
 _LEAST_PIECES = 4
-_DOME_LINES, _STEP_LINES = 11, 25  # heights along z of a dome; along x of a STEP body
+_DOME_LINES = 11  # along z
+_STEP_SHARP_DEG = 35.0  # roundings of its own are drawn by few facets
 _DIGITS = 3  # micrometres
 
 
@@ -46,7 +48,8 @@ def packed_geometry(design: Mapping[str, Any]) -> Packed:
     words   the finger in sentences: the drawing's text alternative
     note    what the drawing leaves out, or why there is none; "" otherwise
     size    extents along x, y, z
-    body    one of {"grid": [x.., z.., heights over each x, row by row (null: none)]},
+    body    one of {"grid": [x.., z.. (of all, or of each height), heights over each x, row by row
+            (null: none)], "sharp_deg": from what angle edges are drawn; absent: 14},
             {"rings": [r, y, ...]} (half of a body turned about y, crest outward)
     core    [x0, x1, y0, y1, z0, z1] or null
     plates  [place, y, angle, length, thickness, low, high, 1 if along z, bend radius or 0,
@@ -119,10 +122,16 @@ def _body(body: Body) -> tuple[Packed, float]:
     """The body's outline, and its greatest height."""
     from fingerdesign.design.layout import surface_height
     from fingerdesign.design.profile import profile_of
+    from fingerdesign.design.step_facts import content_of
+    from fingerdesign.report.compare_step import step_grid
 
     half_depth = 0.5 * body.depth_mm
     if body.step is not None:
-        return _step(body)
+        grid, height = step_grid(body, content_of(body.step.file))
+        return {
+            "grid": [_rounded(each.ravel()) for each in grid],
+            "sharp_deg": _STEP_SHARP_DEG,
+        }, height
     profile = profile_of(body)
     half = outline_of(profile)
     if body.shape == "revolved":
@@ -141,20 +150,6 @@ def _body(body: Body) -> tuple[Packed, float]:
         # At the side itself the outline's closed form may just miss.
         heights = np.where(np.isfinite(heights), heights, y[:, None])
     return {"grid": [_rounded(x), _rounded(z), _rounded(heights.ravel())]}, profile.crest
-
-
-def _step(body: Body) -> tuple[Packed, float]:
-    from fingerdesign.design.layout import surface_height
-
-    half, deep = 0.5 * body.width_mm, 0.5 * body.depth_mm
-    inner = 1.0 - 1e-6  # on the border itself a height may be missing
-    x = np.linspace(-half, half, _STEP_LINES)
-    z = np.linspace(-deep, deep, _STEP_LINES // 2 + 1)
-    heights = surface_height(body, inner * x[:, None], inner * z[None, :])
-    if not np.isfinite(heights).any():
-        raise ValueError("no height anywhere")
-    grid = [_rounded(x), _rounded(z), _rounded(heights.ravel())]
-    return {"grid": grid}, float(np.nanmax(heights))
 
 
 def outline_of(profile: Profile) -> np.ndarray:

@@ -79,6 +79,26 @@ def test_a_step_body_without_its_file_is_said_and_not_drawn(tmp_path):
     assert "STEP file" in packed["note"]
 
 
+def test_a_step_body_is_drawn_from_border_to_border(tmp_path):
+    cadquery = pytest.importorskip("cadquery")
+    pin = cadquery.Workplane("XZ").circle(7.0).extrude(-8.0).faces(">Y").edges().chamfer(1.0)
+    cadquery.exporters.export(pin, str(tmp_path / "pin.step"))
+    path = tmp_path / "pin.toml"
+    path.write_text(
+        '[design]\nname = "pin"\n[plates]\ncount = 0\n[body]\nshape = "step"\n'
+        '[body.step]\nfile = "pin.step"\ncontact_angle_deg = 30.0\n',
+        encoding="utf-8",
+    )
+    packed = packed_geometry(data_of(path))
+    assert "STEP" in packed["note"]
+    assert packed["size"] == pytest.approx([14.0, 8.0, 14.0], abs=1e-3)
+    x, z, heights = (np.array(part, dtype=float) for part in packed["body"]["grid"])
+    ends = z.reshape(len(x), -1)[:, [0, -1]]
+    across = np.abs(x) < 5.9
+    assert np.hypot(x[across, None], ends[across]) == pytest.approx(6.0, abs=0.01)
+    assert heights.reshape(len(x), -1)[across] == pytest.approx(8.0, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     "spoil",
     [

@@ -11,7 +11,7 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.bench.any_outcomes import HOSTILE, any_outcomes
-from fingerdesign.design.layout import plate_frames
+from fingerdesign.design.layout import plate_frames, surface_height
 from fingerdesign.design.volume import outline_volume
 from fingerdesign.report.compare_geometry import (
     COMPARE_VIEW_SCRIPTS,
@@ -237,8 +237,9 @@ def test_the_slider_moves_all_pictures(tmp_path, outcomes):
     script = """
     FD.views.show(0, 1, views);
     const slider = views.querySelector("input[type=range]");
-    const state = () => [...views.querySelectorAll(".v-cursor, .v-now, .v-readings td")]
-      .map((e) => e.textContent + (e.getAttribute("y") || "") + (e.getAttribute("d") || ""));
+    const state = () =>
+      [...views.querySelectorAll(".v-cursor, .v-now, .v-readings td, .v-touched polygon")]
+        .map((e) => e.textContent + ["y", "d", "points"].map((a) => e.getAttribute(a)).join());
     const before = state();
     slider.value = "3";
     slider.dispatchEvent(new Event("input"));
@@ -268,6 +269,32 @@ def test_contact_rows_show_what_the_status_says(tmp_path, outcomes):
     assert found["spaces"] == 1
     want = rows.count("/") / rows.count("#")
     assert found["slip"] / found["stick"] == pytest.approx(want, rel=0.05)
+
+
+def test_the_contact_lies_on_the_drawn_surface(tmp_path, outcomes):
+    shapes = [packed_geometry(load_design(path).model_dump(mode="json")) for path in DESIGNS]
+    some = (outcomes * 2)[: len(shapes) - 2] + any_outcomes(2, seed=3, failed=0.0, deep=True)
+    script = """
+    return FD.data.details.map(({ geometry, traces }) => {
+      const found = FD.patches(geometry, traces)(20);
+      const stick = found.filter(([name]) => name.includes("v-stick"));
+      return { count: found.length, stick: stick.length,
+        ends: found.flatMap(([, points]) => points) };
+    });
+    """
+    for path, outcome, found in zip(
+        DESIGNS, some, run(tmp_path, some, script, shapes), strict=True
+    ):
+        body = load_design(path).body
+        x, y, z = np.array(found["ends"]).T
+        near = np.abs(x) < 0.45 * body.width_mm
+        # Facets cut the arcs' corners, and patches lie a little above.
+        assert y[near] == pytest.approx(surface_height(body, x[near], z[near]), abs=0.1)
+        row = outcome.traces.status[20]
+        if outcome.fidelity == "3d":
+            assert (found["count"], found["stick"]) == (len(row) - row.count("."), row.count("#"))
+        else:
+            assert (found["count"], found["stick"]) == (3, 1)
 
 
 def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path):

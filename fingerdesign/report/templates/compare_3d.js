@@ -88,7 +88,7 @@
   }
 
   /** What one drawing consists of: lists of [class, points or path], from back to front. */
-  function picture(solid, state, scale) {
+  function picture(solid, patches, state, scale) {
     const { right, up, view } = camera(state);
     const middle = [0, 0.5 * solid.size[1], 0];
     const size = scale * state.zoom;
@@ -131,7 +131,10 @@
         if (FD.solid.dot(mark.normal, view) > 1e-9)
           inner.push([`v-${mark.kind}`, text(mark.points.map(flatten))]);
     }
-    return { far, inner, near, hidden, shown };
+    // The surface is seen from above, or not at all.
+    const touched = view[1] < 0.02 ? [] : patches.map(([name, points]) =>
+      [name, text(points.map(flatten))]);
+    return { far, inner, near, touched, hidden, shown };
   }
 
   /** A pool of polygons that takes a list of [class, points]; spare ones are taken out. */
@@ -160,17 +163,21 @@
       role: "application", "aria-roledescription": "view that can be turned",
       "aria-label": `${item.letter}: ${item.name}. ${item.geometry.words} ` +
         `${item.geometry.note} ${HELP}` });
-    const layers = ["v-far", "v-inner", "v-near"].map((name) => FD.svg("g", { class: name }));
+    const layers = ["v-far", "v-inner", "v-near", "v-touched"].map((name) =>
+      FD.svg("g", { class: name }));
+    const patches = FD.patches(item.geometry, item.traces || {});
+    let touched = [];
     const hidden = FD.svg("path", { class: "v-edge v-hidden" });
     const shown = FD.svg("path", { class: "v-edge" });
     const signs = FD.svg("g", { class: "v-signs" });
-    svg.append(layers[0], hidden, layers[1], layers[2], shown, signs);
+    svg.append(layers[0], hidden, ...layers.slice(1), shown, signs);
     const fill = layers.map(pool);
     function draw(state) {
-      const made = picture(solid, state, scale);
+      const made = picture(solid, touched, state, scale);
       fill[0](made.far);
       fill[1](made.inner);
       fill[2](made.near);
+      fill[3](made.touched);
       hidden.setAttribute("d", made.hidden);
       shown.setAttribute("d", made.shown);
       const length = scaleBar(scale * state.zoom);
@@ -191,7 +198,9 @@
           `${FD.draw.number(length)} mm`));
     }
     listen(svg, moved);
-    return { svg, draw };
+    return { svg, draw, touch(k) {
+      touched = patches(k);
+    } };
   }
 
   /** Hands and keys: `moved` gets {turn, tilt, zoom (a factor)} or "reset". */
@@ -233,7 +242,8 @@
     });
   }
 
-  /** The drawings of one or two fingers: items {letter, name, geometry (null: not known)}. */
+  /** The drawings of one or two fingers: items {letter, name, geometry (null: not known), traces};
+   * returns what follows the increment. */
   function show(items, container, columns) {
     const drawn = items.filter((item) => item.geometry && item.geometry.body);
     // One scale for both: what is longer is drawn longer, however it is turned.
@@ -291,6 +301,10 @@
       cell.append(FD.el("p", { class: "quiet" }, `${geometry.words} ${geometry.note}`.trim()));
     });
     redraw();
+    return drawn.length ? [(k) => {
+      pictures.forEach((each) => each.touch(k));
+      redraw();
+    }] : [];
   }
 
   FD.shape = { show, HELP, camera, painted };

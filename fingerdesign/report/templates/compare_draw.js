@@ -154,6 +154,6 @@
     FD.svg("path", { class: `${hollow ? "v-hollow" : "v-sign"} ${look.name}`,
       d: marker(look.marker, x, y, r) });
 
-  FD.draw = { LOOKS, DESIGNS, isNumber, number, ticks, bounds, line, marker, plot, legend, scrolled, stroke,
-    sign, id: () => `v-${(made += 1)}` };
+  FD.draw = { LOOKS, DESIGNS, isNumber, number, ticks, bounds, line, marker, plot, legend,
+    scrolled, stroke, sign, id: () => `v-${(made += 1)}` };
 })();

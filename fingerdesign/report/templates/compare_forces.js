@@ -22,7 +22,8 @@
       told.push(`friction ${FD.draw.number(grip.friction_coefficient)}, ` +
         `${FD.draw.number(grip.object_mass_g)} g, ${grip.controller}: ` +
         `${grip.lifted ? "lifted" : "not lifted"}` +
-        `${grip.gross_slip ? ", slipped as a whole" : ""}, peak ${FD.draw.number(grip.peak_normal_force_N)} N`);
+        `${grip.gross_slip ? ", slipped as a whole" : ""}, peak ` +
+        `${FD.draw.number(grip.peak_normal_force_N)} N`);
     return told.length ? `${told.join(". ")}.` : "No forces are recorded.";
   }
 
@@ -97,7 +98,8 @@
       FD.draw.sign(look, 17, 7)], `grips at friction ${FD.draw.number(friction)}, lifted`]));
     if (items.some(({ grips }) => (grips || []).some((grip) => !grip.lifted || grip.gross_slip)))
       entries.push([[FD.svg("path", { class: "v-cross v-ink",
-        d: FD.draw.marker("cross", 17, 7, 4.5) })], "a grip that was not lifted or slipped as a whole"]);
+        d: FD.draw.marker("cross", 17, 7, 4.5) })],
+      "a grip that was not lifted or slipped as a whole"]);
     if (looks.size)
       entries.push([[FD.svg("path", { class: "v-limit v-ink", d: "M4 13L30 1" })],
         "thin straight lines: the friction limit, tangential = μ × normal"]);

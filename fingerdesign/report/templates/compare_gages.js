@@ -115,7 +115,8 @@
       const looks = flat.map((item) => FD.draw.DESIGNS[items.indexOf(item)]);
       const made = profile(flat, looks, y);
       container.append(FD.el("p", {}, "All gages at the chosen increment, over x:"),
-        FD.draw.scrolled("All gages over x", made.svg), FD.draw.legend(flat.map((item, k) => [[FD.draw.stroke(looks[k], "M2 7H32"),
+        FD.draw.scrolled("All gages over x", made.svg),
+        FD.draw.legend(flat.map((item, k) => [[FD.draw.stroke(looks[k], "M2 7H32"),
           FD.draw.sign(looks[k], 17, 7)], `${item.letter}: ${item.name}`])));
       followers.push(made.at);
     }

@@ -3,7 +3,7 @@
 (() => {
   "use strict";
   const FD = (window.FD = window.FD || {});
-  const EDGE_COS = Math.cos((14 * Math.PI) / 180); // facets of one surface meet at under 7 degrees
+  const SHARP_DEG = 14; // facets of one surface meet at under 7 degrees
   const BENT_PIECES = 5; // boxes of a bent plate; odd: its middle one carries the gage
   const CLOSE = 1e-6;
 
@@ -30,7 +30,8 @@
   }
 
   /** Polygons with normals, and the edges between them: sharp, or seen as outline only. */
-  function mesh(vertices, polygons) {
+  function mesh(vertices, polygons, sharp = SHARP_DEG) {
+    const edgeCos = Math.cos((sharp * Math.PI) / 180);
     const faces = polygons.map((polygon) => ({ polygon, normal: normalOf(vertices, polygon) }));
     const known = new Map();
     faces.forEach(({ polygon }, face) =>
@@ -42,30 +43,32 @@
       }));
     const edges = [...known.values()].map((edge) => {
       const [first, second] = edge.faces.map((face) => faces[face].normal);
-      return { ...edge, sharp: second === undefined || dot(first, second) < EDGE_COS };
+      return { ...edge, sharp: second === undefined || dot(first, second) < edgeCos };
     });
     return { vertices, faces, edges };
   }
 
-  /** Heights over a grid of x and z (null: none), with straight sides down to y = 0. */
-  function gridBody([xs, zs, heights]) {
+  /** Heights over lines of x and z (null: none), with straight sides down to y = 0. */
+  function gridBody([xs, zs, heights], sharp) {
     const vertices = [];
     const numbers = new Map();
-    const height = (i, j) => heights[i * zs.length + j];
+    const lines = heights.length / xs.length;
+    const height = (i, j) => heights[i * lines + j];
+    const z = (i, j) => (zs.length === heights.length ? zs[i * lines + j] : zs[j]);
     const vertex = (i, j, top) => {
       const key = `${i} ${j} ${top}`;
       if (!numbers.has(key)) {
         numbers.set(key, vertices.length);
-        vertices.push([xs[i], top ? height(i, j) : 0, zs[j]]);
+        vertices.push([xs[i], top ? height(i, j) : 0, z(i, j)]);
       }
       return numbers.get(key);
     };
     const corners = (i, j) => [[i, j], [i, j + 1], [i + 1, j + 1], [i + 1, j]];
-    const there = (i, j) => i >= 0 && j >= 0 && i < xs.length - 1 && j < zs.length - 1 &&
+    const there = (i, j) => i >= 0 && j >= 0 && i < xs.length - 1 && j < lines - 1 &&
       corners(i, j).every(([p, q]) => height(p, q) !== null);
     const polygons = [];
     for (let i = 0; i < xs.length - 1; i += 1)
-      for (let j = 0; j < zs.length - 1; j += 1) {
+      for (let j = 0; j < lines - 1; j += 1) {
         if (!there(i, j)) continue;
         const ring = corners(i, j);
         polygons.push(ring.map(([p, q]) => vertex(p, q, true)));
@@ -78,7 +81,7 @@
             vertex(...b, true)]);
         });
       }
-    return mesh(vertices, polygons);
+    return mesh(vertices, polygons, sharp);
   }
 
   /** Half an outline (r, y, ... from the crest outward) turned about y, down to y = 0. */
@@ -199,7 +202,8 @@
         const axis = between(boxes[i], boxes[j]);
         if (axis) planes.push({ i, j, axis });
       }
-    const drawn = body === null ? null : body.grid ? gridBody(body.grid) : turnedBody(body.rings);
+    const drawn = body === null ? null
+      : body.grid ? gridBody(body.grid, body.sharp_deg) : turnedBody(body.rings);
     return { body: drawn, boxes, planes, size: packed.size };
   }
 

@@ -5,7 +5,8 @@
   const FD = (window.FD = window.FD || {});
   const READINGS = [["normal_force_N", "normal force (N)"],
     ["tangential_force_N", "tangential force (N)"], ["stick_ratio", "stick ratio"],
-    ["contact_width_mm", "contact width (mm)"], ["approach_mm", "approach (mm)"], ["shear_mm", "shear (mm)"]];
+    ["contact_width_mm", "contact width (mm)"], ["approach_mm", "approach (mm)"],
+    ["shear_mm", "shear (mm)"]];
   const FIDELITY = { "plane-strain": "plane strain", "3d": "three dimensions",
     auto: "chosen by tolerance" };
   const percent = (share) =>
@@ -103,14 +104,14 @@
         container.append(FD.el("p", { class: "warnings" }, mark(letter),
           ` ${name} has no result: ${failure.sentence}`));
     const shape = section(container, "Shape", "Body (see-through), plates, and the gages on them " +
-      "as pale patches; all at one scale. Drag to turn, or click and use the keys. " +
+      "as pale patches; all at one scale. On top, at the chosen increment: what sticks (filled) " +
+      "and slips (pale, dotted outline). Drag to turn, or click and use the keys. " +
       FD.shape.HELP, items);
-    FD.shape.show(items, shape.before, shape.columns);
+    const followers = FD.shape.show(items, shape.before, shape.columns);
     const bar = FD.el("div", { class: "v-increment" });
     const readings = FD.el("div", { class: "scroll", tabindex: "0", role: "region",
       "aria-label": "Readings at the chosen increment" });
     container.append(bar, readings);
-    const followers = [];
     const add = (part, title, reading) => {
       const { columns, after } = section(container, title, reading, items);
       followers.push(...part.show(items, after, columns));
