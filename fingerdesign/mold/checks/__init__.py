@@ -28,13 +28,13 @@ SEED = 7
 
 
 def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Check, ...]:
-    """Everything that is checked of a mold, its parts and its plates.
+    """Everything that is checked of a mold, its parts, its plates and its rubber.
 
     Parts whose triangles are not those of a solid cannot be cut with each other: then only their
     own checks are returned, and one that says so.
     """
     chord = design.mold.chord_mm
-    parts = (*meshes.parts, *meshes.plates)
+    parts = (*meshes.parts, *meshes.plates, meshes.rubber)
     found = [check for part in parts for check in part_checks(part, chord)]
     assembly = assemble(design, plan, meshes)
     broken = [name for name, solid in assembly.solids.items() if not sound(solid)]

@@ -14,8 +14,8 @@ EXACT_SHARE = 1e-6  # of the kernel's own volumes
 SINGLE = 2.0**-24
 
 
-def part_checks(part: PartMesh, chord_mm: float, voids: int = 0) -> list[Check]:
-    """Topology, triangles, volume and chord of one part; it may enclose ``voids``."""
+def part_checks(part: PartMesh, chord_mm: float) -> list[Check]:
+    """Topology, triangles, volume and chord of one part. Rubber alone may enclose a core."""
     found = topology(part.triangles)
     least = float(heights(part.vertices, part.triangles).min())
 
@@ -30,11 +30,11 @@ def part_checks(part: PartMesh, chord_mm: float, voids: int = 0) -> list[Check]:
         Check(
             "one shell",
             part.name,
-            found.shells == 1 + voids,
+            found.shells == 1 or part.made == "silicone",
             float(found.shells),
-            1.0 + voids,
+            1.0,
             "shells",
-            f"{part.name}: {found.shells} shells of triangles, {1 + voids} wanted",
+            f"{part.name}: {found.shells} shells of triangles",
         ),
         Check(
             "no degenerate triangles",
@@ -77,7 +77,7 @@ def _volume(part: PartMesh) -> Check:
     slack = part.chord * curved_area(part.vertices, part.triangles)
     slack += rounded * float(areas(part.vertices, part.triangles).sum())
     bound = slack / abs(part.volume) + EXACT_SHARE
-    if part.made != "process":  # a bent plate's two faces err alike
+    if part.made == "metal":  # a bent plate's two faces err alike
         bound = min(VOLUME_SHARE, bound)
     sentence = (
         f"{part.name}: its triangles enclose {found:.4f} mm^3, the exact solid "
