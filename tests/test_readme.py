@@ -114,6 +114,29 @@ def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
         assert told == [value for key, value in vars(limits).items() if key != "name"]
 
 
+def test_the_molds_page_tells_refusals_as_they_are():
+    import tomllib
+
+    from fingerdesign.design.io import load_design, with_values
+    from fingerdesign.design.starter import shipped_path
+    from fingerdesign.errors import DesignError
+    from fingerdesign.mold.planning import plan_mold
+
+    text = (ROOT / "docs/molds.md").read_text("utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", text, flags=re.MULTILINE)
+    assert len(rows) == 5
+    for name, key, value, told in rows:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+        design = with_values(load_design(shipped_path(name)), {key: parsed})
+        with pytest.raises(DesignError) as error:
+            plan_mold(design)
+        said = str(error.value)
+        blamed = re.match(r"[a-z_.]+ = ", told)
+        assert (blamed[0] if blamed else f"{key} = ") in said
+        for number in re.findall(r"\d+\.\d+", told):
+            assert number in said, (number, said)
+
+
 def test_make_targets_exist():
     makefile = (ROOT / "Makefile").read_text("utf-8")
     for target in re.findall(r"\bmake ([a-z-]+)", TEXT):
