@@ -21,7 +21,7 @@ STANDINGS = ("recommended", "front", "feasible", "not feasible")
 _MARKS = {name: f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)}
 _UNITS = {
     **{"_N_per_mm": "N/mm", "_N": "N", "_mm": "mm", "_MPa": "MPa", "_ml": "ml", "_MB": "MB"},
-    **{"_seconds": "s", "_g": "g", "_s": "s"},
+    **{"_g": "g", "_s": "s"},
 }
 
 
@@ -98,13 +98,14 @@ def metric_title(name: str) -> str:
 def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
     """Words and unit of a metric's name.
 
-    >>> name_and_unit("peak_force_N"), name_and_unit("cost")
-    (('peak force', 'N'), ('cost', ''))
+    >>> name_and_unit("peak_force_N"), name_and_unit("core_seconds", "s")
+    (('peak force', 'N'), ('core seconds', ''))
     """
     for ending, known in _UNITS.items():
         if name.endswith(ending):
-            title = name.removesuffix("" if ending == "_seconds" else ending)
-            return shown(title.replace("_", " ")), unit or known
+            return shown(name.removesuffix(ending).replace("_", " ")), unit or known
+    if name.endswith("_seconds"):
+        unit = ""  # it is said already
     return shown(name.replace("_", " ")), unit
 
 

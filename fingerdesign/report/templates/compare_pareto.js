@@ -128,6 +128,18 @@
     return parts;
   }
 
+  /** The border of what is dominated: between two of the front its corner is the worse of both. */
+  function stairs(line) {
+    const across = x.goal === "min" ? Math.max : Math.min;
+    const up = y.goal === "min" ? Math.min : Math.max; // py grows downward
+    const parts = line.map(({ px, py }, k) => {
+      if (k === 0) return `M${px} ${py}`;
+      const last = line[k - 1];
+      return `L${across(px, last.px)} ${up(py, last.py)}L${px} ${py}`;
+    });
+    return parts.join("");
+  }
+
   function draw() {
     const found = FD.shown
       .map((number) => ({ number, x: FD.value(number, x), y: FD.value(number, y) }))
@@ -155,8 +167,7 @@
     const line = points.filter((point) => point.front);
     const parts = frame(across, up);
     if (line.length > 1) {
-      const d = `M${line.map(({ px, py }) => `${px} ${py}`).join("L")}`;
-      parts.push(FD.svg("path", { class: "line", d }));
+      parts.push(FD.svg("path", { class: "line", d: stairs(line) }));
     }
     const plain = points.filter((p) => !p.front && p.number !== FD.data.study.recommended);
     const over = points.filter((p) => !plain.includes(p));
