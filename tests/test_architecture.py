@@ -19,6 +19,8 @@ ALLOWED = {
     "manifold3d": {"mold"},
     "lib3mf": {"mold"},
     "ezdxf": {"mold"},
+    "optuna": {"sweep"},
+    "distributed": {"sweep"},
     "matplotlib": {"report", "study", "bench", "mesh/quality_picture.py"},
     "pyvista": {"report", "mesh"},
 }

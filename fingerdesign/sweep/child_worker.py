@@ -1,0 +1,65 @@
+"""The process that evaluates: ``python -m fingerdesign.sweep.child_worker MODULE:FUNCTION``.
+
+Reads jobs, one JSON line each, from standard input; answers each with one JSON line on the pipe
+that was standard output. It loads what work needs before it says that it is ready. It ends, with
+all that it has started, when its parent is gone.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from typing import Any
+
+EVALUATE = "fingerdesign.sweep.child_worker:evaluated"
+_WATCH_S = 0.5
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Answer jobs until standard input ends."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8", buffering=1)
+    os.dup2(2, 1)  # what a library prints is no answer
+    parent = os.getppid()
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+    module, _, name = arguments[0].partition(":")
+    function: Callable[[dict[str, Any]], str] = getattr(import_module(module), name)
+    if arguments[0] == EVALUATE:
+        _preload()
+    answers.write(json.dumps({"ready": os.getpid()}) + "\n")
+    for line in sys.stdin:
+        answers.write(function(json.loads(line)) + "\n")
+    return 0
+
+
+def evaluated(data: dict[str, Any]) -> str:
+    """The outcome of a job, both as plain values."""
+    from fingerdesign.sweep.evaluate import Job, evaluate
+
+    return evaluate(Job.from_data(data)).to_json()
+
+
+def _preload() -> None:
+    """Load what an analysis loads, and the mesher's process: two seconds, once for many jobs."""
+    import fingerdesign.pipeline
+    import fingerdesign.sweep.measured
+    import fingerdesign.sweep.validity  # noqa: F401
+    from fingerdesign.mesh.section_process import start_mesher
+
+    start_mesher()
+
+
+def _end_with(parent: int) -> None:
+    """End this process group once the parent is gone, whatever the main thread is doing."""
+    while os.getppid() == parent:
+        time.sleep(_WATCH_S)
+    os.killpg(0, signal.SIGKILL)
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
