@@ -86,23 +86,24 @@ def columns_of(
     limits: Limits,
     size: str,
     sheets: float,
+    beside: float = 0.0,
     tips: float = 0.0,
     bar: bool = False,
     wide: bool = False,
 ) -> Columns:
     """The columns for bolts of a size.
 
-    ``sheets``: thickness of the combs or jigs of an end; ``tips``: how far plates reach out of open
-    windows there, 0: there are none; ``bar``: the insert is narrowed along x, its bolts and pins
-    stand beyond the finger's ends; ``wide``: it has pins in the side walls, which reach as far as
-    the end walls.
+    ``sheets``: thickness of the combs or jigs of an end, ``beside``: of a flank; ``tips``: how far
+    plates reach out of open windows at the ends, 0: there are none; ``bar``: the insert is narrowed
+    along x, its bolts and pins stand beyond the finger's ends; ``wide``: it has pins in the side
+    walls, which reach as far as the end walls.
     """
     gap, hole = limits.wall_mm + SPARE_MM, CLEARANCE_HOLES[size]
     small, big = pin_sizes(limits)
     socket, radius = 0.5 * big + limits.clearance_mm, 0.5 * hole
     reach = pin_length(big, sheets, limits, extent.corner)
     most = max(radius, socket)
-    x1 = extent.half_width + gap + radius
+    x1 = extent.half_width + beside + gap + radius
     x2 = x1 + radius + gap + most
     x3 = x2 + most + gap + socket
     deep = extent.corner + reach + limits.clearance_mm + gap + most

@@ -159,14 +159,15 @@ def _parted(
 
 def _columns(walls: Walls, limits: Limits, bolt: str) -> Columns:
     """Columns for the given bolts, or for the largest of ``AUTO_BOLTS`` that fit along z."""
+    thick = {p.side: p.sheet * {"comb": 1, "jig": 2}.get(p.holding, 0) for p in walls.sides}
+    sheets, beside = max(thick["+z"], thick["-z"]), max(thick["+x"], thick["-x"])
     ends = [planned for planned in walls.sides if planned.side.endswith("z")]
-    sheets = max(planned.sheet * {"comb": 1, "jig": 2}.get(planned.holding, 0) for planned in ends)
     open_ends = [planned.side for planned in ends if planned.window is not None]
     tips = max((walls.tips[side] for side in open_ends), default=0.0)
     bar, plugged = walls.plug("x") is not None, walls.plug("z") is not None
 
     def of(size: str, wide: bool) -> Columns:
-        return columns_of(walls.extent, limits, size, sheets, tips, bar, wide)
+        return columns_of(walls.extent, limits, size, sheets, beside, tips, bar, wide)
 
     sizes = AUTO_BOLTS if bolt == "auto" else (bolt,)
     size = next((s for s in sizes if z_bolt_height(walls, of(s, plugged)) is not None), sizes[-1])

@@ -67,6 +67,12 @@ def surface(bar):
     return np.vstack([(places[:, None] + ring[None]).reshape(-1, 3), [start, end]])
 
 
+def sheets(plan, axis):
+    """Thickness of the combs or jigs of an axis' sides: walls begin beyond them."""
+    count = {"comb": 1, "jig": 2}
+    return max(s.sheet * count.get(s.holding, 0) for s in plan.sides if s.side.endswith(axis))
+
+
 @pytest.mark.parametrize("which", [*NAMES, *SEEDS])
 def test_walls_stand_between_all_holes_and_to_every_face(which):
     design = find_design(which) if isinstance(which, str) else drawn(which)
@@ -81,7 +87,7 @@ def test_walls_stand_between_all_holes_and_to_every_face(which):
         across = np.abs(end - start) < 1e-9
         most = np.array([plan.reach_x, plan.top, plan.reach_z])
         assert np.all((most - np.abs(start))[across] >= room), name
-        beside_x = abs(start[0]) - plan.half_width
+        beside_x = abs(start[0]) - plan.half_width - sheets(plan, "x")
         beside_z = min(abs(start[2]), abs(end[2])) - plan.half_depth
         assert max(beside_x, beside_z) >= room, name  # the finger's footprint
         if across[1]:
