@@ -61,21 +61,11 @@ def _walls(bench: Bench, axis: str) -> Iterator[str]:
         return
     threaded = False
     for name, side in zip(names, (first, second), strict=True):
-        sheets = listed([words(sheet) for sheet in comb_names(side.side, side.holding)])
-        holder, place = name, f"slide it along its keys {onto}"
-        if sheets:
-            holder = sheets
-            place = "set it on its place" if axis == "x" else f"slide it {onto}"
         if not side.slots:
             yield f"Slide {name} along its keys {onto}."
-        elif threaded:
-            yield f"Thread {holder} over the plates' other ends, one by one; then {place}."
-        else:
-            numbers = numbers_text([slot.plate for slot in side.slots])
-            yield f"Take {holder}: {place}."
-            yield f"From the other side, push plates {numbers} into its slots, each into its own."
-            threaded = True
-        yield from _held(side)
+            continue
+        yield from _threaded(side, name, onto, axis, threaded)
+        threaded = True
     if first.holding in ("comb", "jig") or second.holding in ("comb", "jig"):
         yield (
             f"Slide {listed(names)} along their keys {onto}, up to the sheets; lead tabs and "
@@ -83,12 +73,30 @@ def _walls(bench: Bench, axis: str) -> Iterator[str]:
         )
 
 
-def _held(side: SidePlan) -> Iterator[str]:
-    if side.holding == "jig" and side.shift > 0.0:
+def _threaded(side: SidePlan, wall: str, onto: str, axis: str, held: bool) -> Iterator[str]:
+    """Plates into what holds them at a side; ``held``: they stand in the other side's already."""
+    numbers = numbers_text([slot.plate for slot in side.slots])
+    sheets = [words(sheet) for sheet in comb_names(side.side, side.holding)]
+    jig = len(sheets) > 1
+    it, its = ("them", "their") if jig else ("it", "its")
+    holder = listed(sheets) or wall
+    place = f"slide {it} along {its} keys {onto}"
+    if sheets:
+        place = f"set {it} on {its} place" if axis == "x" else f"slide {it} {onto}"
+    if jig:
         yield (
-            f"Shift the outer sheet by {side.shift:g} mm along the plates' normal, until they are "
-            "clamped."
+            f"Lay {holder} on each other so that their slots fall together, "
+            f"{2.0 * side.shift:.3g} mm off their places along the plates' normal."
         )
+    if held:
+        after = "" if jig else f"; {place}"
+        yield f"Thread {holder} over the plates' other ends, one by one{after}."
+    else:
+        if not jig:
+            yield f"Take {holder}: {place}."
+        yield f"From the other side, push plates {numbers} into {its} slots, each into its own."
+    if jig:
+        yield f"Shift the sheets until their holes fall together: that clamps the plates; {place}."
     shims = sorted({round(slot.shim, 3) for slot in side.slots if slot.shim > 0.0})
     if shims:
         sizes = listed([f"{shim:g}" for shim in shims])

@@ -19,6 +19,10 @@ def making(bench: Bench) -> Iterator[str]:
             "The parts' STEP files are exact. Drill and ream the dowel holes of parts that share a "
             "dowel together, where your machine allows it."
         )
+        dowels = [pin for pin in bench.plan.pins if pin.dowel]
+        if dowels:
+            parts = listed(sorted({words(pin.on) for pin in dowels}))
+            yield f"Press the {len(dowels)} dowel pins into {parts}; they slide in the other part."
     else:
         yield (
             "mold.3mf holds them in millimetres, each on its largest flat face with the side that "

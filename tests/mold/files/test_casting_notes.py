@@ -154,6 +154,23 @@ def test_slots_need_shims_and_dowels_are_bought(hand_made):
     assert items["dowel pin"].count == 1
 
 
+@pytest.mark.parametrize(
+    ("holding", "holder", "words"),
+    [
+        ("comb", "comb front", "lead tabs and wires out"),
+        ("jig", "jig front inner and jig front outer", "that clamps the plates"),
+        ("slots", "end wall front", "0.2 mm shim into each slot"),
+    ],
+)
+def test_plates_are_threaded_into_what_holds_them(hand_made, holding, holder, words):
+    text = notes_of(*hand_made(holding))["Close the mold"]
+    assert holder in text
+    assert "push plates 0-2 into" in text
+    assert words in text
+    # Both ends: the back's holder comes after the plates stand in the front's.
+    assert text.index("push plates 0-2") < text.index("over the plates' other ends")
+
+
 def test_a_finger_without_plates_has_notes_without_them(hand_made):
     design, plan, meshes = hand_made()
     bare = design.model_copy(update={"plates": design.plates.model_copy(update={"count": 0})})
