@@ -136,6 +136,16 @@ def test_keys_run_along_the_walls_draw_and_lean_by_the_draft():
         )
 
 
+@pytest.mark.parametrize("which", [*NAMES, *SEEDS])
+def test_side_walls_pins_pass_over_the_keys(which):
+    plan = plan_mold(find_design(which) if isinstance(which, str) else drawn(which))
+    height = max(key.high[1] for key in plan.keys)
+    assert height >= 0.3
+    for pin in plan.pins:
+        if pin.on != INSERT:
+            assert pin.root[1] - 0.5 * pin.diameter > height + 0.1
+
+
 def test_pins_stand_on_the_parts_that_are_taken_off_first_or_last():
     plan = plan_mold(find_design("narrow"))
     upright = [pin for pin in plan.pins if pin.on == INSERT]
