@@ -1,0 +1,31 @@
+"""The command on a shipped design, nothing hand-made: every check passes, every file is there."""
+
+import json
+
+import jsonschema
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign.mold.record_schema import mold_schema
+from fingerdesign.mold.three_mf import read_3mf
+
+pytestmark = pytest.mark.slow
+
+
+def test_a_shipped_finger_can_be_cast(tmp_path):
+    assert main(["mold", "boned", "--out", str(tmp_path), "--quiet"]) == 0
+    folder = tmp_path / "boned"
+    data = json.loads((folder / "mold_report.json").read_text("utf-8"))
+    jsonschema.validate(data, mold_schema())
+    assert data["status"] == "ok"
+    assert all(check["ok"] for check in data["checks"])
+    assert sorted(path.name for path in folder.iterdir()) == data["files"]
+    named = {name for part in (*data["parts"], *data["plates"]) for name in part["files"]}
+    assert named <= set(data["files"])
+    printed = {part["name"]: part for part in data["parts"] if part["print"]}
+    held = {each.name: each for each in read_3mf(folder / "mold.3mf")}
+    assert set(held) == set(printed)
+    for name, part in printed.items():
+        assert held[name].triangles == part["triangles"]
+        assert held[name].volume == pytest.approx(part["volume_mm3"], rel=3e-3)  # chords
+        assert part["chord_mm"] <= data["process"]["chord_mm"]
