@@ -110,8 +110,11 @@ class Browser:
     def click(self, selector: str) -> None:
         """A real press of the mouse in the middle of the first element, scrolled into view."""
         place = self.evaluate(
-            f"(() => {{ const e = document.querySelector({json.dumps(selector)}); if (!e) return 0;"
+            f"(async () => {{ const e = document.querySelector({json.dumps(selector)});"
+            "if (!e) return 0;"
             "e.scrollIntoView({block: 'center', inline: 'center', behavior: 'instant'});"
+            # What comes into sight may be drawn now, and move the rest.
+            "for (let k = 0; k < 2; k += 1) await new Promise(requestAnimationFrame);"
             "const r = e.getBoundingClientRect();"
             "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
         )

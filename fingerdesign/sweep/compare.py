@@ -134,8 +134,10 @@ def _lines(path: Path) -> tuple[Outcome, ...]:
 
 def _outcome(line: str, source: str) -> Outcome:
     try:
-        return Outcome.from_json(line)
-    except OutcomeError as error:
+        found = Outcome.from_json(line)
+        found.to_json()  # what is infinite cannot be written again
+        return found
+    except (OutcomeError, ValueError) as error:
         bound, remedy = "an outcome as JSON", f"{error}; run the study again"
         raise DesignError([Fault("outcome", line[:60], bound, remedy)], source) from error
 

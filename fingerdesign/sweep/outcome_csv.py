@@ -10,6 +10,7 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import zip_longest
 from typing import Any
 
 from fingerdesign.sweep.outcome import Outcome
@@ -69,7 +70,7 @@ def grips_csv(outcomes: Sequence[Outcome]) -> str:
         for outcome in outcomes
         for number, grip in enumerate(outcome.grips)
         for step, (normal, tangential) in enumerate(
-            zip(grip.normal_force_N, grip.tangential_force_N, strict=True)
+            zip_longest(grip.normal_force_N, grip.tangential_force_N)
         )
     )
     return _text(header, rows)

@@ -73,6 +73,18 @@ def test_watch_sees_errors_and_requests(tmp_path) -> None:
             browser.evaluate("nothing")
 
 
+@pytest.mark.parametrize("few", [(), any_outcomes(3, failed=1.0), MADE[20:21], MADE[20:22]])
+def test_a_page_of_few_or_none_is_silent(tmp_path, few) -> None:
+    page = tmp_path / "few.html"
+    page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
+    with Browser(page, tmp_path) as browser:
+        for place in ("views", "parallel-chart"):
+            browser.evaluate(f"document.getElementById('{place}').scrollIntoView()")
+            browser.evaluate("new Promise((f) => setTimeout(f, 200))")
+        assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
+        assert browser.console == browser.requests == []
+
+
 def test_opens_with_the_recommended_one_chosen(opened) -> None:
     name = opened.evaluate("document.getElementById('recommended-name').textContent")
     first = opened.evaluate(f"{SHOWN}[0].textContent")

@@ -74,6 +74,18 @@ def test_a_wrong_record_is_refused(tmp_path, record) -> None:
         read_comparison([folder])
 
 
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
+def test_what_is_no_number_is_refused(tmp_path, number) -> None:
+    good = next(outcome for outcome in MADE if outcome.status == "ok")
+    cost = f'"cost":{good.metrics["cost"]}'
+    line = good.to_json()
+    assert cost in line
+    path = tmp_path / "o.jsonl"
+    path.write_text(line.replace(cost, f'"cost":{number}'), encoding="utf-8")
+    with pytest.raises(DesignError, match="line 1"):
+        read_outcomes([path])
+
+
 def result(**changes):
     grips = tuple(
         GripResult("paper", mu, 500.0, True, mu == 0.8, 10.0, 2.4, margin, 0.3, 12.0, 0.0, 40)
