@@ -32,7 +32,7 @@ Rgba = tuple[float, float, float, float]
 
 ASSEMBLY = "assembly.step"
 ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
-ANGLE_RAD = 0.15  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
+ANGLE_RAD = 0.17  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
 STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
 COLOURS: dict[str, Rgba] = {
     INSERT: (0.35, 0.55, 0.80, 1.0),

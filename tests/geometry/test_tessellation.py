@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import cadquery as cq
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from fingerdesign.geometry import tessellation
 from fingerdesign.geometry.export import check_watertight, enclosed_volume
 from fingerdesign.geometry.solid import build_solid
 from fingerdesign.geometry.surface import surface_of
-from fingerdesign.geometry.tessellation import merge_vertices, triangulate
+from fingerdesign.geometry.tessellation import merge_vertices, triangulate, triangulate_measured
 
 Array = NDArray[np.float64]
 Make = Callable[..., Design]
@@ -133,3 +134,29 @@ def test_near_vertices_become_one() -> None:
     points, triangles = merge_vertices(doubled, np.array([[0, 1, 2], [3, 4, 5], [0, 3, 1]]))
     assert len(points) == 3
     assert len(triangles) == 2  # the third has collapsed
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "cone", "sphere", "torus"])
+def test_the_greatest_chord_is_measured(kind: str) -> None:
+    solid = {
+        "cylinder": lambda: cq.Solid.makeCylinder(3.0, 4.0),
+        "cone": lambda: cq.Solid.makeCone(3.0, 1.0, 4.0),
+        "sphere": lambda: cq.Solid.makeSphere(3.0, angleDegrees1=-90),
+        "torus": lambda: cq.Solid.makeTorus(3.0, 1.0),
+    }[kind]()
+    vertices, triangles, chord = triangulate_measured([solid], 0.02)
+    middles = vertices[triangles].mean(axis=1)
+    edges = 0.5 * (vertices[triangles] + vertices[triangles[:, [1, 2, 0]]]).reshape(-1, 3)
+    x, y, z = np.vstack([middles, edges]).T
+    round_ = np.hypot(x, y)
+    inside = {
+        "cylinder": 3.0 - round_,
+        "cone": (3.0 - 0.5 * z - round_) * np.cos(np.arctan(0.5)),
+        "sphere": 3.0 - np.hypot(round_, z),
+        "torus": 1.0 - np.hypot(round_ - 3.0, z),
+    }[kind]
+    off = np.abs(inside)
+    if kind in ("cylinder", "cone"):  # places on the flat ends are not on the round side
+        off = off[(z > 1e-6) & (z < 4.0 - 1e-6)]
+    assert 0.001 < chord <= 0.02
+    assert chord == pytest.approx(off.max(), rel=1e-3)
