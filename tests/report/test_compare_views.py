@@ -246,11 +246,19 @@ def test_the_slider_moves_all_pictures(tmp_path, outcomes):
     const cells = [...views.querySelectorAll(".v-readings tbody tr")].map((row) =>
       [...row.querySelectorAll("td")].map((cell) => cell.textContent));
     const still = state().filter((each, k) => each === before[k]);
-    return { cells, still: still.length, count: before.length,
+    press(views.querySelector(".v-space"), "+");
+    const near = polygons(views.querySelector(".v-space")).join();
+    FD.views.show(1, 0, views);
+    FD.views.show(0, 1, views);
+    const same = polygons(views.querySelector(".v-space")).join() === near;
+    return { cells, same, kept: views.querySelector("input[type=range]").value,
+      still: still.length, count: before.length,
       told: views.querySelector("output").textContent };
     """
     found = run(tmp_path, outcomes, script)
     assert found["told"] == "3 of 24"
+    assert found["kept"] == "3"
+    assert found["same"], "another pair is seen from where the last one was"
     first = outcomes[0].traces
     assert float(found["cells"][0][0]) == pytest.approx(first.normal_force_N[2], rel=0.01)
     assert found["still"] < found["count"] / 3

@@ -15,6 +15,7 @@
   const LIGHT = [-0.35, 0.8, 0.5];
   const SHADES = 6;
   const HELP = "Arrow keys turn and tilt, plus and minus zoom, 0 resets.";
+  let kept = { ...START }; // another pair of designs is seen from where the last one was
   const radians = (angle) => (angle * Math.PI) / 180;
 
   /** The camera's axes in space: right, up, and toward the viewer. */
@@ -249,7 +250,7 @@
     // One scale for both: what is longer is drawn longer, however it is turned.
     const reach = Math.max(...drawn.map((item) => Math.hypot(...item.geometry.size)), 1e-6);
     const scale = HEIGHT / reach;
-    const states = drawn.map(() => ({ ...START }));
+    const states = drawn.map(() => ({ ...kept }));
     const pictures = [];
     const together = FD.el("input", { type: "checkbox" });
     together.checked = true;
@@ -260,6 +261,7 @@
       states.forEach((_, other) => {
         if (other === k || k === null || together.checked) states[other] = limited({ ...state });
       });
+      kept = states[k || 0];
       redraw();
       clearTimeout(wait);
       wait = setTimeout(() => {

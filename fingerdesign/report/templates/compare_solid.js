@@ -4,7 +4,7 @@
   "use strict";
   const FD = (window.FD = window.FD || {});
   const SHARP_DEG = 14; // facets of one surface meet at under 7 degrees
-  const BENT_PIECES = 5; // boxes of a bent plate; odd: its middle one carries the gage
+  const BENT_RAD = 0.17; // a bent plate is drawn as boxes that turn by at most this
   const CLOSE = 1e-6;
 
   const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
@@ -120,7 +120,11 @@
     if (dot(normalOf(vertices, BOX[1]), minus(vertices[4], vertices[0])) < 0)
       polygons = BOX.map((polygon) => [...polygon].reverse()); // plates along z: left-handed
     const faces = polygons.map((polygon) => ({ polygon, normal: normalOf(vertices, polygon) }));
-    return { vertices, faces, kind, marks };
+    const reach = [0, 1, 2].map((k) => {
+      const places = vertices.map((vertex) => vertex[k]);
+      return [Math.min(...places), Math.max(...places)];
+    });
+    return { vertices, faces, kind, marks, reach };
   }
 
   /** The boxes of one plate; the middle one carries its gages and holes as marks. */
@@ -139,7 +143,8 @@
       return alongZ ? [w, q, p] : [p, q, w];
     };
     const half = 0.5 * thickness;
-    const count = bend ? BENT_PIECES : 1;
+    // Odd: the middle one carries the gage.
+    const count = bend ? 2 * Math.ceil((length / bend / BENT_RAD - 1) / 2) + 1 : 1;
     const patch = (face, points, kind) => ({ kind, points, face });
     const marks = [];
     const middle = 0.5 * (low + high) + (gages ? gages.z : 0);
@@ -167,6 +172,13 @@
 
   /** A direction along which box `a` lies wholly below box `b`; null: they cross. */
   function between(a, b) {
+    for (const k of [0, 1, 2]) { // cheap, and enough for most
+      const axis = [0, 0, 0];
+      axis[k] = 1;
+      if (a.reach[k][1] <= b.reach[k][0] + CLOSE) return axis;
+      axis[k] = -1;
+      if (b.reach[k][1] <= a.reach[k][0] + CLOSE) return axis;
+    }
     const axes = [...a.faces.map((face) => face.normal), ...b.faces.map((face) => face.normal)];
     const edges = (each) => [minus(each.vertices[1], each.vertices[0]),
       minus(each.vertices[3], each.vertices[0]), minus(each.vertices[4], each.vertices[0])];

@@ -9,6 +9,7 @@
     ["shear_mm", "shear (mm)"]];
   const FIDELITY = { "plane-strain": "plane strain", "3d": "three dimensions",
     auto: "chosen by tolerance" };
+  let kept = Infinity; // the chosen increment, for the next pair too
   const percent = (share) =>
     (FD.draw.isNumber(share) ? `${FD.draw.number(100 * share, 2)} %` : "not estimated");
 
@@ -43,7 +44,7 @@
     if (!count) return;
     const id = FD.draw.id();
     const slider = FD.el("input", { type: "range", id, min: "1", max: String(count), step: "1" });
-    slider.value = String(count);
+    slider.value = String(Math.min(kept, count));
     const shown = FD.el("output", { for: id });
     const readings = READINGS.filter(([key]) =>
       items.some(({ traces }) => (traces[key] || []).length));
@@ -65,7 +66,11 @@
       }));
       followers.forEach((each) => each(chosen - 1));
     };
-    slider.addEventListener("input", follow);
+    slider.addEventListener("input", () => {
+      const chosen = Number(slider.value);
+      kept = chosen === count ? Infinity : chosen; // the last stays the last
+      follow();
+    });
     bar.append(FD.el("div", { class: "v-bar v-slider" },
       FD.el("label", { for: id }, "Increment of the path"), slider, shown));
     below.append(table);
