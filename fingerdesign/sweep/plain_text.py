@@ -16,6 +16,8 @@ def shown(text: str) -> str:
     >>> shown("b" + chr(0x202E) + "c" + chr(10))
     'b\ufffdc\ufffd'
     """
+    if len(text) <= MOST_TEXT and text.isprintable():
+        return text
     cut = text[:MOST_TEXT]
     seen = "".join("\ufffd" if unicodedata.category(c) in _UNSEEN else c for c in cut)
     return seen + "…" if len(text) > MOST_TEXT else seen
