@@ -63,6 +63,8 @@ def command(
     from fingerdesign.sweep.outcome_csv import designs_csv
     from fingerdesign.sweep.recommend import recommend
 
+    to_stdout = str(json_file) == "-"
+    _refuse_places({"--out": out, "--csv": csv_file, "--json": json_file}, results)
     found = read_comparison(results, _objectives(asked), name)
     _refuse_unknown(found)
     outcomes, facts = found.outcomes, found.facts
@@ -70,7 +72,6 @@ def command(
     if csv_file is not None:
         texts[csv_file] = designs_csv(outcomes)
     best = recommend(outcomes, facts.objectives, facts.constraints)
-    to_stdout = json_file is not None and str(json_file) == "-"
     if json_file is not None and not to_stdout:
         texts[json_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     for path, text in texts.items():
@@ -81,6 +82,30 @@ def command(
         _show(found, best)
         click.echo(f"report: {out}")
     return 0
+
+
+def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> None:
+    """A usage error where a file cannot go: folders, what is read here, one place for two."""
+    from fingerdesign.result_folder import RESULT_FILE
+    from fingerdesign.sweep.compare import OUTCOMES_FILE, STUDY_FILE
+
+    read = {path.resolve() for path in results}
+    taken: set[Path] = set()
+    for option, given in places.items():
+        if given is None or str(given) == "-":
+            continue
+        path = given.resolve()
+        above = next((each for each in path.parents if each.exists()), path)
+        why = ""
+        if path.is_dir() or not above.is_dir():
+            why = "must be a file in a folder"
+        elif path in read or (path.name in (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)):
+            why = "must not be a result's own file"
+        elif path in taken:
+            why = "must not be that of another option"
+        if why:
+            raise click.UsageError(f"{option} = {given}: {why}; choose another")
+        taken.add(path)
 
 
 def _objectives(asked: Sequence[str]) -> list[Wanted]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 GOALS = ("min", "max")
 # Without objectives of the user's, the first of these that the outcomes have, up to three.
-USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "safety_margin", "cost")
+USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "least_margin", "cost")
 MOST_USUAL = 3
 
 

@@ -55,3 +55,10 @@ def test_wrong_input_is_named(study, tmp_path, capsys, more, named) -> None:
     assert main(["compare", str(study), "--out", str(out), *more]) == 2
     assert named in capsys.readouterr().err
     assert not out.exists()
+
+
+@pytest.mark.parametrize("where", ["study", "study/outcomes.jsonl", "study/outcomes.jsonl/x.html"])
+def test_nothing_of_the_study_is_written_over(study, tmp_path, capsys, where) -> None:
+    assert main(["compare", str(study), "--out", str(tmp_path / where)]) == 2
+    assert "choose another" in capsys.readouterr().err
+    assert read_outcomes([study]) == MADE

@@ -275,7 +275,7 @@
     const wanted = FD.data.study.objectives.map(named).filter(Boolean);
     x = wanted[0] ?? axes[0];
     y = wanted[1] ?? axes.find((column) => column !== x) ?? x;
-    picture = FD.svg("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, "aria-hidden": null });
+    picture = FD.svg("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "none" });
     const label = "Designs by two measures: arrow keys move, Enter chooses";
     field = FD.el(
       "div",
