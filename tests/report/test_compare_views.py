@@ -322,6 +322,7 @@ def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path):
 def test_parallel_coordinates_choose_by_keys_and_by_click(tmp_path, outcomes):
     script = """
     const told = [];
+    FD.data.study = { objectives: [{ metric: "cost", goal: "max" }] };
     const all = FD.data.designs.map((_, k) => k);
     FD.parallel.show(parallel, all, [2, 5], (index) => told.push(index));
     const svg = parallel.querySelector("svg");
@@ -342,6 +343,7 @@ def test_parallel_coordinates_choose_by_keys_and_by_click(tmp_path, outcomes):
     assert found["told"] == [1, 2]
     assert "arc radius" in found["titles"]
     assert "safety margin ▲" in found["titles"]
+    assert found["titles"].index("cost ▲") < found["titles"].index("safety margin ▲")
     assert outcomes[2].name in found["label"]
     assert found["words"].startswith(outcomes[2].name)
     assert "Too few designs" in found["few"]

@@ -22,10 +22,12 @@
     return [parts.join(" "), unit];
   }
 
-  /** Axes that can be drawn: of values and metrics that differ between the designs. */
+  /** Axes of what differs between the designs: values, objectives, other metrics. */
   function axesOf(indices) {
     const designs = indices.map((index) => FD.data.designs[index]);
     const metrics = new Map((FD.data.metrics || []).map((metric) => [metric.name, metric]));
+    const goals = new Map((((FD.data.study || {}).objectives) || [])
+      .map(({ metric, goal }) => [metric, goal]));
     const keys = new Set(designs.flatMap((design) => Object.keys(design.values || {})));
     const names = new Set([...metrics.keys()].filter((name) =>
       designs.some((design) => FD.draw.isNumber((design.metrics || {})[name]))));
@@ -39,14 +41,17 @@
     }
     for (const name of names) {
       const { unit, better } = metrics.get(name);
+      const goal = goals.get(name);
       const [title, own] = titled(name);
-      made.push(numeric(`metric ${name}`, title, unit && unit !== "1" ? unit : own, better,
-        designs.map((design) => (design.metrics || {})[name])));
+      made.push(numeric(`metric ${name}`, title, unit && unit !== "1" ? unit : own, goal || better,
+        designs.map((design) => (design.metrics || {})[name]), goal !== undefined));
     }
-    return made.filter((axis) => axis.differs);
+    const rank = ({ key, objective, better }) =>
+      (key.startsWith("value ") ? 0 : objective ? 1 : better ? 2 : 3);
+    return made.filter((axis) => axis.differs).sort((p, q) => rank(p) - rank(q));
   }
 
-  function numeric(key, title, unit, better, raw) {
+  function numeric(key, title, unit, better, raw, objective = false) {
     const present = raw.filter(FD.draw.isNumber);
     const [lo, hi] = [Math.min(...present), Math.max(...present)];
     const turned = better === "min"; // up is better
@@ -54,7 +59,7 @@
       const at = (value - lo) / (hi - lo);
       return turned ? 1 - at : at;
     };
-    return { key, title, unit, better, differs: present.length > 1 && hi > lo,
+    return { key, title, unit, better, objective, differs: present.length > 1 && hi > lo,
       at: raw.map((value) => (FD.draw.isNumber(value) ? share(value) : null)),
       ticks: FD.draw.ticks(lo, hi, 4).map((value) => [share(value), FD.draw.number(value, 4)]),
       words: raw.map((value) =>
@@ -76,9 +81,7 @@
   function usual(axes) {
     const values = axes.filter(({ key }) => key.startsWith("value "));
     const metrics = axes.filter(({ key }) => key.startsWith("metric "));
-    const judged = [...metrics.filter(({ better }) => better),
-      ...metrics.filter(({ better }) => !better)];
-    return new Set([...values.slice(0, MOST_VALUES), ...judged.slice(0, MOST_METRICS)]
+    return new Set([...values.slice(0, MOST_VALUES), ...metrics.slice(0, MOST_METRICS)]
       .map(({ key }) => key));
   }
 

@@ -108,10 +108,13 @@
       if (failure)
         container.append(FD.el("p", { class: "warnings" }, mark(letter),
           ` ${name} has no result: ${failure.sentence}`));
+    const contact = items.filter(({ traces }) => (traces.status || []).length);
+    const deep = contact.some(({ traces }) => (traces.contact_z_mm || []).length);
+    const flat = contact.some(({ traces }) => !(traces.contact_z_mm || []).length);
     const shape = section(container, "Shape", "Body (see-through), plates, and the gages on them " +
-      "as pale patches; all at one scale. On top, at the chosen increment: what sticks (filled) " +
-      "and slips (pale, dotted outline). Drag to turn, or click and use the keys. " +
-      FD.shape.HELP, items);
+      "as pale patches; all at one scale. " + (contact.length ? "On top, at the chosen " +
+      "increment: what sticks (filled) and slips (pale, dotted outline). " : "") +
+      `Drag to turn, or click and use the keys. ${FD.shape.HELP}`, items);
     const followers = FD.shape.show(items, shape.before, shape.columns);
     const bar = FD.el("div", { class: "v-increment" });
     const readings = FD.el("div", { class: "scroll", tabindex: "0", role: "region",
@@ -121,8 +124,6 @@
       const { columns, after } = section(container, title, reading, items);
       followers.push(...part.show(items, after, columns));
     };
-    const deep = items.some(({ traces }) => (traces.contact_z_mm || []).length);
-    const flat = items.some(({ traces }) => !(traces.contact_z_mm || []).length);
     add(FD.contact, "Contact", "Where the surface is open, sticks and slips" +
       (flat ? ", over x, a row an increment of the path; the frame is the chosen increment" : "") +
       (deep ? ", seen from above at the chosen increment, marked point by point" : "") + ".");
