@@ -258,5 +258,14 @@ def luminance(colour):
     return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
 
 
+@pytest.mark.parametrize("width", [360, 800])
+def test_fits_narrow_windows(browser, width) -> None:
+    screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **screen)
+    wide = browser.evaluate("document.documentElement.scrollWidth")
+    browser.call("Emulation.setDeviceMetricsOverride", **(screen | {"width": 1400, "height": 1000}))
+    assert wide <= width
+
+
 def test_prints(browser, tmp_path) -> None:
     assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
