@@ -30,25 +30,36 @@ from fingerdesign.sweep.outcome import FailureKind
 RECYCLED_AFTER = 50  # jobs
 START_LIMIT_S = 120.0  # to load; 2 s on a quiet machine
 _LOOK_S = 0.2
+_OTHERS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 _WORKER = "fingerdesign.sweep.child_worker"
 
 
 class ChildFailed(FingerDesignError):
-    """The process did not answer; ``kind`` says how: "crashed", "timeout" or "memory"."""
+    """The process did not answer; ``kind`` says how: "crashed", "timeout" or "memory".
 
-    def __init__(self, kind: FailureKind, message: str) -> None:
+    ended_by_others: a signal that no defect sends ended it: a user, or the system short of memory.
+    """
+
+    def __init__(self, kind: FailureKind, message: str, ended_by_others: bool = False) -> None:
         self.kind: FailureKind = kind
+        self.ended_by_others = ended_by_others
         super().__init__(message)
 
 
 class Child:
     """One evaluating process; started by the first job. A context manager: leaving it ends it.
 
-    evaluator: "module:function" of plain values to a line of JSON.
+    evaluator: "module:function" of plain values to a line of JSON. ended: it starts no process.
     """
 
-    def __init__(self, evaluator: str = EVALUATE, recycled_after: int = RECYCLED_AFTER) -> None:
-        self._evaluator, self._recycled_after = evaluator, recycled_after
+    def __init__(
+        self,
+        evaluator: str = EVALUATE,
+        recycled_after: int = RECYCLED_AFTER,
+        ended: bool = False,
+    ) -> None:
+        self.evaluator, self._recycled_after = evaluator, recycled_after
+        self._killed = ended
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: IO[bytes] | None = None
         self._jobs = 0
@@ -67,7 +78,8 @@ class Child:
 
     def run(self, data: dict[str, Any], time_s: float, memory_MB: float) -> str:
         """The answer to one job. Raises ChildFailed; the next job gets a new process."""
-        if self._jobs >= self._recycled_after:
+        gone = self._process is not None and self._process.poll() is not None
+        if gone or self._jobs >= self._recycled_after:
             self.end()
         line = (json.dumps(data, allow_nan=False) + "\n").encode()
         try:
@@ -82,6 +94,14 @@ class Child:
         except BaseException:
             self.end()
             raise
+
+    def kill(self) -> None:
+        """End the process from another thread; a job that it does fails, and none follows."""
+        self._killed = True
+        process = self._process
+        if process is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
 
     def end(self) -> None:
         """End the process and all that it has started."""
@@ -100,15 +120,19 @@ class Child:
             self._errors = None
 
     def _start(self, memory_MB: float) -> subprocess.Popen[bytes]:
+        if self._killed:
+            raise ChildFailed("crashed", "it was told to end")
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by end()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", _WORKER, self._evaluator],
+            [sys.executable, "-m", _WORKER, self.evaluator],
             env=environment() | {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._errors,
             start_new_session=True,
         )
+        if self._killed:  # meanwhile
+            raise ChildFailed("crashed", "it was told to end")
         self._answer(self._process, START_LIMIT_S, memory_MB)  # "ready"
         return self._process
 
@@ -149,7 +173,10 @@ class Child:
             said = f": {lines[-1][:300]}" if lines else ""
         self.end()
         if code < 0:
-            return ChildFailed("crashed", f"its process was ended by {_signal(-code)}{said}")
+            others = -code in _OTHERS
+            return ChildFailed(
+                "crashed", f"its process was ended by {_signal(-code)}{said}", others
+            )
         return ChildFailed("crashed", f"its process ended with code {code}{said}")
 
 

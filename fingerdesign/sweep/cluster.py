@@ -1,0 +1,221 @@
+"""Jobs on a Dask cluster: the cores of this machine, or any scheduler that is named.
+
+Dask hands out the work; what evaluates it is a child process of each worker thread
+(sweep/worker_task.py), which bears the limits and the crashes. So the local workers are threads of
+this process: no port is opened, and nothing is left when it ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import queue
+import secrets
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from importlib.util import find_spec
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.sweep.child_worker import EVALUATE
+from fingerdesign.sweep.outcome import Failure, Outcome, OutcomeError
+from fingerdesign.sweep.worker_task import end_pool, forget_pool, task_text, work
+
+if TYPE_CHECKING:
+    from fingerdesign.sweep.evaluate import Job
+    from fingerdesign.sweep.study_file import Limits
+
+AHEAD = 500  # jobs handed to the scheduler before their turn: enough for it to ask for workers by
+CONNECT_S, CLOSE_S, LOOK_S = 15.0, 10.0, 2.0
+_LOGGERS = ("distributed", "distributed.client", "distributed.scheduler", "distributed.worker")
+
+
+class ClusterError(FingerDesignError):
+    """The cluster cannot work: no scheduler answers, it was lost, its workers cannot evaluate."""
+
+
+class Cluster:
+    """Where jobs are evaluated; started by the first of them. A context manager.
+
+    workers: processes at a time on this machine (None: as many as cores); scheduler: the address
+    of a Dask scheduler instead. evaluator: "module:function", see sweep/child.py.
+    """
+
+    def __init__(
+        self,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        evaluator: str = EVALUATE,
+    ) -> None:
+        self._workers, self._scheduler, self._evaluator = workers, scheduler, evaluator
+        self._pool = secrets.token_hex(8) if scheduler is None else ""
+        self._client: Any = None
+        self._stack = ExitStack()
+        self.threads = 0  # that evaluate, when last looked at
+        self.dashboard: str | None = None  # its address, once started
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._stack.close()
+
+    def start(self) -> None:
+        """Connect, or start the local workers; the first job does it too. Raises ClusterError."""
+        if self._client is not None:
+            return
+        self._stack.enter_context(_quiet())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions that differ: results are held to theirs
+            if self._scheduler is None:
+                self._start_here()
+            else:
+                self._connect(self._scheduler)
+        self._count()
+
+    def outcomes(
+        self,
+        jobs: Iterable[tuple[str, Job]],
+        limits: Limits,
+        look: Callable[[], None] = lambda: None,
+    ) -> Iterator[tuple[str, Outcome]]:
+        """Each job's digest and outcome, as they come; what fails is an outcome too.
+
+        jobs: with their digests. look: called every second or two while nothing comes. Raises
+        ClusterError.
+        """
+        self.start()
+        from distributed import Future
+
+        waiting: dict[str, tuple[str, Job, Future]] = {}
+        finished: queue.SimpleQueue[str] = queue.SimpleQueue()
+        source = iter(jobs)
+        try:
+            while True:
+                while len(waiting) < AHEAD and (each := next(source, None)) is not None:
+                    future = self._submit(each[1], limits)
+                    waiting[future.key] = (*each, future)
+                    future.add_done_callback(lambda done: finished.put(done.key))
+                if not waiting:
+                    return
+                try:
+                    key = finished.get(timeout=LOOK_S)
+                except queue.Empty:
+                    self._count()
+                    look()
+                    continue
+                digest, job, future = waiting.pop(key)
+                yield digest, self._outcome(digest, job, future)
+        finally:
+            if waiting:
+                with contextlib.suppress(Exception):
+                    self._client.cancel([future for _, _, future in waiting.values()])
+
+    def _submit(self, job: Job, limits: Limits) -> Any:
+        text = task_text(
+            job.to_data(), self._evaluator, limits.time_s, limits.memory_MB, self._pool
+        )
+        return self._client.submit(work, text, key=f"fingerdesign-{secrets.token_hex(12)}")
+
+    def _outcome(self, digest: str, job: Job, future: Any) -> Outcome:
+        from distributed import CancelledError, KilledWorker
+
+        from fingerdesign.sweep.evaluate import failed
+
+        try:
+            answer = json.loads(future.result(timeout=CONNECT_S))
+        except KilledWorker as error:
+            times = f"the worker that had it died, on {error.allowed_failures + 1} workers in turn"
+            return failed(job, Failure("crashed", times))
+        except (CancelledError, OSError, TimeoutError) as error:
+            raise self._lost() from error
+        except Exception as error:
+            remedy = "does it have this version of fingerdesign, and what that needs?"
+            kind = type(error).__name__
+            raise ClusterError(f"a worker cannot evaluate: {kind}: {error}; {remedy}") from error
+        if "failure" in answer:
+            return failed(job, Failure(*answer["failure"]))
+        try:
+            found = Outcome.from_json(answer["outcome"])
+        except OutcomeError as error:
+            return failed(job, Failure("crashed", f"its process answered with {error}"))
+        if found.digest != digest:
+            here, there = failed(job, Failure("crashed", "")).versions, found.versions
+            differ = [f"{name} {there.get(name)}" for name in here if here[name] != there.get(name)]
+            told = ", ".join(differ) or "another fingerdesign"
+            raise ClusterError(f"a worker has {told}; install the same everywhere")
+        return found
+
+    def _start_here(self) -> None:
+        from distributed import Client, LocalCluster
+
+        from fingerdesign.resources.machine import usable_cores
+
+        threads = self._workers or usable_cores()
+        cluster = self._stack.enter_context(
+            LocalCluster(
+                n_workers=1,
+                threads_per_worker=threads,
+                processes=False,
+                memory_limit=0,  # the children's memory is what counts
+                dashboard_address="127.0.0.1:0",
+                silence_logs=False,
+            )
+        )
+        self._client = Client(cluster, set_as_default=False)
+        self._stack.callback(forget_pool, self._pool)
+        self._stack.callback(self._client.close, CLOSE_S)
+        self._stack.callback(end_pool, self._pool)  # first: what runs would be waited for
+        if find_spec("bokeh") is not None:
+            self.dashboard = self._client.dashboard_link
+
+    def _connect(self, address: str) -> None:
+        from distributed import Client
+
+        try:
+            self._client = Client(address, timeout=CONNECT_S, set_as_default=False)
+        except (OSError, TimeoutError) as error:
+            told = f"no Dask scheduler answers at {address} within {CONNECT_S:g} s"
+            raise ClusterError(f"{told}; start one, or leave --scheduler out") from error
+        except (ValueError, TypeError) as error:
+            remedy = f"correct it ({error})"
+            fault = Fault("--scheduler", address, "an address like tcp://host:8786", remedy)
+            raise DesignError([fault]) from error
+        self._stack.callback(self._client.close, CLOSE_S)
+        if "dashboard" in self._client.scheduler_info()["services"]:
+            self.dashboard = self._client.dashboard_link
+
+    def _count(self) -> None:
+        try:
+            self.threads = sum(self._client.nthreads().values())
+        except Exception as error:
+            raise self._lost() from error
+
+    def _lost(self) -> ClusterError:
+        at = f" at {self._scheduler}" if self._scheduler else ""
+        told = f"the Dask scheduler{at} is gone; what was done is kept"
+        return ClusterError(f"{told}: run it again, and it goes on")
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what Dask logs off the terminal: failures are told as outcomes."""
+    import distributed  # noqa: F401 - it sets its loggers' levels when it is loaded
+
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)

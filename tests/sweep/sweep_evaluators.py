@@ -1,0 +1,62 @@
+"""Evaluators for tests, named "sweep_evaluators:NAME": quick, and bad in every way."""
+
+import os
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from fingerdesign.sweep.evaluate import Job, failed
+from fingerdesign.sweep.outcome import Failure
+
+
+def outcome_of(data, seconds=0.0):
+    """A good outcome, the same whenever and wherever it is computed."""
+    job = Job.from_data(data)
+    metrics = {"plates": float(job.design.plates.count), "cost": 1.0}
+    empty = failed(job, Failure("failed", ""))
+    return replace(empty, status="ok", failure=None, metrics=metrics, seconds=seconds)
+
+
+def quick(data):
+    """At once; leaves a line of its name in the file $EVALUATED, if any."""
+    _tell(data)
+    return outcome_of(data).to_json()
+
+
+def slow(data):
+    """After $EVALUATOR_SECONDS."""
+    time.sleep(float(os.environ.get("EVALUATOR_SECONDS", "0.2")))
+    return quick(data)
+
+
+def bad(data):
+    """What the value "act" says: crash, exit, hang, eat, raise, babble, killed; else quick."""
+    act = data["values"].get("act", "")
+    if act == "crash":
+        os.abort()
+    if act == "exit":
+        os._exit(3)
+    if act == "hang":
+        time.sleep(1e6)
+    if act == "eat":
+        kept = []
+        while True:
+            kept.append(bytearray(os.urandom(1 << 20) * 20))
+            time.sleep(0.02)
+    if act == "raise":
+        raise ZeroDivisionError("of the test")
+    if act == "babble":
+        return '{"no": "outcome"}'
+    if act == "killed":  # once
+        mark = Path(os.environ["EVALUATED"] + ".killed")
+        if not mark.exists():
+            mark.touch()
+            os.kill(os.getpid(), 9)
+    return quick(data)
+
+
+def _tell(data):
+    path = os.environ.get("EVALUATED")
+    if path:
+        with open(path, "a", encoding="utf-8") as stream:
+            stream.write(f"{data['name']}\n")
