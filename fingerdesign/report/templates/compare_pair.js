@@ -24,8 +24,10 @@
       "tr",
       {},
       FD.el("th", { scope: "row", class: "text" }, FD.heading(column)),
-      cell(texts[0], better === "A" ? "better" : ""),
-      cell(texts[1], better === "B" ? "better" : ""),
+      ...values.map((value, place) => {
+        const word = typeof value === "string" && column.path[0] !== "digest" ? "word" : "";
+        return cell(texts[place], better === "AB"[place] ? "better" : word);
+      }),
       cell(share),
       cell(better ? `${better} is better` : "", "text"),
     );
