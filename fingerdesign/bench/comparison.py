@@ -58,7 +58,7 @@ class PageMeasured:
 
     def median(self, name: str) -> float:
         """The median of one of the times, s."""
-        return statistics.median(getattr(each, name) for each in self.times)
+        return float(statistics.median(getattr(each, name) for each in self.times))
 
 
 @dataclass(frozen=True)
