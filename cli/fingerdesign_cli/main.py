@@ -51,6 +51,7 @@ COMMANDS = {
         "Compare controllers over friction, weight and noise.",
     ),
     "mold": ("fingerdesign_cli.mold:command", "Make the mold that a finger is cast in."),
+    "sweep": ("fingerdesign_cli.sweep:command", "Analyse every variant of a study."),
     "compare": (
         "fingerdesign_cli.compare:command",
         "Which finger is better at what, on one page.",

@@ -31,20 +31,24 @@ if TYPE_CHECKING:
 class Standing:
     """Where a study stands.
 
-    number, of  outcomes at hand, and of how many; failures and stored (not computed now) of them
+    number, of  outcomes at hand, and of how many; of them failures, stored (taken from the store)
+                and computed (now; the digests are counted, two variants may have one)
     seconds     since the start; left: estimated till the end, None where nothing tells yet
-    threads     of workers that evaluate; 0: it waits for some
-    outcome     that came now; None: nothing new
+    threads     of workers that evaluate, 0 before computing; waiting: for workers, there are none
+    outcome     that came now; None: nothing new; from_store: it was not computed now
     """
 
     number: int
     of: int
     failures: int
     stored: int
+    computed: int
     seconds: float
     left: float | None = None
     threads: int = 0
+    waiting: bool = False
     outcome: Outcome | None = None
+    from_store: bool = False
 
 
 Tell = Callable[[Standing], None]
@@ -124,7 +128,7 @@ class _Run:
                 self._missing[digest] = [place]
             else:
                 self._stored += 1
-                self._add(place, stored)
+                self._add(place, stored, from_store=True)
 
     def _jobs(self) -> Iterator[tuple[str, Job]]:
         for digest, places in list(self._missing.items()):
@@ -132,14 +136,22 @@ class _Run:
             assert isinstance(job, Job)
             yield digest, job
 
-    def _add(self, place: int, outcome: Outcome, cluster: Cluster | None = None) -> None:
+    def _add(
+        self,
+        place: int,
+        outcome: Outcome,
+        cluster: Cluster | None = None,
+        from_store: bool = False,
+    ) -> None:
         job = self._plan[place]
         own = _relabelled(outcome, job) if isinstance(job, Job) else outcome
         self._found[place] = own
         self._failures += own.status == "failed"
-        self._tell(self._standing(cluster, own))
+        self._tell(self._standing(cluster, own, from_store))
 
-    def _standing(self, cluster: Cluster | None, outcome: Outcome | None = None) -> Standing:
+    def _standing(
+        self, cluster: Cluster | None, outcome: Outcome | None = None, from_store: bool = False
+    ) -> Standing:
         now = time.monotonic()
         left = None
         if self._computed and self._first is not None:
@@ -149,10 +161,13 @@ class _Run:
             of=len(self._plan),
             failures=self._failures,
             stored=self._stored,
+            computed=self._computed,
             seconds=now - self._start,
             left=left,
             threads=0 if cluster is None else cluster.threads,
+            waiting=cluster is not None and cluster.threads == 0,
             outcome=outcome,
+            from_store=from_store,
         )
 
 
