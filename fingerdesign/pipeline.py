@@ -155,6 +155,7 @@ def _run_in_zone(
         plates=plate_frames(design),
         gages=GageLayout(**design.gages.model_dump()) if design.plates.number else None,
         depth_mm=design.body.depth_mm,
+        problem=heard,
     )
 
 

@@ -28,6 +28,7 @@ from fingerdesign.result_arrays import (
 )
 
 if TYPE_CHECKING:
+    from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.layout import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
@@ -323,6 +324,7 @@ class Analysis:
 
     A part that was not computed is None or empty and the report leaves its figures out, saying so.
     depth_mm: the body's depth, which the picture of a plane-strain section is drawn with.
+    problem: the condensed finger and its object, with the gages of the array, to ask more of.
     The result's summaries of the slip studies are made from ``slip_studies`` where it has none.
     """
 
@@ -335,6 +337,7 @@ class Analysis:
     plates: tuple[PlateFrame, ...] = ()
     gages: GageLayout | None = None
     depth_mm: float = 10.0
+    problem: ContactProblem | None = None
 
     def __post_init__(self) -> None:
         if self.slip_studies and not self.result.slip_studies:

@@ -132,11 +132,12 @@ def failed(job: Job, failure: Failure) -> Outcome:
 
 def _analysed(job: Job) -> Outcome:
     from fingerdesign.pipeline import run
-    from fingerdesign.sweep.measured import grips_of, metrics_of, traces_of
+    from fingerdesign.sweep.measured import grips_of, metrics_of, stick_error_of, traces_of
     from fingerdesign.sweep.validity import validity_of
 
     analysis = run(job.case)
     result = analysis.result
+    told, unheard = stick_error_of(job.case, analysis)
     return Outcome(
         digest=job.digest(),
         name=job.name,
@@ -145,11 +146,11 @@ def _analysed(job: Job) -> Outcome:
         scene=job.scene_name,
         fidelity=job.fidelity,
         status="ok",
-        metrics=metrics_of(job.design, job.cost, analysis),
+        metrics={**metrics_of(job.design, job.cost, analysis), "stick_error": told},
         traces=traces_of(analysis),
         grips=grips_of(analysis),
         validity=validity_of(job, analysis),
-        warnings=result.warnings,
+        warnings=result.warnings + unheard,
         versions=result.versions,
         seeds=result.seeds,
         peak_memory_MB=result.peak_memory_MB,

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 import statistics
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.errors import SolverError
 from fingerdesign.results import OPEN, SLIP, Analysis, GripTrace
 from fingerdesign.sweep.outcome import GripOutcome, Numbers, Traces
 
 if TYPE_CHECKING:
+    from fingerdesign.case import Case
     from fingerdesign.design.schema import Design
     from fingerdesign.sweep.study_file import Cost
 
@@ -44,6 +47,33 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
     )
     found["gage_response"] = _gage_response(analysis)
     return found | own_metrics(design, cost)
+
+
+def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[str, ...]]:
+    """The gage error of the stick ratio, and why there is none.
+
+    Grips are as deep as the stage goes, or, where a scene is given, as its path: the model's
+    contact candidates reach no farther. Dead gages are known to be dead, and not heard.
+    """
+    from fingerdesign.pipeline import one_thread
+    from fingerdesign.sweep.stick_error import Listening, stick_error
+
+    problem, design = analysis.problem, case.design
+    if problem is None:
+        return None, ()
+    grip = design.grip
+    heard = [k for k, plate in enumerate(case.gage_array) if plate not in grip.hardware.dead_gages]
+    if not heard:
+        return None, ()
+    problem = replace(problem, model=problem.model.with_gages(heard))
+    deepest = max(row.approach_mm for row in analysis.result.increments)
+    reach = deepest if case.scene is not None else grip.max_approach_mm
+    try:
+        with one_thread():
+            listening = Listening.of(grip.hardware)
+            return stick_error(problem, design.gages.face, reach, listening, grip.seed), ()
+    except SolverError as error:
+        return None, (f"no gage error of the stick ratio: {error}",)
 
 
 def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
