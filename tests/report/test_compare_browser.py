@@ -182,6 +182,20 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
     assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
 
 
+def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser) -> None:
+    seen = []
+    for number in (20, 21, 22, 21):
+        browser.evaluate(f"FD.toggle({number})")
+        seen.append(browser.evaluate("FD.selected"))
+    assert seen == [[20, None], [20, 21], [21, 22], [22, None]]
+    browser.evaluate("FD.toggle(20)")
+    browser.click("#chosen > button")  # swap
+    assert browser.evaluate("FD.selected") == [20, 22]
+    browser.click("#chosen .one button")  # leave A out
+    assert browser.evaluate("FD.selected") == [22, None]
+    assert browser.evaluate("document.querySelectorAll('#table-designs tr[data-mark]').length") == 1
+
+
 def test_front_of_two_measures_is_right(browser) -> None:
     browser.evaluate(
         "(() => { const s = document.getElementById('axis-y');"
