@@ -23,7 +23,6 @@ from fingerdesign.sweep.study_facts import (
 )
 
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
-_SHOWN = 200  # characters of a record's value on the page
 
 
 @dataclass(frozen=True)
@@ -183,10 +182,15 @@ def _facts(
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:
-    """A record's facts as text, but what stands elsewhere on the page."""
-    skip = ("name", "objectives", "constraints", "versions")
-    return [
-        (key, (value if isinstance(value, str) else json.dumps(value))[:_SHOWN])
-        for key, value in record.items()
-        if key not in skip and value is not None
-    ]
+    """A record's facts as text, a table's one by one; without what stands elsewhere on the page."""
+    skip = ("name", "objectives", "constraints", "versions", "schema_version")
+    found = []
+    for key, value in record.items():
+        if key in skip or value is None or value in ({}, []):
+            continue
+        inner = value.items() if isinstance(value, dict) else [("", value)]
+        found += [
+            (f"{key}: {name}" if name else key, each if isinstance(each, str) else json.dumps(each))
+            for name, each in inner
+        ]
+    return found

@@ -31,13 +31,15 @@ def test_study_folder(tmp_path) -> None:
         objectives=[{"metric": "cost", "goal": "min"}],
         constraints={"peak_ratio": {"at_most": 3}},
         seed=7,
+        fixed={},
+        parameters={"plates.count": [9, 11]},
     )
     found = read_comparison([folder])
     assert found.outcomes == MADE
     assert found.facts.name == "mine"
     assert found.facts.objectives == (Wanted("cost", "min"),)
     assert found.facts.constraints == (Bound("peak_ratio", None, 3),)
-    assert found.facts.record == {"seed": "7"}
+    assert found.facts.record == {"seed": "7", "parameters: plates.count": "[9, 11]"}
     assert not found.facts.assumed_objectives
 
 
