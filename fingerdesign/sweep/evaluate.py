@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import resource
 import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -11,7 +10,12 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.sweep.metrics import METRICS_VERSION
-from fingerdesign.sweep.outcome import Failure, Outcome
+from fingerdesign.sweep.outcome import Failure, FailureKind, Outcome
+from fingerdesign.sweep.processor import (
+    forget_peak_memory,
+    peak_memory_MB,
+    processor_seconds,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.case import Case
@@ -58,11 +62,8 @@ class Job:
 
         The design's name does not count: two studies that meet in a finger share its outcome.
         """
-        from fingerdesign.design.io import with_values
-
         case = self.case
-        plain = with_values(self.design, {"design.name": "finger"})
-        decided = result_digest(plain, case.path_scene, case.asked)
+        decided = result_digest(_nameless(self.design), case.path_scene, case.asked)
         gripped = "" if self.scene is not None else "with grips"
         told = "\n".join((decided, gripped, f"metrics {METRICS_VERSION}"))
         return hashlib.sha256(told.encode()).hexdigest()
@@ -97,20 +98,50 @@ class Job:
 
 
 def evaluate(job: Job) -> Outcome:
-    """Analyse one variant in this process. A failure of the work is an outcome, never raised."""
-    started, cpu = time.perf_counter(), _processor_seconds()
+    """Analyse one variant in this process. A failure of the work is an outcome, never raised.
+
+    What is no failure of the work, a fault of this program, is raised.
+    """
+    forget_peak_memory()
+    started, used = time.perf_counter(), processor_seconds()
     try:
         found = _analysed(job)
     except DesignError as error:
-        found = failed(job, Failure("refused", str(error)))
+        found = failed(job, Failure(_refusal(job), str(error)))
     except FingerDesignError as error:
         found = failed(job, Failure("failed", str(error)))
-    used = _processor_seconds() - cpu
+    except MemoryError as error:
+        found = failed(job, Failure("memory", f"this process got no more memory: {error}"))
+    used = processor_seconds() - used
     return replace(
         found,
         seconds=time.perf_counter() - started,
         core_seconds=used,
+        peak_memory_MB=peak_memory_MB(),
         metrics={**found.metrics, "core_seconds": used} if found.status == "ok" else {},
+    )
+
+
+def relabelled(outcome: Outcome, job: Job) -> Outcome:
+    """The outcome with what the job's digest leaves out: its own names, values and prices.
+
+    An outcome may have been computed for another study that met the same finger. Raises ValueError
+    for an outcome of another finger.
+    """
+    if outcome.digest != job.digest():
+        raise ValueError(f"{outcome.name} is not an outcome of {job.name}: their digests differ")
+    metrics = outcome.metrics
+    if "cost" in metrics:
+        from fingerdesign.sweep.measured import own_metrics
+
+        metrics = metrics | {"cost": own_metrics(job.design, job.cost)["cost"]}
+    return replace(
+        outcome,
+        name=job.name,
+        values=dict(job.values),
+        design=job.design.model_dump(mode="json", exclude_none=True),
+        scene=job.scene_name,
+        metrics=metrics,
     )
 
 
@@ -126,7 +157,7 @@ def failed(job: Job, failure: Failure) -> Outcome:
         status="failed",
         failure=failure,
         versions=versions(),
-        seeds={"grip": job.design.grip.seed},
+        seeds=_seeds(job),
     )
 
 
@@ -135,9 +166,13 @@ def _analysed(job: Job) -> Outcome:
     from fingerdesign.sweep.measured import grips_of, metrics_of, stick_error_of, traces_of
     from fingerdesign.sweep.validity import validity_of
 
-    analysis = run(job.case)
+    # Nameless, since another study's job may be given the outcome: its sentences name no design.
+    case = replace(job.case, design=_nameless(job.design))
+    analysis = run(case)
     result = analysis.result
-    told, unheard = stick_error_of(job.case, analysis)
+    told, unheard = stick_error_of(case, analysis)
+    validity = validity_of(case, analysis)
+    metrics = metrics_of(job.design, job.cost, analysis)
     return Outcome(
         digest=job.digest(),
         name=job.name,
@@ -146,18 +181,41 @@ def _analysed(job: Job) -> Outcome:
         scene=job.scene_name,
         fidelity=job.fidelity,
         status="ok",
-        metrics={**metrics_of(job.design, job.cost, analysis), "stick_error": told},
+        metrics={
+            **metrics,
+            "stick_error": told,
+            "plane_strain_error": validity.plane_strain_error,
+        },
         traces=traces_of(analysis),
         grips=grips_of(analysis),
-        validity=validity_of(job, analysis),
+        validity=validity,
         warnings=result.warnings + unheard,
         versions=result.versions,
-        seeds=result.seeds,
-        peak_memory_MB=result.peak_memory_MB,
+        seeds=_seeds(job),
     )
 
 
-def _processor_seconds() -> float:
-    """Of this process and of those that it started and that have ended."""
-    own, ended = (resource.getrusage(w) for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
+def _nameless(design: Design) -> Design:
+    """The design without what decides no number: its name, and which values its source gave."""
+    meta = design.design.model_copy(update={"name": "finger"})
+    return design.model_copy(update={"design": meta, "assumed": ()})
+
+
+def _seeds(job: Job) -> dict[str, int]:
+    seed = job.design.grip.seed
+    return {"grip": seed, "stick_error": seed}
+
+
+def _refusal(job: Job) -> FailureKind:
+    """The kind of a refusal: "memory" where a machine with more of it would not refuse."""
+    from fingerdesign.pipeline import refuse
+
+    if job.fidelity == "auto":
+        return "refused"  # the ladder ends where memory does, and says so
+    try:
+        refuse(replace(job.case, go_on=True), job.case.path_scene)
+    except DesignError:
+        return "refused"
+    from fingerdesign.resources.limits import memory_faults
+
+    return "memory" if memory_faults(job.case) else "refused"

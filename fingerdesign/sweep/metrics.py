@@ -12,7 +12,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 2
+METRICS_VERSION = 3
 Goal = Literal["min", "max"]
 
 

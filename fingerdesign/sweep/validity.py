@@ -9,17 +9,17 @@ from fingerdesign.results import Analysis
 from fingerdesign.sweep.outcome import Validity
 
 if TYPE_CHECKING:
-    from fingerdesign.sweep.evaluate import Job
+    from fingerdesign.case import Case
 
 
-def validity_of(job: Job, analysis: Analysis) -> Validity:
+def validity_of(case: Case, analysis: Analysis) -> Validity:
     """The forecast of plane strain's error, and what the ladder estimated of the mesh's."""
     sentences, plane, mesh = [], None, None
     if analysis.result.model is not None and analysis.result.model.dimension == 2:
         from fingerdesign.study.plane_strain_estimate import plane_strain_error
 
         try:
-            estimate = plane_strain_error(job.design, job.case.path_scene)
+            estimate = plane_strain_error(case.design, case.path_scene)
         except DesignError as error:
             sentences.append(f"no forecast of plane strain's error: {error}")
         else:
