@@ -5,11 +5,17 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from fingerdesign.design.faults import dotted, shown
+from fingerdesign.design.faults import dotted
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.sweep.study_file import MOST_VARIANTS, Choice, Range, Study
+from fingerdesign.sweep.study_values import Choice, Range
+
+if TYPE_CHECKING:
+    from fingerdesign.sweep.study_file import Study
+
+MOST_GRID = 100_000  # variants
+
 
 Values = dict[str, Choice]
 
@@ -51,17 +57,17 @@ def _levels(study: Study) -> dict[str, list[Choice]]:
             found[key] = list(parameter)
             continue
         levels = parameter.levels
-        if levels is None or levels > MOST_VARIANTS:
+        if levels is None or levels > MOST_GRID:
             bound = "a list, or a range with a step, where study.sampling = 'grid'"
-            remedy = "add step, or set study.sampling = 'sobol'"
+            remedy = "give a list or a step without log, or set study.sampling = 'sobol'"
             where = dotted(("parameters", key))
-            faults.append(Fault(where, shown(parameter.model_dump()), bound, remedy))
+            faults.append(Fault(where, f"{parameter.low} to {parameter.high}", bound, remedy))
         else:
             found[key] = [parameter.at((level + 0.5) / levels) for level in range(levels)]
     count = math.prod(len(values) for values in found.values())
-    if not faults and count > MOST_VARIANTS:
+    if not faults and count > MOST_GRID:
         remedy = "give fewer values, or set study.sampling = 'sobol'"
-        faults.append(Fault("parameters", f"{count} variants", f"at most {MOST_VARIANTS}", remedy))
+        faults.append(Fault("parameters", f"{count} variants", f"at most {MOST_GRID}", remedy))
     if faults:
         raise DesignError(faults)
     return found

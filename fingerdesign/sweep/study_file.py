@@ -9,21 +9,32 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Discriminator, Field, Tag, ValidationError, model_validator
+from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 
 from fingerdesign.design.base import Many, Table, refuse
-from fingerdesign.design.faults import fault_of
+from fingerdesign.design.faults import fault_of, shown
 from fingerdesign.design.tables import safe_name
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.sweep.metrics import METRICS, known_metric
+from fingerdesign.sweep.study_keys import FILE_KEYS, key_faults
+from fingerdesign.sweep.study_values import (
+    Choice,
+    Parameter,
+    Range,
+    Text,
+    flattened,
+    shallow,
+)
 
+__all__ = ["Choice", "Range", "Study", "parse_study", "read_study", "study_path"]
 MOST_VARIANTS = 100_000
-MOST_CHOICES = 1000
-Choice = bool | int | float | str
+_TOLD = 200  # faults; a file of more is not mended one by one
 Goal = Literal["min", "max"]
 MetricName = Annotated[str, AfterValidator(known_metric)]
 
@@ -34,13 +45,13 @@ class StudyTable(Table):
     name: Annotated[str, AfterValidator(safe_name)] = Field(
         description="names the folder and the variants: letters, digits, - _ ."
     )
-    base: str = Field(min_length=1, max_length=4096, description="a shipped design or a file")
+    base: Text = Field(description="a shipped design, or a file beside the study's")
     sampling: Literal["grid", "latin_hypercube", "sobol"] = "sobol"
     count: int | None = Field(default=None, ge=1, le=MOST_VARIANTS, description="not of a grid")
     seed: int = Field(default=0, ge=0, le=2**31)
     fidelity: Literal["plane-strain", "3d", "auto"] = "plane-strain"
     tolerance: float = Field(default=0.02, ge=1e-3, le=0.5, description="of fidelity auto")
-    scenes: Many[str] = Field(
+    scenes: Many[Text] = Field(
         default=(), max_length=20, description="none: the fundamental case and the design's grips"
     )
 
@@ -53,49 +64,6 @@ class StudyTable(Table):
             remedy = "say how many variants are drawn"
             raise refuse("(absent)", "given where sampling is not 'grid'", remedy, "study.count")
         return self
-
-
-class Range(Table):
-    """``{ low, high }``: whole numbers stay whole; ``step`` counts from ``low``."""
-
-    low: int | float
-    high: int | float
-    log: bool = Field(default=False, description="even in the logarithm")
-    step: int | float | None = Field(default=None, gt=0)
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Self:
-        if not self.low < self.high:
-            raise refuse(self.high, f"more than low = {self.low}", "correct the range")
-        if self.log and (self.low <= 0 or self.step is not None):
-            raise refuse(self.low, "above 0 and without step where log = true", "remove log")
-        return self
-
-    @property
-    def whole(self) -> bool:
-        """Whether its values are whole numbers."""
-        return all(isinstance(each, int) for each in (self.low, self.high, self.step or 1))
-
-    @property
-    def levels(self) -> int | None:
-        """How many values it has; None where they are continuous."""
-        step = self.step if self.step is not None else (1 if self.whole else None)
-        if step is None or self.log:
-            return None
-        return math.floor((self.high - self.low) / step + 1e-9) + 1
-
-    def at(self, share: float) -> int | float:
-        """The value at a share in [0, 1) of the range."""
-        levels = self.levels
-        if levels is not None:
-            step = self.step if self.step is not None else 1
-            value = self.low + step * min(int(share * levels), levels - 1)
-            return value if self.whole else float(f"{value:.10g}")
-        if self.log:
-            found = self.low * (self.high / self.low) ** share
-        else:
-            found = self.low + share * (self.high - self.low)
-        return round(found) if self.whole else float(f"{found:.6g}")
 
 
 class Limits(Table):
@@ -120,11 +88,19 @@ class Objective(Table):
     metric: MetricName
     goal: Goal | None = None
 
+    @model_validator(mode="after")
+    def _directed(self) -> Self:
+        if self.goal is None and METRICS[self.metric].better is None:
+            bound = f"given for {self.metric}, of which neither end is better by itself"
+            raise refuse("(absent)", bound, "add goal = 'min' or goal = 'max'", "goal")
+        return self
+
     @property
     def direction(self) -> Goal:
         """min or max."""
-        better = METRICS[self.metric].better
-        return self.goal or better or "min"
+        better = self.goal or METRICS[self.metric].better
+        assert better is not None
+        return better
 
 
 class Bound(Table):
@@ -158,24 +134,37 @@ class Optimise(Table):
     confirm_fidelity: Literal["3d", "auto"] = "3d"
 
 
-Choices = Annotated[Many[Choice], Field(min_length=1, max_length=MOST_CHOICES)]
-Parameter = Annotated[
-    Annotated[Range, Tag("range")] | Annotated[Choices, Tag("choices")],
-    Discriminator(lambda value: "range" if isinstance(value, (dict, Range)) else "choices"),
-]
-
-
 class Study(Table):
-    """A whole study file; ``folder``: where files that it names lie (not a key)."""
+    """A whole study file."""
 
     study: StudyTable
-    fixed: dict[str, Any] = Field(default_factory=dict, max_length=1000)
-    parameters: dict[str, Parameter] = Field(min_length=1, max_length=100)
+    fixed: dict[Text, Annotated[Any, AfterValidator(shallow)]] = Field(
+        default_factory=dict, max_length=1000
+    )
+    parameters: dict[Text, Parameter] = Field(min_length=1, max_length=100)
     limits: Limits = Field(default_factory=Limits)
     cost: Cost = Field(default_factory=Cost)
     objectives: Many[Objective] = Field(default=(), max_length=10)
     constraints: dict[MetricName, Bound] = Field(default_factory=dict)
     optimise: Optimise = Field(default_factory=Optimise)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted(cls, data: Any) -> Any:
+        """``body.depth_mm`` without quotes means the same as with them."""
+        if not isinstance(data, Mapping):
+            return data
+        tables = {name: data[name] for name in ("fixed", "parameters") if name in data}
+        return {**data, **{name: _flat(name, table) for name, table in tables.items()}}
+
+    @field_validator("objectives")
+    @classmethod
+    def _asked_once(cls, objectives: tuple[Objective, ...]) -> tuple[Objective, ...]:
+        names = [objective.metric for objective in objectives]
+        twice = [name for place, name in enumerate(names) if name in names[:place]]
+        if twice:
+            raise refuse(twice[0], "a metric that no other objective has", "remove one of them")
+        return objectives
 
     @property
     def name(self) -> str:
@@ -189,41 +178,123 @@ class Study(Table):
         return content_digest(self)
 
 
+def _flat(name: str, table: Any) -> Any:
+    if not isinstance(table, Mapping):
+        return table
+    pairs = list(flattened(table))
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for place, key in enumerate(keys) if key in keys[:place])
+        raise refuse(twice, "a key that is given once", "remove one of them", name)
+    return found
+
+
 def read_study(path: Path | str) -> Study:
     """The study of a file, or the shipped one of that name. DesignError with every fault."""
     from fingerdesign.design.io import read_text
 
     found = study_path(Path(path))
-    return parse_study(read_text(found), str(path))
+    return parse_study(read_text(found), str(path), found.parent)
 
 
 def study_path(path: Path) -> Path:
-    """The study's file, or that of the shipped one of that name."""
+    """The study's file, or that of the shipped one of that name. DesignError for neither."""
+    import difflib
+
     from fingerdesign.design.starter import shipped_path
 
-    shipped = shipped_path("maeno2000").parent / "studies" / f"{path.name}.toml"
-    return shipped if not path.suffix and path.parent == Path() and shipped.is_file() else path
+    shipped = shipped_path("maeno2000").parent / "studies"
+    if path.exists() or path.parent != Path():
+        return path
+    names = {each.stem: each for each in sorted(shipped.glob("*.toml"))}
+    if str(path) in names:
+        return names[str(path)]
+    near = difflib.get_close_matches(path.stem, names, 1)
+    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
+    bound = f"a readable TOML file or a shipped study ({', '.join(names)})"
+    raise DesignError([Fault("file", str(path), bound, remedy)])
 
 
-def parse_study(text: str, source: str = "") -> Study:
-    """The study that TOML ``text`` says. DesignError with every fault of its keys."""
+def parse_study(text: str, source: str = "", folder: Path | None = None) -> Study:
+    """The study that TOML ``text`` says. DesignError with every fault of its keys.
+
+    ``folder``: where files that parameters and [fixed] name lie (None: the working directory).
+    """
     try:
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise DesignError([Fault("file", "(text)", "valid TOML", str(error))], source) from None
+        why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
+        raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
     if "scene" in data or "also" in data:
         remedy = "run it by `fingerdesign bench plane-strain --study FILE`"
         fault = Fault("file", source or "(text)", "a study of fingers, not of plane strain", remedy)
         raise DesignError([fault], source)
     try:
-        return Study.model_validate(data)
+        study = Study.model_validate(data)
     except ValidationError as error:
-        raise DesignError([_fault(each) for each in error.errors()], source) from None
+        found = error.errors(include_url=False)
+        faults = list({str(fault): fault for fault in map(_fault, found[:_TOLD])}.values())
+        if len(found) > _TOLD:
+            remedy = "correct those told first"
+            faults.append(Fault("file", f"{len(found)} faults", f"without any of {_TOLD}", remedy))
+        raise DesignError(faults, source) from None
+    faults = key_faults(study.fixed, study.parameters)
+    if faults:
+        raise DesignError(faults, source)
+    return _with_files(study, folder or Path.cwd())
+
+
+def _with_files(study: Study, folder: Path) -> Study:
+    """The study with the files that keys of designs name made absolute."""
+    fixed = {key: _placed(key, value, folder) for key, value in study.fixed.items()}
+    parameters = {
+        key: parameter
+        if isinstance(parameter, Range)
+        else tuple(_placed(key, value, folder) for value in parameter)
+        for key, parameter in study.parameters.items()
+    }
+    return study.model_copy(update={"fixed": fixed, "parameters": parameters})
+
+
+def _placed(key: str, value: Any, folder: Path) -> Any:
+    named = key in FILE_KEYS and isinstance(value, str) and value
+    return str((folder / value).absolute()) if named else value
 
 
 def _fault(error: ErrorDetails) -> Fault:
     """In the words of a design's faults, without the marks that pydantic puts into its place."""
-    location = tuple(part for part in error["loc"] if part not in ("range", "choices", "[key]"))
+    location = tuple(part for part in error["loc"] if part != "[key]")
+    if location[:1] == ("parameters",):
+        told = _parameter_fault(error, location)
+        if told is not None:
+            return told
+        if location[2:3] in (("range",), ("choices",)):
+            location = (*location[:2], *location[3:])
+    location = tuple(shown(part, 80)[1:-1] if _long(part) else part for part in location)
     placed = error.copy()
     placed["loc"] = location
-    return fault_of(placed, Study)
+    own = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
+    if own and location and "." not in own:  # of a table's own key
+        placed["ctx"] = {**error["ctx"], "key": ""}
+        placed["loc"] = (*location, own)
+    found = fault_of(placed, Study)
+    return replace(found, key=found.key.replace("\x7f", "\\x7f"))
+
+
+def _long(part: int | str) -> bool:
+    return isinstance(part, str) and len(part) > 80
+
+
+def _parameter_fault(error: ErrorDetails, location: tuple[int | str, ...]) -> Fault | None:
+    """Of what stands in the place of [parameters] or of a parameter."""
+    if len(location) == 1 and error["type"] in ("missing", "too_short"):
+        remedy = 'add one, such as "plates.pitch_mm" = { low = 0.8, high = 1.2 }'
+        return Fault("parameters", "{}", "a table of at least one key", remedy)
+    if len(location) == 3 and error["type"] == "tuple_type":
+        from fingerdesign.design.faults import dotted
+
+        key = dotted(tuple(shown(p, 80)[1:-1] if _long(p) else p for p in location[:2]))
+        bound = "a list of choices or a range { low = .., high = .. }"
+        return Fault(key, shown(error["input"]), bound, "correct it")
+    return None

@@ -1,0 +1,183 @@
+"""What a study's parameters may hold: choices and ranges; what a stranger may write is bounded."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+from pydantic import PlainValidator as Plain
+
+from fingerdesign.design.base import Many, Table, refuse
+from fingerdesign.design.faults import shown
+
+MOST = 1e12  # of any number's size: no key of a design takes more
+MOST_CHOICES = 200
+MOST_TEXT = 1000  # characters of a text that a study names something by
+MOST_DEPTH = 8  # of tables in tables; a design's own are 3 deep
+MOST_LEVELS = 1_000_000
+Choice = bool | int | float | str
+
+
+class Told:
+    """A refused value in words: pydantic itself would write out all of it, however long or deep."""
+
+    def __init__(self, value: object) -> None:
+        try:
+            self._text = shown(value)
+        except RecursionError:
+            self._text = "tables within tables"
+
+    def __repr__(self) -> str:
+        return self._text
+
+
+def plain_text(value: str) -> str:
+    """The text itself; a fault where it holds control or direction characters."""
+    if not value.isprintable():
+        raise refuse(Told(value), "text without control characters", "correct it")
+    return value
+
+
+Text = Annotated[str, Field(min_length=1, max_length=MOST_TEXT), AfterValidator(plain_text)]
+
+
+def _number(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        remedy = "remove the quotes" if isinstance(value, str) else "correct it"
+        raise refuse(Told(value), "a number", remedy)
+    if not abs(value) <= MOST:  # nor is NaN
+        raise refuse(Told(value), f"a finite number of at most {MOST:g} in size", "correct it")
+    return value
+
+
+def _choice(value: Any) -> Any:
+    if isinstance(value, bool):
+        return value
+    if not isinstance(value, str):
+        if not isinstance(value, (int, float)):
+            raise refuse(Told(value), "a number, text in quotes, true or false", "correct it")
+        return _number(value)
+    if len(value) > MOST_TEXT:
+        raise refuse(Told(value), f"at most {MOST_TEXT} characters", "shorten it")
+    return plain_text(value)
+
+
+def _distinct(values: tuple[Choice, ...]) -> tuple[Choice, ...]:
+    seen = [(isinstance(value, bool), value) for value in values]
+    for place, each in enumerate(seen):
+        if each in seen[:place]:
+            raise refuse(list(values), "values that differ", f"say {values[place]!r} once")
+    return values
+
+
+Number = Annotated[int | float, BeforeValidator(_number)]
+_Step = Annotated[
+    int | float | None, BeforeValidator(lambda value: None if value is None else _number(value))
+]
+
+
+class Range(Table):
+    """``{ low, high }``: whole numbers stay whole; ``step`` counts from ``low``."""
+
+    low: Number
+    high: Number
+    log: bool = Field(default=False, description="even in the logarithm")
+    step: _Step = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.low < self.high:
+            raise refuse(self.high, f"more than low = {self.low}", "correct the range", "high")
+        width = self.high - self.low
+        if self.step is not None and not width / MOST_LEVELS <= self.step <= width:
+            bound = f"from {width / MOST_LEVELS:.6g} to {width:.6g} (high - low)"
+            raise refuse(self.step, bound, "correct it, or give the values as a list", "step")
+        if self.log and self.low <= 0:
+            raise refuse(self.low, "above 0 where log = true", "remove log", "low")
+        if self.log and self.step is not None:
+            raise refuse(self.step, "absent where log = true", "remove one of them", "step")
+        return self
+
+    @property
+    def whole(self) -> bool:
+        """Whether its values are whole numbers."""
+        return all(isinstance(each, int) for each in (self.low, self.high, self.step or 1))
+
+    @property
+    def levels(self) -> int | None:
+        """How many values it has; None where they are continuous, or whole and logarithmic."""
+        step = self.step if self.step is not None else (1 if self.whole else None)
+        if step is None or self.log:
+            return None
+        return math.floor((self.high - self.low) / step + 1e-9) + 1
+
+    def at(self, share: float) -> int | float:
+        """The value at a share in [0, 1) of the range; never outside it."""
+        levels = self.levels
+        if levels is not None:
+            step = self.step if self.step is not None else 1
+            value = self.low + step * min(int(share * levels), levels - 1)
+            return value if self.whole else min(float(f"{value:.12g}"), float(self.high))
+        if self.log:
+            found = self.low * (self.high / self.low) ** share
+        else:
+            found = self.low + share * (self.high - self.low)
+        if self.whole:
+            return min(max(round(found), int(self.low)), int(self.high))
+        told = float(f"{found:.{self._digits}g}")
+        return min(max(told, float(self.low)), float(self.high))
+
+    @property
+    def _digits(self) -> int:
+        """Digits that tell a hundred thousand values of the range apart."""
+        relative = max(abs(self.low), abs(self.high)) / (self.high - self.low)
+        return min(15, 6 + max(0, math.floor(math.log10(relative))))
+
+
+Choices = Annotated[
+    Many[Annotated[Choice, Plain(_choice)]],
+    Field(min_length=1, max_length=MOST_CHOICES),
+    AfterValidator(_distinct),
+]
+Parameter = Annotated[
+    Annotated[Range, Tag("range")] | Annotated[Choices, Tag("choices")],
+    Discriminator(lambda value: "range" if isinstance(value, (Mapping, Range)) else "choices"),
+]
+
+
+def shallow(value: Any) -> Any:
+    """The value itself; a fault where tables or arrays lie too deep in each other."""
+    level, depth = [value], 0
+    while level:
+        depth += 1
+        if depth > MOST_DEPTH:
+            raise refuse(Told(value), f"at most {MOST_DEPTH} tables deep", "correct it")
+        level = [
+            inner
+            for each in level
+            if isinstance(each, (Mapping, list))
+            for inner in (each.values() if isinstance(each, Mapping) else each)
+        ]
+    return value
+
+
+def is_range(value: Mapping[str, Any]) -> bool:
+    """Whether a table is a range rather than the table of further keys."""
+    return not {"low", "high", "log", "step"}.isdisjoint(value)
+
+
+def flattened(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Tables in a table as dotted keys: ``body.depth_mm = 1`` means ``"body.depth_mm" = 1``.
+
+    >>> dict(flattened({"body": {"depth_mm": {"low": 1, "high": 2}}, "plates.count": [3]}))
+    {'body.depth_mm': {'low': 1, 'high': 2}, 'plates.count': [3]}
+    """
+    for name, value in table.items():
+        key = f"{prefix}{name}"
+        inner = isinstance(value, Mapping) and value and not is_range(value)
+        if inner and key.count(".") < MOST_DEPTH:
+            yield from flattened(value, f"{key}.")
+        else:
+            yield key, value
