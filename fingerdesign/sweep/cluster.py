@@ -12,6 +12,7 @@ import json
 import logging
 import queue
 import secrets
+import socket
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
@@ -131,12 +132,14 @@ class Cluster:
         from fingerdesign.sweep.evaluate import failed
 
         try:
-            answer = json.loads(future.result(timeout=CONNECT_S))
+            answer = json.loads(self._result(future))
         except KilledWorker as error:
-            times = f"the worker that had it died, on {error.allowed_failures + 1} workers in turn"
-            return failed(job, Failure("crashed", times))
-        except (CancelledError, OSError, TimeoutError) as error:
+            died = f"the workers that had it died, {error.allowed_failures + 1} in turn"
+            return failed(job, Failure("crashed", died))
+        except (CancelledError, OSError) as error:
             raise self._lost() from error
+        except ClusterError:
+            raise
         except Exception as error:
             remedy = "does it have this version of fingerdesign, and what that needs?"
             kind = type(error).__name__
@@ -153,6 +156,14 @@ class Cluster:
             told = ", ".join(differ) or "another fingerdesign"
             raise ClusterError(f"a worker has {told}; install the same everywhere")
         return found
+
+    def _result(self, future: Any) -> str:
+        """What a task answered; fetched again where the worker died that held it."""
+        while True:
+            try:
+                return str(future.result(timeout=CONNECT_S))
+            except TimeoutError:
+                self._count()  # raises where nobody answers any more
 
     def _start_here(self) -> None:
         from distributed import Client, LocalCluster
@@ -179,13 +190,17 @@ class Cluster:
 
     def _connect(self, address: str) -> None:
         from distributed import Client
+        from distributed.comm import get_address_host_port
 
         try:
+            host, port = get_address_host_port(address)
+            # Dask would go on trying, and complain at the end of a client without a connection.
+            socket.create_connection((host, port), CONNECT_S).close()
             self._client = Client(address, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, TimeoutError) as error:
-            told = f"no Dask scheduler answers at {address} within {CONNECT_S:g} s"
+        except OSError as error:
+            told = f"no Dask scheduler answers at {address}: {error}"
             raise ClusterError(f"{told}; start one, or leave --scheduler out") from error
-        except (ValueError, TypeError) as error:
+        except (ValueError, TypeError, OverflowError, NotImplementedError) as error:
             remedy = f"correct it ({error})"
             fault = Fault("--scheduler", address, "an address like tcp://host:8786", remedy)
             raise DesignError([fault]) from error

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.sweep.child_worker import EVALUATE
 from fingerdesign.sweep.cluster import Cluster
-from fingerdesign.sweep.evaluate import Job
+from fingerdesign.sweep.evaluate import Job, relabelled
 from fingerdesign.sweep.jobs import Planned, planned, study_scenes
 from fingerdesign.sweep.outcome import Outcome
 from fingerdesign.sweep.store import Store
@@ -144,7 +144,7 @@ class _Run:
         from_store: bool = False,
     ) -> None:
         job = self._plan[place]
-        own = _relabelled(outcome, job) if isinstance(job, Job) else outcome
+        own = relabelled(outcome, job) if isinstance(job, Job) else outcome
         self._found[place] = own
         self._failures += own.status == "failed"
         self._tell(self._standing(cluster, own, from_store))
@@ -169,20 +169,3 @@ class _Run:
             outcome=outcome,
             from_store=from_store,
         )
-
-
-def _relabelled(outcome: Outcome, job: Job) -> Outcome:
-    """The outcome with the job's own name, values and prices: what the digest leaves out."""
-    from fingerdesign.sweep.measured import own_metrics
-
-    metrics = outcome.metrics
-    if "cost" in metrics:
-        metrics = metrics | {"cost": own_metrics(job.design, job.cost)["cost"]}
-    return replace(
-        outcome,
-        name=job.name,
-        values=dict(job.values),
-        design=job.design.model_dump(mode="json", exclude_none=True),
-        scene=job.scene_name,
-        metrics=metrics,
-    )

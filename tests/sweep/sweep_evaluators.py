@@ -60,3 +60,27 @@ def _tell(data):
     if path:
         with open(path, "a", encoding="utf-8") as stream:
             stream.write(f"{data['name']}\n")
+
+
+def tenth(data):
+    """Of every thirty variants one crashes, one hangs, one eats memory."""
+    act = {9: "crash", 19: "hang", 29: "eat"}.get(int(data["name"].rsplit("-", 1)[1]) % 30, "")
+    return bad(data | {"values": {"act": act}}) if act else slow(data)
+
+
+def large(data):
+    """After a moment; a tenth are of 200 kB."""
+    time.sleep(0.1)
+    found = outcome_of(data)
+    if data["name"].endswith("9"):
+        found = replace(found, warnings=("w" * 200_000,))
+    _tell(data)
+    return found.to_json()
+
+
+def deadly(data):
+    """The fifth ends the worker that asks."""
+    if data["name"].endswith("0005"):
+        os.kill(os.getppid(), 9)
+        time.sleep(10.0)
+    return slow(data)
