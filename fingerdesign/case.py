@@ -24,7 +24,8 @@ class Case:
     fidelity "auto": the cheapest model whose estimated error is under ``tolerance``. fields:
     recover displacement fields, for files and pictures. go_on: even where the forecast says that
     the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
-    None: taught on the design.
+    None: taught on the design. studied: with the study, at several frictions, of the fundamental
+    case; a comparison of many fingers has no use for it.
     """
 
     design: Design
@@ -36,6 +37,7 @@ class Case:
     go_on: bool = False
     tolerance: float = TOLERANCE
     estimator: GripEstimator | None = None
+    studied: bool = True
 
     @property
     def path_scene(self) -> Scene:

@@ -118,7 +118,7 @@ def _run_in_zone(
     with clock.stage("increments"), one_thread():
         steps = follow_path(problem, scene, design)
         heard = replace(problem, model=problem.model.with_gages(case.gage_array))
-        studies = slip_studies(case, scene, heard) if case.scene is None else ()
+        studies = slip_studies(case, scene, heard) if case.scene is None and case.studied else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.runs_grips:
         tell("gripping")

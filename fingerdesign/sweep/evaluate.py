@@ -55,6 +55,7 @@ class Job:
             grips=self.scene is None,
             fields=False,
             tolerance=self.tolerance,
+            studied=False,
         )
 
     def digest(self) -> str:

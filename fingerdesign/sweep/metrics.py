@@ -12,7 +12,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 3
+METRICS_VERSION = 4
 Goal = Literal["min", "max"]
 
 
