@@ -18,6 +18,7 @@ from fingerdesign_cli import (
     bench_molds,
     bench_plane_strain,
     bench_search,
+    bench_sweep,
 )
 from fingerdesign_cli.bench_charts import say_busy, show_checks
 from fingerdesign_cli.common import optional_folder, output_options, progress
@@ -75,5 +76,6 @@ for _each in (
     *bench_molds.COMMANDS,
     *bench_search.COMMANDS,
     *bench_plane_strain.COMMANDS,
+    *bench_sweep.COMMANDS,
 ):
     command.add_command(_each)
