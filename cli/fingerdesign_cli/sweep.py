@@ -45,7 +45,7 @@ TEST_EVALUATOR = "FINGERDESIGN_EVALUATOR"  # "module:function", for tests of cra
     help="Outcomes, tables and report.html go to OUT/NAME of the study.",
 )
 @scheduler_options
-@click.option("--retry", is_flag=True, help="Run again what failed for time, memory or a crash.")
+@click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
 @output_options
 def command(
     study_file: Path,
@@ -130,7 +130,7 @@ def _show(
     from fingerdesign.sweep.store import TRANSIENT
 
     if set(kinds) & set(TRANSIENT):
-        click.echo("--retry runs again what crashed, took too long or too much memory")
+        click.echo("--retry runs these again, with the limits that the study has now")
     if counts["computed"] == 0 and counts["from_store"]:
         click.echo("nothing was computed: every outcome was in the store")
     elif counts["from_store"]:

@@ -129,7 +129,7 @@ def _measured(plan: Sequence[Planned], limits: Limits, workers: int, tell: Tell)
         outcomes = run_jobs(plan, Store(folder / "outcomes"), cluster, limits, show)
         seconds = time.perf_counter() - start
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
-    kinds = Counter(outcome.failure.kind for outcome in outcomes if outcome.failure is not None)
+    kinds = Counter[str](each.failure.kind for each in outcomes if each.failure is not None)
     cost = tuple(round(outcome.core_seconds, 4) for outcome in good)
     return Throughput(workers, len(plan), len(good), dict(kinds), seconds, cost)
 

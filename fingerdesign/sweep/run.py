@@ -67,8 +67,8 @@ def run_study(
 ) -> tuple[Outcome, ...]:
     """The outcomes of all of a study's variants, in order, invalid ones too.
 
-    folder: where files that the study names lie; retry: what crashed, hung or took too much memory
-    is computed again. Raises DesignError for a wrong study, StoreError, ClusterError.
+    folder: where files that the study names lie; retry: what failed and was not refused is computed
+    again. Raises DesignError for a wrong study, StoreError, ClusterError.
     """
     scenes = study_scenes(study, folder)
     plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
@@ -115,6 +115,7 @@ class _Run:
 
     def _look_up(self) -> None:
         """Take what the store holds; the rest is missing."""
+        self._store.clear()
         for place, each in enumerate(self._plan):
             if isinstance(each, Outcome):
                 self._add(place, each)

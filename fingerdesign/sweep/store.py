@@ -7,10 +7,12 @@ disk has spoiled is taken for absent. Nothing but the driver of a study writes h
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import re
 import secrets
+import time
 from pathlib import Path
 
 from fingerdesign.errors import FingerDesignError
@@ -18,7 +20,9 @@ from fingerdesign.process import cache_folder
 from fingerdesign.sweep.outcome import Outcome, OutcomeError
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
-TRANSIENT = ("crashed", "timeout", "memory")  # another machine, or another day, may fare better
+# Another machine, or another day, may fare better; "failed": as where a mesher ran out of time.
+TRANSIENT = ("crashed", "timeout", "memory", "failed")
+_OLD_S = 3600.0  # nobody writes a file for so long
 
 
 class StoreError(FingerDesignError):
@@ -34,7 +38,7 @@ class Store:
     def get(self, digest: str, retry: bool = False) -> Outcome | None:
         """The outcome kept under a digest; None where there is none, or only a spoiled one.
 
-        retry: neither one whose process died, hung or took too much memory.
+        retry: neither one that failed but was not refused.
         """
         try:
             text = self._path(digest).read_text(encoding="utf-8")
@@ -69,7 +73,16 @@ class Store:
         except OSError as error:
             raise StoreError(f"an outcome cannot be kept in {self.folder}: {error}") from error
         finally:
-            aside.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                aside.unlink(missing_ok=True)
+
+    def clear(self) -> None:
+        """Remove what drivers that were killed have left half-written; nobody would read it."""
+        old = time.time() - _OLD_S
+        for path in self.folder.glob("??/.*"):
+            with contextlib.suppress(OSError):
+                if path.stat().st_mtime < old:
+                    path.unlink()
 
     def _path(self, digest: str) -> Path:
         if not _DIGEST.fullmatch(digest):

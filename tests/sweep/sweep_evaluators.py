@@ -1,6 +1,9 @@
 """Evaluators for tests, named "sweep_evaluators:NAME": quick, and bad in every way."""
 
+import json
 import os
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -84,3 +87,14 @@ def deadly(data):
         os.kill(os.getppid(), 9)
         time.sleep(10.0)
     return slow(data)
+
+
+def who(data):
+    """The process, what it has started, and its threads' setting; it prints, too."""
+    if data.get("hang"):
+        started = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1e6)"])
+        Path(data["hang"]).write_text(f"{os.getpid()} {started.pid}", encoding="utf-8")
+        time.sleep(1e6)
+    print("this is no answer", flush=True)
+    os.write(1, b"nor this\n")
+    return json.dumps({"pid": os.getpid(), "threads": os.environ["MKL_NUM_THREADS"]})

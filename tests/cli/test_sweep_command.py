@@ -1,0 +1,98 @@
+"""``fingerdesign sweep``: help at once, faults of the study, options that exclude each other."""
+
+import subprocess
+import sys
+
+import pytest
+from fingerdesign_cli.main import main
+from fingerdesign_cli.study_progress import StudyProgress, words
+
+STUDY = """
+[study]
+name = "none"
+base = "maeno2000"
+sampling = "grid"
+[parameters]
+"plates.count" = [99, 101]
+"""
+
+
+def test_help_and_the_main_help_load_neither_numpy_nor_dask():
+    code = (
+        "import sys; from fingerdesign_cli.main import main; main(['sweep', '--help']);"
+        "sys.exit(bool({'numpy', 'distributed', 'pydantic'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "--scheduler" in done.stdout
+
+
+def test_a_wrong_study_names_every_fault(tmp_path, capsys):
+    (tmp_path / "bad.toml").write_text(
+        STUDY.replace("[99, 101]", "[9, 11]").replace('"grid"', '"sobol"')
+        + '[limits]\ntime_s = 0\n"a" = 1\n'
+    )
+    assert main(["sweep", str(tmp_path / "bad.toml"), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert "study.count" in said
+    assert "limits.time_s" in said
+    assert not (tmp_path / "out").exists()
+    assert main(["sweep", str(tmp_path / "absent.toml"), "--out", str(tmp_path / "out")]) == 2
+
+
+def test_workers_and_scheduler_exclude_each_other(tmp_path, capsys):
+    options = ["--out", str(tmp_path), "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"]
+    for order in (options, options[:2] + options[4:] + options[2:4]):
+        assert main(["sweep", "fingers", *order]) == 2
+        assert "give one" in capsys.readouterr().err
+
+
+def test_what_is_in_the_way_is_refused_before_any_work(tmp_path, capsys):
+    (tmp_path / "study.toml").write_text(STUDY)
+    (tmp_path / "none").mkdir()
+    (tmp_path / "none" / "thesis.tex").touch()
+    assert main(["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path)]) == 2
+    assert "thesis.tex" in capsys.readouterr().err
+
+
+def test_no_finger_at_all_is_a_failure_with_a_report(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+    (tmp_path / "study.toml").write_text(STUDY)
+    assert main(["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path)]) == 1
+    said = capsys.readouterr().out
+    assert "failed: 2 invalid; causes in" in said
+    assert (tmp_path / "none" / "report.html").exists()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "3 of 8"),
+        ({"failures": 1, "left": 200.0}, "3 of 8, 1 failed, 3 min left"),
+        ({"waiting": True, "left": 5.0}, "3 of 8, waiting for workers"),
+        ({"number": 8, "left": 0.0}, "8 of 8"),
+    ],
+)
+def test_progress_in_words(changes, said):
+    from fingerdesign.sweep.run import Standing
+
+    standing = {
+        "number": 3,
+        "of": 8,
+        "failures": 0,
+        "stored": 0,
+        "computed": 3,
+        "seconds": 1.0,
+    }
+    assert words(Standing(**(standing | changes))) == said
+
+
+def test_plain_lines_are_few(monkeypatch, capsys):
+    from fingerdesign.sweep.run import Standing
+
+    monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
+    shown = []
+    told = StudyProgress(lambda message, fraction=None: shown.append(message), True, False)
+    for number in range(1, 201):
+        told(Standing(number, 200, 0, 0, number, 1.0))
+    assert shown == ["1 of 200", "200 of 200"]
