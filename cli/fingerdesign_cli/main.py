@@ -51,7 +51,12 @@ COMMANDS = {
         "Compare controllers over friction, weight and noise.",
     ),
     "mold": ("fingerdesign_cli.mold:command", "Make the mold that a finger is cast in."),
+    "generate": ("fingerdesign_cli.generate:command", "Write a study's variants as files."),
     "sweep": ("fingerdesign_cli.sweep:command", "Analyse every variant of a study."),
+    "optimise": (
+        "fingerdesign_cli.optimise:command",
+        "Search for better fingers; the best are confirmed in 3-D.",
+    ),
     "compare": (
         "fingerdesign_cli.compare:command",
         "Which finger is better at what, on one page.",

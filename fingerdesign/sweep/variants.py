@@ -103,9 +103,19 @@ def variant_of(
     from fingerdesign.design.io import with_values
 
     digits = max(digits, len(str(number)))
-    name = f"{study.name[: 63 - digits].rstrip('.')}-{number:0{digits}d}"
+    name = f"{_stem(study.name, digits)}-{number:0{digits}d}"
     try:
         design = with_values(base, {"design.name": name, **set_keys(base, values)})
     except DesignError as error:
         return Variant(number, name, dict(values), None, error.faults)
     return Variant(number, name, dict(values), design)
+
+
+def stems(name: str) -> tuple[str, ...]:
+    """What the names of a study's variants may start with, before the number."""
+    return tuple(dict.fromkeys(_stem(name, digits) for digits in (4, 5, 6)))
+
+
+def _stem(name: str, digits: int) -> str:
+    """So much of a study's name that a variant's is no longer than a name may be."""
+    return name[: 63 - digits].rstrip(".")

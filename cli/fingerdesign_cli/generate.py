@@ -1,0 +1,193 @@
+"""``fingerdesign generate``: the variants of a study as files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fingerdesign_cli.common import (
+    cores,
+    output_folder,
+    output_options,
+    print_json,
+    print_table,
+    progress,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.sweep.generate import Made
+    from fingerdesign.sweep.study_file import Study
+    from fingerdesign.sweep.variants import Variant
+
+_FILE = click.Path(path_type=Path)
+_SHOWN = 20  # invalid variants, and kinds of reasons, that are told one by one
+
+
+@click.command("generate")
+@click.argument("study_file", metavar="STUDY", type=_FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=_FILE,
+    callback=output_folder,
+    help="The variants go to OUT/NAME of the study.",
+)
+@click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
+@click.option(
+    "--only",
+    metavar="N",
+    type=click.IntRange(min=1),
+    multiple=True,
+    help="Only the variant of this number; may be given again.",
+)
+@click.option("--cad/--no-cad", default=True, show_default=True, help="Write STEP and STL too.")
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Processes; without it as many as there are cores.",
+)
+@output_options
+def command(
+    study_file: Path,
+    out: Path,
+    count: int | None,
+    only: tuple[int, ...],
+    cad: bool,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME.
+
+    It holds the variant's design as TOML, finger.step, and finger.stl (the outside), body.stl and
+    plates.stl. variants.csv lists values and digests; invalid.csv those that cannot exist, with
+    every reason. Run again, it makes what is missing.
+
+    Exit code 1 where the CAD of a variant fails, or no variant can exist.
+    """
+    from fingerdesign.sweep.generate import generate
+    from fingerdesign.sweep.study_file import read_study, study_path
+    from fingerdesign.sweep.variants import base_design
+
+    study = read_study(study_file)
+    base = base_design(study, study_path(study_file).parent)
+    target = out / study.name
+    _refuse_foreign(study, target)
+    of, chosen = _chosen(study, base, count, only)
+    invalid = failed = 0
+    with progress(study.name, quiet or as_json) as show:
+
+        def tell(made: Made, done: int) -> None:
+            nonlocal invalid, failed
+            invalid += made.variant.design is None
+            failed += made.failed
+            if done == of or done % max(1, of // 20) == 0:
+                told = f"; CAD failed of {failed}" if failed else ""
+                show(f"{done} of {of}, {invalid} invalid{told}", done / of)
+
+        found = generate(
+            study,
+            chosen,
+            target,
+            cad=cad,
+            whole=count is None and not only,
+            workers=workers or cores(),
+            tell=tell,
+        )
+    if as_json:
+        print_json(_data(found, target))
+    else:
+        _show(found, target, quiet)
+    valid = [made for made in found if made.variant.design is not None]
+    return 0 if valid and not any(made.failed for made in found) else 1
+
+
+def _refuse_foreign(study: Study, target: Path) -> None:
+    from fingerdesign.errors import DesignError, Fault
+    from fingerdesign.results import ResultError
+    from fingerdesign.sweep.generate import refuse_foreign
+
+    try:
+        refuse_foreign(study, target)
+    except ResultError as error:
+        remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
+        bound = f"a folder for variants of {study.name}"
+        raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error
+
+
+def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -> tuple[int, Any]:
+    """How many variants are asked for, and these."""
+    from fingerdesign.sweep.sampling import number_of_points, points
+    from fingerdesign.sweep.variants import variant_of
+
+    all_of_them = number_of_points(study)
+    absent = [number for number in only if number > all_of_them]
+    if absent:
+        raise click.UsageError(f"--only = {absent[0]}: must be at most {all_of_them}")
+    digits = max(4, len(str(all_of_them)))
+    wanted = set(only)
+    rows = (
+        (number, values)
+        for number, values in enumerate(points(study), start=1)
+        if not wanted or number in wanted
+    )
+    of = len(wanted) or all_of_them
+    of = of if count is None else min(count, of)
+    return of, (
+        variant_of(study, base, number, values, digits) for number, values in islice(rows, of)
+    )
+
+
+def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
+    from fingerdesign.sweep.generate_lists import reasons
+
+    invalid = [made.variant for made in found if made.variant.design is None]
+    for made in found:
+        if made.failed:
+            click.echo(f"{made.variant.name}: no CAD: {made.cad}", err=True)
+    if quiet:
+        return
+    for variant in invalid[:_SHOWN]:
+        _tell_invalid(variant)
+    if len(invalid) > _SHOWN:
+        click.echo(f"... and {len(invalid) - _SHOWN} more in {target / 'invalid.csv'}")
+    told = reasons(invalid)[:_SHOWN]
+    if len(invalid) > 1:
+        rows = [[key, str(count), name] for key, count, _, name in told]
+        print_table("why variants cannot exist", ["key", "variants", "the first"], rows)
+    kept, failed = (sum(each) for each in zip(*((m.kept, m.failed) for m in found), strict=True))
+    click.echo(f"{len(found) - len(invalid)} variants, {kept} of them there already: {target}")
+    if invalid:
+        click.echo(f"{len(invalid)} cannot exist: {target / 'invalid.csv'}")
+    if failed:
+        click.echo(f"{failed} without CAD, which failed; run again to try again")
+
+
+def _tell_invalid(variant: Variant) -> None:
+    for fault in variant.faults:
+        click.echo(f"{variant.name}: {fault}")
+
+
+def _data(found: Sequence[Made], target: Path) -> dict[str, object]:
+    return {
+        "folder": str(target),
+        "variants": [
+            {
+                "number": made.variant.number,
+                "name": made.variant.name,
+                "values": made.variant.values,
+                "valid": made.variant.design is not None,
+                "faults": [str(fault) for fault in made.variant.faults],
+                "cad": made.cad or None,
+                "kept": made.kept,
+            }
+            for made in found
+        ],
+        "valid": sum(made.variant.design is not None for made in found),
+        "invalid": sum(made.variant.design is None for made in found),
+        "cad_failed": sum(made.failed for made in found),
+    }

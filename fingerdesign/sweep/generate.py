@@ -1,0 +1,267 @@
+"""Variants of a study as files: a folder each with its design and CAD, and two lists.
+
+OUT/NAME/NAME-0007/   NAME-0007.toml, finger.step, finger.stl (the outside), body.stl, plates.stl
+variants.csv          a row a variant: its values, digest, what came of its CAD
+invalid.csv           a row a fault of those that cannot exist
+generate.json         what was asked, versions, counts
+
+A variant's folder is there whole or not at all. Run again, only what is missing or was another
+design is made, so an interrupted run goes on.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import queue
+import re
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fingerdesign.design.io import dump_design
+from fingerdesign.identity import versions
+from fingerdesign.record_folder import RecordFolder
+from fingerdesign.sweep.child import Child, ChildFailed
+from fingerdesign.sweep.generate_lists import INVALID, VARIANTS, invalid_csv, variants_csv
+from fingerdesign.sweep.variants import stems
+
+if TYPE_CHECKING:
+    from fingerdesign.sweep.study_file import Study
+    from fingerdesign.sweep.variants import Variant
+
+RECORD = "generate.json"
+CAD_WORKER = "fingerdesign.sweep.generate_worker:written"
+CHORD_TOLERANCE_MM = 0.01
+LEFT_OUT, WRITTEN = "left out", "written"  # of a variant's CAD, beside the reason of a failure
+_UNFINISHED = (".*.partial-*", ".*.older-*")
+_ABANDONED_S = 3600.0  # after which a half-written folder has no writer any more
+
+
+@dataclass(frozen=True)
+class Made:
+    """What came of a variant. cad: "written", "left out", a reason why there is none, or "" where
+    the variant is invalid; kept: it was there already."""
+
+    variant: Variant
+    cad: str = ""
+    kept: bool = False
+
+    @property
+    def failed(self) -> bool:
+        """Whether its CAD could not be made."""
+        return self.variant.design is not None and self.cad not in (LEFT_OUT, WRITTEN)
+
+
+Tell = Callable[[Made, int], None]  # with how many are done
+
+
+def folder_of(study: Study) -> RecordFolder:
+    """The kind of folder that a study's variants are generated into."""
+    lists = (RECORD, VARIANTS, INVALID, *_UNFINISHED)
+    digits = ["[0-9]" * number for number in (4, 5, 6)]
+    children = tuple(f"{stem}-{each}" for stem in stems(study.name) for each in digits)
+    return RecordFolder(f"folder of variants of {study.name}", RECORD, (*lists, *children))
+
+
+def refuse_foreign(study: Study, target: Path) -> None:
+    """ResultError, before any work, where ``target`` or a variant's folder in it holds what is not
+    generated."""
+    folder_of(study).refuse_foreign(target)
+    for place in _variant_folders(study, target):
+        _variant_folder(place.name).refuse_foreign(place)
+
+
+def generate(
+    study: Study,
+    chosen: Iterator[Variant],
+    target: Path,
+    *,
+    cad: bool = True,
+    whole: bool = True,
+    workers: int = 1,
+    tell: Tell = lambda made, done: None,
+) -> tuple[Made, ...]:
+    """Write variants into ``target``; what came of each, in order.
+
+    whole: ``chosen`` are all of the study's: folders of others, of an older study of that name, are
+    removed. CAD that fails is a reason in the lists, never raised. Raises ResultError for what is
+    foreign in ``target``, OSError where the disk is full.
+    """
+    refuse_foreign(study, target)
+    target.mkdir(parents=True, exist_ok=True)
+    _clear_abandoned(target)
+    found = []
+    for made in _all_made(study, chosen, target, cad, workers):
+        found.append(made)
+        tell(made, len(found))
+    found.sort(key=lambda each: each.variant.number)
+    if whole:
+        valid = {made.variant.name for made in found if made.variant.design is not None}
+        for place in _variant_folders(study, target):
+            if place.name not in valid:
+                shutil.rmtree(place)
+    keys = list(study.parameters)
+    _write(target / VARIANTS, variants_csv(keys, [(made.variant, made.cad) for made in found]))
+    _write(target / INVALID, invalid_csv(keys, [made.variant for made in found]))
+    _write(target / RECORD, json.dumps(_record(study, found), indent=2, allow_nan=False) + "\n")
+    return tuple(found)
+
+
+def _all_made(
+    study: Study, chosen: Iterator[Variant], target: Path, cad: bool, workers: int
+) -> Iterator[Made]:
+    """Each variant as it is done; a process a worker builds the CAD of many."""
+    children = [Child(CAD_WORKER) for _ in range(workers)]
+    ended = threading.Event()
+    free: queue.Queue[Child] = queue.Queue()
+    for child in children:
+        free.put(child)
+
+    def make(variant: Variant) -> Made:
+        child = free.get()
+        try:
+            return _made(study, variant, target, child if cad else None, ended)
+        finally:
+            free.put(child)
+
+    running: set[Future[Made]] = set()
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for variant in chosen:
+                if variant.design is None:
+                    yield Made(variant)
+                    continue
+                running.add(pool.submit(make, variant))
+                while len(running) >= 2 * workers:
+                    done, running = wait(running, return_when=FIRST_COMPLETED)
+                    yield from (each.result() for each in done)
+            while running:
+                done, running = wait(running, return_when=FIRST_COMPLETED)
+                yield from (each.result() for each in done)
+        except BaseException:
+            ended.set()
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in children:
+                child.kill()
+            raise
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+            for child in children:
+                child.end()
+
+
+def _made(
+    study: Study, variant: Variant, target: Path, child: Child | None, ended: threading.Event
+) -> Made:
+    place = target / variant.name
+    text = _design_text(study, variant)
+    if _is_there(place, text, child is not None):
+        built = (place / "finger.step").is_file()
+        return Made(variant, WRITTEN if built else LEFT_OUT, kept=True)
+    with _variant_folder(variant.name).written(place) as aside:
+        (aside / f"{variant.name}.toml").write_text(text, encoding="utf-8")
+        said = LEFT_OUT if child is None else _cad(study, variant, aside, child, ended)
+    return Made(variant, said)
+
+
+def _cad(study: Study, variant: Variant, folder: Path, child: Child, ended: threading.Event) -> str:
+    """Build and write the CAD files; a reason where there are none."""
+    assert variant.design is not None
+    asked = {
+        "design": variant.design.model_dump(mode="json"),
+        "cad": str(folder),
+        "chord_tolerance_mm": CHORD_TOLERANCE_MM,
+    }
+    try:
+        limits = study.limits
+        why = str(json.loads(child.run(asked, limits.time_s, limits.memory_MB))["error"])
+    except ChildFailed as error:
+        if ended.is_set():
+            raise  # interrupted: it is not the design's fault
+        why = f"the CAD kernel: {error}"
+    if not why:
+        return WRITTEN
+    for file in folder.iterdir():  # some may stand already
+        if file.name != f"{variant.name}.toml":
+            file.unlink()
+    return why
+
+
+def _design_text(study: Study, variant: Variant) -> str:
+    assert variant.design is not None
+    made_by = versions().get("fingerdesign", "")
+    head = [
+        f"# Variant {variant.number} of the study {study.name}, by fingerdesign {made_by}.",
+        *(f"#   {key} = {value}" for key, value in variant.values.items()),
+        f"# Digest {variant.design.digest()}",
+    ]
+    return "\n".join([*head, "", dump_design(variant.design)])
+
+
+def _is_there(place: Path, text: str, cad: bool) -> bool:
+    """Whether a variant's folder holds this design, and its CAD if that is asked for."""
+    try:
+        same = (place / f"{place.name}.toml").read_text(encoding="utf-8") == text
+    except (OSError, UnicodeDecodeError):
+        return False
+    return same and (not cad or (place / "finger.step").is_file())
+
+
+def _variant_folder(name: str) -> RecordFolder:
+    files = (f"{name}.toml", *(f"finger.{ending}" for ending in ("step", "stl")))
+    return RecordFolder(
+        "generated variant", f"{name}.toml", (*files, "body.stl", "plates.stl", "core.stl")
+    )
+
+
+def _variant_folders(study: Study, target: Path) -> list[Path]:
+    names = "|".join(re.escape(stem) for stem in stems(study.name))
+    pattern = re.compile(rf"({names})-\d{{4,6}}")
+    if not target.is_dir():
+        return []
+    return sorted(each for each in target.iterdir() if pattern.fullmatch(each.name))
+
+
+def _clear_abandoned(target: Path) -> None:
+    """Remove what a run that was killed has left half-written."""
+    for place in [each for pattern in _UNFINISHED for each in target.glob(pattern)]:
+        with contextlib.suppress(FileNotFoundError):  # its writer was at work after all
+            if time.time() - place.lstat().st_mtime < _ABANDONED_S:
+                continue
+            if place.is_dir() and not place.is_symlink():
+                shutil.rmtree(place, ignore_errors=True)
+            else:
+                place.unlink()
+
+
+def _write(path: Path, text: str) -> None:
+    """Whole or not at all."""
+    aside = path.with_name(f".{path.name}.partial-{os.getpid()}")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def _record(study: Study, found: Sequence[Made]) -> dict[str, object]:
+    table = study.study
+    return {
+        "schema_version": 1,
+        "name": study.name,
+        "digest": study.digest(),
+        "sampling": table.sampling,
+        "count": table.count,
+        "seed": table.seed,
+        "variants": sum(made.variant.design is not None for made in found),
+        "invalid": sum(made.variant.design is None for made in found),
+        "cad_failed": sum(made.failed for made in found),
+        "versions": versions(),
+    }

@@ -1,0 +1,74 @@
+"""``fingerdesign generate``: files, counts, exit codes."""
+
+import json
+import struct
+
+import pytest
+from fingerdesign_cli.main import main
+
+TEXT = (
+    '[study]\nname = "few"\nbase = "maeno2000"\nsampling = "grid"\n'
+    '[parameters]\n"plates.count" = [9, 11, 45]\n'
+)
+
+
+@pytest.fixture
+def study(tmp_path):
+    path = tmp_path / "few.toml"
+    path.write_text(TEXT, "utf-8")
+    return str(path)
+
+
+def test_files_of_a_finger(study, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["generate", study, "--out", str(out), "--count", "1", "--workers", "1"]) == 0
+    assert "1 variants, 0 of them there already" in capsys.readouterr().out
+    folder = out / "few" / "few-0001"
+    names = ["body.stl", "few-0001.toml", "finger.step", "finger.stl", "plates.stl"]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    step = (folder / "finger.step").read_text("utf-8")
+    assert step.startswith("ISO-10303-21")
+    assert "plate_8" in step
+    for name in ("body.stl", "plates.stl", "finger.stl"):
+        content = (folder / name).read_bytes()
+        (triangles,) = struct.unpack("<I", content[80:84])
+        assert len(content) == 84 + 50 * triangles
+        assert triangles >= 12
+
+
+def test_invalid_variants_are_counted_and_told(study, tmp_path, capsys):
+    arguments = ["generate", study, "--out", str(tmp_path), "--no-cad"]
+    assert main(arguments) == 0
+    said = capsys.readouterr().out
+    assert "few-0003: plates." in said
+    assert "2 variants" in said
+    assert "1 cannot exist" in said
+    assert main([*arguments, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["valid"], told["invalid"], told["cad_failed"]) == (2, 1, 0)
+    assert [each["kept"] for each in told["variants"]] == [True, True, False]
+    assert told["variants"][2]["faults"]
+
+
+def test_only_some(study, tmp_path, capsys):
+    arguments = ["generate", study, "--out", str(tmp_path / "out"), "--no-cad"]
+    assert main([*arguments, "--only", "2"]) == 0
+    assert not (tmp_path / "out" / "few" / "few-0001").exists()
+    assert (tmp_path / "out" / "few" / "few-0002" / "few-0002.toml").exists()
+    assert main([*arguments, "--only", "3"]) == 1  # no variant can exist
+    assert main([*arguments, "--only", "4"]) == 2
+    assert "at most 3" in capsys.readouterr().err
+
+
+def test_wrong_input_ends_before_any_work(study, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["generate", "fngers", "--out", str(out)]) == 2
+    assert "did you mean fingers" in capsys.readouterr().err
+    (tmp_path / "bad.toml").write_text(TEXT.replace("plates.count", "plates.cuont"), "utf-8")
+    assert main(["generate", str(tmp_path / "bad.toml"), "--out", str(out)]) == 2
+    assert "did you mean plates.count" in capsys.readouterr().err
+    assert not out.exists()
+    (out / "few").mkdir(parents=True)
+    (out / "few" / "mine.txt").write_text("mine", "utf-8")
+    assert main(["generate", study, "--out", str(out)]) == 2
+    assert "mine.txt" in capsys.readouterr().err
