@@ -26,7 +26,7 @@ def scheduler_options(function: _Command) -> _Command:
         "--scheduler",
         metavar="ADDRESS",
         callback=_alone,
-        help="Run on the workers of this Dask scheduler, tcp://host:8786 for one.",
+        help="Run on the workers of this Dask scheduler: tcp://host:8786 for one, or its file.",
     )(function)
     return click.option(
         "--workers",

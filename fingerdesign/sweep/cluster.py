@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
+import os
 import queue
 import secrets
 import socket
@@ -17,6 +18,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
 from importlib.util import find_spec
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -42,7 +44,8 @@ class Cluster:
     """Where jobs are evaluated; started by the first of them. A context manager.
 
     workers: processes at a time on this machine (None: as many as cores); scheduler: the address
-    of a Dask scheduler instead. evaluator: "module:function", see sweep/child.py.
+    of a Dask scheduler instead, or the file that it wrote it to. evaluator: "module:function", see
+    sweep/child.py.
     """
 
     def __init__(
@@ -51,7 +54,8 @@ class Cluster:
         scheduler: str | None = None,
         evaluator: str = EVALUATE,
     ) -> None:
-        self._workers, self._scheduler, self._evaluator = workers, scheduler, evaluator
+        self._workers, self._evaluator = workers, evaluator
+        self._scheduler = scheduler if scheduler is None else _address(scheduler)
         self._pool = secrets.token_hex(8) if scheduler is None else ""
         self._client: Any = None
         self._stack = ExitStack()
@@ -218,6 +222,18 @@ class Cluster:
         at = f" at {self._scheduler}" if self._scheduler else ""
         told = f"the Dask scheduler{at} is gone; what was done is kept"
         return ClusterError(f"{told}: run it again, and it goes on")
+
+
+def _address(scheduler: str) -> str:
+    """What a scheduler's file (``dask scheduler --scheduler-file``) says, or the address itself."""
+    if not os.path.isfile(scheduler):
+        return scheduler
+    try:
+        return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        remedy = "wait until it is written, or give the address"
+        fault = Fault("--scheduler", scheduler, "a file that a Dask scheduler wrote", remedy)
+        raise DesignError([fault]) from error
 
 
 @contextlib.contextmanager

@@ -264,8 +264,8 @@ def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place):
     assert err == f"failed: the Dask scheduler at {address} is gone; what was done is kept: " + (
         "run it again, and it goes on\n"
     )
-    with dask(place) as (address, _, _):
-        code, lines, _ = ended(place.sweep("--scheduler", address))
+    with dask(place):
+        code, lines, _ = ended(place.sweep("--scheduler", "scheduler.json"))
     assert code == 0
     assert lines[-1]["from_store"] >= 6
     assert place.outcomes() == place.undisturbed()
@@ -296,3 +296,7 @@ def test_no_scheduler_is_an_error(place):
     code, _, err = ended(place.sweep("--scheduler", "nonsense://x"))
     assert code == 2
     assert err.startswith("--scheduler = nonsense://x: must be an address")
+    (place.folder / "scheduler.json").write_text("{")
+    code, _, err = ended(place.sweep("--scheduler", "scheduler.json"))
+    assert code == 2
+    assert err.startswith("--scheduler = scheduler.json: must be a file that a Dask scheduler")
