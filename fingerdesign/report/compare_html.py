@@ -28,8 +28,16 @@ STYLES = ("compare.css",)
 TOGETHER = 16  # designs whose heavy parts are unpacked together
 
 
-def compare_html(outcomes: Sequence[Outcome], facts: StudyFacts) -> str:
+def compare_html(
+    outcomes: Sequence[Outcome],
+    facts: StudyFacts,
+    *,
+    notes: Sequence[str] = (),
+    tables: Sequence[Table] = (),
+) -> str:
     """The whole page as text: the outcomes in their order, and all of their numbers inside.
+
+    notes, tables: of a search, what it found and what each objective hangs on.
 
     Every text of an outcome or of ``facts`` is a stranger's: it is escaped, and without control
     characters.
@@ -58,6 +66,8 @@ def compare_html(outcomes: Sequence[Outcome], facts: StudyFacts) -> str:
         summary=summary(outcomes, facts, found),
         chosen=found.chosen,
         table=table,
+        notes=[shown(note) for note in notes],
+        search_tables=tables,
         failures=_failures(outcomes),
         record=_record(outcomes, facts),
         page_style=_texts((*STYLES, *COMPARE_VIEW_STYLES)),

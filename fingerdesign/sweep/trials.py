@@ -1,0 +1,217 @@
+"""Trials on disk: Optuna's study in a journal, which an interrupted optimisation goes on from.
+
+What is drawn for a trial hangs on the study's seed, the trial's number and the trials that were
+told before it, so that one that was interrupted ends as one that was not. One process at a time
+writes a journal; the work itself is done in parallel by the evaluator.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, TYPE_CHECKING, Any, Self
+
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.sweep.metrics import METRICS_VERSION
+from fingerdesign.sweep.search_space import directions, distributions, values_of
+from fingerdesign.sweep.study_file import Choice, Limits, Optimise, Study
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+_NAME, _IDENTITY = "trials", "identity"
+RANDOM_TRIALS = 20  # before the sampler learns from what it has been told
+
+
+class JournalError(FingerDesignError):
+    """The trials cannot be kept, or another process is at them."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial that was drawn: its number, from 1, and the values of the studied keys."""
+
+    number: int
+    values: dict[str, Choice]
+
+
+class Trials:
+    """The trials of one study in the file ``journal``. A context manager.
+
+    Raises DesignError where the file holds the trials of another study, JournalError where it
+    cannot be written or another process has it open.
+    """
+
+    def __init__(self, study: Study, base: Design, journal: Path) -> None:
+        self._study, self._path = study, journal
+        self._identity = _identity(study, base)
+        self._space = distributions(study)
+        self._open: dict[int, Any] = {}  # Optuna's trials of this process, by number from 0
+        self._lock: IO[bytes] | None = None
+        self._trials: Any = None
+
+    def __enter__(self) -> Self:
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._lock = self._locked()
+            _cut(self._path)
+            self._trials = self._loaded()
+        except BaseException as error:
+            self._release()
+            if isinstance(error, OSError):
+                raise self._failed(error) from error
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._release()
+
+    def drawn(self) -> tuple[Trial, ...]:
+        """All trials that were drawn, in order."""
+        return tuple(self._trial(each) for each in self._every())
+
+    def waiting(self) -> tuple[Trial, ...]:
+        """Those of them that nothing was told of yet."""
+        return tuple(self._trial(each) for each in self._every() if not each.state.is_finished())
+
+    def draw(self, count: int) -> None:
+        """Draw further trials."""
+        try:
+            for _ in range(count):
+                self._seed(len(self._every()))
+                trial = self._trials.ask(self._space)
+                self._open[trial.number] = trial
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def tell(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
+        """Keep what came of a trial: its objectives, and its constraints (above 0: broken)."""
+        index = number - 1
+        try:
+            trial = self._open.pop(index, None) or self._again(index)
+            for name, excess in broken.items():
+                trial.set_constraint(name, excess)
+            self._trials.tell(trial, list(values))
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _every(self) -> list[Any]:
+        found: list[Any] = self._trials.get_trials(deepcopy=False)
+        return found
+
+    def _trial(self, frozen: Any) -> Trial:
+        return Trial(frozen.number + 1, values_of(self._study, frozen.params))
+
+    def _seed(self, index: int) -> None:
+        """The sampler of a trial, as a process that was never interrupted would have it."""
+        from optuna.samplers import TPESampler
+
+        seeds = f"{self._study.study.seed} {index}".encode()
+        self._trials.sampler = TPESampler(
+            seed=int.from_bytes(hashlib.sha256(seeds).digest()[:4]),
+            n_startup_trials=RANDOM_TRIALS,
+            multivariate=True,
+        )
+
+    def _again(self, index: int) -> Any:
+        """A trial of an earlier process, to be told."""
+        from optuna.trial import Trial as Handle
+
+        return Handle(self._trials, self._every()[index]._trial_id)
+
+    def _loaded(self) -> Any:
+        import optuna
+        from optuna.storages import JournalStorage
+        from optuna.storages.journal import JournalFileBackend
+
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            try:
+                storage = JournalStorage(JournalFileBackend(str(self._path)))
+                found = optuna.create_study(
+                    storage=storage,
+                    study_name=_NAME,
+                    directions=directions(self._study),
+                    load_if_exists=True,
+                )
+            except (ValueError, KeyError, TypeError) as error:
+                raise self._other(f"it is no journal of trials ({error})") from error
+        kept = found.user_attrs.get(_IDENTITY)
+        if kept is None and not found.get_trials(deepcopy=False):
+            found.set_user_attr(_IDENTITY, self._identity)
+        elif kept != self._identity:
+            raise self._other("it holds trials of another study, base or version")
+        self._trials = found
+        self._mend()
+        return found
+
+    def _mend(self) -> None:
+        """Draw to its end the trial that a process was killed in the midst of drawing."""
+        for frozen in self._every():
+            if not frozen.state.is_finished() and len(frozen.params) < len(self._space):
+                self._seed(frozen.number)
+                trial = self._again(frozen.number)
+                for key, distribution in self._space.items():
+                    trial._suggest(key, distribution)
+                self._open[frozen.number] = trial
+
+    def _locked(self) -> IO[bytes]:
+        stream = self._path.open("ab")
+        try:
+            import fcntl
+
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except ImportError:  # no such locks on this platform
+            pass
+        except OSError as error:
+            stream.close()
+            raise JournalError(f"{self._path} is being written by another process") from error
+        # Optuna's own lock, that a killed process leaves for half a minute.
+        Path(f"{self._path}.lock").unlink(missing_ok=True)
+        return stream
+
+    def _release(self) -> None:
+        if self._lock is not None:
+            self._lock.close()
+            self._lock = None
+
+    def _failed(self, error: OSError) -> JournalError:
+        return JournalError(f"the trials cannot be kept in {self._path}: {error}")
+
+    def _other(self, why: str) -> DesignError:
+        bound = "the trials of this study"
+        remedy = f"{why}: choose another --out, or delete the file to begin anew"
+        return DesignError([Fault("--out", self._path, bound, remedy)])
+
+
+def _identity(study: Study, base: Design) -> str:
+    """What must be the same for trials to go on: not how many, how they are confirmed or limits."""
+    from fingerdesign import __version__
+
+    decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
+    told = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
+    return hashlib.sha256("\n".join(told).encode()).hexdigest()
+
+
+def _cut(path: Path) -> None:
+    """Take away the line that a killed process or a full disk left without an end."""
+    if not path.exists():
+        return
+    with path.open("r+b") as stream:
+        content = stream.read()
+        whole = content.rfind(b"\n") + 1
+        if whole < len(content):
+            stream.truncate(whole)
+            stream.flush()
+            os.fsync(stream.fileno())
