@@ -24,6 +24,7 @@ PAGES = (
     "docs/gages.md",
     "docs/paper.md",
     "docs/molds.md",
+    "docs/studies.md",
 )
 
 

@@ -78,8 +78,13 @@ def _shown(parameter: Range | tuple[Choice, ...]) -> object:
 def _ends(study: Study) -> Iterator[tuple[str, Choice]]:
     """Each parameter's key with the values that its bounds are held against."""
     for key, parameter in study.parameters.items():
-        ends = (parameter.low, parameter.high) if isinstance(parameter, Range) else parameter
+        ends = _ends_of(parameter) if isinstance(parameter, Range) else parameter
         yield from ((key, end) for end in ends)
+
+
+def _ends_of(parameter: Range) -> tuple[Choice, Choice]:
+    """Its least and greatest value, as variants get them: of the kind that the step makes them."""
+    return parameter.at(0.0), parameter.at(1.0 - 1e-12)
 
 
 def _fixed_faults(study: Study, base: Design, setting: Mapping[str, Any]) -> list[Fault]:

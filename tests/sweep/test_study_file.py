@@ -113,6 +113,7 @@ def test_every_fault_is_told(text, told):
         (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
         (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),
         (parameters('"plates.count" = { low = 9.0, high = 11.0 }'), ["a whole number"]),
+        (parameters('"plates.count" = { low = 9, high = 11, step = 1.0 }'), ["a whole number"]),
         (
             parameters('"plates.material" = ["bronze", "polyimide"]'),
             ["'bronze'", "a known material"],
