@@ -1,18 +1,21 @@
 """Jobs on local workers: in order, stored, not computed twice; bad ones are failures."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
+import psutil
 import pytest
 
 from fingerdesign.design.io import with_values
 from fingerdesign.design.starter import find_design
-from fingerdesign.sweep.cluster import Cluster
+from fingerdesign.sweep.cluster import Cluster, ClusterError
 from fingerdesign.sweep.evaluate import Job
 from fingerdesign.sweep.run import run_jobs
 from fingerdesign.sweep.store import Store
 from fingerdesign.sweep.study_file import Cost, Limits
 
+LISTEN = psutil.CONN_LISTEN
 LIMITS = Limits(time_s=20.0, memory_MB=1000.0)
 
 
@@ -71,3 +74,43 @@ def test_bad_jobs_are_failures_and_the_rest_is_done(base, tmp_path):
     assert "code 3" in by_act["exit"].failure.sentence
     assert "ZeroDivisionError: of the test" in by_act["raise"].failure.sentence
     assert [each.status for each in found[6:]] == ["ok"] * 4  # one that somebody killed is tried
+
+
+def test_local_workers_listen_on_this_machine_alone():
+    with Cluster(1, evaluator="sweep_evaluators:quick") as cluster:
+        before = {
+            each.laddr for each in psutil.Process().net_connections() if each.status == LISTEN
+        }
+        cluster.start()
+        now = {each.laddr for each in psutil.Process().net_connections() if each.status == LISTEN}
+    assert {each.ip for each in now - before} <= {"127.0.0.1", "::1"}
+
+
+def test_variants_of_one_finger_are_computed_once(base, tmp_path, evaluators):
+    one = job(base, 1)
+    twin = replace(one, name="twin", values={"number": 1.0}, cost=Cost(plate=7.0))
+    with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
+        found = run_jobs([one, twin], Store(tmp_path), cluster, LIMITS)
+    assert evaluators.read_text().split() == ["v-1"]
+    assert [each.name for each in found] == ["v-1", "twin"]
+    assert found[0].metrics["cost"] != found[1].metrics["cost"]
+    assert found[1].values == {"number": 1.0}
+
+
+def test_an_outcome_of_another_version_is_refused(base, tmp_path):
+    with (
+        Cluster(1, evaluator="sweep_evaluators:elsewhere") as cluster,
+        pytest.raises(ClusterError, match=r"a worker has fingerdesign 0\.0\.1; install the same"),
+    ):
+        run_jobs([job(base, 1)], Store(tmp_path), cluster, LIMITS)
+    assert list(tmp_path.rglob("*.txt")) == []
+
+
+def test_a_cluster_serves_one_batch_after_another(base, tmp_path):
+    before = set(psutil.Process().children())
+    with Cluster(2, evaluator="sweep_evaluators:quick") as cluster:
+        for batch in ([1, 2], [2, 3], []):
+            jobs = [job(base, number) for number in batch]
+            found = run_jobs(jobs, Store(tmp_path), cluster, LIMITS)
+            assert [each.name for each in found] == [each.name for each in jobs]
+    assert set(psutil.Process().children()) <= before
