@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import statistics
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,12 +13,11 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.result_folder import read_result
 from fingerdesign.results import Analysis, GripResult, Result, ResultError
-from fingerdesign.sweep.measured import metrics_of, traces_of
+from fingerdesign.sweep.measured import grip_metrics, metrics_of, traces_of
 from fingerdesign.sweep.outcome import Failure, GripOutcome, Numbers, Outcome, Traces, Validity
 from fingerdesign.sweep.study_file import Cost
 
 MOST_POINTS = 60  # of a grip's path, as in every outcome
-_GRAVITY = 9.80665
 _SCENE = "scene."
 
 
@@ -81,21 +79,7 @@ def _metrics(result: Result, design: Design | None) -> dict[str, float | None]:
         path = Analysis(replace(result, grips=(), slip_studies=()), plates=plate_frames(design))
         found = metrics_of(design, Cost(), path)
         del found["cost"]
-    grips = result.grips
-    if grips:
-        margins = [grip.safety_margin for grip in grips if grip.safety_margin is not None]
-        found["grip_success"] = sum(g.lifted and not g.gross_slip for g in grips) / len(grips)
-        found["safety_margin"] = statistics.median(margins) if margins else None
-        found["least_margin"] = min(margins, default=None)
-        found["peak_force_N"] = max(grip.peak_normal_force_N for grip in grips)
-        found["peak_ratio"] = statistics.median(_peak_ratio(grip) for grip in grips)
-    return found
-
-
-def _peak_ratio(grip: GripResult) -> float:
-    """The peak force over the least that would hold, m g / (2 mu)."""
-    least = 0.5e-3 * grip.object_mass_g * _GRAVITY / grip.friction_coefficient
-    return grip.peak_normal_force_N / least
+    return found | grip_metrics(result.grips)
 
 
 def _traces(result: Result, design: Design | None) -> Traces:

@@ -148,8 +148,12 @@ def relabelled(outcome: Outcome, job: Job) -> Outcome:
 
 def failed(job: Job, failure: Failure) -> Outcome:
     """The outcome of a job that came to nothing."""
+    try:
+        digest = job.digest()
+    except DesignError as error:  # a file that it names is gone: nothing to keep it by
+        digest = hashlib.sha256(f"{job.name}\n{error}".encode()).hexdigest()
     return Outcome(
-        digest=job.digest(),
+        digest=digest,
         name=job.name,
         values=dict(job.values),
         design=job.design.model_dump(mode="json", exclude_none=True),
@@ -210,13 +214,12 @@ def _seeds(job: Job) -> dict[str, int]:
 def _refusal(job: Job) -> FailureKind:
     """The kind of a refusal: "memory" where a machine with more of it would not refuse."""
     from fingerdesign.pipeline import refuse
+    from fingerdesign.resources.limits import memory_faults
 
     if job.fidelity == "auto":
         return "refused"  # the ladder ends where memory does, and says so
     try:
         refuse(replace(job.case, go_on=True), job.case.path_scene)
+        return "memory" if memory_faults(job.case) else "refused"
     except DesignError:
         return "refused"
-    from fingerdesign.resources.limits import memory_faults
-
-    return "memory" if memory_faults(job.case) else "refused"

@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.errors import SolverError
-from fingerdesign.results import OPEN, SLIP, Analysis, GripTrace
+from fingerdesign.results import (
+    OPEN,
+    SLIP,
+    Analysis,
+    ContactHistory,
+    GripResult,
+    GripTrace,
+    IncrementResult,
+)
 from fingerdesign.sweep.outcome import GripOutcome, Numbers, Traces
 
 if TYPE_CHECKING:
@@ -19,14 +28,17 @@ if TYPE_CHECKING:
     from fingerdesign.sweep.study_file import Cost
 
 MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
+_GRAVITY = 9.80665  # m/s^2
+_PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull
+_ROOM = 0.15  # of what is touched, shown around it
 MARKS = {OPEN: ".", SLIP: "/"}  # what sticks is "#"
-_FIRST_SLIP = 0.9  # stick ratio
+_FIRST_SLIP = 0.9  # of the greatest stick ratio of the pull: pressing alone slips at the rims
 
 
 def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, float | None]:
     """The metrics of sweep/metrics.py that this analysis tells; "core_seconds" is the caller's."""
     rows = analysis.result.increments
-    found: dict[str, float | None] = dict(_of_grips(analysis))
+    found: dict[str, float | None] = grip_metrics(analysis.result.grips)
     last = rows[-1]
     deepest = max(rows, key=lambda row: row.approach_mm)
     found["normal_force_N"] = last.normal_force_N
@@ -35,16 +47,7 @@ def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, floa
         deepest.normal_force_N / deepest.approach_mm if deepest.approach_mm > 0.0 else None
     )
     found["peak_pressure_MPa"] = max(row.peak_pressure_MPa for row in rows)
-    found["first_slip_N"] = next(
-        (
-            row.tangential_force_N
-            for row in rows
-            if row.stick_ratio is not None
-            and row.stick_ratio < _FIRST_SLIP
-            and row.tangential_force_N > 0.0
-        ),
-        None,
-    )
+    found["first_slip_N"] = _first_slip(rows)
     found["gage_response"] = _gage_response(analysis)
     return found | own_metrics(design, cost)
 
@@ -99,9 +102,7 @@ def traces_of(analysis: Analysis) -> Traces:
     places: dict[str, Numbers] = {}
     status: tuple[str, ...] = ()
     if contact is not None:
-        shown = _spread(len(contact.points), MOST_CONTACT)
-        if contact.dimension == 2:
-            shown = [int(contact.mid_line()[k]) for k in shown]
+        shown = _shown_points(contact)
         places["contact_x_mm"] = _numbers(contact.points[shown, 0])
         if contact.dimension == 3:
             places["contact_z_mm"] = _numbers(contact.points[shown, 2])
@@ -145,22 +146,42 @@ def _path(trace: GripTrace) -> tuple[Numbers, Numbers]:
     return _numbers(trace.normal_force[kept]), _numbers(trace.tangential_force[kept])
 
 
-def _of_grips(analysis: Analysis) -> dict[str, float | None]:
-    grips = analysis.result.grips
+def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
+    """The metrics that grips tell; none without grips.
+
+    Margins and the peak's ratio are of grips that lifted the object: one that lets go at a small
+    force is not gentle.
+    """
     if not grips:
         return {}
-    margins = [grip.safety_margin for grip in grips if grip.safety_margin is not None]
-    ratios = [
-        grip.peak_normal_force_N * grip.friction_coefficient / trace.weight_per_finger_N
-        for grip, trace in zip(grips, analysis.grip_traces, strict=True)
-    ]
+    held = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    lifted = [grip for grip in grips if grip.lifted]
+    margins = [grip.safety_margin for grip in lifted if grip.safety_margin is not None]
+    ratios = [grip.peak_normal_force_N / _least_force(grip) for grip in lifted]
     return {
-        "grip_success": sum(grip.lifted and not grip.gross_slip for grip in grips) / len(grips),
+        "grip_success": len(held) / len(grips),
         "safety_margin": statistics.median(margins) if margins else None,
         "least_margin": min(margins, default=None),
         "peak_force_N": max(grip.peak_normal_force_N for grip in grips),
-        "peak_ratio": statistics.median(ratios),
+        "peak_ratio": statistics.median(ratios) if ratios else None,
     }
+
+
+def _least_force(grip: GripResult) -> float:
+    """The least normal force that would hold the object, m g / (2 mu), N."""
+    return 0.5e-3 * grip.object_mass_g * _GRAVITY / grip.friction_coefficient
+
+
+def _first_slip(rows: Sequence[IncrementResult]) -> float | None:
+    """F_t of the first row that sticks on less than ``_FIRST_SLIP`` of what the pull began with."""
+    most = 0.0
+    for row in rows:
+        if row.stick_ratio is None or row.tangential_force_N <= _PULLED * row.normal_force_N:
+            continue
+        most = max(most, row.stick_ratio)
+        if row.stick_ratio < _FIRST_SLIP * most:
+            return row.tangential_force_N
+    return None
 
 
 def _gage_response(analysis: Analysis) -> float | None:
@@ -185,6 +206,32 @@ def _spread(count: int, most: int) -> list[int]:
     if count <= most:
         return list(range(count))
     return sorted({round(each) for each in np.linspace(0, count - 1, most)})
+
+
+def _shown_points(contact: ContactHistory) -> list[int]:
+    """Numbers of the candidates that the map shows: evenly along x; in 3-D over x and z, about
+    what is ever touched."""
+    if contact.dimension == 2:
+        line = contact.mid_line()
+        return [int(line[k]) for k in _spread(len(line), MOST_CONTACT)]
+    places = contact.points[:, [0, 2]]
+    touched = places[(contact.status != OPEN).any(axis=0)]
+    if not len(touched):
+        return _spread(len(places), MOST_CONTACT)
+    low, high = touched.min(axis=0), touched.max(axis=0)
+    room = np.maximum(_ROOM * (high - low), 1e-9)
+    low, high = low - room, high + room
+    near = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
+    # Cells alike in shape and fewer than points may be shown; of each the point next to its middle.
+    side = float(np.sqrt(np.prod(high - low) / MOST_CONTACT))
+    while True:
+        cell = np.floor((places[near] - low) / side)
+        off = ((places[near] - low - (cell + 0.5) * side) ** 2).sum(axis=1)
+        order = np.lexsort((off, cell[:, 1], cell[:, 0]))
+        first = np.any(np.diff(cell[order], axis=0, prepend=np.nan) != 0.0, axis=1)
+        if first.sum() <= MOST_CONTACT:
+            return [int(k) for k in near[order[first]]]
+        side *= 1.05
 
 
 def _numbers(values: object) -> Numbers:

@@ -12,7 +12,7 @@ from typing import Literal
 
 from fingerdesign.design.base import refuse
 
-METRICS_VERSION = 4
+METRICS_VERSION = 6
 Goal = Literal["min", "max"]
 
 
@@ -28,16 +28,28 @@ class Metric:
 
 _ALL = (
     Metric("grip_success", "", "max", "share of the grips lifted without complete slip"),
-    Metric("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips lifted"),
-    Metric("least_margin", "", "max", "least margin of the grips lifted; 1 is on the edge of slip"),
+    Metric("safety_margin", "", None, "median of F_n / (F_t / mu) at lift, over grips that lifted"),
+    Metric(
+        "least_margin", "", "max", "least margin of the grips that lifted; 1 is on the edge of slip"
+    ),
     Metric("peak_force_N", "N", "min", "greatest normal force of all grips"),
-    Metric("peak_ratio", "", "min", "median of peak F_n over the least that would hold, mg / 2 mu"),
+    Metric(
+        "peak_ratio",
+        "",
+        "min",
+        "median of peak F_n over the least that holds, mg / 2 mu; grips that lifted",
+    ),
     Metric("stick_error", "", "min", "RMS error of the stick ratio as told from noisy gages"),
     Metric("gage_response", "microstrain/N", "max", "greatest reading per tangential force"),
     Metric("normal_force_N", "N", None, "F_n at the end of the scene's path"),
     Metric("tangential_force_N", "N", None, "F_t at the end of the scene's path"),
     Metric("stiffness_N_per_mm", "N/mm", None, "F_n over approach at the deepest approach"),
-    Metric("first_slip_N", "N", None, "F_t where the stick ratio first falls below 0.9"),
+    Metric(
+        "first_slip_N",
+        "N",
+        None,
+        "F_t where the stick ratio falls below 0.9 of its most in the pull",
+    ),
     Metric("peak_pressure_MPa", "MPa", "min", "greatest contact pressure of the path"),
     Metric("plates", "", "min", "plates used"),
     Metric("cost", "", "min", "what [cost] adds up: plates, gages, rubber"),

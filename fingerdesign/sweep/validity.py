@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 
 def validity_of(case: Case, analysis: Analysis) -> Validity:
-    """The forecast of plane strain's error, and what the ladder estimated of the mesh's."""
+    """The forecast of plane strain's error, and what the ladder estimated of the mesh's.
+
+    A sentence says why there is none, of either.
+    """
     sentences, plane, mesh = [], None, None
     if analysis.result.model is not None and analysis.result.model.dimension == 2:
         from fingerdesign.study.plane_strain_estimate import plane_strain_error
@@ -29,4 +32,7 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
     if ladder is not None:
         mesh = max(ladder.error_estimates.values(), default=None)
         sentences += [ladder.why_ended] if ladder.why_ended else []
+    else:
+        remedy = "fidelity 'auto' estimates it"
+        sentences.append(f"no estimate of the mesh's own error: {remedy}")
     return Validity(plane, mesh, tuple(sentences))
