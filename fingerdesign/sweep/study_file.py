@@ -25,6 +25,7 @@ from fingerdesign.sweep.metrics import METRICS, known_metric
 from fingerdesign.sweep.study_keys import FILE_KEYS, key_faults
 from fingerdesign.sweep.study_values import (
     Choice,
+    Key,
     Parameter,
     Range,
     Text,
@@ -138,10 +139,10 @@ class Study(Table):
     """A whole study file."""
 
     study: StudyTable
-    fixed: dict[Text, Annotated[Any, AfterValidator(shallow)]] = Field(
+    fixed: dict[Key, Annotated[Any, AfterValidator(shallow)]] = Field(
         default_factory=dict, max_length=1000
     )
-    parameters: dict[Text, Parameter] = Field(min_length=1, max_length=100)
+    parameters: dict[Key, Parameter] = Field(min_length=1, max_length=100)
     limits: Limits = Field(default_factory=Limits)
     cost: Cost = Field(default_factory=Cost)
     objectives: Many[Objective] = Field(default=(), max_length=10)

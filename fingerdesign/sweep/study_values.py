@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Self
 
@@ -17,6 +18,7 @@ MOST_CHOICES = 200
 MOST_TEXT = 1000  # characters of a text that a study names something by
 MOST_DEPTH = 8  # of tables in tables; a design's own are 3 deep
 MOST_LEVELS = 1_000_000
+_PART = re.compile(r"[^\[\]]+(\[\d{1,4}\])*")  # of a dotted key
 Choice = bool | int | float | str
 
 
@@ -40,7 +42,17 @@ def plain_text(value: str) -> str:
     return value
 
 
+def dotted_key(value: str) -> str:
+    """The key itself, or the share of two keys; a fault where it is written wrongly."""
+    for piece in value.split("/"):
+        if not all(_PART.fullmatch(part) for part in piece.strip().split(".")):
+            bound = "a dotted key, such as plates.count or plates.rows[0].count"
+            raise refuse(Told(value), bound, "correct it")
+    return value
+
+
 Text = Annotated[str, Field(min_length=1, max_length=MOST_TEXT), AfterValidator(plain_text)]
+Key = Annotated[Text, AfterValidator(dotted_key)]
 
 
 def _number(value: Any) -> Any:
@@ -148,18 +160,22 @@ Parameter = Annotated[
 
 
 def shallow(value: Any) -> Any:
-    """The value itself; a fault where tables or arrays lie too deep in each other."""
+    """The value itself; a fault where tables or arrays lie too deep in each other, or what is in
+    them is endless."""
     level, depth = [value], 0
     while level:
         depth += 1
         if depth > MOST_DEPTH:
             raise refuse(Told(value), f"at most {MOST_DEPTH} tables deep", "correct it")
-        level = [
-            inner
-            for each in level
-            if isinstance(each, (Mapping, list))
-            for inner in (each.values() if isinstance(each, Mapping) else each)
-        ]
+        inner: list[Any] = []
+        for each in level:
+            if isinstance(each, Mapping):
+                inner += [*each, *each.values()]
+            elif isinstance(each, list):
+                inner += each
+            elif isinstance(each, (str, int, float)):
+                _choice(each)
+        level = inner
     return value
 
 

@@ -126,6 +126,10 @@ def test_every_fault_is_told(text, told):
             ["face", "width"],
         ),
         (HEAD + '[fixed]\n"gages.width_mm" = 0x' + "f" * 9000 + "\n" + ONE, ["a huge number"]),
+        (HEAD + '[fixed]\n"plates.material" = "\\u0000"\n' + ONE, ["control characters"]),
+        (HEAD + '[fixed]\n"mold.cure" = 0x' + "f" * 9000 + "\n" + ONE, ["a huge number"]),
+        (parameters('"plates.placement[0][0" = [1.0]'), ["a dotted key, such as"]),
+        (parameters('"plates..count" = [1]\n"/" = [1]'), ["a dotted key, such as"]),
         (HEAD + '[fixed]\n"gages.width_mm" = 1979-05-27\n' + ONE, ["a number"]),
         (HEAD + "[fixed]\n" + ".".join("a" * 3000) + " = 1\n" + ONE, ["8 tables deep"]),
         (
