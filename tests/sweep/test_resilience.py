@@ -201,6 +201,48 @@ def test_full_disk_says_so_and_keeps_what_fitted(place):
     assert place.outcomes() == place.undisturbed()
 
 
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 500 kB of its own, and a function that makes it larger."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=500k", "none", str(disk)]
+    try:
+        done = subprocess.run(mount, capture_output=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("no mount")
+    if done.returncode != 0:
+        pytest.skip("only root may mount")
+    yield (
+        disk,
+        lambda: subprocess.run(["mount", "-o", "remount,size=20m", str(disk)], check=True),
+    )
+    subprocess.run(["umount", "--lazy", str(disk)], check=True)
+
+
+@pytest.mark.slow
+def test_a_full_file_system_says_so_and_keeps_what_fitted(place, small_disk):
+    disk, enlarge = small_disk
+    place.study(count=30)
+    changes = {
+        "FINGERDESIGN_EVALUATOR": "sweep_evaluators:large",
+        "FINGERDESIGN_CACHE": str(disk),
+    }
+    code, _, err = ended(place.sweep("--workers", "2", **changes))
+    assert code == 1
+    assert "cannot be kept" in err
+    assert "No space left on device" in err
+    files = [path for path in disk.rglob("*") if path.is_file()]
+    assert files
+    assert all(path.suffix == ".txt" for path in files)
+    enlarge()
+    code, lines, _ = ended(place.sweep("--workers", "2", **changes))
+    assert code == 0
+    assert lines[-1]["from_store"] == len(files)
+    place.environment |= {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:large"}
+    assert place.outcomes() == place.undisturbed()
+
+
 def test_spoiled_outcomes_are_computed_again(place):
     place.study(count=8)
     assert ended(place.sweep("--workers", "2"))[0] == 0
