@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 _NAME, _IDENTITY = "trials", "identity"
+_FIRST = b'{"op_code":'
 RANDOM_TRIALS = 20  # before the sampler learns from what it has been told
 
 
@@ -51,7 +52,6 @@ class Trials:
         self._study, self._path = study, journal
         self._identity = _identity(study, base)
         self._space = distributions(study)
-        self._open: dict[int, Any] = {}  # Optuna's trials of this process, by number from 0
         self._lock: IO[bytes] | None = None
         self._trials: Any = None
 
@@ -59,6 +59,8 @@ class Trials:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._lock = self._locked()
+            if not _journal(self._path):
+                raise self._other("it is no journal of trials")
             _cut(self._path)
             self._trials = self._loaded()
         except BaseException as error:
@@ -85,12 +87,20 @@ class Trials:
         return tuple(self._trial(each) for each in self._every() if not each.state.is_finished())
 
     def draw(self, count: int) -> None:
-        """Draw further trials."""
+        """Draw further trials; each is one line of the journal, so it is there whole or not."""
+        import optuna
+        from optuna.trial import TrialState, create_trial
+
+        # The sampler writes its notes into a copy: the journal takes whole trials alone.
+        copy = optuna.create_study(directions=directions(self._study))
+        copy.add_trials(self._trials.get_trials())
         try:
             for _ in range(count):
-                self._seed(len(self._every()))
-                trial = self._trials.ask(self._space)
-                self._open[trial.number] = trial
+                copy.sampler = self._sampler(len(copy.get_trials(deepcopy=False)))
+                drawn = copy.ask(self._space).params
+                self._trials.add_trial(
+                    create_trial(state=TrialState.RUNNING, params=drawn, distributions=self._space)
+                )
         except OSError as error:
             raise self._failed(error) from error
 
@@ -98,9 +108,10 @@ class Trials:
         """Keep what came of a trial: its objectives, and its constraints (above 0: broken)."""
         index = number - 1
         try:
-            trial = self._open.pop(index, None) or self._again(index)
+            trial = self._handle(index)
             for name, excess in broken.items():
-                trial.set_constraint(name, excess)
+                if name not in trial.constraints:  # told by a process that was killed at it
+                    trial.set_constraint(name, excess)
             self._trials.tell(trial, list(values))
         except OSError as error:
             raise self._failed(error) from error
@@ -112,19 +123,19 @@ class Trials:
     def _trial(self, frozen: Any) -> Trial:
         return Trial(frozen.number + 1, values_of(self._study, frozen.params))
 
-    def _seed(self, index: int) -> None:
-        """The sampler of a trial, as a process that was never interrupted would have it."""
+    def _sampler(self, index: int) -> Any:
+        """What draws the trial of that number, from 0: its seed is the trial's own."""
         from optuna.samplers import TPESampler
 
         seeds = f"{self._study.study.seed} {index}".encode()
-        self._trials.sampler = TPESampler(
+        return TPESampler(
             seed=int.from_bytes(hashlib.sha256(seeds).digest()[:4]),
             n_startup_trials=RANDOM_TRIALS,
             multivariate=True,
         )
 
-    def _again(self, index: int) -> Any:
-        """A trial of an earlier process, to be told."""
+    def _handle(self, index: int) -> Any:
+        """The trial as Optuna wants it to be told of constraints."""
         from optuna.trial import Trial as Handle
 
         return Handle(self._trials, self._every()[index]._trial_id)
@@ -141,6 +152,7 @@ class Trials:
                 storage = JournalStorage(JournalFileBackend(str(self._path)))
                 found = optuna.create_study(
                     storage=storage,
+                    sampler=optuna.samplers.RandomSampler(),
                     study_name=_NAME,
                     directions=directions(self._study),
                     load_if_exists=True,
@@ -152,19 +164,7 @@ class Trials:
             found.set_user_attr(_IDENTITY, self._identity)
         elif kept != self._identity:
             raise self._other("it holds trials of another study, base or version")
-        self._trials = found
-        self._mend()
         return found
-
-    def _mend(self) -> None:
-        """Draw to its end the trial that a process was killed in the midst of drawing."""
-        for frozen in self._every():
-            if not frozen.state.is_finished() and len(frozen.params) < len(self._space):
-                self._seed(frozen.number)
-                trial = self._again(frozen.number)
-                for key, distribution in self._space.items():
-                    trial._suggest(key, distribution)
-                self._open[frozen.number] = trial
 
     def _locked(self) -> IO[bytes]:
         stream = self._path.open("ab")
@@ -204,10 +204,15 @@ def _identity(study: Study, base: Design) -> str:
     return hashlib.sha256("\n".join(told).encode()).hexdigest()
 
 
+def _journal(path: Path) -> bool:
+    """Whether a file is empty or begins as a journal does, be it only in part."""
+    with path.open("rb") as stream:
+        begun = stream.read(len(_FIRST))
+    return _FIRST.startswith(begun)
+
+
 def _cut(path: Path) -> None:
     """Take away the line that a killed process or a full disk left without an end."""
-    if not path.exists():
-        return
     with path.open("r+b") as stream:
         content = stream.read()
         whole = content.rfind(b"\n") + 1
