@@ -18,7 +18,6 @@ import queue
 import re
 import shutil
 import threading
-import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -28,9 +27,15 @@ from typing import TYPE_CHECKING
 from fingerdesign.design.io import dump_design
 from fingerdesign.identity import versions
 from fingerdesign.record_folder import RecordFolder
+from fingerdesign.results import ResultError
 from fingerdesign.sweep.child import Child, ChildFailed
 from fingerdesign.sweep.generate_lists import INVALID, VARIANTS, invalid_csv, variants_csv
 from fingerdesign.sweep.variants import stems
+
+try:
+    import fcntl
+except ImportError:  # Windows: two writers of one folder are not kept apart there
+    fcntl = None  # type: ignore[assignment]
 
 if TYPE_CHECKING:
     from fingerdesign.sweep.study_file import Study
@@ -41,7 +46,7 @@ CAD_WORKER = "fingerdesign.sweep.generate_worker:written"
 CHORD_TOLERANCE_MM = 0.01
 LEFT_OUT, WRITTEN = "left out", "written"  # of a variant's CAD, beside the reason of a failure
 _UNFINISHED = (".*.partial-*", ".*.older-*")
-_ABANDONED_S = 3600.0  # after which a half-written folder has no writer any more
+_LOCK = ".lock"
 
 
 @dataclass(frozen=True)
@@ -64,7 +69,7 @@ Tell = Callable[[Made, int], None]  # with how many are done
 
 def folder_of(study: Study) -> RecordFolder:
     """The kind of folder that a study's variants are generated into."""
-    lists = (RECORD, VARIANTS, INVALID, *_UNFINISHED)
+    lists = (RECORD, VARIANTS, INVALID, _LOCK, *_UNFINISHED)
     digits = ["[0-9]" * number for number in (4, 5, 6)]
     children = tuple(f"{stem}-{each}" for stem in stems(study.name) for each in digits)
     return RecordFolder(f"folder of variants of {study.name}", RECORD, (*lists, *children))
@@ -92,26 +97,31 @@ def generate(
 
     whole: ``chosen`` are all of the study's: folders of others, of an older study of that name, are
     removed. CAD that fails is a reason in the lists, never raised. Raises ResultError for what is
-    foreign in ``target``, OSError where the disk is full.
+    foreign in ``target`` and where another process writes there, OSError where the disk is full.
     """
     refuse_foreign(study, target)
     target.mkdir(parents=True, exist_ok=True)
-    _clear_abandoned(target)
-    found = []
-    for made in _all_made(study, chosen, target, cad, workers):
-        found.append(made)
-        tell(made, len(found))
-    found.sort(key=lambda each: each.variant.number)
-    if whole:
-        valid = {made.variant.name for made in found if made.variant.design is not None}
-        for place in _variant_folders(study, target):
-            if place.name not in valid:
-                shutil.rmtree(place)
+    with _alone(target):
+        _clear_abandoned(target)
+        found = []
+        for made in _all_made(study, chosen, target, cad, workers):
+            found.append(made)
+            tell(made, len(found))
+        found.sort(key=lambda each: each.variant.number)
+        _write_lists(study, found, target, whole)
+    return tuple(found)
+
+
+def _write_lists(study: Study, found: Sequence[Made], target: Path, whole: bool) -> None:
+    """The lists and the record; variants that the whole study no longer has are removed."""
+    valid = {made.variant.name for made in found if made.variant.design is not None}
+    for place in _variant_folders(study, target) if whole else ():
+        if place.name not in valid:
+            shutil.rmtree(place)
     keys = list(study.parameters)
     _write(target / VARIANTS, variants_csv(keys, [(made.variant, made.cad) for made in found]))
     _write(target / INVALID, invalid_csv(keys, [made.variant for made in found]))
     _write(target / RECORD, json.dumps(_record(study, found), indent=2, allow_nan=False) + "\n")
-    return tuple(found)
 
 
 def _all_made(
@@ -229,16 +239,33 @@ def _variant_folders(study: Study, target: Path) -> list[Path]:
     return sorted(each for each in target.iterdir() if pattern.fullmatch(each.name))
 
 
+@contextlib.contextmanager
+def _alone(target: Path) -> Iterator[None]:
+    """ResultError while another process writes into ``target``; its lock ends with it."""
+    if fcntl is None:
+        yield
+        return
+    lock = target / _LOCK
+    with lock.open("a") as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ResultError(f"{target} is being written by another process") from None
+        except OSError:  # a file system without locks
+            pass
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
+
+
 def _clear_abandoned(target: Path) -> None:
-    """Remove what a run that was killed has left half-written."""
+    """Remove what a run that was killed has left half-written; no other is at work."""
     for place in [each for pattern in _UNFINISHED for each in target.glob(pattern)]:
-        with contextlib.suppress(FileNotFoundError):  # its writer was at work after all
-            if time.time() - place.lstat().st_mtime < _ABANDONED_S:
-                continue
-            if place.is_dir() and not place.is_symlink():
-                shutil.rmtree(place, ignore_errors=True)
-            else:
-                place.unlink()
+        if place.is_dir() and not place.is_symlink():
+            shutil.rmtree(place)
+        else:
+            place.unlink()
 
 
 def _write(path: Path, text: str) -> None:

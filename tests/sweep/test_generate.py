@@ -3,16 +3,22 @@
 import csv
 import json
 import os
+import signal
+import subprocess
+import sys
 import threading
 import time
 
 import pytest
 
 from fingerdesign import load_design
+from fingerdesign.errors import GeometryError
+from fingerdesign.process import environment
 from fingerdesign.results import ResultError
 from fingerdesign.sweep import generate as generating
 from fingerdesign.sweep.generate import generate
 from fingerdesign.sweep.generate_lists import reasons
+from fingerdesign.sweep.generate_worker import check_whole
 from fingerdesign.sweep.study_file import parse_study
 from fingerdesign.sweep.variants import base_design, variants
 
@@ -36,6 +42,18 @@ def written(request):
         return json.dumps({"error": "plates 0 and 1 share nothing"})
     (folder / "body.stl").write_text("STL")
     return json.dumps({"error": ""})
+"""
+KILLED = """
+import sys
+from pathlib import Path
+from fingerdesign.sweep import generate as generating
+from fingerdesign.sweep.study_file import read_study
+from fingerdesign.sweep.variants import base_design, variants
+
+generating.CAD_WORKER = "fake_cad_worker:written"
+study = read_study(sys.argv[1])
+found = variants(study, base_design(study))
+generating.generate(study, found, Path(sys.argv[2]), workers=3)
 """
 
 
@@ -139,17 +157,68 @@ def test_a_link_is_followed_nowhere(tmp_path):
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
-def test_what_a_killed_run_left_is_cleared_once_it_is_old(tmp_path):
+def test_what_a_killed_run_left_is_cleared(tmp_path):
     target = tmp_path / "few"
-    old, young = target / ".few-0001.partial-00", target / ".few-0002.partial-00"
-    for each in (old, young):
-        each.mkdir(parents=True)
-        (each / "few-0001.toml").write_text("half", "utf-8")
-    past = time.time() - 7200.0
-    os.utime(old, (past, past))
+    half = target / ".few-0001.partial-00"
+    half.mkdir(parents=True)
+    (half / "few-0001.toml").write_text("half", "utf-8")
+    (target / ".variants.csv.partial-7").write_text("half", "utf-8")
+    (target / ".lock").write_text("", "utf-8")
     made(target, cad=False)
-    assert not old.exists()
-    assert young.exists()
+    assert not list(target.glob(".*"))
+
+
+def test_two_writers_are_kept_apart(tmp_path):
+    target = tmp_path / "few"
+    refused = []
+
+    def second(each, done):
+        try:
+            made(target, cad=False)
+        except ResultError as error:
+            refused.append(str(error))
+
+    assert len(made(target, cad=False, tell=second)) == 6
+    assert len(refused) == 6
+    assert "by another process" in refused[0]
+
+
+def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
+    study = tmp_path / "few.toml"
+    study.write_text(TEXT, "utf-8")
+    run = [sys.executable, "-m", "tests_generate_killed", str(study), str(tmp_path / "few")]
+    (tmp_path / "tests_generate_killed.py").write_text(KILLED, "utf-8")
+    fake_cad.setenv("FAKE_CAD", "hangs")  # at the two variants of 9 plates
+    process = subprocess.Popen(run, env=environment())
+    end = time.monotonic() + 20.0
+    while not (tmp_path / "few" / "few-0003").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert (tmp_path / "few" / "few-0003" / "finger.step").exists()
+    assert list((tmp_path / "few").glob(".*.partial-*"))
+    fake_cad.delenv("FAKE_CAD")
+    found = made(tmp_path / "few")
+    assert [each.kept for each in found][:4] != [False] * 4
+    made(tmp_path / "whole" / "few")
+    told = [
+        {
+            str(path.relative_to(home)): path.read_bytes()
+            for path in home.rglob("*")
+            if path.is_file()
+        }
+        for home in (tmp_path / "few", tmp_path / "whole" / "few")
+    ]
+    assert told[0] == told[1]
+
+
+def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
+    step = tmp_path / "finger.step"
+    step.write_text("ISO-10303-21;\n#1 = CARTESIAN_POI", "utf-8")
+    with pytest.raises(GeometryError, match="disk full"):
+        check_whole(step)
+    step.write_text("ISO-10303-21;\nENDSEC;\nEND-ISO-10303-21;\n", "utf-8")
+    check_whole(step)
 
 
 @pytest.mark.parametrize(
