@@ -51,21 +51,22 @@ class StudyProgress:
     def __init__(self, show: Progress, quiet: bool, as_json: bool) -> None:
         self._show, self._quiet, self._as_json = show, quiet, as_json
         self._said_dashboard = False
-        self._next = 0.0
+        self._next, self._waited = 0.0, False
         self.cluster: Cluster | None = None
         self.last: Standing | None = None
 
     def __call__(self, standing: Standing) -> None:
         """Show a standing."""
         self.last = standing
-        if standing.threads and not self._said_dashboard:
+        if (standing.threads or standing.waiting) and not self._said_dashboard:
             self._said_dashboard = True
             self._dashboard()
         if self._as_json and standing.outcome is not None:
             line(told(standing))
         now = time.monotonic()
-        if sys.stderr.isatty() or now >= self._next or standing.number == standing.of:
-            self._next = now + _PLAIN_S
+        news = standing.number == standing.of or standing.waiting != self._waited
+        if news or sys.stderr.isatty() or now >= self._next:
+            self._next, self._waited = now + _PLAIN_S, standing.waiting
             self._show(words(standing), standing.number / max(standing.of, 1))
 
     def _dashboard(self) -> None:

@@ -17,6 +17,7 @@ import socket
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from types import TracebackType
@@ -210,7 +211,8 @@ class Cluster:
             fault = Fault("--scheduler", address, "an address like tcp://host:8786", remedy)
             raise DesignError([fault]) from error
         self._stack.callback(self._client.close, CLOSE_S)
-        if "dashboard" in self._client.scheduler_info()["services"]:
+        with contextlib.suppress(Exception):  # without bokeh its address is an empty page's
+            self._client.run_on_scheduler(metadata.version, "bokeh")
             self.dashboard = self._client.dashboard_link
 
     def _count(self) -> None:

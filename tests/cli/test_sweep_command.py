@@ -96,3 +96,6 @@ def test_plain_lines_are_few(monkeypatch, capsys):
     for number in range(1, 201):
         told(Standing(number, 200, 0, 0, number, 1.0))
     assert shown == ["1 of 200", "200 of 200"]
+    told(Standing(3, 200, 0, 0, 1, 1.0, waiting=True))
+    told(Standing(4, 200, 0, 0, 1, 1.0, threads=2))
+    assert shown[2:] == ["3 of 200, waiting for workers", "4 of 200"]
