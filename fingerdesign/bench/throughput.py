@@ -121,8 +121,7 @@ def _measured(plan: Sequence[Planned], limits: Limits, workers: int, tell: Tell)
     from fingerdesign.sweep.store import Store
 
     def show(standing: Standing) -> None:
-        share = standing.number / standing.of
-        tell(f"{workers} at a time: {standing.number} of {standing.of}", share)
+        tell(f"{standing.of} variants, {workers} at a time", standing.number / standing.of)
 
     with _fresh_caches() as folder, Cluster(workers) as cluster:
         start = time.perf_counter()

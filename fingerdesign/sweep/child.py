@@ -27,7 +27,7 @@ from fingerdesign.process import environment
 from fingerdesign.sweep.child_worker import EVALUATE
 from fingerdesign.sweep.outcome import FailureKind
 
-RECYCLED_AFTER = 50  # jobs
+RECYCLED_AFTER = 100  # jobs: 3 s of loading are 2 % of their work
 START_LIMIT_S = 120.0  # to load; 2 s on a quiet machine
 _LOOK_S = 0.2
 _OTHERS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
