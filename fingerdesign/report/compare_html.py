@@ -34,10 +34,12 @@ def compare_html(
     *,
     notes: Sequence[str] = (),
     tables: Sequence[Table] = (),
+    references: Sequence[str] = (),
 ) -> str:
     """The whole page as text: the outcomes in their order, and all of their numbers inside.
 
-    notes, tables: of a search, what it found and what each objective hangs on.
+    notes, tables: of a search, what it found and what each objective hangs on; references: names
+    of the outcomes that it was to beat.
 
     Every text of an outcome or of ``facts`` is a stranger's: it is escaped, and without control
     characters.
@@ -45,6 +47,9 @@ def compare_html(
     found = recommend(outcomes, facts.objectives, facts.constraints)
     table = design_table(outcomes, facts, found)
     data = page_data(outcomes, facts, found)
+    data["study"]["references"] = [
+        number for number, outcome in enumerate(outcomes) if outcome.name in references
+    ]
     data["columns"] = [
         {
             "path": list(column.path),

@@ -80,10 +80,10 @@ class Optimised:
             said.append("The reference itself misses a constraint.")
         if found.thorough_reference is None:
             return (*said, "Nothing was confirmed by a more thorough model.")
-        better = [each for each in found.standing if _all_better(each.thorough, found)]
+        better = sum(_all_better(each.thorough, found) for each in found.standing)
         said.append(
-            f"By {found.fidelity} {len(found.standing)} of {len(found.confirmed)} dominate it too"
-            + (f", {len(better)} of them better in every objective." if better else ".")
+            f"Analysed again by {found.fidelity}, as the reference was: of {len(found.confirmed)} "
+            f"{len(found.standing)} dominate it there, {better} in every objective."
         )
         return tuple(said)
 
@@ -128,7 +128,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     from fingerdesign.report.figures_optimise import draw_front
     from fingerdesign.report.optimise_tables import confirmed_table, sensitivity_tables
 
-    study = found.search.study
+    study, told = found.search.study, found.confirmation
     compared = write_study(folder, study, found.outcomes, source, {"optimise": found.data()})
     tables = [confirmed_table(found), *sensitivity_tables(found)]
     record = {key: text for key, text in compared.facts.record.items() if key != "optimise"}
@@ -138,6 +138,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         facts,
         notes=found.sentences(),
         tables=[table for table in tables if table is not None],
+        references=[each.name for each in (told.reference, told.thorough_reference) if each],
     )
     (folder / REPORT_FILE).write_text(page, encoding="utf-8", newline="\n")
     if len(study.objectives) > 1:

@@ -57,10 +57,19 @@
     return kept;
   }
 
+  /** What a search was to beat. */
+  function isReference(number) {
+    return FD.data.study.references.includes(number);
+  }
+
   function shape(point) {
     const { px, py, number } = point;
     const star = number === FD.data.study.recommended;
     const feasible = FD.data.designs[number].feasible;
+    if (isReference(number)) {
+      const d = `M${px - 6} ${py - 6}h12v12h-12z`;
+      return FD.svg("path", { class: "point reference", d });
+    }
     const kind = star ? "star" : point.front ? "front" : feasible ? "in" : "out";
     if (kind === "in") return FD.svg("circle", { class: "point", cx: px, cy: py, r: 4.5 });
     if (kind === "out") {
@@ -94,6 +103,7 @@
     const letter = FD.letter(point.number);
     const marks = [
       letter ? `chosen as ${letter}` : "",
+      isReference(point.number) ? "the reference" : "",
       point.number === study.recommended ? "recommended" : "",
       point.front ? "on the front of these two" : design.feasible ? "" : "not feasible",
     ].filter(Boolean);
@@ -315,6 +325,7 @@
           "◆ on the front of these two measures (dashed line)",
           "○ feasible",
           "× not feasible",
+          ...(FD.data.study.references.length ? ["□ the reference, which the search was to beat"] : []),
           "A, B: the chosen two",
         ].map((text) => FD.el("li", {}, text)),
       ),
