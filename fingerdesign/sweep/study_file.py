@@ -139,7 +139,8 @@ def study_path(path: Path) -> Path:
 def parse_study(text: str, source: str = "", folder: Path | None = None) -> Study:
     """The study that TOML ``text`` says. DesignError with every fault of its keys.
 
-    ``folder``: where files that parameters and [fixed] name lie (None: the working directory).
+    ``folder``: where files that parameters and [fixed] name lie (None: where ``source`` does if it
+    is a file, else the working directory).
     """
     try:
         data = tomllib.loads(text)
@@ -162,7 +163,14 @@ def parse_study(text: str, source: str = "", folder: Path | None = None) -> Stud
     faults = key_faults(study.fixed, study.parameters)
     if faults:
         raise DesignError(faults, source)
-    return _with_files(study, folder or Path.cwd())
+    return _with_files(study, folder or (Path(source).parent if _is_file(source) else Path.cwd()))
+
+
+def _is_file(source: str) -> bool:
+    try:
+        return Path(source).is_file()
+    except OSError:  # longer than a path may be
+        return False
 
 
 def _with_files(study: Study, folder: Path) -> Study:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from pathlib import PurePath
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.tables import safe_name
@@ -32,6 +33,16 @@ class StudyTable(Table):
     scenes: Many[Text] = Field(
         default=(), max_length=20, description="none: the fundamental case and the design's grips"
     )
+
+    @field_validator("scenes")
+    @classmethod
+    def _told_apart(cls, scenes: tuple[str, ...]) -> tuple[str, ...]:
+        names = [PurePath(scene).stem for scene in scenes]
+        twice = [scene for at, scene in enumerate(scenes) if names[at] in names[:at]]
+        if twice:
+            bound = "scenes of different names (without folder and ending)"
+            raise refuse(twice[0], bound, "rename its file, or name it once")
+        return scenes
 
     @model_validator(mode="after")
     def _counted(self) -> Self:

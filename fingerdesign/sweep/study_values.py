@@ -133,7 +133,7 @@ class Range(Table):
             value = self.low + step * min(int(share * levels), levels - 1)
             return value if self.whole else min(float(f"{value:.12g}"), float(self.high))
         if self.log:
-            found = self.low * (self.high / self.low) ** share
+            found = self.low * math.exp(share * math.log(self.high / self.low))
         else:
             found = self.low + share * (self.high - self.low)
         if self.whole:

@@ -75,6 +75,7 @@ def test_ranges():
         ("x = " + "[" * 50_000, ["too deeply nested"]),
         (HEAD, ["parameters = {}: must be a table of at least one key"]),
         (HEAD + "[Parameters]\n", ["did you mean parameters?"]),
+        (HEAD + 'scenes = ["a.toml", "b/a.toml"]\n' + ONE, ["scenes = 'b/a.toml'", "different"]),
         (HEAD + ONE + "[limit]\n", ["did you mean limits?"]),
         (HEAD + "count = 5\n" + ONE, ["study.count = 5", "absent where sampling = 'grid'"]),
         (HEAD.replace("grid", "sobol") + ONE, ["study.count = (absent)"]),
@@ -240,6 +241,8 @@ def test_files_lie_beside_the_study(tmp_path, monkeypatch):
     assert (
         base_design(study, home).body.width_mm != base_design(read_study("fingers")).body.width_mm
     )
+    again = parse_study((home / "study.toml").read_text("utf-8"), "home/study.toml")
+    assert again.digest() == study.digest()
     with pytest.raises(DesignError, match=r"own\.toml"):
         base_design(study, Path("elsewhere"))
 
