@@ -1,5 +1,6 @@
 """The search on a formula: it learns, goes on where it was stopped, and is confirmed."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from fingerdesign.errors import DesignError
 from fingerdesign.sweep.confirm import confirm, judged
 from fingerdesign.sweep.evaluate import Job, failed
 from fingerdesign.sweep.optimise import Search, optimise
+from fingerdesign.sweep.optimise_folder import Optimised, write_optimised
 from fingerdesign.sweep.outcome import Failure, Outcome
 from fingerdesign.sweep.pareto import hypervolume
 from fingerdesign.sweep.search_space import ABSENT, told
@@ -200,3 +202,46 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path
     assert honest.volumes[-1] == pytest.approx(1.0)
     assert np.all(np.diff(honest.volumes) >= 0.0)
     assert confirm(search, tried, Flattering()).standing == ()
+
+
+def test_a_small_space_is_repeated_at_no_cost_and_told_once(tmp_path) -> None:
+    small = """
+study = { name = "small", base = "maeno2000", count = 2 }
+objectives = [{ metric = "stick_error" }]
+optimise = { trials = 9, confirm = 0 }
+parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
+"""
+    search = search_of(small)
+    tried = optimise(search, tmp_path / "j", Evaluator())
+    found = Optimised(search, tried, confirm(search, tried, Evaluator()))
+    assert found.counts()["trials"] == 9
+    assert len(found.outcomes) == 2  # the reference is one of the two
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    write_optimised(folder, found, small)
+    record = json.loads((folder / "study.json").read_text())["optimise"]
+    assert record["confirm_fidelity"] == ""
+    assert "Nothing was confirmed" in " ".join(record["sentences"])
+    assert not (folder / "front.png").exists()  # one objective has no plane
+    assert "The search" in (folder / "report.html").read_text()
+
+
+def test_a_study_without_objectives_is_refused(tmp_path) -> None:
+    aimless = STUDY.replace("objectives =", "objectives = [] #")
+    with pytest.raises(DesignError, match="at least one objective"):
+        optimise(search_of(aimless), tmp_path / "j", Evaluator())
+
+
+def test_the_worst_scene_counts() -> None:
+    study = search_of().study
+    kept = {"digest": "d", "name": "n", "values": {}, "design": {}, "fidelity": "plane-strain"}
+    scenes = [
+        Outcome(**kept, scene=scene, status="ok", metrics=metrics)
+        for scene, metrics in (
+            ("a", {"stick_error": 0.1, "peak_force_N": 9.0, "grip_success": 1.0}),
+            ("b", {"stick_error": 0.3, "peak_force_N": 5.0, "grip_success": 0.5}),
+        )
+    ]
+    values, broken = told(study, scenes)
+    assert values == [0.3, 9.0]
+    assert broken == {"failed": 0.0, "grip_success": pytest.approx(0.49)}
