@@ -2,7 +2,8 @@
 
 The base is up: height grows along -y. A level face holds air everywhere, so the mold is tilted by a
 few degrees, one opening highest; air then runs along every face to the local high points of the
-rubber. Under a plate or the core it may also be freed by rocking: tilting the other ways.
+rubber, tilted as the casting notes say (``base_plan.pour_up``). Under a plate or the core it may
+also be freed by rocking: tilting the other ways.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from fingerdesign.mold.base_plan import TILT_DEG, up
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.openings import across, from_pin, from_slot
 from fingerdesign.mold.checks.rays import inside
@@ -24,7 +26,6 @@ from fingerdesign.mold.plan import MoldPlan
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-TILT_DEG = 5.0
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
 REACH_MM = 3.0
 _LEVEL_MM = 1e-7
@@ -44,35 +45,45 @@ class HighPoint:
 
 def vent_checks(assembly: Assembly) -> list[Check]:
     """High points on the mold's own surface, and under plates and core; each may hold no air."""
-    found = {turn: high_points(assembly, turn) for turn in tilts(assembly.plan)}
-    traps = {turn: [p for p in points if p.beyond > REACH_MM] for turn, points in found.items()}
-    under = {
-        turn: [p for p in points if _under_metal(assembly, p)] for turn, points in traps.items()
-    }
-    own = {turn: [p for p in traps[turn] if p not in under[turn]] for turn in traps}
-    best = min(own, key=lambda turn: (len(own[turn]), max(p.beyond for p in found[turn])))
-    always = [p for p in under[best] if not rocked_out(assembly, p, tuple(found))]
-    said = f"tilted by {TILT_DEG:g} degrees toward {_direction(best)}"
-    open_ = [p for p in found[best] if p not in under[best]]
+    poured = pour_turn(assembly.plan)
+    found = high_points(assembly, poured)
+    traps = [p for p in found if p.beyond > REACH_MM]
+    under = [p for p in traps if _under_metal(assembly, p)]
+    own = [p for p in traps if p not in under]
+    turns = tilts(assembly.plan)
+    always = [p for p in under if not rocked_out(assembly, p, turns)]
+    said = f"tilted by {TILT_DEG:g} degrees toward {_direction(poured)}"
+    open_ = [p for p in found if p not in under]
     farthest = max(open_, key=lambda p: p.beyond, default=None)
     beyond = 0.0 if farthest is None else max(0.0, farthest.beyond)
     words = f"{said}, each high point has an opening within {beyond:.1f} mm"
-    if own[best] and farthest is not None:
+    if own and farthest is not None:
         words = f"{said}, air stays at ({_place(farthest)}), {beyond:.1f} mm from any opening"
     metal = f"no air stays under plates or core when the mold is {said} and rocked"
     if always:
         metal = f"air stays under metal at ({_place(always[0])}) however the mold is tilted"
     return [
-        Check("vents", BASE, not own[best], beyond, REACH_MM, "mm", words),
+        Check("vents", BASE, not own, beyond, REACH_MM, "mm", words),
         Check("air under metal", RUBBER, not always, float(len(always)), 0.0, "places", metal),
     ]
 
 
+def pour_turn(plan: MoldPlan) -> float:
+    """Direction toward which the mold is tilted while it is filled: its first vent's corner, or +x
+    +z without a vent; radians from +x toward +z."""
+    first = next((hole for hole in plan.base_holes if hole.kind == "vent"), None)
+    if first is None:
+        return float(np.pi / 4.0)
+    way = up(first)
+    return float(np.arctan2(way[2], way[0]))
+
+
 def tilts(plan: MoldPlan) -> tuple[float, ...]:
-    """Directions in which the mold may be tilted, radians from +x toward +z: to every opening of
-    the base and to its corners."""
+    """Directions in which the mold may be tilted, radians from +x toward +z: as it is filled, to
+    every opening of the base and to its corners."""
     holes = [hole for hole in plan.base_holes if hole.kind in AIRING]
     turns = {float(np.arctan2(h.z, h.x)) for h in holes if np.hypot(h.x, h.z) > 0.5}
+    turns.add(pour_turn(plan))
     corner = np.arctan2(plan.half_depth, plan.half_width)
     turns |= {float(t) for t in (corner, np.pi - corner, -corner, corner - np.pi)}
     return tuple(sorted({round(turn, 6) for turn in turns}))
