@@ -18,9 +18,11 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
     from fingerdesign.mold.record import MoldReport
 
 _FILE = click.Path(path_type=Path)
+_INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are told one by one
 
 
@@ -33,23 +35,49 @@ _SHOWN = 10  # failing checks that are told one by one
     callback=output_folder,
     help="The mold goes to OUT/NAME of the design.",
 )
+@click.option(
+    "--process",
+    type=click.Choice(["sla", "fdm", "machined"]),
+    help="Instead of mold.process: how the parts are made.",
+)
+@click.option(
+    "--fixture",
+    type=click.Choice(["comb", "jig", "slots"]),
+    help="Instead of mold.plate_fixture: what holds the plates.",
+)
 @output_options
-def command(design_file: Path, out: Path, quiet: bool, as_json: bool) -> int:
+def command(
+    design_file: Path,
+    out: Path,
+    process: str | None,
+    fixture: str | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
 
     OUT/NAME then holds each part as STL and STEP, mold.3mf (printed parts on the bed, in mm), DXF
     drawings of plates and combs, bill_of_materials.csv, exploded.png, mold_report.json and
-    report.html with the casting notes. The design's [mold] table says how it is made.
+    report.html with the casting notes. The design's [mold] table says how it is made; docs/molds.md
+    tells its keys.
 
     Exit code 1 where a check fails: record and report say which, and why.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.mold.make import FOLDER, make_mold
+    from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 
     name = design.design.name
+    design = _made_by(design, process, fixture)
     refuse_foreign(FOLDER, out / name)
-    with FOLDER.written(out / name) as folder, progress(name, quiet) as show:
-        report = make_mold(design, folder, lambda message, fraction: show(message, fraction))
+    passed = older_passed(out / name)
+    try:
+        with progress(name, quiet) as show:
+            report = write_mold(
+                design, out / name, lambda message, fraction: show(message, fraction)
+            )
+    except KeyboardInterrupt:
+        click.echo("interrupted; nothing was written", err=True)
+        return _INTERRUPTED
     if as_json:
         print_json(report.data())
     elif not quiet:
@@ -58,12 +86,21 @@ def command(design_file: Path, out: Path, quiet: bool, as_json: bool) -> int:
         click.echo(f"{name}: {report.failure}", err=True)
         for check in report.failing[:_SHOWN]:
             click.echo(f"{name}: {_told(check)}", err=True)
+        if passed:
+            click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
     return 0 if report.status == "ok" else 1
+
+
+def _made_by(design: Design, process: str | None, fixture: str | None) -> Design:
+    """The design with another process or fixture in its [mold] table."""
+    given = {"process": process, "plate_fixture": fixture}
+    update = {key: value for key, value in given.items() if value is not None}
+    return design.model_copy(update={"mold": design.mold.model_copy(update=update)})
 
 
 def _show(report: MoldReport, folder: Path) -> None:
     if report.parts:
-        columns = ["part", "made", "size, mm", "cm^3", "triangles", "comes off"]
+        columns = ["part", "made", "size, mm", "cm³", "triangles", "comes off"]
         rows = [_cells(part) for part in report.parts]
         print_table(f"{report.design}: parts of its mold", columns, rows)
     for plate in report.plates:

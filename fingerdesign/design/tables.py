@@ -16,12 +16,22 @@ from fingerdesign.design.base import Table, refuse
 NAME_PATTERN = r"^[A-Za-z0-9_-]([A-Za-z0-9._-]{0,62}[A-Za-z0-9_-])?$"
 
 
+# Names that no file or folder can have on Windows, whatever follows a dot.
+_RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)
+
+
 def safe_name(value: str) -> str:
     """The name itself where it is safe as a folder's; a fault of its key where it is not."""
     if not re.fullmatch(NAME_PATTERN.strip("^$"), value):
         raise refuse(
             value,
             "1 to 64 letters, digits, '-', '_' or '.', neither starting nor ending with '.'",
+            "it names the result's folder: choose another",
+        )
+    if _RESERVED.fullmatch(value):
+        raise refuse(
+            value,
+            "none of the names that Windows reserves (con, prn, aux, nul, com1, lpt1, ...)",
             "it names the result's folder: choose another",
         )
     return value

@@ -19,7 +19,8 @@ from pydantic import TypeAdapter
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import MoldMeshes, PartMesh
 from fingerdesign.mold.plan import MoldPlan
-from fingerdesign.process import ProcessError, run_module
+from fingerdesign.process import ProcessError, machine_failed, run_module
+from fingerdesign.results import ResultError
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -37,6 +38,7 @@ def mold_meshes(
     Files, in mold coordinates: NAME.stl and NAME.step of every part and of every different plate,
     and assembly.step. GeometryError where a part could not be drawn off or built, or where the
     kernel crashes or exceeds the time limit; then the request is kept, and the message says where.
+    ResultError where the disk or the memory is full, or somebody ended the process.
     """
     target = Path(folder).resolve()
     target.mkdir(parents=True, exist_ok=True)
@@ -53,7 +55,14 @@ def mold_meshes(
         if refused.exists():
             raise GeometryError(refused.read_text("utf-8"))
         meshes = load_meshes(home)
-    except ProcessError as error:  # the request stays for whoever looks into it
+    except ProcessError as error:
+        if machine_failed(error):
+            shutil.rmtree(home, ignore_errors=True)
+            raise ResultError(
+                f"the mold of {design.design.name} was not built: {error}; free disk and memory "
+                "and try again"
+            ) from error
+        # the request stays for whoever looks into it
         raise GeometryError(
             f"the CAD kernel did not build the mold of {design.design.name}: {error}; the request "
             f"is kept as {home / 'request.json'}"

@@ -3,12 +3,16 @@
 design ─▶ plan ─▶ exact parts (STEP, STL) ─▶ checks ─▶ 3MF, DXF, bill, notes ─▶ report
              └─▶ placement's effect, beside                 └─▶ picture, beside the checks
 
-with FOLDER.written(out / name) as folder:
-    report = make_mold(design, folder)
+report = write_mold(design, out / name)
 """
 
 from __future__ import annotations
 
+import errno
+import json
+import os
+import re
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,7 +22,8 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.record import RECORD_FILE, MoldReport, mold_digest, write_record
-from fingerdesign.record_folder import RecordFolder
+from fingerdesign.record_folder import DAY_S, RecordFolder, sweep_abandoned, swept
+from fingerdesign.results import ResultError
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -43,6 +48,9 @@ FOLDER = RecordFolder(
 CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
 
 
+_PROBE_BYTES = 2**22  # what a disk must still take for a file to have failed for another reason
+
+
 @dataclass
 class Clock:
     """Seconds of each stage, and since it was made."""
@@ -65,6 +73,38 @@ class Clock:
         return time.perf_counter() - self.start
 
 
+def write_mold(
+    design: Design, target: Path | str, tell: Tell = lambda message, fraction: None
+) -> MoldReport:
+    """Make a mold into the folder ``target``, which is replaced once the new one is whole.
+
+    DesignError as :func:`make_mold`. ResultError where ``target`` holds what is no mold, or the
+    disk is full: an older mold then stays as it was.
+    """
+    target = Path(target).absolute()
+    FOLDER.refuse_foreign(target)
+    sweep_abandoned(target)
+    swept(Path(tempfile.gettempdir()), re.compile(r"fingerdesign-mold-\w{8}"), DAY_S)
+    try:
+        with FOLDER.written(target) as folder:
+            return make_mold(design, folder, tell)
+    except OSError as error:
+        older = "; the older mold is as it was" if target.is_dir() else ""
+        raise ResultError(
+            f"{target} was not written: {error.strerror or error}{older}; free space there and in "
+            f"{tempfile.gettempdir()}, or choose another --out"
+        ) from error
+
+
+def older_passed(target: Path | str) -> bool:
+    """Whether a mold is there whose checks all passed."""
+    try:
+        record = json.loads((Path(target) / RECORD_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False
+    return isinstance(record, dict) and record.get("status") == "ok"
+
+
 def make_mold(
     design: Design, folder: Path | str, tell: Tell = lambda message, fraction: None
 ) -> MoldReport:
@@ -72,12 +112,20 @@ def make_mold(
 
     DesignError, before anything is written, names every reason why this finger can't be molded so.
     What the CAD kernel cannot build, and checks that fail, are in the record as its ``failure``;
-    record and report are written all the same.
+    record and report are written all the same. A disk that is full is an OSError or a ResultError,
+    and no record. TypeError for what is no design.
     """
+    from fingerdesign.design.schema import Design
     from fingerdesign.mold.placement_worker import placement_job
     from fingerdesign.mold.planning import plan_mold
 
+    if not isinstance(design, Design):
+        raise TypeError(
+            f"make_mold takes a Design, not {type(design).__name__}: read one with load_design"
+        )
     folder, clock = Path(folder), Clock()
+    if not folder.is_dir():
+        raise ResultError(f"{folder} is no folder: make it before, or use write_mold")
     tell("planning", 0.0)
     with clock.stage("plan"):
         plan = plan_mold(design)
@@ -137,7 +185,11 @@ def _not_made(
     clock: Clock,
     checks: tuple[Check, ...] = (),
 ) -> MoldReport:
-    """The record and the report of a mold that could not be built; files that were begun go."""
+    """The record and the report of a mold that could not be built; files that were begun go.
+
+    OSError where it was the disk that failed: that is no finding about the mold.
+    """
+    _refuse_full(folder, error)
     for path in folder.iterdir():
         path.unlink()
     from fingerdesign.mold.record import checks_data, fixture_data, placement_rows
@@ -149,6 +201,19 @@ def _not_made(
     told = [" ".join(str(error).split()), failure_of(checks)]
     values["failure"] = "; ".join(each for each in told if each)
     return _written(design, plan, folder, values, clock, None, "There are no parts to draw.")
+
+
+def _refuse_full(folder: Path, error: BaseException) -> None:
+    """Raise the OSError that is behind an error, or that writing into the folder gives now."""
+    behind: BaseException | None = error
+    while behind is not None:
+        if isinstance(behind, OSError):
+            raise OSError(behind.errno or errno.EIO, behind.strerror or str(behind)) from error
+        behind = behind.__cause__
+    with tempfile.TemporaryFile(dir=folder) as stream:
+        stream.write(bytes(_PROBE_BYTES))
+        stream.flush()
+        os.fsync(stream.fileno())
 
 
 def failure_of(checks: tuple[Check, ...]) -> str | None:

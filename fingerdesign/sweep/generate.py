@@ -72,7 +72,9 @@ def folder_of(study: Study) -> RecordFolder:
     lists = (RECORD, VARIANTS, INVALID, _LOCK, *_UNFINISHED)
     digits = ["[0-9]" * number for number in (4, 5, 6)]
     children = tuple(f"{stem}-{each}" for stem in stems(study.name) for each in digits)
-    return RecordFolder(f"folder of variants of {study.name}", RECORD, (*lists, *children))
+    return RecordFolder(
+        f"folder of variants of {study.name}", RECORD, (*lists, *children), filled=True
+    )
 
 
 def refuse_foreign(study: Study, target: Path) -> None:

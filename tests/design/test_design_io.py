@@ -327,3 +327,14 @@ def test_no_scene_crashes(rows, points):
 )
 def test_remedies_name_key_and_value(text, remedy):
     assert remedy in {fault.remedy for fault in judge_design(NAME + text).faults}
+
+
+@pytest.mark.parametrize("name", ["con", "NUL", "aux.1", "lpt9", "Com1.toml"])
+def test_names_that_windows_reserves_are_refused(name):
+    with pytest.raises(DesignError, match="none of the names that Windows reserves"):
+        parse_design(f'design.name = "{name}"\n')
+
+
+@pytest.mark.parametrize("name", ["cone", "auxiliary", "com10", "a.con"])
+def test_names_near_those_that_windows_reserves_are_names(name):
+    assert parse_design(f'design.name = "{name}"\n').design.name == name

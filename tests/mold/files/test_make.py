@@ -2,6 +2,7 @@
 
 import importlib
 import json
+import os
 import sys
 from contextlib import nullcontext
 from dataclasses import replace
@@ -16,6 +17,7 @@ from fingerdesign.mold import make, record_schema
 from fingerdesign.mold.part import Check
 from fingerdesign.report import mold_picture
 from fingerdesign.report.mold_picture import Badge, Exploded
+from fingerdesign.results import ResultError
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
 FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0.5 mm")
@@ -196,6 +198,104 @@ def test_what_is_no_mold_is_not_replaced(stages, tmp_path, design_file, capsys):
     assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
     assert "mine.step" in capsys.readouterr().err
     assert (foreign / "mine.step").read_text("utf-8") == "x"
+
+
+def test_a_folder_of_products_without_a_record_is_foreign(stages, tmp_path):
+    design = stages()
+    for number, held in enumerate(("core.stl", "report.html")):
+        target = tmp_path / str(number)
+        target.mkdir()
+        (target / held).write_text("mine")
+        with pytest.raises(ResultError, match=r"no mold_report\.json"):
+            make.write_mold(design, target)
+        assert (target / held).read_text("utf-8") == "mine"
+
+
+def test_a_folder_inside_is_foreign(stages, tmp_path):
+    design = stages()
+    make.write_mold(design, tmp_path / "block")
+    (tmp_path / "block" / "core.step").mkdir()
+    with pytest.raises(ResultError, match=r"core\.step"):
+        make.write_mold(design, tmp_path / "block")
+
+
+@pytest.mark.parametrize("stage", ["write_drawings", "write_3mf"])
+def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage):
+    def fail(*given):
+        try:
+            raise OSError(28, "No space left on device")
+        except OSError as error:
+            raise GeometryError(f"plates.dxf could not be written: {error}") from error
+
+    design = stages()
+    target = tmp_path / "block"
+    make.write_mold(design, target)
+    before = (target / "mold_report.json").read_bytes()
+    monkeypatch.setattr(f"fingerdesign.mold.products.{stage}", fail)
+    with pytest.raises(ResultError) as told:
+        make.write_mold(design, target)
+    assert str(target) in str(told.value)
+    assert "No space left on device; the older mold is as it was; free space" in str(told.value)
+    assert (target / "mold_report.json").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["block"]
+
+
+def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path, monkeypatch):
+    def full(**given):
+        raise OSError(28, "No space left on device")
+
+    design = stages(cad_error=GeometryError("base_plate.step: the CAD kernel wrote nothing"))
+    monkeypatch.setattr(make.tempfile, "TemporaryFile", full)
+    with pytest.raises(ResultError, match="No space left on device; free space"):
+        make.write_mold(design, tmp_path / "block")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_replaces_a_good_mold_says_so(stages, tmp_path, design_file, capsys):
+    arguments = ["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]
+    stages()
+    assert main(arguments) == 0
+    stages(checks=(FAILED,))
+    assert main(arguments) == 1
+    assert "replaces an older mold that had passed" in capsys.readouterr().err
+    assert main(arguments) == 1
+    assert "replaces" not in capsys.readouterr().err
+
+
+def test_an_interruption_writes_nothing_and_says_so(stages, tmp_path, design_file, capsys):
+    stages(cad_error=KeyboardInterrupt())
+    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 130
+    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_what_killed_runs_left_is_swept_after_a_day(stages, tmp_path):
+    design = stages()
+    names = (".block.partial-0123abcd", ".block.partial-89abcdef", ".other.partial-0123abcd")
+    for name in names:
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "core.stl").write_text("x")
+    for name in (names[0], names[2]):
+        for path in (tmp_path / name / "core.stl", tmp_path / name):
+            os.utime(path, (1.0, 1.0))
+    make.write_mold(design, tmp_path / "block")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [*names[1:], "block"]
+
+
+def test_what_is_no_design_is_refused_in_a_sentence(tmp_path):
+    with pytest.raises(TypeError, match="takes a Design, not str"):
+        make.make_mold("maeno2000", tmp_path)
+
+
+def test_process_and_fixture_of_the_command_go_before_the_table(
+    stages, tmp_path, design_file, capsys
+):
+    stages()
+    more = ["--process", "fdm", "--fixture", "slots", "--json"]
+    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), *more]) == 0
+    process = json.loads(capsys.readouterr().out)["process"]
+    assert (process["name"], process["plate_fixture"]) == ("fdm", "slots")
+    assert process["limits"]["slot_mm"] == 0.6
 
 
 @pytest.fixture
