@@ -71,8 +71,9 @@ def sensitivity_tables(found: Optimised) -> list[Table]:
         rows.append(tuple(row))
     said = ". ".join(each.words for each in found.sensitivities)
     caption = (
-        f"What each objective hangs on. {said}. Share: of the variance lost when the parameter is "
-        "shuffled, with its standard error; direction: partial rank correlation, above 0 rising"
+        f"What each objective hangs on. {said}. Share: of the variance that goes with the "
+        "parameter, alone or in concert, with its standard error; direction: partial rank "
+        "correlation, above 0 rising"
     )
     return [Table("sensitivity", caption, tuple(columns), tuple(rows), frozenset({0}))]
 

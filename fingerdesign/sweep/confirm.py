@@ -146,7 +146,7 @@ def confirm(
             Confirmed(tried[k].number, every[k], own)
             for k, own in zip(chosen, deep[1:], strict=True)
         ),
-        outcomes=(*outcomes, *again),
+        outcomes=(*again, *outcomes),
     )
 
 

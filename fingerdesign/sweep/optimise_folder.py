@@ -82,8 +82,8 @@ class Optimised:
             return (*said, "Nothing was confirmed by a more thorough model.")
         better = sum(_all_better(each.thorough, found) for each in found.standing)
         said.append(
-            f"Analysed again by {found.fidelity}, as the reference was: of {len(found.confirmed)} "
-            f"{len(found.standing)} dominate it there, {better} in every objective."
+            f"Analysed again by {found.fidelity}, as the reference was, {len(found.standing)} of "
+            f"{len(found.confirmed)} dominate it there too, {better} in every objective."
         )
         return tuple(said)
 

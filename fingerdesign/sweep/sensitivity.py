@@ -1,10 +1,12 @@
 """What each objective hangs on: how much each parameter decides of it, and which way.
 
-share      of the metric's variance that a forest no longer foretells once the parameter's values
-           are shuffled (permutation importance, L. Breiman, Random forests, Machine Learning 45,
-           2001), on trials that the forest was not taught; parameters in concert count in each
+share      of the metric's variance that goes with the parameter, alone or in concert: half the
+           growth of a forest's squared error when the parameter's values are shuffled, on trials
+           that it was not taught (permutation importance, L. Breiman, Random forests, Machine
+           Learning 45, 2001; the half makes it the total effect of M. J. W. Jansen, Comput. Phys.
+           Commun. 117, 1999)
 direction  rank correlation with the metric, the other parameters' ranks held (partial rank
-           correlation; M. D. McKay et al.); None for choices without an order
+           correlation); None for choices without an order
 
 Trials of a search lie thick where fingers are good: what decides there is told, not what decides
 everywhere. ``explained`` says how far to believe it.
@@ -143,7 +145,7 @@ def _importance(
                 # From all trials, not of these few alone: a fold's own shuffles are few.
                 mixed[:, columns] = inputs[rng.integers(len(truth), size=len(mixed))][:, columns]
                 worse.append(float(((forest.predict(mixed) - truth[out]) ** 2).mean()))
-            shares[k, place] = (np.mean(worse) - error) / variance
+            shares[k, place] = 0.5 * (np.mean(worse) - error) / variance
     return 1.0 - float(((told - truth) ** 2).mean()) / variance, shares
 
 
