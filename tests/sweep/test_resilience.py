@@ -156,7 +156,7 @@ def test_killed_driver_goes_on_where_it_stopped(place):
     assert place.outcomes() == place.undisturbed()
     times = Counter(place.done())
     assert len(times) == 24
-    assert sum(times.values()) <= 24 + 4  # what ran, or was on its way, when it died
+    assert sum(times.values()) <= len(times) + 4  # what ran, or was on its way, when it died
     code, lines, _ = ended(place.sweep("--workers", "2"))
     assert (code, lines[-1]["computed"]) == (0, 0)
 

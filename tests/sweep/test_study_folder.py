@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.bench.any_outcomes import any_outcomes
+from fingerdesign.errors import DesignError
 from fingerdesign.results import ResultError
 from fingerdesign.sweep.compare import read_comparison
 from fingerdesign.sweep.jobs import Job, planned, study_scenes
@@ -61,6 +62,21 @@ def test_each_scene_is_a_job(study, tmp_path):
         ("three-0002", "b"),
         ("three-0003", ""),
     ]
+
+
+def test_scenes_are_read_beside_the_study_and_have_names_of_their_own(tmp_path):
+    from fingerdesign.design.starter import shipped_scene_text
+
+    (tmp_path / "press.toml").write_text(shipped_scene_text("fundamental"))
+    found = parse_study(TEXT.replace("scenes = []", 'scenes = ["press.toml", "pull"]'))
+    scenes = study_scenes(found, tmp_path)
+    assert list(scenes) == ["press", "pull"]
+    assert None not in scenes.values()
+    with pytest.raises(DesignError, match="different names"):
+        parse_study(TEXT.replace("scenes = []", 'scenes = ["press.toml", "./press.toml"]'))
+    absent = parse_study(TEXT.replace("scenes = []", 'scenes = ["absent"]'))
+    with pytest.raises(DesignError, match="absent"):
+        study_scenes(absent, tmp_path)
 
 
 def test_the_folder_holds_all_of_it(study, plan, tmp_path):
