@@ -14,11 +14,15 @@ def parts_of(key: str) -> tuple[str | int, ...]:
 
     >>> parts_of("plates.rows[1].cover_mm")
     ('plates', 'rows', 1, 'cover_mm')
+
+    Raises :class:`DesignError` for brackets that hold no number.
     """
     parts: list[str | int] = []
     for part in key.split("."):
-        name, *numbers = re.split(r"\[(\d+)\]", part)
-        parts += [name, *(int(number) for number in numbers if number)]
+        found = re.fullmatch(r"([^\[\]]*)((?:\[\d+\])*)", part)
+        if found is None:
+            raise DesignError([Fault(key, shown(part), "a known key", "write a row as rows[0]")])
+        parts += [found[1], *(int(number) for number in re.findall(r"\d+", found[2]))]
     return tuple(parts)
 
 
