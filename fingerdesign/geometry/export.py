@@ -23,7 +23,6 @@ from fingerdesign.geometry.tessellation import triangulate
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-STEP_END = b"END-ISO-10303-21"
 SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)
 BRONZE = (0.72, 0.45, 0.20, 1.0)
 BONE = (0.93, 0.90, 0.80, 1.0)
@@ -40,17 +39,21 @@ def write_step(solid: Solid, path: Path | str) -> Path:
         assembly.add(plate, name=f"plate_{index}", color=cq.Color(*BRONZE))
     if solid.core is not None:
         assembly.add(solid.core, name="core", color=cq.Color(*BONE))
-    return _aside(path, lambda aside: whole_step(assembly, aside))
+
+    def write(aside: Path) -> None:
+        assembly.export(str(aside), "STEP")
+        check_whole_step(aside)
+
+    return _aside(path, write)
 
 
-def whole_step(assembly: cq.Assembly, path: Path) -> None:
-    """Write an assembly's STEP file. GeometryError where it ends early: the kernel itself is
-    silent about a full disk."""
-    assembly.export(str(path), "STEP")
+def check_whole_step(path: Path) -> None:
+    """GeometryError for a STEP file that was cut short: the kernel does not say that a disk is
+    full."""
     with path.open("rb") as stream:
-        stream.seek(max(0, path.stat().st_size - len(STEP_END) - 8))
-        if STEP_END not in stream.read():
-            raise GeometryError(f"{path} could not be written whole: is the disk full?")
+        stream.seek(max(0, path.stat().st_size - 100))
+        if not stream.read().rstrip().endswith(b"END-ISO-10303-21;"):
+            raise GeometryError(f"{path.name} was not written to its end: is the disk full?")
 
 
 def write_stl(shapes: Sequence[cq.Shape], path: Path | str, chord_tolerance_mm: float) -> Path:

@@ -13,12 +13,12 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.errors import GeometryError
+from fingerdesign.geometry.export import check_whole_step
 from fingerdesign.process import environment
 from fingerdesign.results import ResultError
 from fingerdesign.sweep import generate as generating
 from fingerdesign.sweep.generate import generate
 from fingerdesign.sweep.generate_lists import reasons
-from fingerdesign.sweep.generate_worker import check_whole
 from fingerdesign.sweep.study_file import parse_study
 from fingerdesign.sweep.variants import base_design, variants
 
@@ -216,9 +216,9 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
     step = tmp_path / "finger.step"
     step.write_text("ISO-10303-21;\n#1 = CARTESIAN_POI", "utf-8")
     with pytest.raises(GeometryError, match="disk full"):
-        check_whole(step)
+        check_whole_step(step)
     step.write_text("ISO-10303-21;\nENDSEC;\nEND-ISO-10303-21;\n", "utf-8")
-    check_whole(step)
+    check_whole_step(step)
 
 
 @pytest.mark.parametrize(
