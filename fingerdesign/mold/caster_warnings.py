@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.mold.part import WORDS
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from fingerdesign.mold.plan import MoldPlan
 
 LEGS_SHARE = 1e-3  # of the body; above it legs in the rubber are no longer nothing
+DOUBTFUL_SHARE = 0.5  # of the largest reading; above it the fixture does not place the gages
 PLACEMENT_SHARE = 0.1  # of the largest reading; above it a plate's place decides what it reads
 THIN_MM = 0.05  # foil that bends under a finger
 
@@ -37,13 +39,16 @@ def _chemistry(design: Design) -> Iterator[str]:
             "and dry parts, or it foams."
         )
         return
+    if mold.cure == "platinum":
+        yield (
+            "Solder flux, epoxies with amine hardeners, sulfur and tin stop a platinum cure where "
+            "they touch it: wash joints, seal glue lines, no latex gloves, no sulfur clay."
+        )
     if mold.process == "sla" and mold.cure == "platinum":
         yield (
             "Resin prints can stop the cure of platinum silicone: wash, cure and bake them, spray "
             "a barrier coat, and test with a drop first; or set mold.process = 'machined'."
         )
-    elif mold.cure == "platinum":
-        yield "Sulfur, tin and amines stop a platinum cure: no latex gloves, no sulfur clay."
 
 
 def _surface(design: Design) -> Iterator[str]:
@@ -87,13 +92,33 @@ def _fixture(design: Design, plan: MoldPlan, legs_share: float) -> Iterator[str]
         )
 
 
+def placement_worst(placement: dict[str, Any] | None) -> float:
+    """The greatest change of a reading by plates off their places, over the largest reading; 0
+    where it is not known."""
+    if placement is None or placement.get("reason") is not None:
+        return 0.0
+    row = placement.get("row", {"together": {"worst": 0.0}})
+    return math.hypot(placement["together"]["worst"], row["together"]["worst"])
+
+
+def placement_remedy(holdings: Iterable[str]) -> str:
+    """What to change where plates are not placed well, by what holds them at any side."""
+    held = set(holdings)
+    ways = ["give the plates wider legs (mold.leg_mm)", "a longer span"]
+    if "slots" in held:
+        ways.append("a flat face to leave through, so that a comb can hold them")
+    elif "jig" in held:
+        ways.append("a comb (mold.plate_fixture)")
+    elif "comb" in held:
+        ways.append("a finer comb ([mold.comb])")
+    return f"{', '.join(ways[:-1])} or {ways[-1]}"
+
+
 def _placement(placement: dict[str, Any]) -> Iterator[str]:
-    if placement.get("reason") is not None:
-        return
-    worst = placement["together"]["worst"]
+    worst = placement_worst(placement)
     if worst > PLACEMENT_SHARE:
         yield (
-            f"Plates off their places by what the fixture allows change a reading by up to "
+            f"Plates off their places by what fixture and pins allow change a reading by up to "
             f"{100 * worst:.0f} % of the largest: calibrate each finger after it is cast."
         )
 

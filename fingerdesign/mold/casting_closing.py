@@ -1,4 +1,9 @@
-"""Casting notes of closing the mold: walls and plates in the order in which they fit."""
+"""Casting notes of closing the mold: walls and plates in the order in which two hands can do it.
+
+The walls' pins run along z, so the walls are put together upright, on the back end wall; the frame
+that they make is set onto the base plate's keys. Without such pins they stand on the base plate
+inside a rubber band until the insert's pins find them.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +11,18 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from fingerdesign.mold.bill import bolt_length
-from fingerdesign.mold.casting_bench import Bench, listed, numbers_text, of_kind, words
-from fingerdesign.mold.part import comb_names, wall_name
+from fingerdesign.mold.casting_bench import Bench, count_text, listed, numbers_text, of_kind, words
+from fingerdesign.mold.part import INSERT, comb_names, wall_name
 
 if TYPE_CHECKING:
     from fingerdesign.mold.plan import Bolt, Side, SidePlan
 
-_SIDES: dict[str, tuple[Side, Side]] = {"x": ("+x", "-x"), "z": ("+z", "-z")}
+# The side that is put down first, and the one that leads come out of, last.
+_PAIRS: dict[str, tuple[Side, Side]] = {"x": ("-x", "+x"), "z": ("-z", "+z")}
 
 
 def closing(bench: Bench) -> Iterator[str]:
-    """From the bare base plate to a closed mold, base up."""
+    """From bare parts to a closed mold, base up."""
     plan = bench.plan
     sheets = {side.holding for side in plan.sides} & {"comb", "jig"}
     coated = ["contact insert", "end walls", "side walls", *sorted(f"{name}s" for name in sheets)]
@@ -25,82 +31,157 @@ def closing(bench: Bench) -> Iterator[str]:
     yield "Primer on the base plate's inner face and in its locks: it stays on the finger."
     screws = of_kind(plan.base_holes, "screw")
     if bench.core and screws:
-        yield f"Screw the core onto the base plate ({len(screws)} screws); prime it."
-    yield "Lay the base plate down, keys up."
-    yield from _walls(bench, "x")
-    if plan.core_pins:
-        yield "Prime the core and lay it between the side walls."
-    yield from _walls(bench, "z")
-    if plan.core_pins:
-        diameter = plan.core_pins[0].diameter
-        yield (
-            f"Lift the core and push the {len(plan.core_pins)} core pins ({diameter:g} mm, greased "
-            "with release agent) through the walls into its holes until they stop."
-        )
+        yield f"Screw the core onto the base plate ({count_text(len(screws), 'screw')}); prime it."
     z_bolts = [bolt for bolt in plan.bolts if bolt.axis == "z"]
     y_bolts = [bolt for bolt in plan.bolts if bolt.axis == "y"]
+    yield from _flanks(bench)
+    yield from _frame(bench)
     if z_bolts:
-        yield f"Put in {_bolts(z_bolts)} along z, finger-tight."
+        yield f"Put in {_bolts(z_bolts)} along z, finger-tight: walls and sheets now hold together."
+    else:
+        yield "Put a rubber band around the four walls, until the insert is bolted on."
+    if plan.keys:
+        yield (
+            "Lay the base plate down, keys up, and lower the walls onto it, base side down, until "
+            "the keys are in the end walls' grooves; the side walls have none."
+        )
+    else:
+        yield "Lay the base plate down, inner face up, and lower the walls onto it, base side down."
+    yield from _shims(bench)
     if plan.legs:
         yield "Look from above: each plate is in its place, no wire touches another or the surface."
-    yield "Set the contact insert on from above; its pins find the end walls."
+    if any(pin.on == INSERT for pin in plan.pins):
+        into = sorted({words(pin.into) for pin in plan.pins if pin.on == INSERT})
+        yield f"Set the contact insert on from above; its pins find {listed(into)}."
+    else:
+        yield "Set the contact insert on from above."
     if y_bolts:
         yield f"Put in {_bolts(y_bolts)} along y, finger-tight."
     if z_bolts or y_bolts:
         yield "Tighten crosswise in two rounds, those along z first: snug, no more."
-    yield "Tape or clay (sulfur-free) over every opening but those of the base; turn it: base up."
+    yield (
+        "Tape or clay (sulfur-free) over every opening but those of the base, and around the wires "
+        "where they come out; turn it: base up."
+    )
 
 
-def _walls(bench: Bench, axis: str) -> Iterator[str]:
-    """The two walls of an axis, with the plates that they or their sheets hold."""
-    first, second = (bench.plan.side(side) for side in _SIDES[axis])
-    names = [words(wall_name(side.side)) for side in (first, second)]
-    onto = "against the middle" if axis == "x" else "onto the pins of the side walls"
-    if not (first.slots or second.slots):
-        yield f"Slide {listed(names)} along their keys {onto}."
+def _flanks(bench: Bench) -> Iterator[str]:
+    """The side walls, where plates stand between them: a packet before all else."""
+    left, right = (bench.plan.side(side) for side in _PAIRS["x"])
+    if not (left.slots or right.slots):
         return
-    threaded = False
-    for name, side in zip(names, (first, second), strict=True):
-        if not side.slots:
-            yield f"Slide {name} along its keys {onto}."
-            continue
-        yield from _threaded(side, name, onto, axis, threaded)
-        threaded = True
-    if first.holding in ("comb", "jig") or second.holding in ("comb", "jig"):
-        yield (
-            f"Slide {listed(names)} along their keys {onto}, up to the sheets; lead tabs and "
-            "wires out through the windows."
-        )
+    if left.slots:
+        yield f"Lay side wall left on the bench, inner face up{_with_sheets(left)}."
+        yield _pushed(left)
+    if right.slots:
+        yield from _threaded(right, held=bool(left.slots))
+    yield "Set side wall right over them and hold both side walls together with a rubber band."
 
 
-def _threaded(side: SidePlan, wall: str, onto: str, axis: str, held: bool) -> Iterator[str]:
-    """Plates into what holds them at a side; ``held``: they stand in the other side's already."""
-    numbers = numbers_text([slot.plate for slot in side.slots])
-    sheets = [words(sheet) for sheet in comb_names(side.side, side.holding)]
-    jig = len(sheets) > 1
-    it, its = ("them", "their") if jig else ("it", "its")
-    holder = listed(sheets) or wall
-    place = f"slide {it} along {its} keys {onto}"
-    if sheets:
-        place = f"set {it} on {its} place" if axis == "x" else f"slide {it} {onto}"
-    if jig:
-        yield (
-            f"Lay {holder} on each other so that their slots fall together, "
-            f"{2.0 * side.shift:.3g} mm off their places along the plates' normal."
-        )
-    if held:
-        after = "" if jig else f"; {place}"
-        yield f"Thread {holder} over the plates' other ends, one by one{after}."
+def _frame(bench: Bench) -> Iterator[str]:
+    """The four walls, upright on the back end wall, with the plates that the end walls hold."""
+    plan = bench.plan
+    back, front = (plan.side(side) for side in _PAIRS["z"])
+    upright = [pin for pin in plan.pins if abs(pin.direction[2]) > 0.5]
+    flanks = plan.side("+x").slots or plan.side("-x").slots
+    back_pins = [pin for pin in plan.core_pins if pin.side == "-z"]
+    front_pins = [pin for pin in plan.core_pins if pin.side == "+z"]
+    yield f"Lay end wall back on the bench, inner face up{_with_sheets(back)}."
+    if back_pins:
+        pushed = f"push {_core_pins(back_pins)} through it from below until {_stop(back_pins)}"
+        yield f"Rest it on two blocks and {pushed}."
+    both = "the packet of side walls" if flanks else "side wall right and left"
+    if upright:
+        yield f"Stand {both} on it, base side toward you: their pins go into its sockets."
     else:
-        if not jig:
-            yield f"Take {holder}: {place}."
-        yield f"From the other side, push plates {numbers} into {its} slots, each into its own."
-    if jig:
-        yield f"Shift the sheets until their holes fall together: that clamps the plates; {place}."
-    shims = sorted({round(slot.shim, 3) for slot in side.slots if slot.shim > 0.0})
-    if shims:
-        sizes = listed([f"{shim:g}" for shim in shims])
-        yield f"Push a {sizes} mm shim into each slot, on the plate's lower side."
+        yield f"Stand {both} on it, base side toward you, flush at the base; hold them by a band."
+    if bench.core and plan.core_pins:
+        on = ", onto the pin" + ("s" if len(back_pins) > 1 else "") if back_pins else ""
+        yield f"Prime the core and put it between the side walls{on}."
+    if back.slots:
+        yield _pushed(back)
+    if front.slots:
+        yield from _threaded(front, held=bool(back.slots))
+    lead = ""
+    if front.slots:
+        lead = ", legs and wires through its slots"
+        if front.holding in ("comb", "jig"):
+            lead = ", legs and wires into its window and out"
+    onto = "over the side walls' pins" if upright else "against the side walls"
+    yield f"Set end wall front on from above {onto}{lead}."
+    if front_pins:
+        yield f"Push {_core_pins(front_pins)} through it into the core until {_stop(front_pins)}."
+    flank_pins = [pin for pin in plan.core_pins if pin.side.endswith("x")]
+    if flank_pins:
+        yield f"Push {_core_pins(flank_pins)} through the side walls into the core until they stop."
+
+
+def _core_pins(pins: Sequence[object]) -> str:
+    diameter = getattr(pins[0], "diameter", 0.0)
+    told = "the core pin" if len(pins) == 1 else f"the {len(pins)} core pins"
+    return f"{told} ({diameter:g} mm, with release agent)"
+
+
+def _stop(pins: Sequence[object]) -> str:
+    return "it stops" if len(pins) == 1 else "they stop"
+
+
+def _with_sheets(side: SidePlan) -> str:
+    sheets = [words(sheet) for sheet in comb_names(side.side, side.holding)]
+    if not sheets:
+        return ""
+    if len(sheets) == 1:
+        return f", and {sheets[0]} on it"
+    return (
+        f", and {listed(sheets)} on it, their slots together, {2.0 * side.shift:.3g} mm off their "
+        "places along the plates' normal"
+    )
+
+
+def _pushed(side: SidePlan) -> str:
+    """Plates into the slots of the side that lies on the bench."""
+    numbers = numbers_text([slot.plate for slot in side.slots])
+    wires = ", end without wires first" if any(s.wire > 0.0 for s in side.slots) else ""
+    step = f"From above, push plates {numbers} into their slots there, each into its own{wires}."
+    return step + (f" {_CLAMP}" if side.holding == "jig" else "")
+
+
+_CLAMP = "Shift the sheets until their holes fall together: that clamps the plates."
+
+
+def _threaded(side: SidePlan, held: bool) -> Iterator[str]:
+    """What holds a side over the ends of plates; ``held``: they stand in the other side's."""
+    wall = words(wall_name(side.side))
+    sheets = [words(sheet) for sheet in comb_names(side.side, side.holding)]
+    holder = listed(sheets) or wall
+    numbers = numbers_text([slot.plate for slot in side.slots])
+    if any(slot.wire > 0.0 for slot in side.slots):
+        also = " and out through the wall" if sheets else ""
+        yield (
+            f"Each plate's bundle of wires first: through the round relief of its slot in {holder}"
+            f"{also}, before its leg. No connector is on them yet."
+        )
+    apart = f" ({_with_sheets(side).split(' on it, ')[1]})" if len(sheets) > 1 else ""
+    if held:
+        yield f"Thread {holder}{apart} over the plates' other ends, one by one."
+    else:
+        yield f"Put plates {numbers} into the slots of {holder}{apart}, each into its own."
+    if len(sheets) > 1:
+        yield _CLAMP
+
+
+def _shims(bench: Bench) -> Iterator[str]:
+    """Shims by what each slot really measures, from outside."""
+    slots = [slot for side in bench.plan.sides for slot in side.slots if slot.shim > 0.0]
+    if not slots:
+        return
+    sizes = listed([f"{size:g}" for size in sorted({round(slot.shim, 3) for slot in slots})])
+    yield (
+        "Measure the gap beside each leg with feeler stock; a slot comes out wider or narrower "
+        f"than drawn, where {sizes} mm would fill it. From outside, push the thickest shim that "
+        "slides in without force beside each leg, on the plate's lower side; leave its end "
+        "standing out, to be pulled by."
+    )
 
 
 def _bolts(bolts: Sequence[Bolt]) -> str:

@@ -28,7 +28,7 @@ def pouring(bench: Bench) -> Iterator[str]:
     doubt = "" if known else f" These are {mixing.source}: take your data sheet's ratio."
     yield (
         f"Weigh {a:.2f} g of A and {b:.2f} g of B ({mixing.part_a:g} : {mixing.part_b:g} by mass; "
-        f"{silicone.mass_g:.1f} g, {silicone.mixed_cm3:.1f} cm^3, {100 * design.mold.excess:g} % "
+        f"{silicone.mass_g:.1f} g, {silicone.mixed_cm3:.1f} cm³, {100 * design.mold.excess:g} % "
         f"more than the mold takes).{least}{doubt}"
     )
     yield (
@@ -46,8 +46,15 @@ def pouring(bench: Bench) -> Iterator[str]:
     at = f" ({listed([_place(hole) for hole in gates])})" if gates else ""
     yield (
         f"Tilt the mold by {TILT_DEG:g} degrees{tilt}. Pour in at the gate{at}, a thin stream, "
-        "slowly and without stopping: it must rise from below, along the plates."
+        "slowly and without stopping: it must rise from below, along the plates. The plan of the "
+        "base plate in the report shows each hole as you see it."
     )
+    locks = of_kind(plan.base_holes, "lock")
+    if locks:
+        yield (
+            f"It rises in the {count_text(len(locks), 'lock')}, too: they are through holes, wider "
+            "at the back. Let them fill, and leave them open; cured, they hold the finger."
+        )
     yield (
         f"Go on until it stands in {count_text(len(risers), 'riser')} and "
         f"{count_text(len(vents), 'vent')}; close with tape what runs over early. Tilt the mold "
@@ -67,20 +74,33 @@ def opening(bench: Bench) -> Iterator[str]:
     if bench.plan.core_pins:
         yield "Pull the core pins, turning them."
     yield "Turn the mold over: contact insert up."
-    order: dict[int, list[PartMesh]] = {}
-    for part in bench.parts:
-        if part.draw is not None:
-            order.setdefault(part.order, []).append(part)
-    for _, parts in sorted(order.items()):
-        for part in parts:
+    drawn = [part for part in bench.parts if part.draw is not None]
+    drawn.sort(key=lambda part: part.order)
+    for part in drawn:
+        if part.name == INSERT:
             yield f"Draw {words(part.name)} {_direction(part)}, straight, without turning."
+    slots = [slot for side in bench.plan.sides for slot in side.slots]
+    if any(slot.wire > 0.0 for slot in slots):
+        yield (
+            "Take tape and clay off the wires and straighten them: wall and sheet slide off along "
+            "them. They must have no connector yet."
+        )
+    if any(slot.shim > 0.0 for slot in slots):
+        yield "Pull every shim out of its slot before a wall is drawn."
+    rest = [part for part in drawn if part.name != INSERT]
+    told = ", ".join(f"{words(part.name)} ({_axis(part)})" for part in rest)
+    if rest:
+        yield f"Draw, each straight outward, in this order: {told}."
     yield "The base plate stays on the finger: it is its base."
 
 
 def finishing(bench: Bench) -> Iterator[str]:
     """Trim, fill, measure."""
     plan, mold = bench.plan, bench.design.mold
-    yield f"Trim the {bench.elastomer} in gate, risers and vents flush with the base plate's back."
+    yield (
+        f"Trim the {bench.elastomer} in gate, risers, vents and locks flush with the base plate's "
+        "back."
+    )
     if plan.legs:
         yield (
             "Cut the legs flush with the rubber with sharp cutters, wires kept; do not pull. Seal "
@@ -107,16 +127,20 @@ def finishing(bench: Bench) -> Iterator[str]:
         f"{plan.crest / plan.scale:.2f} mm high."
     )
     if bench.patterns:
-        yield "Check each gage's resistance again, press, calibrate: each plate reads its own way."
+        yield (
+            "Put the connectors on, check each gage's resistance again, press, calibrate: each "
+            "plate reads its own way."
+        )
+
+
+def _axis(part: PartMesh) -> str:
+    x, y, z = part.draw or (0.0, 0.0, 0.0)
+    names = {"+x": x, "-x": -x, "+y": y, "-y": -y, "+z": z, "-z": -z}
+    return max(names, key=lambda key: names[key])
 
 
 def _direction(part: PartMesh) -> str:
-    x, y, z = part.draw or (0.0, 0.0, 0.0)
-    names = {"+x": x, "-x": -x, "+y": y, "-y": -y, "+z": z, "-z": -z}
-    name = max(names, key=lambda key: names[key])
-    if part.name == INSERT:
-        return f"upward, off the contact surface ({name})"
-    return f"outward along {name}"
+    return f"upward, off the contact surface ({_axis(part)})"
 
 
 def _place(hole: BaseHole) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from fingerdesign.mold.casting_bench import Bench, listed, numbers_text, words
-from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.part import INSERT, WORDS, PartMesh
+
+ETCHED = 0.9  # least width of an etched slot over the sheet's thickness, about; assumed
 
 
 def making(bench: Bench) -> Iterator[str]:
@@ -29,30 +31,54 @@ def making(bench: Bench) -> Iterator[str]:
             "forms the finger up; keep supports off that side. The STL files have the same parts "
             "in their places in the closed mold."
         )
+        lying = sorted(
+            {words(pin.on) for pin in bench.plan.pins if not pin.dowel and pin.on != INSERT}
+        )
+        if lying:
+            yield (
+                f"The pins of {listed(lying)} lie level over the bed: support them from below "
+                "alone, and trim what the supports leave until they slide into their sockets."
+            )
     for sheet in (p for p in bench.parts if p.made == "sheet"):
         thick = _thickness(sheet)
-        yield f"Cut or etch {words(sheet.name)} from {thick:g} mm sheet by {sheet.name}.dxf."
-    yield from _insertfinishing(bench)
+        yield (
+            f"{_cut(bench, thick)} {words(sheet.name)} from {thick:g} mm sheet by {sheet.name}.dxf."
+        )
     if bench.core and bench.design.body.core is not None:
         material = words(bench.design.body.core.material)
         yield f"Make the core of {material} by core.step, with its holes; roughen it."
 
 
-def _insertfinishing(bench: Bench) -> Iterator[str]:
-    if bench.design.body.shape == "block":
-        yield (
-            "The finger's contact surface is flat: polish the contact insert, or bond a piece of "
-            "glass over its face and make the insert thinner by the glass (mold.insert_mm)."
-        )
-        return
+def _cut(bench: Bench, thick: float) -> str:
+    """How a comb is cut: etching makes no slot much narrower than the sheet is thick."""
+    held = [slot.width for s in bench.plan.sides if s.holding == "comb" for slot in s.slots]
+    if held and min(held) < ETCHED * thick:
+        return "Laser-cut or wire-cut (its slots are too narrow to be etched in this thickness)"
+    return "Cut or etch"
+
+
+def _surface(bench: Bench, coated: bool) -> Iterator[str]:
+    """The contact insert's face, before anything is degreased."""
     steps = {
         "sla": "wet-sand the contact insert's face from 400 to 2000 grit and polish it",
         "fdm": "fill and sand the contact insert's face until no layer line can be felt",
         "machined": "polish the contact insert's face from 600 grit to a mirror",
     }
     step = steps[bench.design.mold.process]
+    if coated:
+        step = (
+            "wet-sand the contact insert's face from 400 to 800 grit; the coat that comes is what "
+            "you polish"
+        )
+    flat = ""
+    if bench.design.body.shape == "block":
+        flat = (
+            " It is flat: you can bond glass over it instead, and make the insert thinner by the "
+            "glass (mold.insert_mm)."
+        )
     yield (
-        f"The contact surface copies every scratch: {step}. Stay off its rim, where the seam lies."
+        f"The contact surface copies every scratch: {step}. Stay off its rim, where the seam "
+        f"lies.{flat}"
     )
 
 
@@ -62,25 +88,38 @@ def preparing(bench: Bench) -> Iterator[str]:
     if mold.process == "sla":
         yield "Wash the prints twice in fresh isopropanol, 5 min each, and let them dry for 30 min."
         yield "Cure them under ultraviolet light as the resin's maker says, both sides."
-    if bench.polyurethane:
-        yield "Dry parts, tools and plates at 60 degrees C for an hour: moisture makes it foam."
-    elif mold.process == "sla" and mold.cure == "platinum":
+    coated = mold.process == "sla" and mold.cure == "platinum" and not bench.polyurethane
+    if coated:
         yield (
             "Bake the cured prints for 2 h at 80 degrees C (or what the resin stands): that drives "
-            "out what would stop a platinum cure. Then spray a thin barrier coat (acrylic or "
-            "polyvinyl alcohol) onto every face that meets silicone."
+            "out what would stop a platinum cure."
+        )
+    yield (
+        "Dry fit: close the mold without plates, by the steps of its closing. Every part slides "
+        "into its place without force; trim what does not."
+    )
+    yield from _surface(bench, coated)
+    yield "Degrease every face with isopropanol and let it dry; from now on wear nitrile gloves."
+    if bench.polyurethane:
+        yield "Dry parts, tools and plates at 60 degrees C for an hour: moisture makes it foam."
+    elif coated:
+        yield (
+            "Spray two thin barrier coats (clear acrylic lacquer, or polyvinyl alcohol where it is "
+            "not to be polished) onto every face that meets silicone, not onto pins, sockets and "
+            "keys; let them harden for a day."
         )
         yield (
-            "Inhibition test: cure a drop of mixed silicone on a print's back. Go on only if it "
-            "does not stay tacky against the resin; else bake and coat again."
+            "Polish the coat on the contact insert's face with 2000 grit and plastic polish, then "
+            "degrease it. Where you sand through to the resin, coat it again."
         )
-    elif mold.cure == "platinum":
+    if mold.cure == "platinum" and not bench.polyurethane:
+        where = "the coated face of the insert, outside the finger" if coated else "one part"
+        again = "; else bake and coat again" if coated else ""
         yield (
-            "Inhibition test: cure a drop of mixed silicone on one part and on the tape you will "
-            "use. Sulfur, tin and amines stop a platinum cure: no latex gloves, no sulfur clay."
+            f"Inhibition test: cure a drop of mixed silicone on {where}, one on the tape you will "
+            f"use and one on a scrap plate with gage, solder and glue as on the real ones. Go on "
+            f"only if none stays tacky underneath{again}."
         )
-    yield "Close the mold dry, without plates: every part slides into its place without force."
-    yield "Degrease every face with isopropanol; from now on wear nitrile gloves."
 
 
 def plates_and_gages(bench: Bench) -> Iterator[str]:
@@ -89,6 +128,7 @@ def plates_and_gages(bench: Bench) -> Iterator[str]:
     if not bench.patterns:
         return
     material = words(design.plates.material)
+    platinum = design.mold.cure == "platinum" and not bench.polyurethane
     for pattern in bench.patterns:
         count = len(pattern.plates)
         bend, after = "", "Deburr; keep them flat"
@@ -101,19 +141,43 @@ def plates_and_gages(bench: Bench) -> Iterator[str]:
         )
     yield "Mark each plate's number on a leg: the placement table says where each one goes."
     faces = {"upper": "the upper face", "lower": "the lower face", "both": "both faces"}
+    glue = "cyanoacrylate or a gage epoxy that was cured hot"
     yield (
-        f"Bond the gages at the marks of layer GAGES on {faces[design.gages.face]}, with a film as "
-        "thin as it gets, and solder the leads at the gage's end toward a leg."
+        f"Bond the gages at the marks of layer GAGES on {faces[design.gages.face]}, with a film of "
+        f"{glue} as thin as it gets. Solder the leads at the gage's end toward the leg where they "
+        f"leave: {_lead_ends(bench)}."
     )
+    if platinum:
+        yield (
+            "Wash every trace of solder flux off with isopropanol and a brush. Flux, epoxies with "
+            "amine hardeners, sulfur and tin stop a platinum cure around the gage: seal joints and "
+            "glue lines with a thin coat of acrylic lacquer."
+        )
+    else:
+        yield "Wash the flux off; seal the joints with a thin coat of acrylic lacquer."
     if design.mold.wire_mm > 0.0:
         yield (
-            f"Lead the wires along the leg: its slot has {design.mold.wire_mm:g} mm more length "
-            "for them. Seal the joints with a thin coat of lacquer."
+            f"Twist each plate's leads into one bundle, {design.mold.wire_mm:g} mm thick at most: "
+            "the round relief beside its slot lets no more through, nor a connector: put none on "
+            "before the mold is opened."
         )
     else:
         yield "mold.wire_mm is 0: no slot has room for wires; add the gages' leads elsewhere."
     yield "Check each gage's resistance now: afterwards nothing can be mended."
     yield "Wipe the plates with primer for this elastomer on metal; gages, if their maker agrees."
+
+
+def _lead_ends(bench: Bench) -> str:
+    """Where leads leave, by what the plates' rows run along."""
+    leads = [side for side in bench.plan.sides if any(slot.wire > 0.0 for slot in side.slots)]
+    if not leads:
+        return "front or right"
+    told = [
+        f"the {WORDS[side.side]} ({side.side})"
+        + (f" of plates {numbers_text([s.plate for s in side.slots])}" if len(leads) > 1 else "")
+        for side in leads
+    ]
+    return listed(told)
 
 
 def _thickness(sheet: PartMesh) -> float:

@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from fingerdesign.mold.caster_warnings import (
+    DOUBTFUL_SHARE,
+    placement_remedy,
+    placement_worst,
+)
 from fingerdesign.report.html import rendered
 from fingerdesign.report.mold_checks_tables import checks_table, kinds_table
 from fingerdesign.report.mold_picture import Exploded
@@ -48,6 +53,16 @@ def mold_html(data: dict[str, Any], picture: Exploded | None, missing: str = "")
 
 def _verdict(data: dict[str, Any], failing: list[dict[str, Any]]) -> dict[str, str]:
     count = len(data["checks"])
+    worst = placement_worst(data["placement"])
+    if data["failure"] is None and worst > DOUBTFUL_SHARE:
+        remedy = placement_remedy(side["holding"] for side in data["fixture"])
+        return {
+            "kind": "partly",
+            "answer": "can be cast, gages in doubt",
+            "text": f"All {count} checks passed. But plates off their places by what holds them "
+            f"change a reading by up to {100 * worst:.0f} % of the largest: to know what gages "
+            f"read before you cast, {remedy}; else calibrate each finger.",
+        }
     if data["failure"] is None:
         return {
             "kind": "yes",

@@ -13,7 +13,7 @@ from fingerdesign.mold.casting_bench import Bench, numbers_text
 from fingerdesign.mold.casting_notes import casting_notes
 from fingerdesign.mold.elastomers import mixing_of
 from fingerdesign.mold.flat_pattern import flat_patterns
-from fingerdesign.mold.plan import Bolt, CorePin
+from fingerdesign.mold.plan import Bolt, CorePin, Key
 from fingerdesign.mold.silicone import silicone_of
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
@@ -58,9 +58,11 @@ def test_an_elastomer_that_is_not_known_is_said_to_be(hand_made):
 def test_parts_come_off_in_their_order(hand_made):
     text = notes_of(*hand_made())["Cure and open"]
     order = ["contact insert", "end wall front", "comb front", "side wall right"]
-    places = [text.index(f"Draw {name}") for name in order]
+    assert "Draw contact insert" in text
+    places = [text.index(name) for name in order[:1]]
+    places += [text.index(f"{name} (") for name in order[1:]]
     assert places == sorted(places)
-    assert "Draw base plate" not in text
+    assert "base plate (" not in text
 
 
 def test_resin_prints_with_platinum_silicone_are_warned_of(hand_made):
@@ -74,6 +76,24 @@ def test_resin_prints_with_platinum_silicone_are_warned_of(hand_made):
         assert any("Resin prints" in each for each in told) is warned
         text = notes_of(design, plan, meshes)["Clean, cure, test"]
         assert ("barrier coat" in text) is warned
+
+
+def test_resin_is_coated_after_it_is_fitted_and_degreased_and_tested_on_the_coat(hand_made):
+    text = notes_of(*hand_made())["Clean, cure, test"]
+    order = ["Wash", "Bake", "Dry fit", "wet-sand", "Degrease", "barrier coat", "Polish the coat"]
+    places = [text.index(each) for each in (*order, "Inhibition test")]
+    assert places == sorted(places)
+    assert "on the coated face" in text
+
+
+@pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
+def test_what_stops_a_platinum_cure_at_the_gages_is_told_for_every_process(hand_made, process):
+    design, plan, meshes = hand_made(process=process)
+    told = " ".join(warnings_of(design, plan, 0.0, SILENT))
+    assert "Solder flux" in told
+    assert "amine" in notes_of(design, plan, meshes)["Plates and gages"]
+    design, plan, meshes = hand_made(process=process, cure="condensation")
+    assert "Solder flux" not in " ".join(warnings_of(design, plan, 0.0, SILENT))
 
 
 def test_shrinkage_that_is_assumed_is_said_to_be(hand_made):
@@ -157,9 +177,9 @@ def test_slots_need_shims_and_dowels_are_bought(hand_made):
 @pytest.mark.parametrize(
     ("holding", "holder", "words"),
     [
-        ("comb", "comb front", "lead tabs and wires out"),
+        ("comb", "comb front", "legs and wires into its window"),
         ("jig", "jig front inner and jig front outer", "that clamps the plates"),
-        ("slots", "end wall front", "0.2 mm shim into each slot"),
+        ("slots", "end wall front", "Measure the gap beside each leg"),
     ],
 )
 def test_plates_are_threaded_into_what_holds_them(hand_made, holding, holder, words):
@@ -167,8 +187,33 @@ def test_plates_are_threaded_into_what_holds_them(hand_made, holding, holder, wo
     assert holder in text
     assert "push plates 0-2 into" in text
     assert words in text
-    # Both ends: the back's holder comes after the plates stand in the front's.
+    # The front's holder, where the wires leave, comes after the plates stand in the back.
     assert text.index("push plates 0-2") < text.index("over the plates' other ends")
+    assert text.index("bundle of wires first") < text.index("over the plates' other ends")
+
+
+def test_walls_are_put_together_upright_and_set_onto_the_keys(hand_made):
+    design, plan, meshes = hand_made()
+    key = Key((12.0, 0.0, 6.0), (14.0, 2.0, 9.0), 2.0, 0.1, "end_wall_front")
+    text = notes_of(design, replace(plan, keys=(key,)), meshes)["Close the mold"]
+    order = ["Lay end wall back", "side wall right and left on it", "Set end wall front", "keys up"]
+    places = [text.index(each) for each in (*order, "Set the contact insert on")]
+    assert places == sorted(places)
+    assert "along their keys" not in text
+
+
+def test_wires_are_freed_and_shims_pulled_before_walls_are_drawn(hand_made):
+    text = notes_of(*hand_made("slots"))["Cure and open"]
+    drawn = text.index("Draw, each straight outward")
+    assert text.index("no connector yet") < drawn
+    assert text.index("Pull every shim") < drawn
+    assert "shim" not in notes_of(*hand_made())["Cure and open"]
+
+
+def test_locks_are_told_to_fill(hand_made):
+    notes = notes_of(*hand_made())
+    assert "rises in the 1 lock, too" in notes["Mix and pour"]
+    assert "vents and locks flush" in notes["Finish and measure"]
 
 
 def test_a_finger_without_plates_has_notes_without_them(hand_made):

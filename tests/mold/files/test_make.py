@@ -101,6 +101,18 @@ def test_the_page_needs_nothing_from_outside(stages, tmp_path):
     assert page.count('class="badge"') == 8
 
 
+def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, monkeypatch):
+    design = stages()
+    worker = importlib.import_module("fingerdesign.mold.placement_worker")
+    doubtful = {**EFFECT, "together": {"rms": 0.4, "worst": 0.7, "worst_plate": 1}}
+    monkeypatch.setattr(worker, "placement_of", lambda job: doubtful)
+    assert make.make_mold(design, tmp_path).status == "ok"
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert '<li class="partly"><span class="answer">can be cast, gages in doubt' in page
+    assert "up to 70 % of the largest" in page
+    assert "wider legs (mold.leg_mm), a longer span or a finer comb" in page
+
+
 def test_failing_checks_fail_the_mold_but_all_is_written(stages, tmp_path, capsys):
     design = stages(checks=(PASSED, FAILED))
     with make.FOLDER.written(tmp_path / "block") as folder:
