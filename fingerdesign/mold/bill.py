@@ -123,17 +123,19 @@ def _shims(plan: MoldPlan) -> Iterable[Item]:
     found: Counter[tuple[float, float, float]] = Counter()
     for side in plan.sides:
         deep = plan.wall_z if side.side.endswith("z") else plan.wall_x
+        wide = {leg.plate: leg.width for leg in plan.legs if leg.side == side.side}
         for slot in side.slots:
             if slot.shim > 0.0:
-                found[round(slot.shim, 3), round(slot.length, 2), round(deep, 2)] += 1
-    for (thick, length, deep), count in sorted(found.items()):
-        size = f"{thick:g} mm thick, {length:g} mm x {deep:g} mm"
-        yield Item("shim", count, "cut", "shim stock, brass or steel", size)
+                found[round(slot.shim, 3), round(wide[slot.plate], 2), round(deep, 2)] += 1
+    for (thick, wide_mm, deep), count in sorted(found.items()):
+        size = f"{thick:g} mm thick as drawn, {wide_mm:g} mm wide x {deep:g} mm"
+        stock = "shim stock, assorted, brass or steel: measure the slots"
+        yield Item("shim", count, "cut", stock, size)
 
 
 def _part(design: Design, part: PartMesh) -> Item:
     x, y, z = np.ptp(part.vertices, axis=0).tolist()
-    size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000.0:.2f} cm^3"
+    size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000.0:.2f} cm³"
     files = f"{part.name}.stl, {part.name}.step"
     if part.made == "sheet":
         thick = min(x, z)
@@ -165,14 +167,16 @@ def _consumed(
 ) -> Iterable[Item]:
     mold, plates = design.mold, sum(len(pattern.plates) for pattern in patterns)
     name = _words(design.body.material)
-    mixed = f"{silicone.mixed_cm3:.2f} cm^3 with {100 * mold.excess:g} % excess"
+    mixed = f"{silicone.mixed_cm3:.2f} cm³ with {100 * mold.excess:g} % excess"
     yield Item("elastomer, mixed", 1, "poured", name, mixed, round(silicone.mass_g, 1))
     if plates:
         faces = 2 if design.gages.face == "both" else 1
         gage = f"{design.gages.length_mm:g} mm x {design.gages.width_mm:g} mm grid"
         yield Item("strain gage", faces * plates, "bought", "foil gage", gage)
         metres = math.ceil(2 * faces * plates * WIRE_MM / 1000.0)
-        across = f", {mold.wire_mm:g} mm or thinner" if mold.wire_mm > 0.0 else ""
+        # So many round wires in a round bundle: four take 2.41 of their diameters, two take 2.
+        each = mold.wire_mm / (1.0 + math.sqrt(2.0) if faces == 2 else 2.0)
+        across = f", {each:.2g} mm or thinner over its enamel" if mold.wire_mm > 0.0 else ""
         yield Item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{across}")
         yield Item("gage adhesive", 1, "bought", "cyanoacrylate or epoxy for gages", "a few drops")
         yield Item("metal primer", 1, "bought", "for this elastomer on metal", "a few ml")

@@ -242,12 +242,13 @@ def _written(
     missing: str,
 ) -> MoldReport:
     """Report and record into the folder. The page's own time is not yet known to either."""
-    from fingerdesign.mold.record import mold_versions, process_data
+    from fingerdesign.mold.record import base_data, mold_versions, process_data
     from fingerdesign.report.mold_html import mold_html
     from fingerdesign.summaries import peak_memory_MB
 
     names = {path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE}
     report = MoldReport(
+        base=base_data(plan),
         design=design.design.name,
         digest=mold_digest(design),
         design_digest=design.digest(),

@@ -15,6 +15,7 @@ from fingerdesign.mold.plan import Side
 Array = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle
 STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 
@@ -68,7 +69,8 @@ def sheet_outline(part: PartMesh, side: Side) -> Outline:
 
 
 def as_circle(points: Array) -> tuple[float, float, float] | None:
-    """The circle (x, y, radius) that a polygon's corners (n, 2) lie on; None where they do not.
+    """The circle (x, y, radius) that a polygon's corners (n, 2) lie on, to 0.001 mm, as it is cut
+    and measured; None where they do not.
 
     Corners of a triangulated round hole lie on its exact edge; it has twelve of them or more.
     """
@@ -78,7 +80,9 @@ def as_circle(points: Array) -> tuple[float, float, float] | None:
     (x, y, rest), *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
     radius = float(np.sqrt(max(rest + x**2 + y**2, 0.0)))
     apart = np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
-    return (float(x), float(y), radius) if apart.max() < 1e-6 else None
+    if apart.max() >= 1e-6:
+        return None
+    return round(float(x), MICRON) + 0.0, round(float(y), MICRON) + 0.0, round(radius, MICRON)
 
 
 def border_loops(triangles: IntArray, name: str) -> list[list[int]]:

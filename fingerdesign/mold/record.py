@@ -47,6 +47,7 @@ class MoldReport:
     plates: tuple[dict[str, Any], ...]
     placements: tuple[dict[str, Any], ...]
     fixture: tuple[dict[str, Any], ...]
+    base: dict[str, Any]
     checks: tuple[dict[str, Any], ...]
     silicone: dict[str, Any] | None
     placement: dict[str, Any] | None
@@ -203,6 +204,26 @@ def fixture_data(plan: MoldPlan) -> tuple[dict[str, Any], ...]:
         }
         for side in plan.sides
     )
+
+
+def base_data(plan: MoldPlan) -> dict[str, Any]:
+    """The base plate's half sizes, the finger's on it, and its holes, mm from the finger's axes."""
+    return {
+        "half_x_mm": plan.reach_x,
+        "half_z_mm": plan.reach_z,
+        "finger_half_x_mm": plan.half_width,
+        "finger_half_z_mm": plan.half_depth,
+        "holes": [
+            {
+                "kind": hole.kind,
+                "x_mm": hole.x,
+                "z_mm": hole.z,
+                "diameter_mm": hole.diameter,
+                "outer_diameter_mm": hole.outer_diameter,
+            }
+            for hole in plan.base_holes
+        ],
+    }
 
 
 def silicone_data(silicone: Silicone) -> dict[str, Any]:

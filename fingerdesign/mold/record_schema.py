@@ -40,6 +40,7 @@ def mold_schema() -> dict[str, Any]:
             "plates": _many(_pattern()),
             "placements": _many(_placed()),
             "fixture": _many(_fixture()),
+            "base": _base(),
             "checks": _many(_check()),
             "silicone": _or_null(_silicone()),
             "placement": _or_null(_placement()),
@@ -141,6 +142,19 @@ def _fixture() -> dict[str, Any]:
             "shift_mm": _or_null(_NUMBER),
         }
     )
+
+
+def _base() -> dict[str, Any]:
+    """The base plate: seen from its back, x to the right, z up."""
+    sizes = ("half_x_mm", "half_z_mm", "finger_half_x_mm", "finger_half_z_mm")
+    hole = {
+        "kind": {"enum": ["gate", "riser", "vent", "lock", "screw"]},
+        "x_mm": _NUMBER,
+        "z_mm": _NUMBER,
+        "diameter_mm": {**_SIZE, "description": "inside, at the finger"},
+        "outer_diameter_mm": {**_SIZE, "description": "at the plate's back"},
+    }
+    return _object({**dict.fromkeys(sizes, _SIZE), "holes": _many(_object(hole))})
 
 
 def _check() -> dict[str, Any]:

@@ -56,7 +56,7 @@ def plate_sheet(pattern: FlatPattern) -> Sheet:
     return Sheet(
         pattern.name,
         pattern.outline,
-        circles=pattern.holes,
+        circles=tuple((round(x, 3), round(y, 3), round(r, 3)) for x, y, r in pattern.holes),
         gages=tuple(marks.values()),
         bends=bends,
         text=tuple(text),

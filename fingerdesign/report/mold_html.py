@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from markupsafe import Markup
+
 from fingerdesign.mold.caster_warnings import (
     DOUBTFUL_SHARE,
     placement_remedy,
     placement_worst,
 )
 from fingerdesign.report.html import rendered
+from fingerdesign.report.mold_base_plan import base_svg, holes_table
 from fingerdesign.report.mold_checks_tables import checks_table, kinds_table
 from fingerdesign.report.mold_picture import Exploded
 from fingerdesign.report.mold_tables import (
@@ -17,6 +20,7 @@ from fingerdesign.report.mold_tables import (
     bill_table,
     effects_table,
     fixture_table,
+    hardware_text,
     limits_table,
     parts_table,
     patterns_table,
@@ -39,6 +43,9 @@ def mold_html(data: dict[str, Any], picture: Exploded | None, missing: str = "")
         missing=missing,
         process=PROCESSES[data["process"]["name"]],
         parts=parts_table(data),
+        holes=holes_table(data["base"]),
+        base_plan=Markup(base_svg(data["base"])),
+        hardware=hardware_text(data),
         kinds=kinds_table(data["checks"]),
         failed=checks_table(failing, "failed", "Failed"),
         passed=checks_table([c for c in data["checks"] if c["ok"]], "passed", "Passed"),

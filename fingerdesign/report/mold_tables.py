@@ -33,17 +33,27 @@ def parts_table(data: dict[str, Any]) -> Table:
                 DASH if part["draw"] is None else str(part["order"]),
                 size,
                 f"{1e-3 * part['volume_mm3']:.2f}",
-                f"{part['triangles']:,}",
-                f"{1e3 * part['chord_mm']:.1f}",
                 ", ".join(part["files"]),
             )
         )
-    columns = (
-        *("", "part", "made", "drawn", "order", "size (mm)", "volume (cm³)", "triangles"),
-        *("chord (µm)", "files"),
-    )
-    texts = frozenset({1, 2, 3, 9})
+    columns = (*("", "part", "made", "drawn", "order", "size (mm)", "volume (cm³)", "files"),)
+    texts = frozenset({1, 2, 3, 7})
     return Table("parts", "Parts, by their numbers in the picture", columns, tuple(rows), texts)
+
+
+def hardware_text(data: dict[str, Any]) -> str:
+    """What is bought or cut to hold the parts together, in words; "" without any.
+
+    >>> hardware_text({"bill": [{"item": "bolt", "count": 2, "size": "M3 x 35"}]})
+    '2 bolts (M3 x 35)'
+    """
+    held = ("bolt", "threaded rod", "nut", "washer", "dowel pin", "core pin", "core screw", "shim")
+    told = [
+        f"{item['count']} {item['item']}{'s' if item['count'] > 1 else ''} ({item['size']})"
+        for item in data["bill"]
+        if item["item"] in held
+    ]
+    return "; ".join(told)
 
 
 def plates_table(data: dict[str, Any]) -> Table | None:
@@ -126,7 +136,18 @@ def effects_table(placement: dict[str, Any] | None) -> Table | None:
     ]
     both = placement["together"]
     sums = (f"{100.0 * both['rms']:.2f}", f"{100.0 * both['worst']:.2f}", str(both["worst_plate"]))
-    rows.append(("together", DASH, *sums))
+    rows.append(("these together", DASH, *sums))
+    if "row" in placement:
+        rows += [
+            (
+                f"the whole row {names[each['name']]}",
+                f"{each['largest']:.3g} {each['unit']}",
+                f"{100.0 * each['rms']:.2f}",
+                f"{100.0 * each['worst']:.2f}",
+                str(each["worst_plate"]),
+            )
+            for each in placement["row"]["changes"]
+        ]
     columns = ("off", "by up to", "RMS (%)", "worst (%)", "worst plate")
     caption = "Change of a gage's reading, % of the largest reading of its row"
     return Table("effects", caption, columns, tuple(rows), frozenset({0}))

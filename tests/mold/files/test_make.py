@@ -7,6 +7,7 @@ import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from types import ModuleType
+from xml.etree import ElementTree
 
 import jsonschema
 import pytest
@@ -16,6 +17,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make, record_schema
 from fingerdesign.mold.part import Check
 from fingerdesign.report import mold_picture
+from fingerdesign.report.mold_base_plan import base_svg
 from fingerdesign.report.mold_picture import Badge, Exploded
 from fingerdesign.results import ResultError
 
@@ -111,6 +113,21 @@ def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, mon
     assert '<li class="partly"><span class="answer">can be cast, gages in doubt' in page
     assert "up to 70 % of the largest" in page
     assert "wider legs (mold.leg_mm), a longer span or a finer comb" in page
+
+
+def test_the_base_plates_holes_are_drawn_and_named(stages, tmp_path):
+    make.make_mold(stages(), tmp_path)
+    base = json.loads((tmp_path / "mold_report.json").read_text("utf-8"))["base"]
+    assert [hole["kind"] for hole in base["holes"]] == ["gate", "riser", "vent", "vent", "lock"]
+    drawn = ElementTree.fromstring(base_svg(base))
+    texts = [each.text for each in drawn.iter("text")]
+    assert texts[:5] == ["G", "R", "V1", "V2", "L"]
+    gate, riser = list(drawn.iter("circle"))[:2]
+    assert float(gate.get("cx")) < float(riser.get("cx"))  # x to the right
+    page = (tmp_path / "report.html").read_text("utf-8")
+    assert "gate: pour in here" in page
+    assert "G gate at x -6.0, z 0.0 mm" in page
+    assert "2 bolts (M3 x 35" in page
 
 
 def test_failing_checks_fail_the_mold_but_all_is_written(stages, tmp_path, capsys):
