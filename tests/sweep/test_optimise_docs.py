@@ -1,0 +1,42 @@
+"""docs/optimise.md: what it shows exists, and says what the shipped study and README say."""
+
+import re
+from pathlib import Path
+
+from fingerdesign.sweep.study_file import read_study
+from fingerdesign.sweep.trials import RANDOM_TRIALS
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs/optimise.md").read_text("utf-8")
+STUDY = read_study("better_maeno")
+
+
+def test_links_and_pictures_exist() -> None:
+    targets = re.findall(r"\]\(([^)#]+)\)", TEXT)
+    assert targets
+    for target in targets:
+        assert (ROOT / "docs" / target).exists(), target
+
+
+def test_the_example_is_the_shipped_study() -> None:
+    assert len(STUDY.parameters) == 5
+    assert f"Of {STUDY.optimise.trials} trials" in TEXT
+    assert len(re.findall(r"^\| trial \d+ \|", TEXT, re.MULTILINE)) == STUDY.optimise.confirm
+    for objective in STUDY.objectives:
+        assert f"`{objective.metric}`" in TEXT
+    assert RANDOM_TRIALS == 20  # "the first twenty"
+
+
+def test_readme_says_the_same_numbers() -> None:
+    readme = (ROOT / "README.md").read_text("utf-8")
+    told = re.search(
+        r"an error of ([\d.]+) where the paper's finger\s+has ([\d.]+), and it grips with "
+        r"([\d.]+) times the least force that holds \(median\) where that takes ([\d.]+)",
+        TEXT,
+    )
+    assert told is not None
+    own, paper, force, least = told.groups()
+    assert f"an error of {own} instead of {paper}" in readme
+    assert re.search(rf"{force} times the\s+least force instead of {least}\.", readme)
+    assert float(own) < float(paper)
+    assert float(force) < float(least)
