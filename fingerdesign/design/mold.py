@@ -111,7 +111,11 @@ class Mold(Table):
         description="width of plates' legs; absent: by the sheet and the plate's thickness",
     )
     wire_mm: float = Field(
-        default=0.2, ge=0, le=5, description="slot length for the leads of a plate's gages; 0: none"
+        default=0.3,
+        ge=0,
+        le=5,
+        description="diameter of a plate's bundle of leads (four enamelled wires of 0.1 mm "
+        "copper), which leave through a hole beside its slot at the front or right; 0: none",
     )
     gate_mm: float = Field(
         default=4.0, ge=0.2, le=50, description="diameter of gate and riser; shrunk to what fits"

@@ -15,7 +15,7 @@ from fingerdesign.design.faults import at_least
 from fingerdesign.errors import Fault
 from fingerdesign.mold.base_plan import core_box
 from fingerdesign.mold.plan import CorePin, Side, SidePlan
-from fingerdesign.mold.slots import slot_corners
+from fingerdesign.mold.slots import openings_corners
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -91,7 +91,7 @@ def _openings(planned: SidePlan) -> list[tuple[float, float, float, float]]:
         return [(low, high, bottom, np.inf)]
     if not planned.slots:
         return []
-    corners = slot_corners(planned.slots)
+    corners = openings_corners(planned.slots)
     least, most = corners.min(axis=1), corners.max(axis=1)
     return [
         (float(a[0]), float(b[0]), float(a[1]), float(b[1]))

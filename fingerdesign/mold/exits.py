@@ -52,6 +52,18 @@ class Exits:
     bottom: Array
     reach: Array
 
+    def with_others(self, others: Exits) -> Exits:
+        """The worse of two bars at each leg: what holds for both."""
+        return Exits(
+            np.minimum(self.nearest, others.nearest),
+            np.maximum(self.farthest, others.farthest),
+            np.minimum(self.face_margin, others.face_margin),
+            np.minimum(self.surface_margin, others.surface_margin),
+            np.maximum(self.top, others.top),
+            np.minimum(self.bottom, others.bottom),
+            np.maximum(self.reach, others.reach),
+        )
+
 
 def rim_height(body: Body) -> float:
     """Least height of the contact surface's border, mm, in the design's space."""

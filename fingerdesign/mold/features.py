@@ -20,7 +20,7 @@ from fingerdesign.mold.flat_sides import AXIS, direction
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
 from fingerdesign.mold.plan import SIDES, BaseHole, Bolt, CorePin, Key, MoldPlan, Pin, Side
 from fingerdesign.mold.profiles import limits_of
-from fingerdesign.mold.slot_tools import slot_tools, window_tools
+from fingerdesign.mold.slot_tools import jig_moves, slot_tools, window_tools
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -62,7 +62,9 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
             found.take(_dowel_hole(pin), pin.on)
         else:
             found.add(pin.on, _pin(pin))
-        found.take(_socket(pin), pin.into, *sheets)
+        found.take(_socket(pin), pin.into, *_combs(plan, sheets))
+        for name, move in jig_moves(plan, pin.clearance):
+            found.take(_socket(pin).translate(cq.Vector(*move)), name)
     for key in plan.keys:
         found.add(BASE, rib(key, _side_of(key.into)))
         found.take(groove(key, _side_of(key.into)), key.into, *sheets)
@@ -97,6 +99,12 @@ def _seam(design: Design, plan: MoldPlan, side: Side) -> Callable[[float], float
 
 def _sheets(plan: MoldPlan, side: Side) -> tuple[str, ...]:
     return comb_names(side, plan.side(side).holding)
+
+
+def _combs(plan: MoldPlan, sheets: list[str]) -> list[str]:
+    """The sheets whose pins stand in the middle of their holes: not those of a jig."""
+    jigs = [name for name, _ in jig_moves(plan, 0.0)]
+    return [name for name in sheets if name not in jigs]
 
 
 def _side_of(wall: str) -> Side:

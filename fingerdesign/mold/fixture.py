@@ -86,7 +86,7 @@ def _window(
     beside it, stay as thick as they must be."""
     if holding not in ("comb", "jig"):
         return None
-    corners = slots.slot_corners(openings).reshape(-1, 2)
+    corners = slots.openings_corners(openings).reshape(-1, 2)
     (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
     most = room.corner - room.wall if side.endswith("x") else np.inf
     return (
@@ -101,19 +101,22 @@ def leg_exits(
 ) -> tuple[Exits, Exits]:
     """How legs leave the finger, and how their slots do."""
     by_index = {frame.index: frame for frame in frames}
-    bars, openings = [], []
+    bars, openings, reliefs = [], [], []
     for leg in legs:
         frame = by_index[leg.plate]
         bar = turned_bar(frame, leg.width, leg.offset)
         slot = slots.slot_of(design, "slots", limits, frame, leg)
         bars.append(bar)
         openings.append(slots.as_bar(bar, slot))
+        reliefs.append(slots.as_relief(bar, slot))
     sides = [leg.side for leg in legs]
     starts = [end_of(by_index[leg.plate], leg.side) for leg in legs]
     scale = scale_of(design)
     return (
         exits_of(design.body, scale, bars, sides, starts),
-        exits_of(design.body, scale, openings, sides, starts, follow=False),
+        exits_of(design.body, scale, openings, sides, starts, follow=False).with_others(
+            exits_of(design.body, scale, reliefs, sides, starts, follow=False)
+        ),
     )
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.layout import Array, PlateFrame
 from fingerdesign.design.plate_rows import plate_rows
 from fingerdesign.mold import slots
-from fingerdesign.mold.exits import exits_of, half_extent
+from fingerdesign.mold.exits import Exits, exits_of, half_extent
 from fingerdesign.mold.frames import end_of, leg_bar, sides_of_plate, turned_bar
 from fingerdesign.mold.leg_gaps import crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.leg_room import Room
@@ -97,10 +97,7 @@ class Search:
         bars = [self.bar(leg) for leg in drafts]
         exits = exits_of(body, self.scale, bars, sides, starts)
         openings = {
-            way: exits_of(
-                body, self.scale, self.openings(way, drafts, bars), sides, starts, follow=False
-            )
-            for way in dict.fromkeys((asked, SLOTS))
+            way: self._exits(way, drafts, bars, starts) for way in dict.fromkeys((asked, SLOTS))
         }
         web = slots.least_web(self.design, asked, self.limits)
         flat = openings[asked].face_margin >= web - CLOSE
@@ -124,14 +121,21 @@ class Search:
         """The bar that just holds a leg's section."""
         return turned_bar(self.by_index[leg.plate], leg.width, leg.offset)
 
-    def openings(
-        self, holding: Holding, legs: list[Leg], bars: list[PlateFrame]
-    ) -> list[PlateFrame]:
-        """The legs' slots as bars."""
-        return [
-            slots.as_bar(bar, slots.slot_of_bar(self.design, holding, self.limits, bar, leg))
-            for bar, leg in zip(bars, legs, strict=True)
-        ]
+    def _exits(
+        self, holding: Holding, legs: list[Leg], bars: list[PlateFrame], starts: list[float]
+    ) -> Exits:
+        """How the legs' slots leave, with their reliefs."""
+        sides = [leg.side for leg in legs]
+        openings, reliefs = [], []
+        for bar, leg in zip(bars, legs, strict=True):
+            slot = slots.slot_of_bar(self.design, holding, self.limits, bar, leg)
+            openings.append(slots.as_bar(bar, slot))
+            reliefs.append(slots.as_relief(bar, slot))
+        body, scale = self.design.body, self.scale
+        found = exits_of(body, scale, openings, sides, starts, follow=False)
+        if self.design.mold.wire_mm <= 0.0:
+            return found
+        return found.with_others(exits_of(body, scale, reliefs, sides, starts, follow=False))
 
     def _wrong(self, legs: tuple[Leg, ...]) -> Array:
         """Of each leg, whether it meets other metal, or a hole of its own plate."""

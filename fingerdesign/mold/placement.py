@@ -3,7 +3,11 @@
     effect = placement_effect(design, plan)
     effect["sentences"]   # "A plate 0.04 mm off along x changes its reading by up to 3 % ..."
 
-A fixture holds a plate to within its tolerance. Three one-sided changes: by the tolerance along x,
+Two parts. Plates among each other: a fixture holds a plate to within its tolerance. The whole row
+against the contact surface: insert and walls are placed by pins, to within their clearance and the
+process's tolerance; it is moved as one, along x and in height ("row" of the record).
+
+Plates among each other: three one-sided changes: by the tolerance along x,
 by it in height, turned by the angle that it allows over the leg's width; each once of all plates
 alike and once of every second plate the other way. Alone, a plate's own change is the mean of the
 two but for what farther plates do, so that it is at most the larger, which counts.
@@ -54,8 +58,9 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
     sentences). "changes": for each of placement_record.CHANGES its size (``largest`` over the
     plates, ``unit``), ``rms`` and ``worst`` of what it does to readings, over gages and rows, as
     shares of a row's largest reading, with the ``worst_plate`` (``rms_alike``, ``rms_opposed``: of
-    the two ways alone). "together": the same of all three. "gages": a row a plate, the worst of
-    its rows. sizes: of the mesh, instead of twice the design's.
+    the two ways alone). "together": the same of all three. "row": "tolerance_mm", "changes"
+    and "together" of the row as a whole. "gages": a row a plate, the worst of its rows. sizes: of
+    the mesh, instead of twice the design's.
     """
     start = time.perf_counter()
     frames, reason = section_plates(design)
@@ -91,7 +96,8 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     """How far (mm) and by what angle (degrees) a plate may be off, by the slots that hold it.
 
     A slot's place is off by the tolerance of the sheet (comb) or of the process (jig, slots), and
-    the plate stands off its middle by half of the play that shims and clamping leave. One end of
+    the plate stands off its middle by half of the play that shims and clamping leave across the
+    slot, or by half of that along it, where it is larger. One end of
     the slot may be off against the other by the tolerance, and the leg turns in it by the play over
     its width: an angle. Of a plate's two ends the worse one counts.
     """
@@ -108,10 +114,23 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
                 continue
             play = max(slot.width - slot.shim - thickness[plate], 0.0)
             play = 0.0 if side.holding == "jig" else play
-            places.append(tolerance + 0.5 * play)
-            slope = tolerance / slot.length + play / widths[plate, side.side]
+            width = widths[plate, side.side]
+            places.append(tolerance + 0.5 * max(play, slot.length - width))
+            slope = tolerance / slot.length + play / width
             angles.append(math.degrees(math.atan(slope)))
     return max(places), max(angles)
+
+
+def row_tolerance(design: Design) -> float:
+    """How far (mm) the whole row may be off against the contact surface, in x and in y.
+
+    Insert and walls slide on their pins by the clearance, and what places them is off by the
+    process's tolerance: both however well a comb holds plates among each other.
+    """
+    from fingerdesign.mold.profiles import limits_of
+
+    limits = limits_of(design.mold)
+    return limits.clearance_mm + limits.tolerance_mm
 
 
 def scene_for(design: Design) -> Scene:
@@ -158,7 +177,7 @@ def _in_zone(
 ) -> Effect:
     from fingerdesign.mesh.section import mesh_section
     from fingerdesign.mold.moved_section import readings
-    from fingerdesign.mold.placement_record import effect_record
+    from fingerdesign.mold.placement_record import effect_record, with_row
 
     sizes = _coarser(design, zone) if sizes is None else sizes
     mesh = mesh_section(design, zone.half_width, sizes, frames)
@@ -173,7 +192,14 @@ def _in_zone(
             shares.append(share)
     changed = np.array(apart).reshape(-1, 3, *right.shape)
     least = np.array(shares).reshape(-1, 3).min(axis=0)
-    return effect_record(design, frames, off, right, changed, least, scene)
+    found = effect_record(design, frames, off, right, changed, least, scene)
+    far = np.column_stack([np.full(len(frames), row_tolerance(design)), np.zeros(len(frames))])
+    rows, solved = [], []
+    for move in _moves(far)[:2]:
+        moved, share, after = _moved(mesh, frames, move)
+        rows.append((readings(design, moved, after, zone, scene) - right) / share)
+        solved.append(share)
+    return with_row(found, frames, float(far[0, 0]), right, np.array(rows), solved)
 
 
 def _coarser(design: Design, zone: Zone) -> SectionMesh:

@@ -73,6 +73,41 @@ def effect_record(
     return found | {"sentences": _sentences(design, found)}
 
 
+def with_row(
+    found: Effect,
+    frames: tuple[PlateFrame, ...],
+    tolerance: float,
+    right: Array,
+    apart: Array,
+    shares: list[float],
+) -> Effect:
+    """The record with what the whole row does, off by ``tolerance`` mm along x and in height.
+
+    apart (2, rows, gages): changes of the readings ``right``, microstrain.
+    """
+    most = np.abs(right).max(axis=1)
+    heard = most > _READS
+    share = np.abs(apart[:, heard]) / most[heard][:, None]
+    changes: list[Effect] = [
+        {"name": name, "largest": round(tolerance, 6), "unit": "mm"}
+        | _summary(share[k], frames)
+        | {"share_solved": float(shares[k])}
+        for k, name in enumerate(CHANGES[:2])
+    ]
+    both = _summary(np.sqrt((share**2).sum(axis=0)), frames)
+    x, y = changes
+    said = (
+        f"The whole row is off against the contact surface by up to {tolerance:.2g} mm (clearance "
+        "of the mold's pins and the process's tolerance), whatever holds the plates: along x that "
+        f"changes a reading by up to {_percent(x['worst'])} of the largest, in height by up to "
+        f"{_percent(y['worst'])}; together by up to {_percent(both['worst'])}, "
+        f"{_percent(both['rms'])} root mean square."
+    )
+    sentences = [found["sentences"][0], said, *found["sentences"][1:]]
+    row = {"tolerance_mm": round(tolerance, 6), "changes": changes, "together": both}
+    return found | {"row": row, "sentences": sentences}
+
+
 def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
     """RMS and worst of shares (rows, gages), and whose the worst is."""
     worst = int(share.max(axis=0).argmax())
@@ -103,7 +138,7 @@ def _sentences(design: Design, found: Effect) -> list[str]:
     x, y, turned = found["changes"]
     both = found["together"]
     said = [
-        f"A plate {x['largest']:.2g} mm off along x changes a reading by up to "
+        f"Among the others, a plate {x['largest']:.2g} mm off along x changes a reading by up to "
         f"{_percent(x['worst'])} of the largest, one {y['largest']:.2g} mm off in height by up to "
         f"{_percent(y['worst'])}, one turned by {turned['largest']:.2g} degrees by up to "
         f"{_percent(turned['worst'])}; together by up to {_percent(both['worst'])}, "

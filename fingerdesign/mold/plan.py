@@ -11,6 +11,7 @@ through a flat face, and the base plate below y = 0, which stays on the finger.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,6 +20,8 @@ from fingerdesign.design.layout import PlateFrame
 Side = Literal["+z", "-z", "+x", "-x"]
 SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
 Holding = Literal["wall", "comb", "jig", "slots"]
+LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the finger
+_JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
 
 
 @dataclass(frozen=True)
@@ -46,9 +49,10 @@ class Slot:
     """The opening in a comb, jig or wall for one leg, a rectangle drawn through it along the side.
 
     Centre (``place``, ``y``): place is x for sides +-z, z for sides +-x. ``length`` along the
-    direction ``angle_deg`` (as of a plate's frame), ``width`` across it; ``wire`` of the length is
-    for the gage's leads (0: none). ``shim``: thickness that fills the width beyond the plate, 0
-    where the opening fits the plate.
+    direction ``angle_deg`` (as of a plate's frame), ``width`` across it. ``wire``: diameter of the
+    bundle of the plate's leads that passes here (0: none), through a round hole of diameter
+    ``relief`` joined to the slot's end away from the contact surface. ``shim``: thickness of the
+    stock that fills the width beyond the plate, 0 where the opening fits the plate.
     """
 
     plate: int
@@ -60,6 +64,21 @@ class Slot:
     width: float
     wire: float
     shim: float
+    relief: float = 0.0
+
+    @property
+    def joined(self) -> float:
+        """How far the relief's centre lies beyond the slot's end, mm: it takes all of that end."""
+        half = 0.5 * min(self.width, self.relief)
+        return math.sqrt(0.25 * self.relief**2 - half**2) - _JOINED_MM
+
+    @property
+    def relief_centre(self) -> tuple[float, float]:
+        """Centre (place, y) of the relief: down along the slot; along it where it lies level."""
+        angle = math.radians(self.angle_deg)
+        way = -1.0 if math.sin(angle) > 1e-9 else 1.0
+        out = way * (0.5 * self.length + self.joined)
+        return self.place + out * math.cos(angle), self.y + out * math.sin(angle)
 
 
 @dataclass(frozen=True)

@@ -42,9 +42,9 @@ class Silicone:
     def sentence(self) -> str:
         """The amount in words."""
         return (
-            f"mix {self.mixed_cm3:.2f} cm^3 ({self.mass_g:.1f} g at {self.density_g_cm3:g} "
-            f"g/cm^3): {1e-3 * self.rubber:.2f} cm^3 of finger, "
-            f"{1e-3 * (self.locks + self.openings + self.flash):.2f} cm^3 in locks, gate, risers, "
+            f"mix {self.mixed_cm3:.2f} cm³ ({self.mass_g:.1f} g at {self.density_g_cm3:g} "
+            f"g/cm³): {1e-3 * self.rubber:.2f} cm³ of finger, "
+            f"{1e-3 * (self.locks + self.openings + self.flash):.2f} cm³ in locks, gate, risers, "
             f"vents and flash, and {100.0 * self.excess:.0f} % to spare"
         )
 
@@ -82,5 +82,6 @@ def _flash(plan: MoldPlan) -> float:
         for slot in side.slots:
             leg = legs[slot.plate, side.side]
             metal = leg.width * (thick[slot.plate] + slot.shim)
-            whole += max(0.0, slot.length * slot.width - metal) * deep
+            hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
+            whole += (max(0.0, slot.length * slot.width - metal) + hole) * deep
     return float(whole)

@@ -34,10 +34,40 @@ def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[tuple[str, cq.Soli
     reach = (plan.reach_x if side.endswith("x") else plan.reach_z) + _BEYOND_MM
     for slot in planned.slots:
         if not sheets:
-            yield wall_name(side), slot_solid(slot, 0.0, reach)
+            yield from ((wall_name(side), tool) for tool in _opening_tools(slot, 0.0, reach))
         for k, name in enumerate(sheets):
             shift = planned.shift * (1.0 - 2.0 * k) if len(sheets) > 1 else 0.0
-            yield name, slot_solid(slot, shift, reach)
+            yield from ((name, tool) for tool in _opening_tools(slot, shift, reach))
+
+
+def jig_moves(plan: MoldPlan, clearance: float) -> Iterator[tuple[str, Array]]:
+    """How the pins' holes in the sheets of jigs are moved: (sheet, vector).
+
+    By the pins' clearance, against the sheet's own shift: the pins then bear on the holes' sides
+    and keep the sheets from slipping back, however loose they are.
+    """
+    for planned in plan.sides:
+        if planned.holding == "jig" and planned.slots:
+            upward = upper_side(planned.slots[0])
+            for k, name in enumerate(comb_names(planned.side, planned.holding)):
+                yield name, -clearance * (1.0 - 2.0 * k) * upward
+
+
+def _opening_tools(slot: Slot, shift: float, reach: float) -> Iterator[cq.Solid]:
+    """A slot's rectangle, and the round relief for the leads at its end."""
+    yield slot_solid(slot, shift, reach)
+    if slot.relief:
+        away, across = direction(slot.side), np.eye(3)[2 - AXIS[slot.side[1]]]
+        place, y = slot.relief_centre
+        foot = place * across + y * _UP + shift * upper_side(slot)
+        yield cq.Solid.makeCylinder(0.5 * slot.relief, reach, cq.Vector(*foot), cq.Vector(*away))
+
+
+def upper_side(slot: Slot) -> Array:
+    """Unit vector across a slot, toward the upper side of its plate."""
+    across = np.eye(3)[2 - AXIS[slot.side[1]]]
+    angle = np.radians(slot.angle_deg)
+    return np.asarray(-np.sin(angle) * across + np.cos(angle) * _UP)
 
 
 def slot_solid(slot: Slot, shift: float, reach: float) -> cq.Solid:
@@ -46,7 +76,7 @@ def slot_solid(slot: Slot, shift: float, reach: float) -> cq.Solid:
     away, across = direction(slot.side), np.eye(3)[2 - AXIS[slot.side[1]]]
     angle = np.radians(slot.angle_deg)
     along = np.cos(angle) * across + np.sin(angle) * _UP
-    upward = -np.sin(angle) * across + np.cos(angle) * _UP
+    upward = upper_side(slot)
     centre = slot.place * across + slot.y * _UP + shift * upward
     s, v = 0.5 * slot.length * along, 0.5 * slot.width * upward
     corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]

@@ -13,7 +13,7 @@ import numpy as np
 from fingerdesign.mold.columns import SPARE_MM, Columns
 from fingerdesign.mold.extent import Extent
 from fingerdesign.mold.plan import CorePin, Plug, Side, SidePlan
-from fingerdesign.mold.slots import slot_corners
+from fingerdesign.mold.slots import openings_corners
 
 _STEP_MM = 0.1  # of the places that are tried
 ENDS: tuple[tuple[Side, float], ...] = (("+z", 1.0), ("-z", -1.0))
@@ -66,7 +66,7 @@ class Walls:
             low, high, bottom = planned.window
             found.append(Obstacle(low, high, bottom, np.inf, True))
         elif planned.slots:
-            for corners in slot_corners(planned.slots):
+            for corners in openings_corners(planned.slots):
                 (low, bottom), (high, top) = corners.min(axis=0), corners.max(axis=0)
                 ends = (float(low), float(high))
                 found.append(Obstacle(*ends, float(bottom), float(top), False))

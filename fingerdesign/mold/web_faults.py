@@ -92,10 +92,10 @@ def demanded(
     None: they could not be held without it either.
     """
     mold = design.mold
-    tables: list[tuple[str, Comb | MoldLimits, tuple[str, str]]]
-    tables = [("limits", mold.limits, ("slot_mm", "feature_mm"))]
+    tables: list[tuple[str, Comb | MoldLimits, tuple[str, ...]]]
+    tables = [("limits", mold.limits, ("slot_mm", "feature_mm", "clearance_mm"))]
     if mold.plate_fixture == "comb":
-        tables.insert(0, ("comb", mold.comb, ("slot_mm", "web_mm")))
+        tables.insert(0, ("comb", mold.comb, ("slot_mm", "web_mm", "clearance_mm")))
     for where, table, names in tables:
         for name in names:
             value = getattr(table, name)

@@ -53,9 +53,11 @@ def test_a_comb_has_slots_of_the_sheet_and_a_window_around_them():
     assert sides["+x"].window is None
     slot = front.slots[7]
     assert slot.width == pytest.approx(0.12)
-    assert slot.length == pytest.approx(0.54 + 0.02 + 0.2)
+    assert slot.length == pytest.approx(0.54 + 0.02)
     assert slot.shim == 0.0
-    assert slot.wire == 0.2
+    assert slot.wire == 0.3
+    assert slot.relief == pytest.approx(0.35)
+    assert {(s.wire, s.relief) for s in sides["-z"].slots} == {(0.0, 0.0)}
     low, high, bottom = front.window
     corners = slot_corners(front.slots)
     assert low < corners[..., 0].min()
@@ -68,9 +70,33 @@ def test_leads_leave_on_the_side_away_from_the_surface():
     with_wire, _, _ = planned(design)
     without, _, _ = planned(with_mold(design, wire_mm=0.0))
     for one, two in zip(with_wire["+z"].slots, without["+z"].slots, strict=True):
-        assert one.y < two.y
-        assert one.length > two.length
-        assert two.y - one.y == pytest.approx(0.1 * np.sin(np.radians(45.0)), abs=1e-9)
+        assert one.length == two.length
+        assert two.relief == 0.0
+        x, y = one.relief_centre
+        assert y < one.y - 0.5 * one.length * np.sin(np.radians(45.0))
+        end = np.array([one.place - x, one.y - y]) / np.hypot(one.place - x, one.y - y)
+        assert end == pytest.approx([np.cos(np.radians(45.0)), np.sin(np.radians(45.0))])
+    low, high = (slot_corners(with_wire["+z"].slots[k : k + 1]) for k in (0, 1))
+    near = with_wire["+z"].slots[:2]
+    assert webs(near)[2] < np.linalg.norm(low - high, axis=-1).min()
+
+
+def test_a_bundle_of_leads_passes_and_the_webs_count_its_hole():
+    one = Slot(0, "+z", 0.0, 5.0, 0.0, 1.0, 0.2, 0.3, 0.0, 0.4)
+    two = Slot(1, "+z", 1.5, 5.0, 0.0, 1.0, 0.2, 0.0, 0.0)
+    reach = np.sqrt(0.2**2 - 0.1**2) - 0.02 + 0.2
+    assert webs([one, two])[2] == pytest.approx([0.5 - reach])
+    assert webs([two, one])[2] == pytest.approx([0.5 - reach])
+
+
+def test_a_comb_s_clearance_reaches_no_mold_without_a_comb():
+    design = with_mold(
+        load_design("designs/pin.toml"), plate_fixture="slots", comb={"clearance_mm": 1}
+    )
+    assert planned(design)[2] == []
+    wide = with_mold(few(), comb={"clearance_mm": 1.0})
+    (fault,) = planned(wide)[2]
+    assert (fault.key, fault.value) == ("mold.comb.clearance_mm", 1.0)
 
 
 def test_a_comb_s_least_slot_widens_the_opening():
@@ -86,18 +112,19 @@ def test_slots_in_the_walls_are_filled_by_shims():
     assert faults == []
     for slot in sides["-z"].slots:
         assert slot.width == pytest.approx(0.35)
-        assert slot.shim == pytest.approx(0.2)
+        assert slot.shim == pytest.approx(0.15)  # stock, with room to slide
 
 
 def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
     design = load_design("designs/wide.toml")
-    sides, _, faults = planned(with_mold(design, plate_fixture="jig"))
+    sides, _, faults = planned(with_mold(design, plate_fixture="jig", wire_mm=0.0))
     assert faults == []
     assert sides["+z"].holding == "jig"
     assert sides["+z"].shift == pytest.approx(0.5 * (0.35 - 0.15))
     assert sides["+z"].sheet == 1.0
     turned = design.plates.model_copy(update={"follow": "turned"})
-    spread = with_mold(design.model_copy(update={"plates": turned}), plate_fixture="jig")
+    spread = design.model_copy(update={"plates": turned})
+    spread = with_mold(spread, plate_fixture="jig", wire_mm=0.0)
     _, _, faults = planned(spread)
     assert [fault.key for fault in faults] == ["mold.plate_fixture"]
     assert "comb" in faults[0].bound
@@ -124,7 +151,7 @@ def test_a_round_body_gets_slots_and_a_plug_whatever_was_asked():
 
 
 def test_a_draft_that_eats_the_contact_surface_is_refused_with_its_bound():
-    design = load_design("designs/pin.toml")
+    design = with_mold(load_design("designs/pin.toml"), wire_mm=0.0)
     _, _, faults = planned(with_mold(design, draft_deg=30.0))
     assert [fault.key for fault in faults] == ["mold.draft_deg"]
     most = float(faults[0].bound.split("at most ")[1].split(",")[0])
@@ -197,7 +224,7 @@ def test_a_leg_wider_than_its_plate_is_refused():
 def test_legs_through_a_wall_that_is_drawn_across_them_are_refused():
     design = load_design("designs/pin.toml")
     deep = design.plates.model_copy(update={"cover_mm": 6.0})
-    design = design.model_copy(update={"plates": deep})
+    design = with_mold(design.model_copy(update={"plates": deep}), wire_mm=0.0)
     assert planned(design, corner=2.0)[2] == []
     fault = planned(design, corner=7.9)[2][0]
     assert fault.key == "plates.pitch_mm"

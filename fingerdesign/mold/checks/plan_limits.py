@@ -15,6 +15,7 @@ from fingerdesign.mold.profiles import Limits
 
 Array = NDArray[np.float64]
 _ROUNDING_MM = 1e-9
+ROOM_MM = 0.005  # beside a plate and its shim, or they cannot be pushed in
 
 
 def plan_checks(plan: MoldPlan, mold: Mold, limits: Limits) -> list[Check]:
@@ -42,12 +43,27 @@ def _side(plan: MoldPlan, side: SidePlan, mold: Mold, limits: Limits) -> list[Ch
     web = mold.comb.web_mm if cut else limits.feature_mm
     thick = {frame.index: frame.thickness for frame in plan.frames}
     room = [slot.width - slot.shim - thick[slot.plate] for slot in side.slots]
+    leads = [_for_leads(side, slot) for slot in side.slots if slot.wire > 0.0]
+    wire = max((slot.wire for slot in side.slots), default=0.0)
     where = f"side {side.side}"
     return [
         _least("planned slots", where, [s.width for s in side.slots], least, f"slot of {where}"),
-        _least("room of plates", where, room, 0.0, f"room beside a plate and its shim, {where}"),
+        _least(
+            "room of plates", where, room, ROOM_MM, f"room beside a plate and its shim, {where}"
+        ),
+        _least("leads pass", where, leads, wire, f"hole for a plate's leads, {where},"),
         _least("planned webs", where, [least_web(side.slots)], web, f"web of {where}"),
     ]
+
+
+def _for_leads(side: SidePlan, slot: Slot) -> float:
+    """Diameter that is free for leads beside a leg anywhere in its slot, mm.
+
+    A jig's two holes are shifted against each other; a leg's end may stand in the hole's edge.
+    """
+    centre = np.hypot(slot.relief_centre[0] - slot.place, slot.relief_centre[1] - slot.y)
+    reaches = 0.5 * slot.length - (centre - 0.5 * slot.relief)  # into the slot
+    return float(slot.relief - max(reaches, 0.0) - 2.0 * side.shift)
 
 
 def _least(name: str, where: str, sizes: Sequence[float], bound: float, what: str) -> Check:
@@ -68,10 +84,30 @@ def least_web(slots: Sequence[Slot]) -> float:
         return float("inf")
     centres = np.array([[slot.place, slot.y] for slot in slots])
     corners = [_corners(slot) for slot in slots]
-    reach = max(float(np.hypot(slot.length, slot.width)) for slot in slots)
+    reach = max(float(np.hypot(slot.length, slot.width)) + 2.0 * slot.relief for slot in slots)
     nearest = cKDTree(centres).query(centres, k=2)[0][:, 1].min()
     near = cKDTree(centres).query_pairs(nearest + 2.0 * reach, output_type="ndarray")
-    return min(_between(corners[i], corners[j]) for i, j in near)
+    between = [_between(corners[i], corners[j]) for i, j in near]
+    for i, j in near:
+        for one, other in ((i, j), (j, i)):
+            if slots[one].relief:
+                between.append(_from_relief(slots[one], slots[other]))
+    return min(between)
+
+
+def _from_relief(one: Slot, other: Slot) -> float:
+    """Distance of a slot's round relief from another slot and its relief; 0 where they overlap."""
+    centre = np.array(one.relief_centre)
+    corners = _corners(other)
+    edges = np.roll(corners, -1, axis=0) - corners
+    offset = centre - corners
+    if (edges[:, 0] * offset[:, 1] - edges[:, 1] * offset[:, 0] >= 0.0).all():
+        return 0.0
+    found = _to_sides(centre[None], corners)
+    if other.relief:
+        apart = float(np.linalg.norm(centre - np.array(other.relief_centre)))
+        found = min(found, apart - 0.5 * other.relief)
+    return max(found - 0.5 * one.relief, 0.0)
 
 
 def _corners(slot: Slot) -> Array:
