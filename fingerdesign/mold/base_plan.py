@@ -102,9 +102,9 @@ def base_holes_of(
             break
     faults = []
     if sum(hole.kind == "vent" for hole in holes) < 2:
-        faults.append(_no_room("mold.vent_mm", vent, limits, "two vents"))
+        faults.append(_no_room(design, "mold.vent_mm", vent, limits, "two vents"))
     if openings is None:
-        faults.append(_no_room("mold.gate_mm", mold.gate_mm, limits, "gate and riser"))
+        faults.append(_no_room(design, "mold.gate_mm", mold.gate_mm, limits, "gate and riser"))
     return (*holes, *(openings or ())), faults
 
 
@@ -133,14 +133,15 @@ def _openings(
     return best
 
 
-def _no_room(key: str, value: float, limits: Limits, what: str) -> Fault:
-    least = at_most(limits.hole_mm)
+def _no_room(design: Design, key: str, value: float, limits: Limits, what: str) -> Fault:
+    core = design.body.core is not None and design.body.core.bottom_mm == 0.0
+    beside = "core, vents" if core else "vents"
     bound = (
-        f"of {what} with room on the finger's base: even {least} mm, the least hole of "
-        f"'{limits.name}', is too wide beside core, vents and walls of {limits.wall_mm:g} mm"
+        f"of {what} with room on the finger's base: even {at_most(limits.hole_mm)} mm, the least "
+        f"hole of '{limits.name}', is too wide beside {beside} and walls of {limits.wall_mm:g} mm"
     )
-    remedy = "take a process with smaller holes (mold.limits.hole_mm), or a narrower core"
-    return Fault(key, value, bound, remedy)
+    remedy = "take a process with smaller holes (mold.limits.hole_mm), or a wider finger"
+    return Fault(key, value, bound, f"{remedy} or narrower core" if core else remedy)
 
 
 def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:

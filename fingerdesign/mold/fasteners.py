@@ -25,7 +25,7 @@ from fingerdesign.mold.walls import (
     z_bolt_height,
 )
 
-_KEY_MM = 2.0  # most height of a key
+KEY_MM = 2.0  # most height of a key
 _PASSING_MM = 0.2  # between a key and a pin that passes over it
 _LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
 
@@ -175,7 +175,7 @@ def key_height(walls: Walls, columns: Columns) -> float:
     """Height of the keys: half the wall's at most, with a wall left above the groove, and below the
     pins along z, which pass over them when the side walls are drawn."""
     rim = walls.extent.rim
-    most = min(_KEY_MM, 0.5 * rim, rim - columns.gap - columns.clearance)
+    most = min(KEY_MM, 0.5 * rim, rim - columns.gap - columns.clearance)
     both, level = pin_height(walls, columns, small=False), pin_height(walls, columns)
     if both is not None:
         return min(most, both - 0.5 * columns.big - _PASSING_MM)

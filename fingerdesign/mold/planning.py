@@ -23,6 +23,7 @@ from fingerdesign.mold.frames import frames_in_mold, scale_of
 from fingerdesign.mold.legs import legs_of
 from fingerdesign.mold.plan import SIDES, BaseHole, CorePin, Leg, MoldPlan, Plug, Side, SidePlan
 from fingerdesign.mold.profiles import Limits, limits_of
+from fingerdesign.mold.remedies import with_remedies
 from fingerdesign.mold.walls import Walls, pin_height, z_bolt_height
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def plan_mold(design: Design) -> MoldPlan:
     """
     draft, faults = _drafted(design)
     if faults:
-        raise DesignError(faults, design.design.name)
+        raise DesignError(_with_remedies(design, faults), design.design.name)
     fasteners = fasteners_of(draft.walls, draft.columns)
     extent, columns = draft.extent, draft.columns
     return MoldPlan(
@@ -87,7 +88,14 @@ def plan_mold(design: Design) -> MoldPlan:
 
 def mold_faults(design: Design) -> list[Fault]:
     """Every fault that keeps a sound design's mold from being made; empty where it can be."""
-    return _drafted(design)[1]
+    return _with_remedies(design, _drafted(design)[1])
+
+
+def _with_remedies(design: Design, faults: list[Fault]) -> list[Fault]:
+    def planned(changed: Design) -> list[Fault]:
+        return _drafted(changed)[1]
+
+    return with_remedies(design, limits_of(design.mold), faults, planned)
 
 
 def _drafted(design: Design) -> tuple[_Draft, list[Fault]]:
@@ -121,7 +129,7 @@ def _drafted(design: Design) -> tuple[_Draft, list[Fault]]:
     )
     columns = _columns(walls, limits, mold.bolt)
     faults = [
-        *limit_faults(mold, limits),
+        *limit_faults(mold, limits, columns.reach),
         *unheld,
         *no_pins,
         *no_room,

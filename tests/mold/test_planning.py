@@ -48,6 +48,50 @@ def test_what_cannot_be_made_is_refused_with_key_bound_and_remedy(values, key):
     assert any(character.isdigit() for character in found[key].bound)
 
 
+TINY = {
+    "body.width_mm": 8.0,
+    "body.depth_mm": 4.0,
+    "body.base_height_mm": 4.0,
+    "body.edge_radius_mm": 0.5,
+    "plates.count": 1,
+    "plates.cover_mm": 1.5,
+    "plates.angle_deg": 0.0,
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "key"),
+    [
+        ("block", TINY, "mold.bolt"),
+        ("block", {"plates.count": 1, "mold.limits.pin_mm": 20.0}, "mold.limits.wall_mm"),
+        ("block", {**TINY, "mold.limits.hole_mm": 1.6}, "mold.gate_mm"),
+    ],
+)
+def test_a_remedy_of_room_has_numbers_and_works(name, values, key):
+    design = with_values(find_design(name), values)
+    fault = next(fault for fault in mold_faults(design) if fault.key == key)
+    start = "one of these mends it: "
+    assert fault.remedy.startswith(start)
+    assert "at most 0:" not in fault.bound
+    for change in fault.remedy.removeprefix(start).split("; "):
+        items = (item.split(" = ") for item in change.split(", "))
+        changes = {k: v.strip("'") if "'" in v else float(v) for k, v in items}
+        assert key not in keys(with_values(design, changes))
+
+
+@pytest.mark.parametrize(("pin", "fault"), [(0.2, ["mold.limits.pin_mm"]), (0.54, [])])
+def test_a_pin_thinner_than_sockets_and_tips_need_is_refused(pin, fault):
+    assert keys(with_values(find_design("block"), {"mold.limits.pin_mm": pin})) == fault
+
+
+@pytest.mark.parametrize(
+    ("limit", "value"), [("feature_mm", 1.5), ("wall_mm", 0.3), ("feature_mm", 5.0)]
+)
+def test_the_limit_that_was_given_is_the_one_refused(limit, value):
+    design = with_values(find_design("block"), {f"mold.limits.{limit}": value})
+    assert set(keys(design)) == {f"mold.limits.{limit}"}
+
+
 def test_every_fault_is_told_at_once():
     with pytest.raises(DesignError) as caught:
         plan_mold(changed(wall_mm=5.0, draft_deg=30.0, gate_mm=0.5))

@@ -12,6 +12,7 @@ from fingerdesign.mold.checks.demolding import demolding_checks
 from fingerdesign.mold.checks.fill import fill_checks
 from fingerdesign.mold.checks.fits import fit_checks
 from fingerdesign.mold.checks.plan_limits import plan_checks
+from fingerdesign.mold.checks.planned_holes import hole_checks
 from fingerdesign.mold.checks.soundness import part_checks
 from fingerdesign.mold.checks.venting import vent_checks
 from fingerdesign.mold.checks.walls import wall_checks
@@ -50,6 +51,7 @@ def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Chec
     found += fit_checks(assembly)
     found += demolding_checks(assembly, rng)
     found += vent_checks(assembly)
+    found += hole_checks(assembly)
     return tuple(found)
 
 

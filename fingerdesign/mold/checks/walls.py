@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.openings import across, from_slot
 from fingerdesign.mold.checks.rays import bounds, pairs, surface_points
-from fingerdesign.mold.part import Check, PartMesh, comb_names, wall_name
-from fingerdesign.mold.plan import SidePlan
+from fingerdesign.mold.part import BASE, Check, PartMesh, comb_names, wall_name
+from fingerdesign.mold.plan import MoldPlan, SidePlan
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,7 @@ POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
 OPPOSITE = np.cos(np.radians(30.0))
 _START_MM = 1e-6  # off the surface that the ray starts from
 _NEAR_SLOT_MM = 0.05
+_NEAR_PIN_MM = 0.02
 
 
 @dataclass(frozen=True)
@@ -79,10 +80,27 @@ def _holders(side: SidePlan) -> tuple[str, ...]:
 
 
 def _of_part(assembly: Assembly, part: PartMesh, side: SidePlan | None, thin: Thin) -> list[Check]:
+    limits = assembly.limits
+    pins = _on_pins(assembly.plan, part.name, thin)
+    found = _of_rest(assembly, part, side, thin, ~pins)
+    if pins.any():
+        slack = 2.0 * part.chord + 1e-3
+        found.append(_check("pin", part.name, *thin.least(pins), limits.feature_mm, slack))
+    return found
+
+
+def _of_rest(
+    assembly: Assembly,
+    part: PartMesh,
+    side: SidePlan | None,
+    thin: Thin,
+    rest: NDArray[np.bool_],
+) -> list[Check]:
+    """Walls, webs and sheets at the points of ``rest``, which lie on no pin or key."""
     limits, comb = assembly.limits, assembly.design.mold.comb
     slack = 2.0 * part.chord + 1e-3  # a round hole's chords, and rounding
     if side is None:
-        return [_check("wall", part.name, *thin.least(_all(thin)), limits.wall_mm, slack)]
+        return [_check("wall", part.name, *thin.least(rest), limits.wall_mm, slack)]
     if part.made == "sheet":
         flat = np.abs(thin.normals[:, 2 if side.side.endswith("z") else 0]) > OPPOSITE
         return [
@@ -91,13 +109,28 @@ def _of_part(assembly: Assembly, part: PartMesh, side: SidePlan | None, thin: Th
         ]
     slotted = _at_slots(side, thin)
     return [
-        _check("wall", part.name, *thin.least(~slotted), limits.wall_mm, slack),
-        _check("web", part.name, *thin.least(slotted), limits.feature_mm, slack),
+        _check("wall", part.name, *thin.least(rest & ~slotted), limits.wall_mm, slack),
+        _check("web", part.name, *thin.least(rest & slotted), limits.feature_mm, slack),
     ]
 
 
-def _all(thin: Thin) -> NDArray[np.bool_]:
-    return np.ones(len(thin.points), dtype=bool)
+def _on_pins(plan: MoldPlan, name: str, thin: Thin) -> NDArray[np.bool_]:
+    """Points on the planned pins and keys that stand on a part: their tips may be as thin as a
+    feature."""
+    found = np.zeros(len(thin.points), dtype=bool)
+    for pin in plan.pins:
+        if pin.on != name or pin.dowel:
+            continue
+        away = thin.points - np.array(pin.root)
+        along = away @ np.array(pin.direction)
+        radius = np.linalg.norm(away - along[:, None] * np.array(pin.direction), axis=1)
+        near = (along > _START_MM) & (along < pin.length + _NEAR_PIN_MM)
+        found |= near & (radius < 0.5 * pin.diameter + _NEAR_PIN_MM)
+    for key in plan.keys if name == BASE else ():
+        low, high = np.array(key.low), np.array(key.high)
+        within = (thin.points > low - _NEAR_PIN_MM) & (thin.points < high + _NEAR_PIN_MM)
+        found |= within.all(axis=1) & (thin.points[:, 1] > _START_MM)
+    return found
 
 
 def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:

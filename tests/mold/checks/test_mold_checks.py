@@ -11,6 +11,7 @@ from fingerdesign.mold.checks import run_checks
 from fingerdesign.mold.checks.assembly import assemble
 from fingerdesign.mold.checks.venting import high_points, tilts
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
+from fingerdesign.mold.plan import Bolt
 from fingerdesign.mold.silicone import silicone_of
 
 
@@ -75,6 +76,45 @@ def test_a_hole_in_a_wall_is_found_where_no_opening_is_planned(made):
 def test_a_thin_wall_is_measured(made):
     thin = made.changed("side_wall_left", lambda wall: wall - made.box((-19, 3, -3), (-10.9, 9, 3)))
     assert "least wall 0.900 mm" in failed(thin)["least wall: side_wall_left"]
+
+
+def test_a_pins_tip_may_be_a_feature_and_no_thinner(made):
+    def tipped(tip):
+        hole = made.box((19.5, 8.9, 7.5), (22.5, 12.0, 10.5))
+        pin = made.box((20.5, 9, 9 - tip / 2), (21.5, 12.1, 9 + tip / 2))
+        return made.changed(INSERT, lambda insert: insert - hole + pin)
+
+    assert f"least wall: {INSERT}" not in failed(tipped(0.5))
+    assert f"least pin: {INSERT}" not in failed(tipped(0.5))
+    assert "0.300 mm" in failed(tipped(0.3))[f"least pin: {INSERT}"]
+
+
+def test_vents_are_checked_as_the_mold_is_tilted(made):
+    (found,) = [
+        check for check in run_checks(made.design, made.plan, made.meshes) if check.name == "vents"
+    ]
+    assert "x, z = -0.71, -0.71" in found.sentence  # the first vent's corner
+
+
+def test_a_hole_that_was_filled_is_found(made):
+    filled = made.changed(BASE, lambda base: base + made.box((4, -3, -1), (6, -2, 1)))
+    assert "lock at (5.00, 0.00)" in failed(filled)[f"open holes: {BASE}"]
+
+
+def test_a_lock_without_its_undercut_is_found(made):
+    lock = replace(made.plan.base_holes[-1], outer_diameter=2.0)
+    holes = (*made.plan.base_holes[:-1], lock)
+    assert "lock" in failed(made.planned(base_holes=holes))[f"widths of holes: {BASE}"]
+
+
+def test_a_missing_plate_is_found(made):
+    fewer = replace(made, meshes=replace(made.meshes, plates=()))
+    assert "plate_0" in failed(fewer)["plates"]
+
+
+def test_a_bolt_that_meets_a_part_is_found(made):
+    bolt = Bolt("y", 21.0, -9.0, -4.0, 18.0, "M2", 2.4)
+    assert "bolt 1 (M2 along y)" in failed(made.planned(bolts=(bolt,)))["bolts pass"]
 
 
 def test_a_thin_web_beside_a_slot_is_held_to_the_least_feature(made):
