@@ -37,7 +37,8 @@ def closing(bench: Bench) -> Iterator[str]:
     yield from _flanks(bench)
     yield from _frame(bench)
     if z_bolts:
-        yield f"Put in {_bolts(z_bolts)} along z, finger-tight: walls and sheets now hold together."
+        parts = "walls and sheets" if sheets else "the walls"
+        yield f"Put in {_bolts(z_bolts)} along z, finger-tight: {parts} now hold together."
     else:
         yield "Put a rubber band around the four walls, until the insert is bolted on."
     if plan.keys:
@@ -102,13 +103,12 @@ def _frame(bench: Bench) -> Iterator[str]:
         yield _pushed(back)
     if front.slots:
         yield from _threaded(front, held=bool(back.slots))
-    lead = ""
-    if front.slots:
-        lead = ", legs and wires through its slots"
-        if front.holding in ("comb", "jig"):
-            lead = ", legs and wires into its window and out"
     onto = "over the side walls' pins" if upright else "against the side walls"
-    yield f"Set end wall front on from above {onto}{lead}."
+    if front.holding == "slots":
+        yield f"Lower end wall front all the way, {onto}, drawing the wires after."
+    else:
+        lead = ", legs and wires into its window and out" if front.slots else ""
+        yield f"Set end wall front on from above {onto}{lead}."
     if front_pins:
         yield f"Push {_core_pins(front_pins)} through it into the core until {_stop(front_pins)}."
     flank_pins = [pin for pin in plan.core_pins if pin.side.endswith("x")]
@@ -133,8 +133,8 @@ def _with_sheets(side: SidePlan) -> str:
     if len(sheets) == 1:
         return f", and {sheets[0]} on it"
     return (
-        f", and {listed(sheets)} on it, their slots together, {2.0 * side.shift:.3g} mm off their "
-        "places along the plates' normal"
+        f", and {listed(sheets)} on it, their slots together: each {side.shift:.3g} mm off its "
+        "place along the plates' normal"
     )
 
 
@@ -146,7 +146,10 @@ def _pushed(side: SidePlan) -> str:
     return step + (f" {_CLAMP}" if side.holding == "jig" else "")
 
 
-_CLAMP = "Shift the sheets until their holes fall together: that clamps the plates."
+_CLAMP = (
+    "Shift the sheets until their holes fall together: that clamps the plates, and pins that bear "
+    "on the holes' sides keep it so."
+)
 
 
 def _threaded(side: SidePlan, held: bool) -> Iterator[str]:
@@ -156,10 +159,9 @@ def _threaded(side: SidePlan, held: bool) -> Iterator[str]:
     holder = listed(sheets) or wall
     numbers = numbers_text([slot.plate for slot in side.slots])
     if any(slot.wire > 0.0 for slot in side.slots):
-        also = " and out through the wall" if sheets else ""
         yield (
-            f"Each plate's bundle of wires first: through the round relief of its slot in {holder}"
-            f"{also}, before its leg. No connector is on them yet."
+            f"Each plate's bundle of wires first: through the round relief of its slot in {holder},"
+            " before its leg. No connector is on them yet."
         )
     apart = f" ({_with_sheets(side).split(' on it, ')[1]})" if len(sheets) > 1 else ""
     if held:
