@@ -20,6 +20,7 @@ KINDS = {
 _FILLS = {"gate": "#c9302c", "riser": "#c77700", "vent": "#2f6fb0", "lock": "#7a7f87"}
 _WIDE = 640.0  # of the picture, its own units
 _EDGE = 46.0
+_ROOM = 11.0  # half of a label: smaller holes have theirs beside them, outward
 
 
 def labels(holes: list[dict[str, Any]]) -> list[str]:
@@ -88,7 +89,8 @@ def base_svg(base: dict[str, Any] | None) -> str:
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" fill="{fill}" '
             'fill-opacity="0.35" stroke="#1c1d1f"/>'
         )
-        drawn.append(_text(x, y + 4.0, label, "700"))
+        beside = 0.0 if radius > _ROOM else (radius + _ROOM) * (1.0 if hole["x_mm"] > 0.0 else -1.0)
+        drawn.append(_text(x + beside, y + 4.0, label, "700"))
     drawn += [
         _text(0.5 * _WIDE, 0.5 * _EDGE, "front (+z)"),
         _text(0.5 * _WIDE, high - 0.35 * _EDGE, "back (-z)"),

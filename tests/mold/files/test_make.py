@@ -124,6 +124,10 @@ def test_the_base_plates_holes_are_drawn_and_named(stages, tmp_path):
     assert texts[:5] == ["G", "R", "V1", "V2", "L"]
     gate, riser = list(drawn.iter("circle"))[:2]
     assert float(gate.get("cx")) < float(riser.get("cx"))  # x to the right
+    small = {each.text: float(each.get("x")) for each in drawn.iter("text")}
+    vents = [float(each.get("cx")) for each in drawn.iter("circle")][2:4]
+    assert small["V1"] > vents[0] + 10.0  # beside the hole, outward
+    assert small["V2"] < vents[1] - 10.0
     page = (tmp_path / "report.html").read_text("utf-8")
     assert "gate: pour in here" in page
     assert "G gate at x -6.0, z 0.0 mm" in page
