@@ -1,5 +1,7 @@
 """Fixtures: slots and their webs, windows, plugs; and what is refused, with its key and bound."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -236,3 +238,31 @@ def test_webs_are_true_distances_between_rectangles():
     two = Slot(1, "+z", 1.5, 5.6, 0.0, 1.0, 0.2, 0.0, 0.0)
     assert webs([one, two])[2] == pytest.approx([np.hypot(0.5, 0.4)])
     assert webs([one])[2].shape == (0,)
+
+
+def test_leads_have_room_in_every_hole_that_is_planned():
+    from fingerdesign.mold.checks.plan_limits import plan_checks
+    from fingerdesign.mold.planning import plan_mold
+
+    design = load_design("designs/block.toml")
+    plan, limits = plan_mold(design), limits_of(design.mold)
+    found = {check.name: check for check in plan_checks(plan, design.mold, limits)}
+    assert found["leads pass, side +z"].ok
+    assert found["leads pass, side +z"].measured >= 0.3
+    assert found["leads pass, side -z"].measured is None  # leads leave at one end
+    side = plan.side("+z")
+    narrow = replace(side, slots=tuple(replace(slot, relief=0.25) for slot in side.slots))
+    spoiled = replace(plan, sides=(narrow, *plan.sides[1:]))
+    found = {check.name: check for check in plan_checks(spoiled, design.mold, limits)}
+    assert not found["leads pass, side +z"].ok
+
+
+def test_a_jig_s_pins_bear_on_holes_that_are_moved_against_the_shift():
+    from fingerdesign.mold.planning import plan_mold
+    from fingerdesign.mold.slot_tools import jig_moves
+
+    design = with_mold(load_design("designs/wide.toml"), plate_fixture="jig", wire_mm=0.0)
+    moves = dict(jig_moves(plan_mold(design), 0.1))
+    back = 0.1 * np.sqrt(0.5)  # plates at 45 degrees: their upper side looks to -x and +y
+    assert moves["jig_front_inner"] == pytest.approx([back, -back, 0.0])
+    assert moves["jig_front_outer"] == pytest.approx([-back, back, 0.0])
