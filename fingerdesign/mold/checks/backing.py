@@ -15,7 +15,7 @@ from fingerdesign.mold.part import Check
 
 Array = NDArray[np.float64]
 
-POINTS = 4000  # 0.2 mm^2 each on a finger of 800 mm^2
+POINTS = 10000  # 0.08 mm^2 each on a finger of 800 mm^2
 # A sheet's slot is wider than planned by no more than its fillets; seams are closed.
 SLACK_MM = 0.05
 

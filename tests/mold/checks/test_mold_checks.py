@@ -70,7 +70,7 @@ def test_shrinkage_enlarges_rubber_and_not_metal(made):
 def test_a_hole_in_a_wall_is_found_where_no_opening_is_planned(made):
     drilled = made.changed("side_wall_right", lambda wall: wall - made.box((9, 4, -1), (20, 6, 1)))
     sentence = failed(drilled)["surface backed by parts"]
-    assert "at (10.00, 5.0" in sentence or "at (10.00, 4.9" in sentence
+    assert any(f"at (10.00, {height}" in sentence for height in ("4.8", "4.9", "5.0", "5.1"))
 
 
 def test_a_thin_wall_is_measured(made):
