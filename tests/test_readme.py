@@ -108,7 +108,7 @@ def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
     exec(compile(block, "molds.md", "exec"), {})
     first, sentence = capsys.readouterr().out.splitlines()
     assert first == "0.03 True"
-    assert sentence.startswith("A plate 0.03 mm off along x")
+    assert sentence.startswith("Among the others, a plate 0.03 mm off along x")
     for name, limits in PROFILES.items():
         (row,) = re.findall(rf"^\| `{name}` .*$", text, flags=re.MULTILINE)
         told = [float(cell.split()[0]) for cell in row.strip("| ").split("|")[1:]]
