@@ -21,7 +21,7 @@ Side = Literal["+z", "-z", "+x", "-x"]
 SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
 Holding = Literal["wall", "comb", "jig", "slots"]
 LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the finger
-_JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
+JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Slot:
     def joined(self) -> float:
         """How far the relief's centre lies beyond the slot's end, mm: it takes all of that end."""
         half = 0.5 * min(self.width, self.relief)
-        return math.sqrt(0.25 * self.relief**2 - half**2) - _JOINED_MM
+        return math.sqrt(0.25 * self.relief**2 - half**2) - JOINED_MM
 
     @property
     def relief_centre(self) -> tuple[float, float]:

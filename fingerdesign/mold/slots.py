@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fingerdesign.design.gaps import pair_distances
 from fingerdesign.design.layout import Array, PlateFrame
 from fingerdesign.mold.frames import turned_bar
-from fingerdesign.mold.plan import LEAD_SIDES, Holding, Leg, Side, Slot
+from fingerdesign.mold.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Side, Slot
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -60,17 +60,21 @@ def relief_diameter(
 ) -> float:
     """Diameter of the hole for a plate's leads beside its slot of a ``width``, mm; 0: none here.
 
-    A jig's two holes are shifted against each other as its slots are.
+    A jig's two holes are shifted against each other as its slots are. The leg's end stands in the
+    hole's edge, as deep as the slot's corners reach into it: beside it the leads still pass.
     """
     wire = design.mold.wire_mm
     if wire <= 0.0 or side not in LEAD_SIDES:
         return 0.0
-    if holding == "comb":
-        return max(wire + max(design.mold.comb.clearance_mm, _THREADED_MM), _WIDER * width)
     apart = width - thickness if holding == "jig" else 0.0
+    clear = wire + apart + JOINED_MM
+    # r + sqrt(r^2 - (width / 2)^2) = clear
+    beside = max((clear**2 + 0.25 * width**2) / clear, _WIDER * width)
+    if holding == "comb":
+        return max(wire + max(design.mold.comb.clearance_mm, _THREADED_MM), beside)
     needed = wire + max(limits.clearance_mm, _THREADED_MM) + apart
     # The rounded end of a slot, not a hole by itself: what makes slots makes it.
-    return max(needed, limits.slot_mm, _WIDER * width)
+    return max(needed, limits.slot_mm, beside)
 
 
 def stock_shim(play: float) -> float:
