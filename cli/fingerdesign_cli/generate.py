@@ -13,10 +13,10 @@ from fingerdesign_cli.common import (
     cores,
     output_folder,
     output_options,
-    print_json,
     print_table,
     progress,
 )
+from fingerdesign_cli.study_progress import line
 
 if TYPE_CHECKING:
     from fingerdesign.sweep.generate import Made
@@ -64,8 +64,12 @@ def command(
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME.
 
     It holds the variant's design as TOML, finger.step, and finger.stl (the outside), body.stl and
-    plates.stl. variants.csv lists values and digests; invalid.csv those that cannot exist, with
-    every reason. Run again, it makes what is missing.
+    plates.stl. variants.csv lists values and digests of designs; invalid.csv those that cannot
+    exist, with the faults found (one that hides others is told first). Run again, it makes what is
+    missing.
+
+    With --json a line of JSON a variant as it is done (number: the variant's; done: how many are),
+    and a last one for the folder.
 
     Exit code 1 where the CAD of a variant fails, or no variant can exist.
     """
@@ -85,6 +89,8 @@ def command(
             nonlocal invalid, failed
             invalid += made.variant.design is None
             failed += made.failed
+            if as_json:
+                line({"done": done, "of": of, **_variant_data(made)})
             if done == of or done % max(1, of // 20) == 0:
                 told = f"; CAD failed of {failed}" if failed else ""
                 show(f"{done} of {of}, {invalid} invalid{told}", done / of)
@@ -99,10 +105,17 @@ def command(
             tell=tell,
         )
     if as_json:
-        print_json(_data(found, target))
+        line(_data(found, target))
     else:
         _show(found, target, quiet)
     valid = [made for made in found if made.variant.design is not None]
+    if not valid:
+        where = target / "invalid.csv"
+        told = f"no variant can exist: all {len(found)} have faults, told in {where}"
+        click.echo(f"{told}; change [parameters], [fixed] or the base", err=True)
+    elif quiet and len(valid) < len(found):
+        told = f"{len(found) - len(valid)} of {len(found)} cannot exist"
+        click.echo(f"{told}: faults in {target / 'invalid.csv'}", err=True)
     return 0 if valid and not any(made.failed for made in found) else 1
 
 
@@ -172,21 +185,22 @@ def _tell_invalid(variant: Variant) -> None:
         click.echo(f"{variant.name}: {fault}")
 
 
+def _variant_data(made: Made) -> dict[str, object]:
+    return {
+        "number": made.variant.number,
+        "name": made.variant.name,
+        "values": made.variant.values,
+        "valid": made.variant.design is not None,
+        "faults": [str(fault) for fault in made.variant.faults],
+        "cad": made.cad or None,
+        "kept": made.kept,
+    }
+
+
 def _data(found: Sequence[Made], target: Path) -> dict[str, object]:
     return {
         "folder": str(target),
-        "variants": [
-            {
-                "number": made.variant.number,
-                "name": made.variant.name,
-                "values": made.variant.values,
-                "valid": made.variant.design is not None,
-                "faults": [str(fault) for fault in made.variant.faults],
-                "cad": made.cad or None,
-                "kept": made.kept,
-            }
-            for made in found
-        ],
+        "variants": len(found),
         "valid": sum(made.variant.design is not None for made in found),
         "invalid": sum(made.variant.design is None for made in found),
         "cad_failed": sum(made.failed for made in found),

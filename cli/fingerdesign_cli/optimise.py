@@ -18,7 +18,7 @@ from fingerdesign_cli.common import (
     progress,
     refuse_foreign,
 )
-from fingerdesign_cli.study_progress import StudyProgress, line, scheduler_options
+from fingerdesign_cli.study_progress import StudyProgress, line, say_failures, scheduler_options
 from fingerdesign_cli.sweep import TEST_EVALUATOR
 
 if TYPE_CHECKING:
@@ -64,7 +64,8 @@ def command(
     compared, what stood in 3-D, what each objective hangs on), study.json, outcomes.jsonl, tables.
 
     The trials stand in OUT/NAME.trials.jsonl, which stays: an interrupted search goes on there, and
-    more --trials go on from those that are done. With --json a line an outcome as it comes.
+    more --trials go on from those that are done. With --json a line of JSON an outcome as it comes
+    (number: the trial's; done: how many are). With --quiet one line where trials failed.
     Exit code 1 where no trial at all could be analysed.
     """
     from fingerdesign.design.io import read_text
@@ -72,7 +73,7 @@ def command(
     from fingerdesign.sweep.cluster import Cluster
     from fingerdesign.sweep.confirm import confirm
     from fingerdesign.sweep.jobs import study_scenes
-    from fingerdesign.sweep.optimise import BATCH, Search, optimise, refuse_aimless
+    from fingerdesign.sweep.optimise import BATCH, Search, refuse_aimless, searched
     from fingerdesign.sweep.optimise_folder import (
         FOLDER,
         Optimised,
@@ -82,6 +83,7 @@ def command(
     from fingerdesign.sweep.run import run_jobs
     from fingerdesign.sweep.store import Store
     from fingerdesign.sweep.study_file import parse_study, study_path
+    from fingerdesign.sweep.trials import Trials
     from fingerdesign.sweep.variants import base_design
 
     path = study_path(study_file)
@@ -92,7 +94,9 @@ def command(
     refuse_foreign(FOLDER, target)
     search = Search(study, base_design(study, folder), study_scenes(study, folder))
     store = Store()
+    journal = journal_beside(target.absolute())
     with (
+        Trials(study, search.base, journal) as kept,  # held till the folder is written
         progress(study.name, quiet or as_json) as show,
         Cluster(workers, scheduler, os.environ.get(TEST_EVALUATOR, EVALUATE)) as cluster,
     ):
@@ -103,9 +107,9 @@ def command(
         def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
             return run_jobs(plan, store, cluster, study.limits, tell.standing, retry=retry)
 
-        tried = optimise(
+        tried = searched(
             search,
-            journal_beside(target.absolute()),
+            kept,
             evaluated,
             trials,
             max(BATCH, workers or 0),
@@ -121,6 +125,10 @@ def command(
         line({"folder": str(target), **found.data()})
     elif not quiet:
         _show(found, target)
+    else:
+        every = [o for each in tried for o in each.outcomes] + list(confirmation.outcomes)
+        failures = sum(o.failure is not None for o in every)
+        say_failures(failures, len(every), target / "failures.csv")
     return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
 
 
@@ -148,7 +156,9 @@ class _Told:
         if not self._searching:
             self._show(now)
             return
-        if self._done == self._of:  # trials of an earlier run are read again
+        if self._done == self._of:  # trials of an earlier run are read again, or computed
+            if now.threads:
+                self._show(now)
             return
         self._failures = self._before + now.failures
         number = self._done * self._scenes + now.number

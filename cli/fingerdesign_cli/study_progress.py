@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -16,8 +18,9 @@ if TYPE_CHECKING:
     from fingerdesign.sweep.cluster import Cluster
     from fingerdesign.sweep.run import Standing
 
+_NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
 _Command = TypeVar("_Command", bound=Callable[..., Any])
-_PLAIN_S = 10.0  # between plain lines, where stderr is no terminal
+_PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
 
 
 def scheduler_options(function: _Command) -> _Command:
@@ -52,6 +55,7 @@ class StudyProgress:
         self._show, self._quiet, self._as_json = show, quiet, as_json
         self._said_dashboard = False
         self._next, self._waited = 0.0, False
+        self._start, self._said = time.monotonic(), ""
         self.cluster: Cluster | None = None
         self.last: Standing | None = None
 
@@ -67,7 +71,12 @@ class StudyProgress:
         news = standing.number == standing.of or standing.waiting != self._waited
         if news or sys.stderr.isatty() or now >= self._next:
             self._next, self._waited = now + _PLAIN_S, standing.waiting
-            self._show(words(standing), standing.number / max(standing.of, 1))
+            said = words(standing)
+            if said == self._said and not sys.stderr.isatty():  # nothing new: it is alive
+                said += f", {now - self._start:.0f} s so far"
+            else:
+                self._said = said
+            self._show(said, standing.number / max(standing.of, 1))
 
     def _dashboard(self) -> None:
         address = None if self.cluster is None else self.cluster.dashboard
@@ -101,13 +110,17 @@ def duration(seconds: float) -> str:
 
 
 def told(standing: Standing) -> dict[str, Any]:
-    """A standing with an outcome, for scripts."""
+    """A standing with an outcome, for scripts.
+
+    done, of: outcomes at hand, and of how many; number: the variant's, None for the reference.
+    """
     outcome = standing.outcome
     assert outcome is not None
     failure = outcome.failure
     return {
-        "number": standing.number,
+        "done": standing.number,
         "of": standing.of,
+        "number": variant_number(outcome.name),
         "name": outcome.name,
         "scene": outcome.scene,
         "status": outcome.status,
@@ -117,6 +130,24 @@ def told(standing: Standing) -> dict[str, Any]:
         "seconds": round(standing.seconds, 3),
         "seconds_left": None if standing.left is None else round(standing.left, 1),
     }
+
+
+def variant_number(name: str) -> int | None:
+    """The number in the name of a variant's outcome; None for one of no variant.
+
+    >>> variant_number("fingers-0007"), variant_number("fingers-0007-3d")
+    (7, 7)
+    >>> variant_number("reference-maeno2000") is None
+    True
+    """
+    found = None if name.startswith("reference-") else _NUMBER.search(name)
+    return None if found is None else int(found[1])
+
+
+def say_failures(failures: int, of: int, causes: Path) -> None:
+    """One line on stderr, of variants that failed; nothing where none did."""
+    if failures:
+        click.echo(f"{failures} of {of} failed: causes in {causes}", err=True)
 
 
 def line(value: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ from fingerdesign_cli.common import (
     progress,
     refuse_foreign,
 )
-from fingerdesign_cli.study_progress import StudyProgress, line, scheduler_options
+from fingerdesign_cli.study_progress import StudyProgress, line, say_failures, scheduler_options
 
 if TYPE_CHECKING:
     from fingerdesign.sweep.compare import Comparison
@@ -63,7 +63,8 @@ def command(
     is kept at once, by content: interrupted or run again, a study computes only what is missing,
     and two studies share what they have in common.
 
-    With --json a line an outcome as it comes, and a last one for the folder. Exit code 1 where no
+    With --json a line of JSON an outcome as it comes (number: the variant's; done: how many are),
+    and a last one for the folder. With --quiet one line where variants failed. Exit code 1 where no
     variant at all could be analysed.
     """
     from fingerdesign.design.io import read_text
@@ -95,6 +96,9 @@ def command(
         line({"folder": str(target), **_counts(outcomes, told.last)})
     elif not quiet:
         _show(found, outcomes, told.last, target)
+    else:
+        failures = sum(outcome.failure is not None for outcome in outcomes)
+        say_failures(failures, len(outcomes), target / "failures.csv")
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
 

@@ -1,7 +1,7 @@
 """Variants of a study as files: a folder each with its design and CAD, and two lists.
 
 OUT/NAME/NAME-0007/   NAME-0007.toml, finger.step, finger.stl (the outside), body.stl, plates.stl
-variants.csv          a row a variant: its values, digest, what came of its CAD
+variants.csv          a row a variant: its values, its design's digest, what came of its CAD
 invalid.csv           a row a fault of those that cannot exist
 generate.json         what was asked, versions, counts
 

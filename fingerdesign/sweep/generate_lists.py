@@ -17,13 +17,13 @@ VARIANTS, INVALID = "variants.csv", "invalid.csv"
 
 
 def variants_csv(keys: Sequence[str], found: Iterable[tuple[Variant, str]]) -> str:
-    """A row a valid variant: number, name, values, digest of the design, what came of its CAD."""
+    """A row a valid variant: number, name, values, the design's digest, what came of its CAD."""
     rows = [
         [variant.number, variant.name, *_values(variant, keys), variant.design.digest(), cad]
         for variant, cad in found
         if variant.design is not None
     ]
-    return _csv(["number", "name", *keys, "digest", "cad"], rows)
+    return _csv(["number", "name", *keys, "design_digest", "cad"], rows)
 
 
 def invalid_csv(keys: Sequence[str], found: Iterable[Variant]) -> str:

@@ -62,29 +62,46 @@ def optimise(
     batch: int = BATCH,
     tell: Callable[[int, int], None] = lambda done, of: None,
 ) -> tuple[Tried, ...]:
+    """As :func:`searched`, of the trials that the file ``journal`` keeps, freed at the end.
+
+    Raises DesignError too for a journal of another study, JournalError.
+    """
+    refuse_aimless(search.study)
+    with Trials(search.study, search.base, journal) as kept:
+        return searched(search, kept, evaluated, trials, batch, tell)
+
+
+def searched(
+    search: Search,
+    kept: Trials,
+    evaluated: Evaluator,
+    trials: int | None = None,
+    batch: int = BATCH,
+    tell: Callable[[int, int], None] = lambda done, of: None,
+) -> tuple[Tried, ...]:
     """All trials of the study, those of earlier runs too, in order.
 
-    journal: the file that keeps them; trials: how many in all (None: the study's). tell: how many
-    are done, and of how many. Raises DesignError for a journal of another study, JournalError, and
-    whatever ``evaluated`` raises: run again, it goes on.
+    kept: the trials on disk, open, and closed to other processes as long as the caller holds them;
+    trials: how many in all (None: the study's). tell: how many are done, and of how many. Raises
+    DesignError for a study without objectives, JournalError, and whatever ``evaluated`` raises: run
+    again, it goes on.
     """
     refuse_aimless(search.study)
     most = search.study.optimise.trials if trials is None else trials
     found: dict[int, Tried] = {}
-    with Trials(search.study, search.base, journal) as kept:
-        while True:
-            drawn, waiting = kept.drawn(), kept.waiting()
-            tell(len(drawn) - len(waiting), max(most, len(drawn)))
-            missing = _to_draw(len(drawn), len(waiting), most, batch)
-            if missing:
-                kept.draw(missing)
-                waiting = kept.waiting()
-            if not waiting:
-                break
-            for tried in _evaluated(search, waiting, evaluated):
-                kept.tell(tried.number, *told(search.study, tried.outcomes))
-                found[tried.number] = tried
-        earlier = [trial for trial in kept.drawn() if trial.number not in found]
+    while True:
+        drawn, waiting = kept.drawn(), kept.waiting()
+        tell(len(drawn) - len(waiting), max(most, len(drawn)))
+        missing = _to_draw(len(drawn), len(waiting), most, batch)
+        if missing:
+            kept.draw(missing)
+            waiting = kept.waiting()
+        if not waiting:
+            break
+        for tried in _evaluated(search, waiting, evaluated):
+            kept.tell(tried.number, *told(search.study, tried.outcomes))
+            found[tried.number] = tried
+    earlier = [trial for trial in kept.drawn() if trial.number not in found]
     found |= {tried.number: tried for tried in _evaluated(search, earlier, evaluated)}
     return tuple(found[number] for number in sorted(found))
 

@@ -44,10 +44,18 @@ def test_invalid_variants_are_counted_and_told(study, tmp_path, capsys):
     assert "2 variants" in said
     assert "1 cannot exist" in said
     assert main([*arguments, "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    *each, told = map(json.loads, capsys.readouterr().out.splitlines())
     assert (told["valid"], told["invalid"], told["cad_failed"]) == (2, 1, 0)
-    assert [each["kept"] for each in told["variants"]] == [True, True, False]
-    assert told["variants"][2]["faults"]
+    assert [one["done"] for one in each] == [1, 2, 3]
+    by_number = {one["number"]: one for one in each}
+    assert [by_number[number]["kept"] for number in (1, 2, 3)] == [True, True, False]
+    assert by_number[3]["faults"]
+    assert main([*arguments, "--quiet"]) == 0
+    said = capsys.readouterr()
+    assert not said.out
+    assert said.err.splitlines() == [
+        f"1 of 3 cannot exist: faults in {tmp_path / 'few' / 'invalid.csv'}"
+    ]
 
 
 def test_only_some(study, tmp_path, capsys):
@@ -55,7 +63,9 @@ def test_only_some(study, tmp_path, capsys):
     assert main([*arguments, "--only", "2"]) == 0
     assert not (tmp_path / "out" / "few" / "few-0001").exists()
     assert (tmp_path / "out" / "few" / "few-0002" / "few-0002.toml").exists()
-    assert main([*arguments, "--only", "3"]) == 1  # no variant can exist
+    capsys.readouterr()
+    assert main([*arguments, "--only", "3", "--quiet"]) == 1
+    assert capsys.readouterr().err.startswith("no variant can exist: all 1 have faults, told in ")
     assert main([*arguments, "--only", "4"]) == 2
     assert "at most 3" in capsys.readouterr().err
 

@@ -1,5 +1,7 @@
 """``fingerdesign sweep``: help at once, faults of the study, options that exclude each other."""
 
+import itertools
+import json
 import subprocess
 import sys
 
@@ -62,6 +64,15 @@ def test_no_finger_at_all_is_a_failure_with_a_report(tmp_path, capsys, monkeypat
     said = capsys.readouterr().out
     assert "failed: 2 invalid; causes in" in said
     assert (tmp_path / "none" / "report.html").exists()
+    assert main(["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path), "--quiet"]) == 1
+    quiet = capsys.readouterr()
+    assert not quiet.out
+    causes = tmp_path / "none" / "failures.csv"
+    assert quiet.err.splitlines() == [f"2 of 2 failed: causes in {causes}"]
+    assert main(["sweep", str(tmp_path / "study.toml"), "--out", str(tmp_path), "--json"]) == 1
+    *lines, last = map(json.loads, capsys.readouterr().out.splitlines())
+    assert [(each["done"], each["number"]) for each in lines] == [(1, 1), (2, 2)]
+    assert last["failures"] == 2
 
 
 @pytest.mark.parametrize(
@@ -99,3 +110,23 @@ def test_plain_lines_are_few(monkeypatch, capsys):
     told(Standing(3, 200, 0, 0, 1, 1.0, waiting=True))
     told(Standing(4, 200, 0, 0, 1, 1.0, threads=2))
     assert shown[2:] == ["3 of 200, waiting for workers", "4 of 200"]
+
+
+def test_a_long_variant_is_told_to_be_alive(monkeypatch):
+    """Where nothing comes, a line at least every ten seconds, each another than the last."""
+    from fingerdesign.sweep.run import Standing
+
+    monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
+    clock = [1000.0]
+    monkeypatch.setattr("fingerdesign_cli.study_progress.time.monotonic", lambda: clock[0])
+    shown: dict[str, float] = {}
+    told = StudyProgress(
+        lambda message, fraction=None: shown.setdefault(message, clock[0]), True, False
+    )
+    for _ in range(200):  # a look each two seconds, with the same words
+        told(Standing(1, 3, 0, 0, 1, 1.0, left=300.0, threads=2))
+        clock[0] += 2.0
+    times = list(shown.values())
+    assert max(after - before for before, after in itertools.pairwise(times)) <= 10.0
+    assert times[-1] > clock[0] - 12.0
+    assert all(message.startswith("1 of 3, 5 min left") for message in shown)

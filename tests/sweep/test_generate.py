@@ -87,7 +87,7 @@ def test_designs_and_lists(tmp_path):
     assert [row["name"] for row in listed] == names
     for row in listed:
         design = load_design(target / row["name"] / f"{row['name']}.toml")
-        assert design.digest() == row["digest"]
+        assert design.digest() == row["design_digest"]
         assert design.design.name == row["name"]
         assert str(design.plates.count) == row["plates.count"]
     invalid = rows(target / "invalid.csv")

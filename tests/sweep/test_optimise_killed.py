@@ -38,13 +38,14 @@ def command(tmp_path):
     paths = [str(root), str(root / "cli"), str(Path(__file__).parent)]
     (tmp_path / "search.toml").write_text(STUDY)
 
-    def start(name, seconds):
+    def start(name, seconds, confirming_s=0):
         environment = os.environ | {
             "PYTHONPATH": os.pathsep.join(paths),
             "FINGERDESIGN_CACHE": str(tmp_path / f"cache-{name}"),
             "FINGERDESIGN_EVALUATOR": "optimise_evaluators:formula",
             "EVALUATED": str(tmp_path / f"evaluated-{name}"),
             "EVALUATOR_SECONDS": str(seconds),
+            "EVALUATOR_3D_SECONDS": str(confirming_s),
             "OPENBLAS_NUM_THREADS": "1",
         }
         line = ["optimise", "search.toml", "--out", name, "--workers", "2", "--json"]
@@ -101,3 +102,17 @@ def test_killed_and_run_again_it_ends_as_one_that_was_not(tmp_path, command) -> 
     assert 'id="table-sensitivity"' in page
     assert 'id="table-confirmed"' in page
     assert (tmp_path / "whole/search/front.png").stat().st_size > 10_000
+
+
+def test_a_second_one_is_refused_during_confirmation_too(tmp_path, command) -> None:
+    first, evaluated = command("out", 0, confirming_s=PATIENCE_S), tmp_path / "evaluated-out"
+    end = time.monotonic() + PATIENCE_S
+    while not evaluated.exists() or "reference-maeno2000" not in evaluated.read_text():
+        assert time.monotonic() < end
+        assert first.poll() is None
+        time.sleep(0.05)
+    second = command("out", 0)
+    _, said = second.communicate(timeout=PATIENCE_S)
+    assert second.returncode == 1
+    assert "is being written by another process" in said
+    assert first.poll() is None  # it is at its 3-D analyses
