@@ -5,6 +5,7 @@ Numbers only; mm. What cannot be held is told by fixture_faults.py.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.profiles import Limits
 
+_FEATHERLESS = 0.8  # cosine of 37 degrees
 _WINDOW_MM = 0.5  # beside and below the slots: room for leads, and to see
 
 
@@ -144,6 +146,18 @@ def legs_above(
     return room, found
 
 
+def _seam_on(design: Design, room: Room, axis: str) -> float:
+    """How far out the seam of a plug may lie on the contact surface, mm.
+
+    On a revolved body's border it would meet the upright side at the angle whose sine is the rest:
+    farther out than this the insert ends there in a feather edge.
+    """
+    if design.body.shape != "revolved":
+        return math.inf
+    zone = room.zone_x if axis == "x" else room.zone_z
+    return max(_FEATHERLESS * 0.5 * design.body.width_mm * scale_of(design), zone)
+
+
 def plugs_of(
     design: Design, frames: tuple[PlateFrame, ...], legs: tuple[Leg, ...], limits: Limits
 ) -> tuple[Plug, ...]:
@@ -153,6 +167,6 @@ def plugs_of(
     for axis in ("x", "z"):
         nearest = [out for leg, out in above if leg.side.endswith(axis)]
         if nearest:
-            top = min(nearest) - room.web
+            top = min(min(nearest) - room.web, _seam_on(design, room, axis) + room.narrowing)
             plugs.append(Plug(axis, top - room.narrowing, top))
     return tuple(plugs)

@@ -46,7 +46,8 @@ def beyond_plug(plan: MoldPlan, side: Side, floor: float) -> cq.Solid:
     """
     plug = next(each for each in plan.plugs if side.endswith(each.axis))
     way = direction(side)
-    reach = plan.reach_x if plug.axis == "x" else plan.reach_z
+    # Side walls end where their lower part does: farther out there is nothing to stand on.
+    reach = plan.half_width + plan.wall_x if plug.axis == "x" else plan.reach_z
     near, far = (seam(plan, plug, height) for height in (floor, plan.top))
     corners = ((near, floor), (reach, floor), (reach, plan.top), (far, plan.top))
     section = [place * way + height * np.array([0.0, 1.0, 0.0]) for place, height in corners]
