@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from fingerdesign.sweep.study_facts import Wanted
 
 _FILE = click.Path(path_type=Path)
+NEAR = 0.5  # of a name that was meant
 
 
 @click.command("compare")
@@ -101,6 +102,8 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
             why = "must be a file in a folder"
         elif path in read or (path.name in (OUTCOMES_FILE, STUDY_FILE, RESULT_FILE)):
             why = "must not be a result's own file"
+        elif option == "--out" and path.suffix.lower() not in (".html", ".htm"):
+            why = "must end in .html"
         elif path in taken:
             why = "must not be that of another option"
         if why:
@@ -109,6 +112,8 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
 
 
 def _objectives(asked: Sequence[str]) -> list[Wanted]:
+    import difflib
+
     from fingerdesign.sweep.metrics import METRICS
     from fingerdesign.sweep.study_facts import GOALS, Wanted
 
@@ -116,6 +121,10 @@ def _objectives(asked: Sequence[str]) -> list[Wanted]:
     for text in asked:
         metric, _, goal = text.partition(":")
         known = METRICS.get(metric)
+        if known is None and not goal:
+            near = difflib.get_close_matches(metric, METRICS, 1, NEAR)
+            hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(METRICS)}"
+            raise click.UsageError(f"--objective {text}: no metric of this name; {hint}")
         goal = goal or (known.better if known is not None and known.better else "")
         if goal not in GOALS:
             raise click.UsageError(
@@ -136,7 +145,7 @@ def _refuse_unknown(found: Comparison) -> None:
     faults = []
     for wanted in found.facts.objectives:
         if good and wanted.metric not in names:
-            near = difflib.get_close_matches(wanted.metric, names, 1)
+            near = difflib.get_close_matches(wanted.metric, names, 1, NEAR)
             remedy = f"did you mean {near[0]}?" if near else "choose one of them"
             bound = f"one of {', '.join(names)}"
             faults.append(Fault("--objective", wanted.metric, bound, remedy))
@@ -163,6 +172,8 @@ def _write(path: Path, text: str) -> None:
 
 
 def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
+    from fingerdesign.sweep.study_facts import why_not
+
     outcomes = found.outcomes
     name = None if best.chosen is None else outcomes[best.chosen].name
     return {
@@ -171,6 +182,11 @@ def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, objec
         "failed": sum(outcome.status == "failed" for outcome in outcomes),
         "feasible": len(best.feasible),
         "recommended": name,
+        "not_feasible": {
+            outcome.name: list(causes)
+            for outcome in outcomes
+            if (causes := why_not(outcome, found.facts.objectives, found.facts.constraints))
+        },
         "front": [outcomes[number].name for number in best.front],
         "objectives": [
             {"metric": each.metric, "goal": each.goal} for each in found.facts.objectives

@@ -14,7 +14,7 @@ from typing import Any
 from fingerdesign.sweep.outcome import Outcome
 from fingerdesign.sweep.plain_text import all_shown
 from fingerdesign.sweep.recommend import Recommendation
-from fingerdesign.sweep.study_facts import StudyFacts
+from fingerdesign.sweep.study_facts import StudyFacts, why_not
 
 _HEAVY = frozenset({"design", "traces", "grips", "schema_version"})
 
@@ -30,12 +30,18 @@ def page_data(
             "objectives": all_shown([asdict(each) for each in facts.objectives]),
             "constraints": all_shown({each.metric: each.words for each in facts.constraints}),
             "recommended": found.chosen,
+            "runner_up": found.runner_up,
             "record": all_shown(facts.record),
         },
         "metrics": all_shown([asdict(each) for each in facts.metrics]),
         "parameters": all_shown(parameters_of(outcomes)),
         "designs": [
-            _light(outcome) | {"feasible": number in feasible, "front": number in front}
+            _light(outcome)
+            | {
+                "feasible": number in feasible,
+                "front": number in front,
+                "missed": all_shown(list(why_not(outcome, facts.objectives, facts.constraints))),
+            }
             for number, outcome in enumerate(outcomes)
         ],
     }

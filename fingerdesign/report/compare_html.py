@@ -48,7 +48,9 @@ def compare_html(
     table = design_table(outcomes, facts, found)
     data = page_data(outcomes, facts, found)
     data["study"]["references"] = [
-        number for number, outcome in enumerate(outcomes) if outcome.name in references
+        number
+        for number, outcome in enumerate(outcomes)
+        if any(outcome.name == each or outcome.name.startswith(f"{each} (") for each in references)
     ]
     data["columns"] = [
         {
@@ -57,6 +59,7 @@ def compare_html(
             "unit": column.unit,
             "numeric": column.numeric,
             "goal": column.goal,
+            "wanted": column.wanted,
         }
         for column in table.columns
     ]

@@ -52,7 +52,7 @@ class DesignTable:
 def design_table(
     outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
 ) -> DesignTable:
-    """A row a design that was analysed; objectives first, then other metrics, then values."""
+    """A row a design that was analysed; first what was varied, objectives, other metrics."""
     good = [number for number, outcome in enumerate(outcomes) if outcome.status == "ok"]
     good.sort(key=lambda number: STANDINGS.index(standing(number, found)))
     columns = [
@@ -115,16 +115,16 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
     metrics = sorted(facts.metrics, key=lambda metric: place.get(metric.name, len(place)))
     found = [Column(("scene",), "scene", numeric=False)]
     found.append(Column(("fidelity",), "fidelity", numeric=False))
+    for key in parameters_of(outcomes):
+        given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
+        numeric = bool(given) and all(is_number(value) for value in given)
+        found.append(Column(("values", key), shown(key), "", numeric))
     for metric in metrics:
         title, unit = name_and_unit(metric.name, metric.unit)
         goal = goals.get(metric.name, metric.better)
         wanted = metric.name in goals
         path = ("metrics", metric.name)
         found.append(Column(path, title, unit, True, goal, wanted, shown(metric.words)))
-    for key in parameters_of(outcomes):
-        given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
-        numeric = bool(given) and all(is_number(value) for value in given)
-        found.append(Column(("values", key), shown(key), "", numeric))
     named = {metric.name for metric in metrics}
     for name, title in (
         ("plane_strain_error", "plane-strain error"),

@@ -15,7 +15,8 @@ from fingerdesign.sweep.recommend import Recommendation
 from fingerdesign.sweep.study_facts import StudyFacts, Wanted
 
 LARGE_ERROR = 0.1  # of plane strain: beyond it the order of designs may change
-_ENDS = {"min": "least", "max": "most"}
+_ENDS = {"min": "lowest", "max": "highest"}
+MOST_NAMES = 3  # in a sentence
 _FIDELITY = {"plane-strain": "in plane strain", "3d": "in 3-D"}
 
 
@@ -52,16 +53,58 @@ def _counts(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     said = f"{_many(len(outcomes), 'design')}: {len(outcomes) - failed} analysed, {failed} failed."
     if facts.constraints:
         bounds = " and ".join(shown(each.words) for each in facts.constraints)
-        said += f" {len(found.feasible)} meet the constraints ({bounds})."
+        meeting = len(_meeting(outcomes, facts))
+        said += f" {meeting} {'meets' if meeting == 1 else 'meet'} the constraints ({bounds})."
+    said += "".join(f" {each}" for each in _left_out(outcomes, facts))
     if found.front:
         of = f"{len(found.front)} of {len(found.group)}"
+        verb = "is" if len(found.front) == 1 else "are"
         where = _FIDELITY.get(found.fidelity, found.fidelity)
         said += (
-            f" {of} (scene {shown(found.scene)}, {where}) are on the Pareto front of "
+            f" {of} (scene {shown(found.scene)}, {where}) {verb} on the Pareto front of "
             f"{_list([_goal(each) for each in facts.objectives])}: no other is at least as good in "
             "every objective and better in one."
         )
     return said
+
+
+def _meeting(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Outcome]:
+    """The analysed ones that meet every constraint."""
+    return [
+        outcome
+        for outcome in outcomes
+        if outcome.status == "ok" and all(bound.holds(outcome) for bound in facts.constraints)
+    ]
+
+
+def _left_out(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[str]:
+    """For each objective the designs that have no value of it, and so were not compared."""
+    said = []
+    for wanted in facts.objectives:
+        names = [
+            shown(outcome.name)
+            for outcome in outcomes
+            if outcome.status == "ok" and outcome.metrics.get(wanted.metric) is None
+        ]
+        if names:
+            one = len(names) == 1
+            lack, were = ("lacks", "was") if one else ("lack", "were")
+            said.append(
+                f"{_many(len(names), 'design')} {lack} {shown(wanted.metric)} and {were} left out "
+                f"({_some(names)})."
+            )
+    return said
+
+
+def _settled(
+    outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
+) -> list[tuple[Wanted, float]]:
+    """The objectives that are the same for all that were compared, and their value."""
+    values = [
+        (wanted, {_value(outcomes[number], wanted) for number in found.group})
+        for wanted in facts.objectives
+    ]
+    return [(wanted, each.pop()) for wanted, each in values if len(each) == 1]
 
 
 def _why_none(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
@@ -84,23 +127,41 @@ def _why_none(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendat
 
 def _why(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
     if len(found.group) == 1:
-        return "It is the only one that could be compared: take it for what it is."
+        many = sum(outcome.status == "ok" for outcome in outcomes)
+        only = "that could be compared"
+        if many > 1 and len(_meeting(outcomes, facts)) == 1 and facts.constraints:
+            only = "that meets the constraints"
+        return f"It is the only one {only}: take it for what it is."
+    settled = _settled(outcomes, facts, found)
+    if len(settled) == len(facts.objectives):
+        return (
+            f"All {len(found.group)} are alike in every objective, so that nothing decides: it is "
+            "but the first of them."
+        )
+    same = "".join(
+        f" All have the same {_words(wanted)}, {_number(value)}: it decides nothing."
+        for wanted, value in settled
+    )
     if len(found.front) == 1:
-        return "It is the best of all in every objective at once."
+        return f"No other is better in any objective, and each is worse in one.{same}"
     alike = ""
     if found.alike:
-        names = _list([shown(outcomes[number].name) for number in found.alike[:3]])
-        more = f" and {len(found.alike) - 3} more" if len(found.alike) > 3 else ""
-        alike = f" {names}{more} would do as well by that measure."
+        names = _some([shown(outcomes[number].name) for number in found.alike])
+        alike = f" {names} would do as well by that measure."
     leads = [
         _goal(wanted)
         for wanted, best in zip(facts.objectives, found.best, strict=True)
         if best == found.chosen
+        and sum(
+            _value(outcomes[number], wanted) == _value(outcomes[best], wanted)
+            for number in found.group
+        )
+        == 1
     ]
     leading = f" It leads in {_list(leads)}." if leads else ""
     return (
         "Of the front it is the one nearest to the best in every objective at once, each scaled by "
-        f"its range over the front, none weighing more than another.{alike}{leading}"
+        f"its range over the front, none weighing more than another.{alike}{leading}{same}"
     )
 
 
@@ -149,7 +210,7 @@ def _mind(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation)
         )
     failed = sum(outcome.status == "failed" for outcome in outcomes)
     if failed > LARGE_ERROR * len(outcomes):
-        said.append(f"{failed} designs failed: a better one may be among them.")
+        said.append(f"{_many(failed, 'design')} failed: a better one may be among them.")
     return said + [f"Warned of: {shown(warning)}" for warning in chosen.warnings]
 
 
@@ -164,13 +225,19 @@ def _table(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
             (
                 _goal(wanted),
                 _number(own),
-                f"{ahead + 1} of {len(values)}",
+                _place(ahead, values.count(own), len(values)),
                 _number(_value(outcomes[best], wanted)),
                 _number(statistics.median(values)),
             )
         )
     columns = ("objective", shown(outcomes[found.chosen].name), "place", "best", "median of all")
     return Table("objectives", "The objectives", columns, tuple(rows), frozenset({0}))
+
+
+def _place(ahead: int, level: int, many: int) -> str:
+    if level == many > 1:
+        return "the same for all"
+    return f"{ahead + 1} of {many}{f', with {level - 1} more' if level > 1 else ''}"
 
 
 def _value(outcome: Outcome, wanted: Wanted) -> float:
@@ -198,6 +265,12 @@ def _number(value: float | None) -> str:
 
 def _many(count: int, word: str) -> str:
     return f"{count} {word}{'' if count == 1 else 's'}"
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first of many names, and how many more."""
+    more = len(names) - MOST_NAMES
+    return _list(names) if more <= 0 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
 
 
 def _list(parts: Sequence[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,8 @@ from fingerdesign.sweep.study_facts import (
 )
 
 OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
+DIGITS = 8  # of a digest, where nothing else tells designs apart
+LEAST_ALIKE = 2
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,11 @@ class _Source:
     outcomes: tuple[Outcome, ...]
     record: dict[str, Any] | None = None  # study.json
 
+    @property
+    def name(self) -> str:
+        """The study's, or the folder's or file's."""
+        return str((self.record or {}).get("name", self.place.name))
+
 
 def read_comparison(
     paths: Sequence[Path],
@@ -50,7 +57,8 @@ def read_comparison(
     A path is a study's folder (outcomes.jsonl, study.json), a file of outcomes (a line each), a
     result of `analyse` (its folder or result.json), or a folder of any of these folders. Given
     ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
-    these, and for a line that is no whole outcome.
+    these, and for a line that is no whole outcome. Different outcomes of one name are renamed: by
+    their source, else by scene or fidelity, else by digest.
     """
     sources: list[_Source] = []
     faults: list[DesignError] = []
@@ -65,6 +73,7 @@ def read_comparison(
         raise every
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
+    outcomes = _told_apart(outcomes, sources)
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
 
 
@@ -92,6 +101,32 @@ def facts_of(
         not objectives,
         record or {},
         tuple(sources),
+    )
+
+
+def _told_apart(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
+    """The outcomes; where a name stands for several, each with what tells it from the others."""
+    place = {
+        (each.digest, each.name): source.name for source in sources for each in source.outcomes
+    }
+    alike: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        alike.setdefault(outcome.name, []).append(outcome)
+    names: dict[tuple[str, str], str] = {}
+    for name, many in alike.items():
+        if len(many) < LEAST_ALIKE:
+            continue
+        ways = (
+            [place[each.digest, each.name] for each in many],
+            [each.scene for each in many],
+            [each.fidelity for each in many],
+            [each.digest[:DIGITS] for each in many],
+        )
+        marks = next((way for way in ways if len(set(way)) == len(many)), ways[-1])
+        for each, mark in zip(many, marks, strict=True):
+            names[each.digest, name] = f"{name} ({mark})"
+    return tuple(
+        replace(each, name=names.get((each.digest, each.name), each.name)) for each in outcomes
     )
 
 
@@ -167,7 +202,7 @@ def _facts(
     names = []
     for source in sources:
         told = source.record or {}
-        names.append(str(told.get("name", source.place.name)))
+        names.append(source.name)
         where = str(source.place / STUDY_FILE)
         if not wanted and told.get("objectives"):
             wanted = read_objectives(told["objectives"], where)

@@ -31,7 +31,8 @@ class Recommendation:
     feasible: meet the constraints and have every objective. group: those that were compared, of one
     scene and fidelity; front: those of the group that none of it dominates; chosen: None where the
     front is empty; best: by objective the front's best, the nearest to ``chosen``'s kind first.
-    alike: others of the front, as near as ``chosen``. scene, fidelity: the group's.
+    alike: others of the front, as near as ``chosen``. runner_up: the next of the front, or of the
+    group where the front has one alone. scene, fidelity: the group's.
     """
 
     feasible: tuple[int, ...] = ()
@@ -40,6 +41,7 @@ class Recommendation:
     chosen: int | None = None
     best: tuple[int, ...] = ()
     alike: tuple[int, ...] = ()
+    runner_up: int | None = None
     scene: str = ""
     fidelity: str = ""
 
@@ -68,8 +70,9 @@ def recommend(
     front = tuple(number for number, kept in zip(group, free, strict=True) if kept)
     scaled = _scaled(values[free])
     distance = np.round(np.sqrt((scaled**2).sum(axis=1)), 9)
-    of_all = np.sqrt((_scaled(values)[free] ** 2).sum(axis=1))
-    first = int(np.lexsort((of_all, distance))[0])
+    of_all = np.sqrt((_scaled(values) ** 2).sum(axis=1))
+    ranked = np.lexsort((of_all[free], distance))
+    first = int(ranked[0])
     chosen = front[first]
     near = np.flatnonzero(distance == distance[first])
     alike = tuple(front[k] for k in near if k != first)
@@ -77,7 +80,12 @@ def recommend(
         front[int(np.lexsort((distance, scaled[:, column]))[0])]
         for column in range(scaled.shape[1])
     )
-    return Recommendation(feasible, group, front, chosen, best, alike, scene, fidelity)
+    if len(front) > 1:
+        second: int | None = front[int(ranked[1])]
+    else:
+        others = [number for _, number in sorted(zip(of_all.tolist(), group, strict=True))]
+        second = next((number for number in others if number != chosen), None)
+    return Recommendation(feasible, group, front, chosen, best, alike, second, scene, fidelity)
 
 
 def losses(

@@ -44,6 +44,19 @@ class Bound:
             and (self.at_most is None or value <= self.at_most)
         )
 
+    def broken_by(self, outcome: Outcome) -> str:
+        """What of the outcome breaks the bound, and by how much; "" where it holds."""
+        value = outcome.metrics.get(self.metric)
+        if value is None:
+            return f"no {self.metric}, asked is {self.words}"
+        if self.at_least is not None and value < self.at_least:
+            asked, away = f"at least {self.at_least:g}", self.at_least - value
+        elif self.at_most is not None and value > self.at_most:
+            asked, away = f"at most {self.at_most:g}", value - self.at_most
+        else:
+            return ""
+        return f"{self.metric} {value:.4g}, asked is {asked} (off by {away:.2g})"
+
     @property
     def words(self) -> str:
         """As "cost <= 40"."""
@@ -115,6 +128,20 @@ def usual_objectives(metrics: Iterable[MetricFacts], outcomes: Iterable[Outcome]
         if values and None not in values:
             found.append(Wanted(name, metric.better))
     return found[:MOST_USUAL]
+
+
+def why_not(
+    outcome: Outcome, objectives: Iterable[Wanted], constraints: Iterable[Bound]
+) -> tuple[str, ...]:
+    """Why an analysed outcome is not feasible: each objective it lacks, each bound it breaks."""
+    if outcome.status != "ok":
+        return ()
+    lacking = [
+        f"no {each.metric}, an objective"
+        for each in objectives
+        if outcome.metrics.get(each.metric) is None
+    ]
+    return (*lacking, *filter(None, (bound.broken_by(outcome) for bound in constraints)))
 
 
 def read_objectives(found: Any, source: str) -> tuple[Wanted, ...]:

@@ -1,6 +1,7 @@
 """``fingerdesign compare``: page, CSV and JSON from studies; wrong input is named, exit code 2."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from fingerdesign_cli.main import main
@@ -47,6 +48,8 @@ def test_json_on_stdout(study, tmp_path, capsys) -> None:
     [
         (["--objective", "stick_eror:min"], "did you mean stick_error?"),
         (["--objective", "normal_force_N"], "METRIC:min or METRIC:max"),
+        (["--objective", "stik"], "did you mean stick_error?"),
+        (["--objective", "stik:min"], "did you mean stick_error?"),
         (["nowhere"], "RESULT = nowhere"),
     ],
 )
@@ -62,3 +65,22 @@ def test_nothing_of_the_study_is_written_over(study, tmp_path, capsys, where) ->
     assert main(["compare", str(study), "--out", str(tmp_path / where)]) == 2
     assert "choose another" in capsys.readouterr().err
     assert read_outcomes([study]) == MADE
+
+
+def test_the_page_is_an_html_file(study, tmp_path, capsys) -> None:
+    assert main(["compare", str(study), "--out", str(tmp_path / "page.txt")]) == 2
+    assert "must end in .html" in capsys.readouterr().err
+
+
+def test_what_is_left_out_is_said(study, tmp_path, capsys) -> None:
+    good = next(each for each in MADE if each.status == "ok")
+    plain = replace(good, digest="f" * 64, name="plain", metrics={"cost": 1.0})
+    extra = tmp_path / "extra.jsonl"
+    extra.write_text(f"{plain.to_json()}\n", encoding="utf-8")
+    out = tmp_path / "page.html"
+    asked = ["compare", str(study), str(extra), "--out", str(out), "--objective", "stick_error"]
+    assert main(asked) == 0
+    assert "1 design lacks stick_error and was left out (plain)" in capsys.readouterr().out
+    assert main([*asked, "--json", "-"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["not_feasible"] == {"plain": ["no stick_error, an objective"]}

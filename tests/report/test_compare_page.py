@@ -117,3 +117,62 @@ def test_script_json_ends_no_element(text) -> None:
     assert not set(packed) & set("<>&\u2028\u2029")
     assert packed.isascii()
     assert json.loads(packed) == {text: [text]}
+
+
+def said_of(outcomes, wanted=WANTED, bounds=()):
+    return summary(
+        outcomes, facts_of("x", outcomes, wanted, bounds), recommend(outcomes, wanted, bounds)
+    )
+
+
+def with_metrics(outcome, **metrics):
+    return replace(outcome, metrics=outcome.metrics | metrics)
+
+
+@pytest.fixture(scope="module")
+def good(made):
+    return [each for each in made if each.status == "ok"]
+
+
+def test_those_that_lack_an_objective_are_named(good) -> None:
+    two = [with_metrics(each, stick_error=None) for each in good[:2]]
+    said = said_of([*two, *good[2:]])
+    assert "2 designs lack stick_error and were left out" in said.counts
+    assert two[0].name in said.counts
+    assert "left out" not in said_of(good).counts
+
+
+def test_an_objective_alike_for_all_decides_nothing(good) -> None:
+    level = [with_metrics(each, cost=7.0) for each in good]
+    said = said_of(level)
+    assert "All have the same cost, 7: it decides nothing." in said.why
+    assert "leads in" not in said.why
+    assert said.table.rows[1][2] == "the same for all"
+    both = said_of([with_metrics(each, stick_error=0.1) for each in level])
+    assert "nothing decides" in both.why
+
+
+def test_words_of_ends_and_of_one(good) -> None:
+    wanted = (Wanted("least_margin", "max"), Wanted("cost", "min"))
+    made = [with_metrics(each, least_margin=1.0 + k) for k, each in enumerate(good[:3])]
+    said = said_of(made, wanted, (Bound("least_margin", at_least=2.5),))
+    assert "highest least margin and lowest cost" in said.counts
+    assert "1 meets the constraints" in said.counts
+    assert "the only one that meets the constraints" in said.why
+
+
+def test_the_row_says_which_constraint_broke(good) -> None:
+    dear = with_metrics(good[0], cost=99.0)
+    made = [dear, *good[1:]]
+    page = compare_html(made, facts_of("x", made, WANTED, (Bound("cost", at_most=50.0),)))
+    told = "cost 99, asked is at most 50 (off by 49)"
+    assert f'title="{told}">× not feasible<span class="missed">{told}</span>' in page
+    assert json.loads(script(page, "data"))["designs"][0]["missed"] == [told]
+
+
+def test_what_was_varied_stands_first_in_the_table(page, good) -> None:
+    columns = [each["path"] for each in json.loads(script(page, "data"))["columns"]]
+    columns = [path for path in columns if path[0] in ("values", "metrics")]
+    varied = len(good[0].values)
+    assert {path[0] for path in columns[:varied]} == {"values"}
+    assert columns[varied : varied + 2] == [["metrics", each.metric] for each in WANTED]

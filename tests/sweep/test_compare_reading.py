@@ -135,3 +135,20 @@ def plain_result():
         model=ModelSummary(2, "t", 10, 5, False),
         mesh=MeshSummary("m", 3, 30.0, 0.0, None),
     )
+
+
+def test_designs_of_one_name_are_told_apart(tmp_path) -> None:
+    same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
+    for folder, some in (("first", same[:1]), ("second", same[1:2])):
+        write_lines(tmp_path / folder, some)
+    both = read_comparison([tmp_path / "first", tmp_path / "second"]).outcomes
+    assert [each.name for each in both] == ["twin (first)", "twin (second)"]
+    write_lines(tmp_path / "third", same[2:])
+    one = read_outcomes([tmp_path / "third"])
+    assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
+
+
+def write_lines(folder, outcomes) -> None:
+    folder.mkdir()
+    text = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    (folder / "outcomes.jsonl").write_text(text, encoding="utf-8")

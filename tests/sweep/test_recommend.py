@@ -8,7 +8,7 @@ import pytest
 from fingerdesign.bench.any_outcomes import any_outcomes
 from fingerdesign.sweep.outcome import Outcome
 from fingerdesign.sweep.recommend import dominated, recommend
-from fingerdesign.sweep.study_facts import Bound, Wanted
+from fingerdesign.sweep.study_facts import Bound, Wanted, why_not
 
 LEAST_ERROR, LEAST_COST = Wanted("stick_error", "min"), Wanted("cost", "min")
 MOST_MARGIN = Wanted("safety_margin", "max")
@@ -96,3 +96,28 @@ def test_front_is_what_the_definition_says(seed) -> None:
 
 def test_dominated_of_none() -> None:
     assert dominated(np.zeros((0, 2))).tolist() == []
+
+
+def test_runner_up_is_the_next_of_the_front() -> None:
+    knee = [
+        outcome("accurate", stick_error=0.0, cost=10.0),
+        outcome("knee", stick_error=0.2, cost=2.0),
+        outcome("next", stick_error=0.3, cost=1.9),
+        outcome("cheap", stick_error=1.0, cost=0.0),
+    ]
+    assert recommend(knee, [LEAST_ERROR, LEAST_COST], []).runner_up == 2
+    # Where one beats all, the nearest of those beaten; of one alone, none.
+    assert recommend(knee, [LEAST_COST], []).runner_up == 2
+    assert recommend(knee[:1], [LEAST_COST], []).runner_up is None
+
+
+def test_why_one_is_not_feasible() -> None:
+    bounds = (Bound("cost", at_most=10.0), Bound("safety_margin", at_least=1.2))
+    dear = outcome("dear", cost=12.5, safety_margin=1.0)
+    assert why_not(dear, [LEAST_ERROR], bounds) == (
+        "no stick_error, an objective",
+        "cost 12.5, asked is at most 10 (off by 2.5)",
+        "safety_margin 1, asked is at least 1.2 (off by 0.2)",
+    )
+    assert why_not(outcome("good", cost=1.0, safety_margin=2.0), [LEAST_COST], bounds) == ()
+    assert "no cost" in why_not(outcome("dumb", safety_margin=2.0), [], bounds)[0]

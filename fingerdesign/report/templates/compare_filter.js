@@ -75,20 +75,22 @@
   }
 
   function chooser(table, columns, apply) {
+    const atFirst = (column, place) => place < FIRST_COLUMNS || column.wanted === true;
     const boxes = columns.slice(2).map((column, place) => {
       const box = FD.el("input", {
         type: "checkbox",
-        checked: place < FIRST_COLUMNS,
+        checked: atFirst(column, place),
         onchange: () => {
           hide(table, column, !box.checked);
           apply();
         },
       });
-      if (place >= FIRST_COLUMNS) hide(table, column, true);
+      if (!atFirst(column, place)) hide(table, column, true);
       return FD.el("label", {}, box, FD.heading(column));
     });
     const count = boxes.length;
-    const more = count > FIRST_COLUMNS ? ` (${FIRST_COLUMNS} of ${count} shown at first)` : "";
+    const seen = columns.slice(2).filter(atFirst).length;
+    const more = count > seen ? ` (${seen} of ${count} shown at first)` : "";
     return FD.el(
       "details",
       {},

@@ -166,13 +166,13 @@
       );
   }
 
-  /** The recommended design and the first other one of the front. */
+  /** The recommended design and the runner-up. */
   function first() {
     const { designs, study } = FD.data;
     const good = designs.flatMap((each, number) => (each.status === "ok" ? [number] : []));
     const a = study.recommended ?? good[0] ?? null;
     const others = good.filter((number) => number !== a);
-    const b = others.find((number) => designs[number].front) ?? others[0] ?? null;
+    const b = study.runner_up ?? others[0] ?? null;
     FD.select(a, b);
   }
 

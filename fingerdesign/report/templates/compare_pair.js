@@ -72,17 +72,39 @@
     );
     const region = { class: "scroll", tabindex: "0", role: "region", "aria-label": "The two in numbers" };
     const same = hidden ? FD.el("p", { class: "quiet" }, `Equal in both: ${hidden} values.`) : null;
-    const fill = [FD.el("div", region, table), same, ...warnings(a, b)];
+    const notes = [...missed(a, b), ...unlike(a, b), ...warnings(a, b)];
+    const fill = [...notes, FD.el("div", region, table), same];
     place.replaceChildren(...fill.filter(Boolean));
+  }
+
+  const told = (strong, text) => FD.el("p", {}, FD.el("strong", {}, strong), text);
+
+  /** Which constraint or objective each misses, and by what. */
+  function missed(a, b) {
+    return [a, b].flatMap((number, place) => {
+      const causes = number === null ? [] : FD.data.designs[number].missed;
+      return causes.length ? [told(`Not feasible, ${"AB"[place]}: `, `${causes.join("; ")}.`)] : [];
+    });
+  }
+
+  /** Measures of grips that lifted are of different grips where A and B lift different shares. */
+  function unlike(a, b) {
+    const both = [a, b].map((number) =>
+      number === null ? null : FD.data.designs[number].metrics.grip_success,
+    );
+    if (!both.every(FD.isNumber) || both[0] === both[1]) return [];
+    const shares = both.map((share, place) => `${"AB"[place]} ${FD.number(100 * share)} %`);
+    const text =
+      `the grip success of the two differs (${shares.join(", ")} of the grips lifted). Margins and ` +
+      "force ratios are over the grips that lifted, so they are not of the same grips here.";
+    return [told("Mind: ", text)];
   }
 
   function warnings(a, b) {
     return [a, b].flatMap((number, place) =>
       number === null
         ? []
-        : FD.data.designs[number].warnings.map((text) =>
-            FD.el("p", {}, FD.el("strong", {}, `Mind, ${"AB"[place]}: `), text),
-          ),
+        : FD.data.designs[number].warnings.map((text) => told(`Mind, ${"AB"[place]}: `, text)),
     );
   }
 

@@ -29,11 +29,12 @@
   function scale(values, from, to) {
     let low = Math.min(...values);
     let high = Math.max(...values);
+    const alike = high === low ? low : null; // one mark in the middle, no made-up range
     const pad = high > low ? 0.05 * (high - low) : 0.5 * Math.max(Math.abs(low), 1e-6);
     low -= pad;
     high += pad;
     const at = (value) => from + ((value - low) / (high - low)) * (to - from);
-    return { at, ticks: ticks(low, high) };
+    return { at, alike, ticks: alike === null ? ticks(low, high) : [alike] };
   }
 
   /** Of those feasible: whom nobody is nowhere worse and somewhere better than, in these two. */
@@ -89,7 +90,8 @@
   }
 
   function pick(point, letter) {
-    const { px, py } = point;
+    const px = point.px + (letter === "A" ? 15 : -15); // beside the point: its shape says what it is
+    const py = point.py - 13;
     const mark =
       letter === "A"
         ? FD.svg("circle", { class: "pick-a", cx: px, cy: py, r: 9 })
@@ -127,13 +129,15 @@
       parts.push(FD.svg("text", place, FD.number(value)));
     }
     const way = { min: ["← better", "better ↓"], max: ["better →", "better ↑"] };
-    const said = (column, place) =>
-      `${FD.heading(column)}${column.goal ? `   ${way[column.goal][place]}` : ""}`;
+    const said = (column, place, alike) => {
+      const better = column.goal ? `   ${way[column.goal][place]}` : "";
+      return FD.heading(column) + (alike === null ? better : ": the same for all shown");
+    };
     const middle = { x: (left + right) / 2, y: HIGH - 16, "text-anchor": "middle" };
-    parts.push(FD.svg("text", middle, said(x, 0)));
+    parts.push(FD.svg("text", middle, said(x, 0, across.alike)));
     const turned = `translate(16 ${(top + bottom) / 2}) rotate(-90)`;
     // Turned by a quarter, the arrow that points at smaller values points to the left.
-    const label = said(y, 0);
+    const label = said(y, 0, up.alike);
     parts.push(FD.svg("text", { transform: turned, "text-anchor": "middle" }, label));
     return parts;
   }
