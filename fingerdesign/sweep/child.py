@@ -63,7 +63,7 @@ class Child:
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: IO[bytes] | None = None
         self._jobs = 0
-        self._read = b""
+        self._read = bytearray()
 
     def __enter__(self) -> Self:
         return self
@@ -106,7 +106,7 @@ class Child:
     def end(self) -> None:
         """End the process and all that it has started."""
         process, self._process = self._process, None
-        self._jobs, self._read = 0, b""
+        self._jobs, self._read = 0, bytearray()
         if process is not None:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
@@ -140,23 +140,27 @@ class Child:
         """The next line that it writes."""
         assert process.stdout is not None
         end = time.monotonic() + time_s
+        look, seen = time.monotonic() + _LOOK_S, 0
         while True:
-            line, found, rest = self._read.partition(b"\n")
-            if found:
-                self._read = rest
-                return line.decode()
+            found = self._read.find(b"\n", seen)
+            if found >= 0:
+                line = self._read[:found].decode()
+                del self._read[: found + 1]
+                return line
+            seen = len(self._read)
+            if (now := time.monotonic()) >= look:  # also while it keeps writing
+                look = now + _LOOK_S
+                used = _group_memory_MB(process.pid) + len(self._read) / 1e6
+                if used > memory_MB:
+                    raise ChildFailed("memory", f"took {used:.0f} MB, more than {memory_MB:g} MB")
+                if now > end:
+                    raise ChildFailed("timeout", f"not done after {time_s:g} s")
             ready, _, _ = select.select([process.stdout], [], [], _LOOK_S)
             if ready:
                 more = os.read(process.stdout.fileno(), 1 << 20)
                 if not more:
                     raise self._died()
                 self._read += more
-                continue
-            used = _group_memory_MB(process.pid)
-            if used > memory_MB:
-                raise ChildFailed("memory", f"took {used:.0f} MB, more than {memory_MB:g} MB")
-            if time.monotonic() > end:
-                raise ChildFailed("timeout", f"not done after {time_s:g} s")
 
     def _died(self) -> ChildFailed:
         """Why the process is gone, in words; it is cleared away."""

@@ -42,7 +42,7 @@ class Store:
         """
         try:
             text = self._path(digest).read_text(encoding="utf-8")
-        except (FileNotFoundError, UnicodeDecodeError):
+        except (FileNotFoundError, IsADirectoryError, UnicodeDecodeError):
             return None
         except OSError as error:
             raise StoreError(f"{self._path(digest)} cannot be read: {error}") from error
@@ -69,6 +69,8 @@ class Store:
                 stream.write(f"{_sum_of(line)}\n{line}")
                 stream.flush()
                 os.fsync(stream.fileno())
+            if path.is_dir():  # not ours: out of the way
+                path.rename(path.with_name(f"{path.name}.{secrets.token_hex(6)}"))
             os.replace(aside, path)
         except OSError as error:
             raise StoreError(f"an outcome cannot be kept in {self.folder}: {error}") from error

@@ -6,13 +6,17 @@ the key's own bounds. Whether a combination can exist is each variant's question
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
+from dataclasses import replace
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
+from pydantic_core import ErrorDetails
 
 from fingerdesign.design.faults import dotted, fault_of, shown, undexed
+from fingerdesign.design.keys import parts_of, set_value
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.sweep.sampling import at_shares, number_of_points
 from fingerdesign.sweep.study_keys import set_keys, split_share, value_of
@@ -22,22 +26,40 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.sweep.study_file import Study
 
+TOLD = 200  # faults; a file of more is not mended one by one
+
 
 def study_faults(study: Study, base: Design) -> list[Fault]:
-    """Faults of [fixed], of the parameters and of the grid's size, each told once."""
-    faults = _share_faults(study, base)
-    if not faults:
-        middle = middle_values(study)
-        plain = set_keys(base, _with_wholes(study, middle))
-        setting = {**study.fixed, **plain}
-        faults += _fixed_faults(study, base, setting)
-        for key, value in _ends(study):
-            faults += _value_faults(base, setting, key, value)
+    """Faults of [fixed], of the parameters and of the grid's size, each told once.
+
+    At most ``TOLD`` of them, and one that says so.
+    """
+    faults = list(islice(_faults(study, base), TOLD + 1))
     try:
         number_of_points(study)
     except DesignError as error:
         faults += error.faults
-    return list({str(fault): fault for fault in faults}.values())
+    found = list({str(fault): fault for fault in faults}.values())
+    if len(found) <= TOLD:
+        return found
+    more = Fault("file", f"more than {TOLD} faults", "without any", "correct those told first")
+    return [*found[:TOLD], more]
+
+
+def _faults(study: Study, base: Design) -> Iterator[Fault]:
+    found = _share_faults(study, base)
+    yield from found
+    if found:
+        return
+    setting = {**study.fixed, **set_keys(base, _with_wholes(study, middle_values(study)))}
+    yield from _fixed_faults(study, base, setting)
+    # What is no key at all has nothing to say to the others, and is told once.
+    unknown = _unknown(study, base, setting)
+    yield from unknown.values()
+    sound = {key: value for key, value in setting.items() if key not in unknown}
+    for key in study.parameters:
+        if split_share(key)[0] not in unknown:
+            yield from _value_faults(study, base, sound, key)
 
 
 def middle_values(study: Study) -> dict[str, Choice]:
@@ -75,67 +97,111 @@ def _shown(parameter: Range | tuple[Choice, ...]) -> object:
     return f"{parameter.low} to {parameter.high}" if isinstance(parameter, Range) else parameter
 
 
-def _ends(study: Study) -> Iterator[tuple[str, Choice]]:
-    """Each parameter's key with the values that its bounds are held against."""
-    for key, parameter in study.parameters.items():
-        ends = _ends_of(parameter) if isinstance(parameter, Range) else parameter
-        yield from ((key, end) for end in ends)
-
-
 def _ends_of(parameter: Range) -> tuple[Choice, Choice]:
     """Its least and greatest value, as variants get them: of the kind that the step makes them."""
     return parameter.at(0.0), parameter.at(1.0 - 1e-12)
 
 
-def _fixed_faults(study: Study, base: Design, setting: Mapping[str, Any]) -> list[Fault]:
-    faults = []
-    for fault, _ in _schema_faults(base, setting):
-        owner = _owner(fault.key, study.fixed)
+def _fixed_faults(study: Study, base: Design, setting: Mapping[str, Any]) -> Iterator[Fault]:
+    data, refused = _set(base, setting)
+    plain = {_plain(key): key for key in study.fixed}
+    for fault, _ in (*refused, *_schema_faults(data, plain)):
+        owner = next((each for each in plain if _stands_in(fault.key, each)), None)
         if owner is not None:
-            where = dotted(("fixed", owner)) + fault.key[len(owner) :]
-            faults.append(Fault(where, fault.value, fault.bound, fault.remedy))
-    return faults
+            where = dotted(("fixed", plain[owner])) + fault.key[len(owner) :]
+            yield Fault(where, fault.value, fault.bound, fault.remedy)
 
 
-def _value_faults(base: Design, setting: Mapping[str, Any], key: str, value: Choice) -> list[Fault]:
+def _unknown(study: Study, base: Design, setting: Mapping[str, Any]) -> dict[str, Fault]:
+    """The studied keys that designs do not have, with the fault of each."""
+    data, refused = _set(base, setting)
+    plain = {_plain(split_share(key)[0]): key for key in study.parameters}
+    found: dict[str, Fault] = {}
+    for fault in (*(fault for fault, _ in refused), *_unknown_faults(data, plain)):
+        for owner, key in plain.items():
+            if _stands_in(fault.key, owner) or _stands_in(owner, fault.key):
+                value = shown(_shown(study.parameters[key]))
+                where = dotted(("parameters", key))
+                found[split_share(key)[0]] = Fault(where, value, fault.bound, fault.remedy)
+    return found
+
+
+def _value_faults(
+    study: Study, base: Design, setting: Mapping[str, Any], key: str
+) -> Iterator[Fault]:
+    """Of each value of a parameter; of a range its ends."""
     target, share = split_share(key)[0], "/" in key
-    setting = setting if share else {**setting, target: value}
-    where = dotted(("parameters", key))
-    return [
-        Fault(where, shown(value), fault.bound, fault.remedy)
-        for fault, bounds in _schema_faults(base, setting)
-        # A share's product is out of bounds or not with the length that it is of.
-        if _owner(fault.key, (target,)) is not None and not (share and bounds)
-    ]
+    where, plain = dotted(("parameters", key)), _plain(target)
+    parameter = study.parameters[key]
+    data, _ = _set(base, setting)
+    for value in _ends_of(parameter) if isinstance(parameter, Range) else parameter:
+        if not share:
+            set_value(data, target, value)
+        for fault, bounds in _schema_faults(data, (plain,)):
+            # A share's product is out of bounds or not with the length that it is of.
+            if _stands_in(fault.key, plain) and not (share and bounds):
+                yield Fault(where, shown(value), fault.bound, fault.remedy)
+        if share:
+            return
 
 
-def _owner(key: str, keys: Any) -> str | None:
-    """The one of ``keys`` that a fault's key is or stands in."""
-    plain = undexed(key)
-    for each in keys:
-        if plain == undexed(each) or key.startswith((f"{each}.", f"{each}[")):
-            return str(each)
-    return None
+def _plain(key: str) -> str:
+    """A dotted key as faults write it: in quotes where a part needs them."""
+    return dotted(parts_of(key))
 
 
-def _schema_faults(base: Design, setting: Mapping[str, Any]) -> list[tuple[Fault, bool]]:
-    """Faults of keys by themselves, each with whether it is one of the value's bounds."""
-    from fingerdesign.design.keys import set_value
-    from fingerdesign.design.schema import Design
+def _stands_in(key: str, owner: str) -> bool:
+    """Whether a fault's key is that key, or stands in it."""
+    return undexed(key) == undexed(owner) or key.startswith((f"{owner}.", f"{owner}["))
 
+
+def _set(
+    base: Design, setting: Mapping[str, Any]
+) -> tuple[dict[str, Any], list[tuple[Fault, bool]]]:
+    """The base's data with keys set, and faults of those that lead nowhere."""
     data = base.model_dump(mode="json", exclude_none=True)
-    found: list[tuple[Fault, bool]] = []
+    refused: list[tuple[Fault, bool]] = []
     for key, value in setting.items():
         try:
             set_value(data, key, deepcopy(value))
         except DesignError as error:
-            found += [(fault, False) for fault in error.faults]
+            refused += [(replace(fault, key=_plain(key)), False) for fault in error.faults]
+    return data, refused
+
+
+def _errors(data: Mapping[str, Any]) -> list[ErrorDetails]:
+    from fingerdesign.design.schema import Design
+
     try:
         Design.model_validate(data)
     except ValidationError as error:
-        for each in error.errors(include_url=False):
-            fault = fault_of(each, Design)
-            combined = each["type"] == "fault" and each["ctx"]["key"]
-            if not combined or fault.key.endswith(".material"):
-                found.append((fault, each["type"].startswith(("greater_", "less_"))))
+        return error.errors(include_url=False)
+    return []
+
+
+def _unknown_faults(data: Mapping[str, Any], owners: Iterable[str]) -> Iterator[Fault]:
+    from fingerdesign.design.schema import Design
+
+    wanted = tuple(owners)
+    for each in _errors(data):
+        if each["type"] == "extra_forbidden":
+            key = dotted(each["loc"])
+            if any(_stands_in(key, owner) or _stands_in(owner, key) for owner in wanted):
+                yield fault_of(each, Design)
+
+
+def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple[Fault, bool]]:
+    """Faults of ``owners`` by themselves, each with whether it is one of the value's bounds."""
+    from fingerdesign.design.schema import Design
+
+    wanted = tuple(owners)
+    found: list[tuple[Fault, bool]] = []
+    for each in _errors(data):
+        unknown = each["type"] == "extra_forbidden"  # its words take long to find
+        if unknown and not any(_stands_in(dotted(each["loc"]), owner) for owner in wanted):
+            continue
+        fault = fault_of(each, Design)
+        combined = each["type"] == "fault" and each["ctx"]["key"]
+        if not combined or fault.key.endswith(".material"):
+            found.append((fault, each["type"].startswith(("greater_", "less_"))))
     return found

@@ -14,6 +14,7 @@ from fingerdesign.sweep.metrics import METRICS, known_metric
 from fingerdesign.sweep.study_values import Text
 
 MOST_VARIANTS = 100_000
+MOST_PRICE = 1e6
 Goal = Literal["min", "max"]
 MetricName = Annotated[str, AfterValidator(known_metric)]
 
@@ -65,10 +66,10 @@ class Limits(Table):
 class Cost(Table):
     """``[cost]``: what the metric "cost" adds up, in a currency of the user's."""
 
-    fixed: float = Field(default=0.0, ge=0)
-    plate: float = Field(default=2.0, ge=0)
-    gage: float = Field(default=8.0, ge=0)
-    silicone_per_ml: float = Field(default=0.05, ge=0)
+    fixed: float = Field(default=0.0, ge=0, le=MOST_PRICE)
+    plate: float = Field(default=2.0, ge=0, le=MOST_PRICE)
+    gage: float = Field(default=8.0, ge=0, le=MOST_PRICE)
+    silicone_per_ml: float = Field(default=0.05, ge=0, le=MOST_PRICE)
 
 
 class Objective(Table):

@@ -100,6 +100,23 @@ def who(data):
     return json.dumps({"pid": os.getpid(), "threads": os.environ["MKL_NUM_THREADS"]})
 
 
+def endless(data):
+    """Writes on the answers' pipe without an end of the line."""
+    answers = [each for each in map(int, os.listdir("/proc/self/fd")) if each > 2]
+    pipes = [each for each in answers if "pipe:" in _target(each)]
+    while True:
+        for each in pipes:
+            os.write(each, b"x" * 10_000)
+        time.sleep(0.0002)
+
+
+def _target(number):
+    try:
+        return os.readlink(f"/proc/self/fd/{number}")
+    except OSError:
+        return ""
+
+
 def elsewhere(data):
     """As a worker of another version answers."""
     found = outcome_of(data)

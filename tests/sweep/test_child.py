@@ -104,3 +104,13 @@ def test_an_idle_process_ends():
     assert process.wait(10.0) == -9
     process.stdin.close()
     process.stdout.close()
+
+
+def test_one_that_writes_without_end_is_held_to_its_time_and_memory():
+    with Child("sweep_evaluators:endless") as child:
+        with pytest.raises(ChildFailed) as caught:
+            child.run({}, 1.0, 100_000.0)
+        assert caught.value.kind == "timeout"
+        with pytest.raises(ChildFailed) as caught:
+            child.run({}, 20.0, 150.0)
+        assert caught.value.kind == "memory"

@@ -1,5 +1,7 @@
 """What an objective hangs on, where it is known because the objective is a formula."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -64,3 +66,24 @@ def test_same_seed_same_shares_and_few_trials_tell_nothing() -> None:
     (few,) = sensitivities(STUDY, outcomes(10), ["cost"])
     assert few.explained is None
     assert "nothing" in few.words
+
+
+@pytest.mark.parametrize(
+    ("weights", "shares"), [((1.0, 0.0), (1.0, 0.0)), ((2.0, -1.0), (0.8, 0.2))]
+)
+def test_shares_of_a_sum_are_those_of_its_variance(weights, shares) -> None:
+    rng = np.random.default_rng(1)
+    found = []
+    for each in outcomes(400):
+        radius, length = rng.uniform(size=2)
+        values = each.values | {
+            "body.arc_radius_mm": 20.0 + 40.0 * radius,
+            "plates.length_mm": 0.6 + 0.6 * length,
+        }
+        cost = float(weights[0] * radius + weights[1] * length)
+        found.append(replace(each, values=values, metrics={"cost": cost}))
+    (cost,) = sensitivities(STUDY, found, ["cost"])
+    by_key = {effect.parameter: effect.share for effect in cost.effects}
+    for key, share in zip(("body.arc_radius_mm", "plates.length_mm"), shares, strict=True):
+        assert by_key[key] == pytest.approx(share, abs=0.08)
+    assert by_key["plates.material"] == pytest.approx(0.0, abs=0.03)

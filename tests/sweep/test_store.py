@@ -126,3 +126,11 @@ def test_what_a_killed_driver_left_is_cleared_away(store):
     assert new.exists()  # another driver may be writing it
     assert store.get(DIGEST) == outcome()
     assert stat.S_ISDIR(store.folder.stat().st_mode)
+
+
+def test_a_folder_in_the_place_of_a_file_is_moved_away(store):
+    (store.folder / "ab" / f"{DIGEST}.txt" / "kept").mkdir(parents=True)
+    assert store.get(DIGEST) is None
+    store.put(outcome())
+    assert store.get(DIGEST) == outcome()
+    assert len(list(store.folder.rglob("kept"))) == 1

@@ -251,3 +251,33 @@ def test_two_parameters_of_one_key_and_shares_of_shares():
     assert not key_faults({}, ["a.b / c.d", "c.d"])
     assert "no other parameter" in str(key_faults({}, ["a.b", "a.b / c.d"])[0])
     assert "no share itself" in str(key_faults({}, ["a.b / c.d", "c.d / e.f"])[0])
+
+
+def test_unknown_keys_are_told_at_once_whatever_they_need_around_them():
+    for key in ("body.a b", "no.such", "plates.count.x"):
+        assert key in refused(parameters(f'"{key}" = [1, 2]'))
+    assert 'fixed."body.a b"' in refused(HEAD + '[fixed]\n"body.a b" = 1\n' + ONE)
+    told = refused(parameters('"body.nokey" = [1, 2, 3]\n"plates.count" = [9, 9000]')).splitlines()
+    assert len(told) == 2
+
+
+def test_many_wrong_choices_are_judged_quickly_and_told_in_part():
+    numbers = ", ".join(str(each) for each in range(200))
+    for key, most in (("body.nokey{}", 100), ("grip.k{}.x", 100)):
+        lines = "".join(f'"{key.format(each)}" = [{numbers}]\n' for each in range(100))
+        text = HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines
+        start = time.perf_counter()
+        assert len(refused(text).splitlines()) <= most
+        assert time.perf_counter() - start < 10.0
+    low = ", ".join(str(-each) for each in range(1, 200))
+    keys = ("body.depth_mm", "body.arc_radius_mm", "plates.length_mm", "gages.length_mm")
+    lines = "".join(f'"{key}" = [{low}]\n' for key in keys)
+    told = refused(HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines)
+    assert len(told.splitlines()) == 201
+    assert "more than 200 faults" in told
+
+
+def test_prices_have_an_end():
+    assert "at most 1e+06" in refused(HEAD + ONE + "[cost]\nplate = 1e300\n").replace(
+        "1000000.0", "1e+06"
+    )
