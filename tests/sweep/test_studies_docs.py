@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from fingerdesign.design.faults import known_keys
+from fingerdesign.sweep.metrics import METRICS
 from fingerdesign.sweep.study_file import Study, parse_study, read_study
+from fingerdesign.sweep.study_tables import Cost, Limits
 from fingerdesign.sweep.variants import base_design, variants
 
 ROOT = Path(__file__).parents[2]
@@ -41,6 +43,23 @@ def test_the_page_names_every_key():
     for key in known_keys(Study):
         told = re.sub(r"^(fixed|parameters|constraints)\..*", r"\1", key)
         assert told in named, key
+
+
+def test_the_page_lists_every_metric():
+    table = TEXT.split("## Metrics\n")[1].split("\n## ")[0]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("| `")]
+    better = {"min": "less", "max": "more", None: "-"}
+    assert rows == [
+        [f"`{each.name}`", each.unit or "-", better[each.better], each.words]
+        for each in METRICS.values()
+    ]
+
+
+def test_the_page_says_the_defaults():
+    limits, cost = Limits(), Cost()
+    assert f"left out: {limits.time_s:g} s, {limits.memory_MB:g} MB" in TEXT
+    prices = (cost.fixed, cost.plate, cost.gage, cost.silicone_per_ml)
+    assert f"left out: {', '.join(f'{price:g}' for price in prices)} |" in TEXT
 
 
 def test_the_refusals_that_the_page_shows(tmp_path):
