@@ -32,14 +32,15 @@ def compare_html(
     outcomes: Sequence[Outcome],
     facts: StudyFacts,
     *,
+    answer: Sequence[str] = (),
     notes: Sequence[str] = (),
     tables: Sequence[Table] = (),
     references: Sequence[str] = (),
 ) -> str:
     """The whole page as text: the outcomes in their order, and all of their numbers inside.
 
-    notes, tables: of a search, what it found and what each objective hangs on; references: names
-    of the outcomes that it was to beat.
+    answer: of a search, sentences that head the page; notes, tables: what it found and what each
+    objective hangs on; references: names of the outcomes that it was to beat.
 
     Every text of an outcome or of ``facts`` is a stranger's: it is escaped, and without control
     characters.
@@ -74,6 +75,7 @@ def compare_html(
         summary=summary(outcomes, facts, found),
         chosen=found.chosen,
         table=table,
+        answer=[shown(each) for each in answer],
         notes=[shown(note) for note in notes],
         search_tables=tables,
         failures=_failures(outcomes),

@@ -66,13 +66,14 @@ class Optimised:
         """What came out, in words."""
         found, counts = self.confirmation, self.counts()
         objectives = " and ".join(
-            f"{'least' if each.direction == 'min' else 'most'} {each.metric}"
+            f"{'lowest' if each.direction == 'min' else 'highest'} {each.metric}"
             for each in self.search.study.objectives
         )
         said = [
-            f"{counts['trials']} trials ({counts['invalid']} no finger, {counts['failed']} failed)"
-            f" for {objectives}: {counts['front']} on the front, {counts['dominate_reference']} "
-            f"dominate {found.reference.name}."
+            f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
+            f"{counts['failed']} failed) for {objectives}: {counts['front']} on the front, "
+            f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} "
+            f"{found.reference.name}."
         ]
         if found.reference.failure:
             said.append(f"The reference could not be analysed: {found.reference.failure}")
@@ -80,10 +81,11 @@ class Optimised:
             said.append("The reference itself misses a constraint.")
         if found.thorough_reference is None:
             return (*said, "Nothing was confirmed by a more thorough model.")
+        dominate = "dominates" if len(found.standing) == 1 else "dominate"
         better = sum(_all_better(each.thorough, found) for each in found.standing)
         said.append(
             f"Analysed again by {found.fidelity}, as the reference was, {len(found.standing)} of "
-            f"{len(found.confirmed)} dominate it there too, {better} in every objective."
+            f"{len(found.confirmed)} {dominate} it there too, {better} in every objective."
         )
         return tuple(said)
 
@@ -127,6 +129,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     from fingerdesign.report.compare_html import compare_html
     from fingerdesign.report.figures_optimise import draw_front
     from fingerdesign.report.optimise_tables import confirmed_table, sensitivity_tables
+    from fingerdesign.report.optimise_words import verdict
 
     study, told = found.search.study, found.confirmation
     compared = write_study(folder, study, found.outcomes, source, {"optimise": found.data()})
@@ -136,6 +139,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     page = compare_html(
         compared.outcomes,
         facts,
+        answer=verdict(found),
         notes=found.sentences(),
         tables=[table for table in tables if table is not None],
         references=[each.name for each in (told.reference, told.thorough_reference) if each],
@@ -143,6 +147,10 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     (folder / REPORT_FILE).write_text(page, encoding="utf-8", newline="\n")
     if len(study.objectives) > 1:
         draw_front(found, folder / CHART_FILE)
+
+
+def _many(count: int, one: str, more: str) -> str:
+    return f"{count} {one if count == 1 else more}"
 
 
 def _all_better(own: Judged, found: Confirmation) -> bool:

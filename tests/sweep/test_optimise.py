@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import DesignError
+from fingerdesign.report.optimise_words import verdict
 from fingerdesign.sweep.confirm import confirm, judged
 from fingerdesign.sweep.evaluate import Job, failed
 from fingerdesign.sweep.optimise import Search, optimise
@@ -201,7 +202,18 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path
     assert {each.fidelity for each in honest.outcomes} == {"plane-strain", "3d"}
     assert honest.volumes[-1] == pytest.approx(1.0)
     assert np.all(np.diff(honest.volumes) >= 0.0)
-    assert confirm(search, tried, Flattering()).standing == ()
+    flattered = confirm(search, tried, Flattering())
+    assert flattered.standing == ()
+
+    said = verdict(Optimised(search, tried, honest))
+    name = honest.standing[0].thorough.name
+    assert said[0].startswith(f"{name} dominates the reference, reference-maeno2000-3d, in 3-D")
+    assert "% lower)" in said[0]
+    assert "The search had seen stick error" in said[0]
+    assert any("hangs most on" in each for each in said)
+    said = verdict(Optimised(search, tried, flattered))
+    assert "None of the 2 fingers analysed again in 3-D dominates the reference" in said[0]
+    assert "worse)" in said[1]
 
 
 def test_a_small_space_is_repeated_at_no_cost_and_told_once(tmp_path) -> None:
@@ -223,7 +235,12 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert record["confirm_fidelity"] == ""
     assert "Nothing was confirmed" in " ".join(record["sentences"])
     assert not (folder / "front.png").exists()  # one objective has no plane
-    assert "The search" in (folder / "report.html").read_text()
+    page = (folder / "report.html").read_text()
+    assert "The search" in page
+    assert page.index("Against the reference") < page.index("Recommended")
+    said = verdict(found)
+    assert "No more thorough model confirmed this." in said
+    assert any("too few, 20 are needed" in each for each in said)
 
 
 def test_a_study_without_objectives_is_refused(tmp_path) -> None:

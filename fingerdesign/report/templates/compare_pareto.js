@@ -286,7 +286,9 @@
       return;
     }
     const named = (each) => axes.find((column) => column.path[1] === each.metric);
-    const wanted = FD.data.study.objectives.map(named).filter(Boolean);
+    const alike = (column) => new Set(FD.shown.map((n) => FD.value(n, column))).size < 2;
+    const all = FD.data.study.objectives.map(named).filter(Boolean);
+    const wanted = [...all].sort((p, q) => alike(p) - alike(q)); // what decides nothing comes last
     x = wanted[0] ?? axes[0];
     y = wanted[1] ?? axes.find((column) => column !== x) ?? x;
     picture = FD.svg("svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "none" });
