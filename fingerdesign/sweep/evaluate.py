@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.identity import result_digest, versions
 from fingerdesign.sweep.metrics import METRICS_VERSION
-from fingerdesign.sweep.outcome import Failure, FailureKind, Outcome
+from fingerdesign.sweep.outcome import Failure, FailureKind, Outcome, bounded
 from fingerdesign.sweep.processor import (
     forget_peak_memory,
     peak_memory_MB,
@@ -135,7 +135,8 @@ def relabelled(outcome: Outcome, job: Job) -> Outcome:
     if "cost" in metrics:
         from fingerdesign.sweep.measured import own_metrics
 
-        metrics = metrics | {"cost": own_metrics(job.design, job.cost)["cost"]}
+        cost = own_metrics(job.design, job.cost)["cost"]
+        metrics = metrics | finite_metrics({"cost": cost})[0]
     return replace(
         outcome,
         name=job.name,
@@ -177,7 +178,13 @@ def _analysed(job: Job) -> Outcome:
     result = analysis.result
     told, unheard = stick_error_of(case, analysis)
     validity = validity_of(case, analysis)
-    metrics = metrics_of(job.design, job.cost, analysis)
+    metrics, endless = finite_metrics(
+        {
+            **metrics_of(job.design, job.cost, analysis),
+            "stick_error": told,
+            "plane_strain_error": validity.plane_strain_error,
+        }
+    )
     return Outcome(
         digest=job.digest(),
         name=job.name,
@@ -186,18 +193,23 @@ def _analysed(job: Job) -> Outcome:
         scene=job.scene_name,
         fidelity=job.fidelity,
         status="ok",
-        metrics={
-            **metrics,
-            "stick_error": told,
-            "plane_strain_error": validity.plane_strain_error,
-        },
+        metrics=metrics,
         traces=traces_of(analysis),
         grips=grips_of(analysis),
         validity=validity,
-        warnings=result.warnings + unheard,
+        warnings=result.warnings + unheard + endless,
         versions=result.versions,
         seeds=_seeds(job),
     )
+
+
+def finite_metrics(
+    metrics: dict[str, float | None],
+) -> tuple[dict[str, float | None], tuple[str, ...]]:
+    """The metrics, None in the place of what is no finite number; and a warning of each such."""
+    endless = [name for name, value in metrics.items() if not bounded(value)]
+    told = tuple(f"no {name}: its value is no finite number" for name in endless)
+    return metrics | dict.fromkeys(endless), told
 
 
 def _nameless(design: Design) -> Design:

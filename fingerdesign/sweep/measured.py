@@ -20,7 +20,7 @@ from fingerdesign.results import (
     GripTrace,
     IncrementResult,
 )
-from fingerdesign.sweep.outcome import GripOutcome, Numbers, Traces
+from fingerdesign.sweep.outcome import GripOutcome, Numbers, Traces, bounded
 
 if TYPE_CHECKING:
     from fingerdesign.case import Case
@@ -239,5 +239,5 @@ def _numbers(values: object) -> Numbers:
     found = []
     for value in values:  # type: ignore[attr-defined]
         number = None if value is None else float(value)
-        found.append(None if number is None or math.isnan(number) else float(f"{number:.5g}"))
+        found.append(None if number is None or not bounded(number) else float(f"{number:.5g}"))
     return tuple(found)

@@ -7,12 +7,14 @@ never written. The standard library only.
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, is_dataclass
 from typing import Any, Literal
 
 from fingerdesign.errors import FingerDesignError
 
 SCHEMA_VERSION = 1
+_DEEPEST = 30  # of tables in tables; designs are 4 deep
+MOST = 1e30  # of any number's size: sums and squares of what is shown stay finite
 FailureKind = Literal["invalid", "refused", "failed", "crashed", "timeout", "memory"]
 Numbers = tuple[float | None, ...]
 
@@ -123,12 +125,42 @@ class Outcome:
         try:
             adapter = TypeAdapter(with_config(ConfigDict(extra="forbid"))(cls))
             found: Outcome = adapter.validate_json(text)
-        except ValidationError as error:
-            raise OutcomeError(f"no outcome: {error.errors()[0]['msg']}") from error
+        except (ValidationError, RecursionError, ValueError) as error:
+            why = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
+            raise OutcomeError(f"no outcome: {why}") from error
         if found.schema_version != SCHEMA_VERSION:
             raise OutcomeError(f"schema version {found.schema_version}, not {SCHEMA_VERSION}")
+        if (found.failure is None) != (found.status == "ok"):
+            raise OutcomeError(f"no outcome: status {found.status} and failure {found.failure}")
+        refuse_endless(vars(found))
         return found
 
 
 class OutcomeError(FingerDesignError):
     """A text is no whole outcome."""
+
+
+def bounded(number: float | None) -> bool:
+    """Whether it is no number at all, or a finite one of at most ``MOST`` in size."""
+    return number is None or abs(number) <= MOST
+
+
+def refuse_endless(value: Any) -> None:
+    """OutcomeError where a number in plain data or dataclasses is endless, or the data too deep."""
+    level: list[Any] = [value]
+    for _ in range(_DEEPEST):
+        inner: list[Any] = []
+        for each in level:
+            if isinstance(each, int | float):
+                if not bounded(each):
+                    raise OutcomeError(f"no outcome: a number beyond {MOST:g} in size")
+            elif isinstance(each, dict):
+                inner += each.values()
+            elif isinstance(each, list | tuple):
+                inner += each
+            elif is_dataclass(each):
+                inner += vars(each).values()
+        if not inner:
+            return
+        level = inner
+    raise OutcomeError(f"no outcome: data more than {_DEEPEST} deep")

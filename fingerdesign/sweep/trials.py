@@ -61,8 +61,11 @@ class Trials:
             self._lock = self._locked()
             if not _journal(self._path):
                 raise self._other("it is no journal of trials")
+            self._kept()  # refused before anything is written
             _cut(self._path)
-            self._trials = self._loaded()
+            self._trials = self._kept() or self._begun()
+            if _IDENTITY not in self._trials.user_attrs:
+                self._trials.set_user_attr(_IDENTITY, self._identity)
         except BaseException as error:
             self._release()
             if isinstance(error, OSError):
@@ -140,7 +143,7 @@ class Trials:
 
         return Handle(self._trials, self._every()[index]._trial_id)
 
-    def _loaded(self) -> Any:
+    def _storage(self) -> Any:
         import optuna
         from optuna.storages import JournalStorage
         from optuna.storages.journal import JournalFileBackend
@@ -148,23 +151,37 @@ class Trials:
         optuna.logging.set_verbosity(optuna.logging.WARNING)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
-            try:
-                storage = JournalStorage(JournalFileBackend(str(self._path)))
-                found = optuna.create_study(
-                    storage=storage,
-                    sampler=optuna.samplers.RandomSampler(),
-                    study_name=_NAME,
-                    directions=directions(self._study),
-                    load_if_exists=True,
-                )
-            except (ValueError, KeyError, TypeError) as error:
-                raise self._other(f"it is no journal of trials ({error})") from error
-        kept = found.user_attrs.get(_IDENTITY)
-        if kept is None and not found.get_trials(deepcopy=False):
-            found.set_user_attr(_IDENTITY, self._identity)
-        elif kept != self._identity:
+            return JournalStorage(JournalFileBackend(str(self._path)))
+
+    def _kept(self) -> Any:
+        """The journal's study, nothing written; None where no whole line is in it yet."""
+        import optuna
+
+        if not _lines(self._path):
+            return None
+        try:
+            sampler = optuna.samplers.RandomSampler()
+            found = optuna.load_study(study_name=_NAME, storage=self._storage(), sampler=sampler)
+            drawn = found.get_trials(deepcopy=False)
+            kept = found.user_attrs.get(_IDENTITY)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:  # Optuna asserts what its own lines hold
+            why = type(error).__name__
+            raise self._other(f"it is no journal of trials ({why})") from error
+        if kept != self._identity and (kept is not None or drawn):
             raise self._other("it holds trials of another study, base or version")
         return found
+
+    def _begun(self) -> Any:
+        import optuna
+
+        return optuna.create_study(
+            storage=self._storage(),
+            sampler=optuna.samplers.RandomSampler(),
+            study_name=_NAME,
+            directions=directions(self._study),
+        )
 
     def _locked(self) -> IO[bytes]:
         stream = self._path.open("ab")
@@ -209,6 +226,12 @@ def _journal(path: Path) -> bool:
     with path.open("rb") as stream:
         begun = stream.read(len(_FIRST))
     return _FIRST.startswith(begun)
+
+
+def _lines(path: Path) -> bool:
+    """Whether a file has a whole line."""
+    with path.open("rb") as stream:
+        return stream.readline().endswith(b"\n")
 
 
 def _cut(path: Path) -> None:

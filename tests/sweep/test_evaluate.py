@@ -202,3 +202,19 @@ def test_a_failed_outcome_is_relabelled_too(job, monkeypatch) -> None:
     monkeypatch.setattr("fingerdesign.pipeline.run", fail)
     found = relabelled(evaluate(job), replace(job, name="t-3"))
     assert (found.name, found.metrics) == ("t-3", {})
+
+
+def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch) -> None:
+    from fingerdesign.sweep import measured
+
+    def endless(*arguments):
+        found = own(*arguments)
+        return found | {"cost": float("inf"), "gage_response": float("nan"), "peak_ratio": 1e200}
+
+    own = measured.metrics_of
+    monkeypatch.setattr(measured, "metrics_of", endless)
+    found = evaluate(job)
+    for name in ("cost", "gage_response", "peak_ratio"):
+        assert found.metrics[name] is None
+        assert f"no {name}: its value is no finite number" in found.warnings
+    assert Outcome.from_json(found.to_json()) == found
