@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -11,6 +12,7 @@ from fingerdesign.bench.any_outcomes import any_outcomes
 from fingerdesign.bench.browser import Browser, BrowserError, chromium
 from fingerdesign.report.compare_html import compare_html
 from fingerdesign.sweep.compare import facts_of
+from fingerdesign.sweep.recommend import recommend
 from fingerdesign.sweep.study_facts import Bound, Wanted
 
 pytestmark = pytest.mark.skipif(
@@ -283,3 +285,56 @@ def test_fits_narrow_windows(browser, width) -> None:
 
 def test_prints(browser, tmp_path) -> None:
     assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
+
+
+def test_badges_leave_the_star_and_b_is_the_runner_up(browser) -> None:
+    facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
+    found = recommend(MADE, facts.objectives, facts.constraints)
+    assert browser.evaluate("FD.data.study.runner_up") == found.runner_up
+    browser.evaluate("FD.select(FD.data.study.recommended, FD.data.study.runner_up)")
+    apart = """(() => {
+      const [star, badge] = [".star", ".pick-a"].map((s) =>
+        document.querySelector(`#pareto ${s}`).getBoundingClientRect());
+      const across = Math.abs(star.x + star.width / 2 - badge.x - badge.width / 2);
+      return across >= badge.width / 2;
+    })()"""
+    assert browser.evaluate(apart)
+
+
+def test_the_two_say_what_they_miss_and_where_grips_differ(browser) -> None:
+    missing = next(
+        i for i, o in enumerate(MADE) if o.status == "ok" and o.metrics["peak_ratio"] > 2
+    )
+    rest = [i for i, o in enumerate(MADE) if o.status == "ok" and i != missing]
+    browser.evaluate(f"FD.select({missing}, {rest[0]})")
+    text = "document.getElementById('pair-numbers').textContent"
+    assert "Not feasible, A: peak_ratio" in browser.evaluate(text)
+    keep = "[FD.data.designs[%d].metrics.grip_success, FD.data.designs[%d].metrics.grip_success]"
+    before = browser.evaluate(keep % (missing, rest[0]))
+    for success, told in ((0.5, True), (1.0, False)):
+        browser.evaluate(f"{keep % (missing, rest[0])} = [{success}, 1.0]")
+        browser.evaluate(f"FD.select({missing}, {rest[0]})")
+        assert ("grip success of the two differs" in browser.evaluate(text)) is told
+    browser.evaluate(f"{keep % (missing, rest[0])} = {json.dumps(before)}")
+
+
+def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path) -> None:
+    page = tmp_path / "narrow.html"
+    few = MADE[20:26]
+    page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
+    with Browser(page, tmp_path, (400, 800)) as browser:
+        place = "getComputedStyle(document.getElementById('chosen')).position"
+        assert browser.evaluate("innerWidth") <= 640
+        assert browser.evaluate(place) == "static"
+
+
+def test_a_measure_alike_for_all_has_one_mark(tmp_path) -> None:
+    page = tmp_path / "alike.html"
+    few = [replace(o, metrics=o.metrics | {"cost": 7.0}) for o in MADE if o.status == "ok"][:8]
+    page.write_text(compare_html(few, facts_of("few", few, WANTED[:2])), encoding="utf-8")
+    with Browser(page, tmp_path) as browser:
+        assert "cost: the same for all" in browser.evaluate(
+            "document.querySelector('#pareto svg').textContent"
+        )
+        ticks = "[...document.querySelectorAll('#pareto .tick[text-anchor=end]')]"
+        assert browser.evaluate(f"{ticks}.map((e) => e.textContent)") == ["7"]
