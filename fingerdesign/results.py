@@ -303,7 +303,7 @@ class Result:
 
         try:
             loaded = json.loads(text, parse_constant=_refuse_constant)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             fault = Fault("JSON", str(error), "the text of a result.json", "run analyse again")
             raise DesignError([fault], source) from error
         version = loaded.get("schema_version") if isinstance(loaded, dict) else None

@@ -11,7 +11,7 @@ from typing import Any
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.result_folder import RESULT_FILE
 from fingerdesign.sweep.compare_result import outcome_of_result
-from fingerdesign.sweep.outcome import Outcome, OutcomeError
+from fingerdesign.sweep.outcome import Outcome, OutcomeError, refuse_endless
 from fingerdesign.sweep.study_facts import (
     Bound,
     StudyFacts,
@@ -181,7 +181,8 @@ def _record(path: Path) -> dict[str, Any] | None:
         return None
     try:
         found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        refuse_endless(found)
+    except (OSError, ValueError, OutcomeError, RecursionError) as error:
         fault = Fault("study", path.name, "the record of a study", f"{error}; run it again")
         raise DesignError([fault], str(path)) from error
     if not isinstance(found, dict):

@@ -14,11 +14,21 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.result_folder import read_result
 from fingerdesign.results import Analysis, GripResult, Result, ResultError
 from fingerdesign.sweep.measured import grip_metrics, metrics_of, traces_of
-from fingerdesign.sweep.outcome import Failure, GripOutcome, Numbers, Outcome, Traces, Validity
+from fingerdesign.sweep.outcome import (
+    Failure,
+    GripOutcome,
+    Numbers,
+    Outcome,
+    OutcomeError,
+    Traces,
+    Validity,
+    bounded,
+)
 from fingerdesign.sweep.study_file import Cost
 
 MOST_POINTS = 60  # of a grip's path, as in every outcome
 _SCENE = "scene."
+_WRONG = (ValueError, TypeError, AttributeError)
 
 
 def outcome_of_result(folder: Path) -> Outcome:
@@ -32,6 +42,19 @@ def outcome_of_result(folder: Path) -> Outcome:
     except ResultError as error:
         fault = Fault("RESULT", folder, "a result that can be read", str(error))
         raise DesignError([fault]) from error
+    try:
+        found = _outcome_of(result, folder)
+        Outcome.from_json(found.to_json())  # nor numbers that no page could bear
+        return found
+    except DesignError:
+        raise
+    except (OutcomeError, ArithmeticError, LookupError, RecursionError, *_WRONG) as error:
+        why = f"{type(error).__name__}: {error}"[:200]
+        bound = "a result whose numbers can be compared"
+        raise DesignError([Fault("RESULT", folder, bound, f"{why}; run analyse again")]) from error
+
+
+def _outcome_of(result: Result, folder: Path) -> Outcome:
     failed = result.status == "failed"
     data = _design(result)
     design = None if failed else _read_design(data)
@@ -124,7 +147,7 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     try:
         with path.open(encoding="utf-8", newline="") as stream:
             rows = list(_forces(csv.DictReader(stream)))
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, KeyError, csv.Error, *_WRONG) as error:
         fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
         raise DesignError([fault]) from error
     kept = _thinned(rows)
@@ -133,7 +156,10 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
 
 def _forces(rows: Iterator[dict[str, str]] | csv.DictReader[str]) -> Iterator[tuple[float, float]]:
     for row in rows:
-        yield float(row["normal_force_N"]), float(row["tangential_force_N"])
+        forces = float(row["normal_force_N"]), float(row["tangential_force_N"])
+        if not all(bounded(each) for each in forces):
+            raise ValueError("a force that is no finite number")
+        yield forces
 
 
 def _thinned(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
