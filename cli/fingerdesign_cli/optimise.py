@@ -174,8 +174,9 @@ class _Told:
 
 def _show(found: Optimised, target: Path) -> None:
     from fingerdesign.report.optimise_tables import confirmed_table, sensitivity_tables
+    from fingerdesign.report.optimise_words import verdict
 
-    for sentence in found.sentences():
+    for sentence in (*found.sentences(), *verdict(found)):
         click.echo(sentence)
     for table in (confirmed_table(found), *sensitivity_tables(found)):
         if table is not None:
