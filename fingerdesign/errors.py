@@ -9,6 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+def printable(text: str) -> str:
+    r"""The text with what a terminal would obey, or not show, as escapes; lines stay lines.
+
+    >>> printable("a" + chr(27) + "[31m" + chr(0x202E)), printable("a" + chr(10) + "b")
+    ('a\\x1b[31m\\u202e', 'a\nb')
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c == "\n" else ascii(c)[1:-1] for c in text)
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing wrong with an input file: key, value, bound and remedy.

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.errors import printable
 from fingerdesign_cli.common import (
     judged_design,
     judged_scene,
@@ -145,7 +146,7 @@ def _could_mirror(design: Design, facts: StepFacts) -> bool:
 
 
 def _faulty(path: Path, error: DesignError) -> dict[str, object]:
-    click.echo(str(error), err=True)
+    click.echo(printable(str(error)), err=True)
     faults = [
         {"key": fault.key, "value": str(fault.value), "bound": fault.bound, "remedy": fault.remedy}
         for fault in error.faults

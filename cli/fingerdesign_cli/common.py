@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
+from fingerdesign.errors import printable
+
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.io import Judged
@@ -199,7 +201,7 @@ def _plain_lines(title: str) -> Progress:
         nonlocal last
         if message != last:
             last = message
-            click.echo(f"{title}: {message}", err=True)
+            click.echo(printable(f"{title}: {message}"), err=True)
 
     return show
 
@@ -221,6 +223,7 @@ def _bar(title: str) -> Iterator[Progress]:
         task = bar.add_task("", total=None, title=title)
 
         def show(message: str, fraction: float | None = None) -> None:
+            message = printable(message)
             if fraction is None:
                 bar.update(task, description=message)
             else:
@@ -235,11 +238,11 @@ def print_table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left")
+    table = Table(title=Text(printable(title)), title_justify="left")
     for index, heading in enumerate(headings):
-        table.add_column(heading, justify="left" if index == 0 else "right")
+        table.add_column(Text(printable(heading)), justify="left" if index == 0 else "right")
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*(Text(printable(cell)) for cell in row))
     console = Console(file=sys.stdout)
     if not console.is_terminal:
         console.width = 200

@@ -14,12 +14,13 @@ import traceback
 from collections.abc import Sequence
 from importlib import import_module
 from importlib.util import find_spec
+from io import StringIO
 from types import FrameType
 
 import click
 
 import fingerdesign
-from fingerdesign.errors import DesignError, FingerDesignError
+from fingerdesign.errors import DesignError, FingerDesignError, printable
 
 # name -> (module:command, the line of --help); a module that is not there is not offered.
 COMMANDS = {
@@ -114,31 +115,42 @@ def main(argv: Sequence[str] | None = None) -> int:
         code = cli.main(args=arguments, prog_name="fingerdesign", standalone_mode=False)
         return code if isinstance(code, int) else OK
     except click.UsageError as error:
-        error.show()
+        _show(error)
         return BAD_INPUT
     except click.ClickException as error:
-        error.show()
+        _show(error)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt):
         return _interrupted()
     except DesignError as error:
-        click.echo(str(error), err=True)
+        _say(str(error))
         return BAD_INPUT
     except FingerDesignError as error:
         if _asked_to_end:
             return _interrupted()
-        click.echo(f"failed: {error}", err=True)
+        _say(f"failed: {error}")
         return FAILED
     except BrokenPipeError:  # the reader of our output has gone: `fingerdesign ... | head`
         sys.stdout = None
         return FAILED
     except OSError as error:
-        click.echo(f"failed: {error}", err=True)
+        _say(f"failed: {error}")
         return FAILED
     except Exception as error:
         if _asked_to_end:  # an extension that was loading makes an ImportError of it
             return _interrupted()
         return _unexpected(error, keep="--debug" in arguments)
+
+
+def _say(text: str) -> None:
+    """Say what failed: whatever a file or an argument holds, the terminal obeys none of it."""
+    click.echo(printable(text), err=True)
+
+
+def _show(error: click.ClickException) -> None:
+    text = StringIO()
+    error.show(text)
+    _say(text.getvalue().rstrip("\n"))
 
 
 def _interrupted() -> int:
@@ -148,7 +160,7 @@ def _interrupted() -> int:
 
 def _unexpected(error: Exception, keep: bool) -> int:
     """Report a defect of the program in one line; with ``keep`` its traceback goes to a file."""
-    click.echo(f"unexpected {type(error).__name__}: {error}", err=True)
+    _say(f"unexpected {type(error).__name__}: {error}")
     if keep:
         from tempfile import NamedTemporaryFile
 

@@ -200,16 +200,29 @@ class Cluster:
 
         try:
             host, port = get_address_host_port(address)
-            # Dask would go on trying, and complain at the end of a client without a connection.
-            socket.create_connection((host, port), CONNECT_S).close()
-            self._client = Client(address, timeout=CONNECT_S, set_as_default=False)
-        except OSError as error:
-            told = f"no Dask scheduler answers at {address}: {error}"
-            raise ClusterError(f"{told}; start one, or leave --scheduler out") from error
-        except (ValueError, TypeError, OverflowError, NotImplementedError) as error:
-            remedy = f"correct it ({error})"
+        except Exception as error:
+            remedy = f"correct it ({type(error).__name__}: {error})"
             fault = Fault("--scheduler", address, "an address like tcp://host:8786", remedy)
             raise DesignError([fault]) from error
+        client: Any = None
+        try:
+            # Dask would go on trying, and complain at the end of a client without a connection.
+            socket.create_connection((host, port), CONNECT_S).close()
+            # Before it connects, so that one that cannot is in hand: it would try to end well.
+            client = Client.__new__(Client)
+            client.__init__(address, timeout=CONNECT_S, set_as_default=False)
+            self._client = client
+        except Exception as error:  # Dask takes whatever it is answered for a scheduler's words
+            if client is not None:
+                client.status = "closed"
+            elif isinstance(error, OverflowError | TypeError):  # a port that there is not
+                fault = Fault("--scheduler", address, "an address like tcp://host:8786", f"{error}")
+                raise DesignError([fault]) from error
+            silent = isinstance(error, OSError)
+            told = "no Dask scheduler answers" if silent else "what answers is no Dask scheduler"
+            why = error if silent else f"{type(error).__name__} {error}"
+            remedy = "start one, or leave --scheduler out"
+            raise ClusterError(f"{told} at {address}: {why}; {remedy}") from error
         self._stack.callback(self._client.close, CLOSE_S)
         with contextlib.suppress(Exception):  # without bokeh its address is an empty page's
             self._client.run_on_scheduler(metadata.version, "bokeh")

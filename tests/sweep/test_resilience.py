@@ -8,8 +8,12 @@ import json
 import os
 import resource
 import signal
+import socket
+import socketserver
+import struct
 import subprocess
 import sys
+import threading
 import time
 from collections import Counter
 from pathlib import Path
@@ -329,12 +333,37 @@ def test_a_finger_that_kills_every_worker_is_one_failure(place):
     assert bad["failure"]["cause"] == "the workers that had it died, 2 in turn"
 
 
+@contextlib.contextmanager
+def anything(said):
+    """What is no scheduler: it says its bytes to whoever comes, and goes away; its address."""
+
+    class Says(socketserver.BaseRequestHandler):
+        def handle(self):
+            with contextlib.suppress(OSError):
+                self.request.sendall(said)
+                self.request.shutdown(socket.SHUT_WR)
+                self.request.settimeout(1.0)
+                self.request.recv(1000)
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Says) as server:
+        server.daemon_threads = True
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"tcp://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+
+
 def test_no_scheduler_is_an_error(place):
     place.study(count=2)
     code, _, err = ended(place.sweep("--scheduler", "tcp://127.0.0.1:1"))
     assert code == 1
     assert err.startswith("failed: no Dask scheduler answers at tcp://127.0.0.1:1: ")
     assert len(err.splitlines()) == 1
+    for said in (b"", b"HTTP/1.0 400 Bad Request\r\n\r\n", struct.pack("<Q", 2) + b"\xff\xff"):
+        with anything(said) as address:
+            code, _, err = ended(place.sweep("--scheduler", address))
+        assert (code, len(err.splitlines())) == (1, 1), err
+        assert err.startswith("failed: ")
+        assert "Dask scheduler" in err
     code, _, err = ended(place.sweep("--scheduler", "nonsense://x"))
     assert code == 2
     assert err.startswith("--scheduler = nonsense://x: must be an address")
