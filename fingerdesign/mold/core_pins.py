@@ -44,6 +44,9 @@ def core_pins_of(
         for d in DIAMETERS_MM
         if d >= limits.hole_mm and d + 2.0 * (limits.clearance_mm + _WEB_MM) <= height + 1e-9
     ]
+    # Thinner pins where the wall's foot below their holes would be too low.
+    footed = [d for d in sizes if 0.5 * d + limits.clearance_mm + limits.wall_mm <= y + 1e-9]
+    sizes = footed or sizes
     for axis, diameter in product(_AXES, sizes):
         hole = diameter + 2.0 * limits.clearance_mm
         half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
