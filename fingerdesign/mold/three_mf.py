@@ -5,7 +5,9 @@ Importing this module is light; lib3mf (the format's own library) loads when a f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import locale
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -52,7 +54,8 @@ def write_3mf(posed: Sequence[Posed], path: Path, title: str) -> tuple[Held, ...
             model.AddBuildItem(made, _moved(lib3mf, each.place))
         writer = model.QueryWriter("3mf")
         writer.SetDecimalPrecision(DECIMALS)
-        writer.WriteToFile(str(path))
+        with _locale_kept():
+            writer.WriteToFile(str(path))
     except lib3mf.ELib3MFException as error:
         raise GeometryError(f"{path.name} could not be written: {error}") from error
     held = read_3mf(path)
@@ -68,7 +71,8 @@ def read_3mf(path: Path) -> tuple[Held, ...]:
         model = lib3mf.get_wrapper().CreateModel()
         reader = model.QueryReader("3mf")
         reader.SetStrictModeActive(True)
-        reader.ReadFromFile(str(path))
+        with _locale_kept():
+            reader.ReadFromFile(str(path))
     except lib3mf.ELib3MFException as error:
         raise GeometryError(f"{path.name} could not be read back: {error}") from error
     if model.GetUnit() != lib3mf.ModelUnit.MilliMeter:
@@ -84,6 +88,16 @@ def read_3mf(path: Path) -> tuple[Held, ...]:
         volume = _volume(vertices, triangles)
         held.append(Held(mesh.GetName(), len(vertices), len(triangles), volume))
     return tuple(held)
+
+
+@contextmanager
+def _locale_kept() -> Iterator[None]:
+    """lib3mf sets the process's locale to "C", in which other code then reads text as ASCII."""
+    before = locale.setlocale(locale.LC_ALL)
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_ALL, before)
 
 
 def _compare(name: str, posed: Sequence[Posed], held: Sequence[Held]) -> None:

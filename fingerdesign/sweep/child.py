@@ -82,13 +82,30 @@ class Child:
         if gone or self._jobs >= self._recycled_after:
             self.end()
         line = (json.dumps(data, allow_nan=False) + "\n").encode()
+        kept = self._process is not None
+        try:
+            self._hand(line, memory_MB)
+        except ChildFailed as error:
+            if not kept or self._killed or error.kind != "crashed":
+                raise
+            self._hand(line, memory_MB)  # it had died while it had nothing to do
+        process = self._process
+        assert process is not None
+        try:
+            return self._answer(process, time_s, memory_MB)
+        except BaseException:
+            self.end()
+            raise
+
+    def _hand(self, line: bytes, memory_MB: float) -> None:
+        """Give a job to the process, started where there is none, and hear that it was taken."""
         try:
             process = self._process or self._start(memory_MB)
             assert process.stdin is not None
             self._jobs += 1
             process.stdin.write(line)
             process.stdin.flush()
-            return self._answer(process, time_s, memory_MB)
+            self._answer(process, START_LIMIT_S, memory_MB)
         except BrokenPipeError:
             raise self._died() from None
         except BaseException:

@@ -1,7 +1,8 @@
 """The process that evaluates: ``python -m fingerdesign.sweep.child_worker MODULE:FUNCTION``.
 
-Reads jobs, one JSON line each, from standard input; answers each with one JSON line on the pipe
-that was standard output. It loads what work needs before it says that it is ready. It ends, with
+Reads jobs, one JSON line each, from standard input; says that it has taken each, and answers it
+with one JSON line, on the pipe that was standard output. It loads what work needs before it says
+that it is ready. It ends, with
 all that it has started, when its parent is gone, or when no job has come for ten minutes, as on a
 cluster whose driver has ended.
 """
@@ -41,6 +42,7 @@ def main(arguments: Sequence[str]) -> int:
     _idle_since.append(time.monotonic())
     for line in sys.stdin:
         _idle_since.clear()
+        answers.write(json.dumps({"taken": os.getpid()}) + "\n")
         answers.write(function(json.loads(line)) + "\n")
         _idle_since.append(time.monotonic())
     return 0

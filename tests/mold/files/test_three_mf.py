@@ -1,5 +1,6 @@
 """Printed parts in one 3MF: a flat face down, apart from each other, in millimetres, read back."""
 
+import locale
 import zipfile
 
 import numpy as np
@@ -73,6 +74,7 @@ def test_neighbours_keep_apart():
 
 
 def test_written_and_read_back_in_millimetres(tmp_path):
+    before = locale.setlocale(locale.LC_ALL)
     posed = laid_out((part("base_plate", (30.0, 4.0, 20.0)), part("contact_insert", (30, 9, 20))))
     path = tmp_path / "mold.3mf"
     held = write_3mf(posed, path, "a finger's mold")
@@ -85,6 +87,7 @@ def test_written_and_read_back_in_millimetres(tmp_path):
         text = archive.read("3D/3dmodel.model").decode()
     assert 'unit="millimeter"' in text
     assert "a finger's mold" in text or "a finger&apos;s mold" in text
+    assert locale.setlocale(locale.LC_ALL) == before  # the library sets it to C
 
 
 def test_a_file_that_lost_something_is_refused(tmp_path, monkeypatch):
