@@ -57,8 +57,9 @@ def sheet_outline(part: PartMesh, side: Side) -> Outline:
     area = polygon_area(outline) - sum(polygon_area(loop) for loop in openings)
     thickness = float(np.ptp(part.vertices[:, axis]))
     border = sum(_length(loop) for loop in loops)
-    # A chord cuts off that much at most; faces that lean by the kernel's tolerance the rest.
-    allowed = max(part.chord, 1e-6) * border + 1e-5 * area
+    # A chord cuts off that much at most; single precision moves both faces by half a step each.
+    rounding = float(np.spacing(np.float32(np.abs(part.vertices[:, axis]).max()))) / thickness
+    allowed = max(part.chord, 1e-6) * border + (rounding + 1e-6) * area
     if abs(area * thickness - part.volume) > allowed * thickness:
         raise GeometryError(
             f"{part.name}: its outline times its thickness is {area * thickness:.6g} mm^3, the "

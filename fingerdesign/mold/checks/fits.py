@@ -20,7 +20,11 @@ _ROUND_MM = 0.05  # a round face may be this far off its radius in triangles
 
 def fit_checks(assembly: Assembly) -> list[Check]:
     """The least gap of every pin and key against the clearance that was planned."""
-    found = [_pin(assembly, number, pin) for number, pin in enumerate(assembly.plan.pins, 1)]
+    found = [
+        check
+        for number, pin in enumerate(assembly.plan.pins, 1)
+        for check in _pin(assembly, number, pin)
+    ]
     return found + [_key(assembly, key) for key in assembly.plan.keys]
 
 
@@ -36,7 +40,23 @@ def gap(start: Array, direction: Array, inner: Manifold | None, outer: Manifold)
     return _REACH_MM * hits[0].distance - first if hits else float("inf")
 
 
-def _pin(assembly: Assembly, number: int, pin: Pin) -> Check:
+def _pin(assembly: Assembly, number: int, pin: Pin) -> list[Check]:
+    """A pin in its socket and in the combs that it passes; and in a jig's sheets, which rest on it:
+    their holes are moved by the clearance, so that the pins hold the clamp."""
+    solids = assembly.solids
+    free = (pin.into, *(name for name in solids if name.startswith("comb_")))
+    resting = tuple(name for name in solids if name.startswith("jig_"))
+    what = f"pin {number} of {pin.on} in {pin.into}"
+    found = [_fit(assembly, what, pin.into, _least_gap(assembly, pin, free), pin.clearance)]
+    least = _least_gap(assembly, pin, resting) if resting else np.inf
+    if np.isfinite(least):
+        what = f"pin {number} of {pin.on} in the jig's sheets"
+        found.append(_fit(assembly, what, pin.into, least, 0.0))
+    return found
+
+
+def _least_gap(assembly: Assembly, pin: Pin, names: tuple[str, ...]) -> float:
+    """The least gap, mm, of a pin to parts beside it; infinite where there is none."""
     root, axis = np.array(pin.root), np.array(pin.direction)
     helper = np.eye(3)[np.argmin(np.abs(axis))]
     first = np.cross(axis, helper) / np.linalg.norm(np.cross(axis, helper))
@@ -49,18 +69,18 @@ def _pin(assembly: Assembly, number: int, pin: Pin) -> Check:
         for turn in 2.0 * np.pi * (np.arange(AROUND) + 0.5) / AROUND:
             out = np.cos(turn) * first + np.sin(turn) * second
             start = root + share * reach * axis
-            found = _beside_pin(assembly, pin, start, out, radius)
+            found = _beside_pin(assembly, pin, start, out, radius, names)
             gaps.append(found * np.cos(lean))
-    what = f"pin {number} of {pin.on} in {pin.into}"
-    return _fit(assembly, what, pin.into, min(gaps), pin.clearance)
+    return float(min(gaps))
 
 
-def _beside_pin(assembly: Assembly, pin: Pin, start: Array, out: Array, radius: float) -> float:
-    """From a pin to what is beside it: its socket's part, or a sheet that it passes; infinite where
-    it still is within the part that it stands on."""
+def _beside_pin(
+    assembly: Assembly, pin: Pin, start: Array, out: Array, radius: float, names: tuple[str, ...]
+) -> float:
+    """From a pin to what is beside it of the parts named; infinite where it still is within the
+    part that it stands on."""
     solids = assembly.solids
-    sheets = [name for name in solids if name.startswith(("comb_", "jig_"))]
-    beside = [gap(start, out, None, solids[name]) for name in (pin.into, *sheets)]
+    beside = [gap(start, out, None, solids[name]) for name in names]
     if pin.dowel:
         return min(beside) - radius
     end = tuple((start + _REACH_MM * out).tolist())

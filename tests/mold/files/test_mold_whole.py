@@ -29,3 +29,9 @@ def test_a_shipped_finger_can_be_cast(tmp_path):
         assert held[name].triangles == part["triangles"]
         assert held[name].volume == pytest.approx(part["volume_mm3"], rel=3e-3)  # chords
         assert part["chord_mm"] <= data["process"]["chord_mm"]
+
+
+@pytest.mark.parametrize("fixture", ["jig", "slots"])
+def test_other_fixtures_pass_every_check(tmp_path, fixture):
+    command = ["mold", "wide", "--fixture", fixture, "--out", str(tmp_path), "--quiet"]
+    assert main(command) == 0
