@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.design.layout import crest_height
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SMALL_STRAIN = 0.1  # approach over height where the paper's linearity has gone by any measure
 _ENOUGH_NODES = {2: 10, 3: 40}  # in contact: about five facets across half of it

@@ -10,7 +10,6 @@ from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.pipeline import (
     Case,
     Clock,
-    Tell,
     failed_result,
     fundamental_scene,
     refuse,
@@ -20,6 +19,7 @@ from fingerdesign.pipeline import (
 from fingerdesign.resources.forecast import forecast_case
 from fingerdesign.result_folder import result_folder, write_result_files
 from fingerdesign.results import Analysis, Result
+from fingerdesign.runtime.progress import Tell
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

@@ -10,7 +10,7 @@ writing the folder that a user opens is outputs.py.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -38,6 +38,7 @@ from fingerdesign.results import (
     Result,
     SlipStudy,
 )
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.scene_contact import object_at_touch, touch_point
 from fingerdesign.summaries import (
     mesh_summary,
@@ -56,7 +57,6 @@ if TYPE_CHECKING:
 
 __all__ = ["FIDELITIES", "Case", "Clock", "PathStopped", "analyse", "fundamental_scene", "refuse"]
 
-Tell = Callable[[str], None]
 STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown

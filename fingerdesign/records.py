@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.contact.path import Step
 from fingerdesign.control.signals import gage_readings
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.reduced import ReducedModel
 
-Array = NDArray[np.float64]
 MICRO = 1e6
 
 

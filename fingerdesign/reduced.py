@@ -23,8 +23,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fingerdesign.arrays import Array, IntArray
 
 
 @dataclass(frozen=True)

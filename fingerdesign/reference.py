@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from fingerdesign.arrays import Array
 
 
 def plane_strain_modulus(youngs_modulus: float, poissons_ratio: float) -> float:

@@ -9,11 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from fingerdesign.arrays import Array, BoolArray, IntArray
 
 OPEN, STICK, SLIP = 0, 1, 2
 

@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.objects import Cylinder, Plane, RigidObject, Sphere, touching
 from fingerdesign.contact.problem import Motion
@@ -16,8 +16,6 @@ from fingerdesign.geometry.surface import surface_of
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene, SceneObject, ScenePath
     from fingerdesign.design.schema import Body
-
-Array = NDArray[np.float64]
 
 
 def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:

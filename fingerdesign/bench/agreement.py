@@ -8,17 +8,14 @@ largest of their increment. Also what the default meshes cost.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.bench.check import Check
 from fingerdesign.design.schema import Design
-
-Array = NDArray[np.float64]
-Tell = Callable[[str], None]
+from fingerdesign.runtime.progress import Tell
 
 DESIGN = "maeno2000"
 MOST_DOFS = 250_000  # displacements of the half model

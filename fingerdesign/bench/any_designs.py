@@ -126,7 +126,7 @@ def _body(chance: Generator, wanted: tuple[str, ...]) -> tuple[Data, float]:
     base = _draw(chance, "body.base_height_mm", 1)
     body: Data = {"shape": shape}
     if shape == "step":
-        body, base = _step(chance, width, depth, base)
+        body, base = _step_body(chance, width, depth, base)
     else:
         body |= {"width_mm": width, "base_height_mm": base}
         if shape != "revolved":
@@ -158,7 +158,7 @@ def _core(chance: Generator, shape: str, width: float, depth: float, base: float
     return core
 
 
-def _step(chance: Generator, width: float, depth: float, base: float) -> tuple[Data, float]:
+def _step_body(chance: Generator, width: float, depth: float, base: float) -> tuple[Data, float]:
     """A [body] of a sample STEP file; its sizes are the file's."""
     from fingerdesign.geometry.step_samples import SHAPES, sample_step
 
@@ -218,10 +218,3 @@ def _of_kind(chance: Generator, kind: str, plates: Data) -> Data:
     if kind == "sheet":
         return {"model": "sheet", "thickness_mm": min(plates["thickness_mm"], 0.25)}
     return {"model": "none"} if kind == "none" else {}
-
-
-def spoiled_design(seed: int) -> tuple[Data, str]:
-    """A valid design with one fault put in, as TOML data, and the key that must be named."""
-    from fingerdesign.bench.spoiled_designs import spoiled_design as spoiled
-
-    return spoiled(seed)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,8 +21,8 @@ from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.identity import versions
 from fingerdesign.mesh.cache import FORMAT
 from fingerdesign.mesh.worker import run_module
+from fingerdesign.runtime.progress import Tell
 
-Tell = Callable[[str], None]
 Record = dict[str, Any]
 
 DESIGNS, QUICK_DESIGNS = 200, 8
@@ -140,7 +140,7 @@ def refuse_faults(number: int) -> list[Record]:
     """What is said of designs with one fault each: whether the key to blame is named."""
     import tomlkit
 
-    from fingerdesign.bench.any_designs import spoiled_design
+    from fingerdesign.bench.spoiled_designs import spoiled_design
     from fingerdesign.design.io import parse_design
 
     found = []

@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 import statistics
 import tempfile
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,8 +18,7 @@ from fingerdesign.bench.any_outcomes import any_outcomes
 from fingerdesign.bench.browser import Browser
 from fingerdesign.bench.check import Check
 from fingerdesign.bench.machine import machine
-
-Tell = Callable[[str], None]
+from fingerdesign.runtime.progress import Tell
 
 DESIGNS, QUICK_DESIGNS = 500, 50
 ASKED_S, ASKED_MB = 1.0, 20.0

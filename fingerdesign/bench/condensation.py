@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.bench.check import Check
 from fingerdesign.design.io import load_design, parse_design, with_values
@@ -18,7 +17,6 @@ from fingerdesign.fem.model import build_model
 if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 
 LARGE = """
 design.name = "large"

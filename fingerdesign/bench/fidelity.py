@@ -8,15 +8,14 @@ model for all". Errors are against much finer models in space, shipped with the 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.bench.check import Check
 from fingerdesign.bench.fidelity_pairs import Pair, pairs
 from fingerdesign.bench.fidelity_run import (
@@ -35,13 +34,12 @@ from fingerdesign.fidelity.estimate import goal_errors, of_most
 from fingerdesign.fidelity.ladder import GROWTH, Ladder, Solve, climb
 from fingerdesign.fidelity.models import Model
 from fingerdesign.fidelity.readings import Readings
+from fingerdesign.runtime.progress import Tell
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-Tell = Callable[[str], None]
 
 SHARE_ASKED, SAVING_ASKED = 0.95, 3.0
 _PRESCRIBED = ("normal_force", "tangential_force")  # where forces are given

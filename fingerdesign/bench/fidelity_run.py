@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,11 +23,11 @@ from fingerdesign.fidelity.models import Dimension, Model
 from fingerdesign.fidelity.readings import Readings
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
 from fingerdesign.process import die_with_parent
+from fingerdesign.runtime.progress import Tell
 
 if TYPE_CHECKING:
     from fingerdesign.fidelity.models import InTurn
 
-Tell = Callable[[str], None]
 Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,8 +16,8 @@ from fingerdesign.bench.fidelity_pairs import pairs
 from fingerdesign.case import Case
 from fingerdesign.errors import SolverError
 from fingerdesign.process import ProcessError, run_module
+from fingerdesign.runtime.progress import Tell
 
-Tell = Callable[[str], None]
 Record = dict[str, Any]
 
 ASKED = 2.0  # issue 5: "within a factor 2"

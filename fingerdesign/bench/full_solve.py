@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import ContactState, Increment
 from fingerdesign.contact.laws import OPEN, SLIP, certify, status_of
 from fingerdesign.contact.newton import classify, relative_residual
@@ -30,8 +30,6 @@ from fingerdesign.fem import factor
 if TYPE_CHECKING:
     from fingerdesign.fem.body import CondensedBody
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _FACTOR = 0.02  # of the augmentation, as in newton.py
 _TOLERANCE = 1e-10  # of the residual, relative to the largest nodal force

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.bench.machine import machine
 from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
@@ -38,10 +38,7 @@ from fingerdesign.mesh.layers import layer_heights
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-Tell = Callable[[str], None]
+from fingerdesign.runtime.progress import Tell
 
 FINGER = """
 design.name = "hexahedra"

@@ -11,7 +11,7 @@ import hashlib
 import json
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,8 +21,8 @@ from fingerdesign.bench.check import Check
 from fingerdesign.bench.machine import machine
 from fingerdesign.identity import versions
 from fingerdesign.process import ProcessError, run_module
+from fingerdesign.runtime.progress import Tell
 
-Tell = Callable[[str], None]
 Record = dict[str, Any]
 
 SEEDS, WORKERS = 100, 2

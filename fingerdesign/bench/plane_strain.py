@@ -6,15 +6,14 @@ Records go to plane_strain.jsonl, a line a model: an interrupted run goes on whe
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.bench.check import Check
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.study.plane_strain_errors import QUANTITIES
 from fingerdesign.study.plane_strain_map import (
     PlaneStrainMap,
@@ -24,9 +23,6 @@ from fingerdesign.study.plane_strain_map import (
     write_table,
 )
 from fingerdesign.study.plane_strain_rule import Rule, fitted
-
-Array = NDArray[np.float64]
-Tell = Callable[[str], None]
 
 FINER = "finer"  # the one-off model that shows what the meshes leave
 # Known before (two codes; R = 20, nu = 0.49, approach 0.4, no plates): depth over height and a/H

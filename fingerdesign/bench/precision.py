@@ -6,7 +6,7 @@ import csv
 import json
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -22,8 +22,8 @@ from fingerdesign.bench.precision_plan import (
 )
 from fingerdesign.bench.precision_run import STAGES, Method, Run, errors, measured
 from fingerdesign.errors import SolverError
+from fingerdesign.runtime.progress import Tell
 
-Tell = Callable[[str], None]
 Errors = tuple[float, float, float, float]
 
 QUANTITIES = {

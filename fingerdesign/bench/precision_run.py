@@ -11,8 +11,8 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import Measures, measure
 from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from fingerdesign.fem.model import FiniteElementModel
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 Kind = Literal["plane strain", "extruded", "tetwild"]
 
 STAGES = ("geometry", "mesh", "assemble", "condense", "increments")

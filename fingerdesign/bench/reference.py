@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.bench.check import Check, two_codes
 from fingerdesign.contact.measures import limits
@@ -17,8 +16,6 @@ from fingerdesign.design.io import parse_design, parse_scene
 from fingerdesign.design.layout import crest_height
 from fingerdesign.design.schema import Design
 from fingerdesign.design.starter import shipped_scene_text
-
-Array = NDArray[np.float64]
 
 HOMOGENEOUS = """
 design.name = "two-codes"

@@ -12,12 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.sweeps import gauss_seidel
 from fingerdesign.errors import SolverError
 
-Array = NDArray[np.float64]
 # compliance (m dim, m dim), offset (m, dim), friction coefficient, last forces (m, dim), seconds
 Solve = Callable[[Array, Array, float, Array, float], Array]
 

@@ -12,7 +12,7 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,7 @@ from fingerdesign.bench.growth import Growth, Size, draw_growth, fit
 from fingerdesign.bench.machine import machine
 from fingerdesign.errors import SolverError
 from fingerdesign.mesh.worker import environment
-
-Tell = Callable[[str], None]
+from fingerdesign.runtime.progress import Tell
 
 PLANE, SPACE = "plane strain", "3-D"
 _PLANE_SIZES = ((0.2, 1.1), (0.1, 0.56), (0.05, 0.30), (0.025, 0.14))  # contact, far: mm

@@ -188,7 +188,7 @@ def _deep_dome(chance: Generator, data: Data) -> str:
     return "body.dome_radius_mm"
 
 
-def _step(key: str, value: object) -> Spoil:
+def _step_key(key: str, value: object) -> Spoil:
     def spoil(chance: Generator, data: Data) -> str:
         from fingerdesign.geometry.step_samples import sample_step
 
@@ -217,11 +217,11 @@ _BODY: list[tuple[tuple[str, ...], Spoil]] = [
     (("arc", "none"), _set("body.core.bottom_mm", 0.05)),
     (("arc", "level"), _in_the_core),
     (("arc", "none"), _set("body.step.file", "mine.step")),
-    (("arc", "none"), _step("body.step.file", "no_such.step")),
-    (("arc", "none"), _step("body.step.contact_above_mm", 100.0)),
-    (("arc", "none"), _step("body.step.base_direction", [0.0, 1.0, 1.0])),
-    (("arc", "none"), _step("body.width_mm", 3.0)),
-    (("arc", "none"), _step("body.edge_radius_mm", 1.0)),
+    (("arc", "none"), _step_key("body.step.file", "no_such.step")),
+    (("arc", "none"), _step_key("body.step.contact_above_mm", 100.0)),
+    (("arc", "none"), _step_key("body.step.base_direction", [0.0, 1.0, 1.0])),
+    (("arc", "none"), _step_key("body.width_mm", 3.0)),
+    (("arc", "none"), _step_key("body.edge_radius_mm", 1.0)),
 ]
 _PLATES: list[tuple[tuple[str, ...], Spoil]] = [
     (LEVEL, _set("plates.cover_mm", 0.05, angle_deg=80.0, offset_mm=0.0, count=1)),

@@ -16,7 +16,7 @@ import platform
 import secrets
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, fields
 from multiprocessing import get_context
@@ -30,8 +30,7 @@ from fingerdesign.bench.stability_bodies import HardBody, hard_bodies
 from fingerdesign.bench.stability_cases import cases_of
 from fingerdesign.bench.stability_run import METHODS, PRODUCTION, Outcome, Verdict, run_case
 from fingerdesign.identity import versions
-
-Tell = Callable[[str], None]
+from fingerdesign.runtime.progress import Tell
 
 SOLVED_SHARE = 0.99  # of the cases that have a solution, asked of the production solver
 # Bodies of the quick map, and which part of their cases: every third, every ninth, ...

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.io import parse_design
 from fingerdesign.design.layout import crest_height
 from fingerdesign.design.schema import Design
@@ -16,8 +17,6 @@ from fingerdesign.mesh.extrude import extrude
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
 
 _SIZES = """
 mesh.section.contact_size_mm = 0.15

@@ -6,15 +6,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.bench.stability_bodies import HardBody
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.objects import Cylinder, Plane, RigidObject, Sphere, touching
 from fingerdesign.contact.problem import Motion
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
 
 WITHIN = "forces prescribed"
 BEYOND = "forces beyond friction"  # its last row has no answer: |F_t| > mu F_n on a plane

@@ -18,14 +18,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.bench.stability_second import fixed_bound, lemke
-from fingerdesign.contact.problem import Indenter, Motion
+from fingerdesign.contact.objects import Indenter
+from fingerdesign.contact.problem import Motion
 from fingerdesign.contact.sweeps import gauss_seidel
 from fingerdesign.reduced import ReducedModel
 
-Array = NDArray[np.float64]
 Second = Callable[[Array, Array, float], Array | None]
 
 SHARP = 1e-8  # violation of an answer that is exact but for rounding

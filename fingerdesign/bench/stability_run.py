@@ -12,8 +12,8 @@ from enum import StrEnum
 from types import FrameType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.bench.rivals import RIVALS, Rival
 from fingerdesign.bench.stability_cases import Case
 from fingerdesign.bench.stability_judge import LOOSE, SHARP, Judge, Past, same_total
@@ -22,8 +22,6 @@ from fingerdesign.contact.increment import ContactState, Workspace, ZoneExhauste
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
 
 PRODUCTION = "production"
 METHODS = (PRODUCTION, *(rival.name for rival in RIVALS))

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fingerdesign.arrays import Array
 
 _TIE = 1e-12  # ratios nearer than this are one ratio
 _PIVOTS = 4000

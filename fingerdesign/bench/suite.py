@@ -12,8 +12,8 @@ from typing import Any
 from fingerdesign.bench.check import Check
 from fingerdesign.bench.machine import machine
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.progress import Tell
 
-Tell = Callable[[str], None]
 # Measures and writes into a folder; gives the files and what was asked against it.
 Part = Callable[[Path, Tell, bool], tuple[list[Path], list[Check]]]
 

@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.objects import Cylinder, Plane
 from fingerdesign.contact.path import Step, follow
@@ -29,9 +30,7 @@ from fingerdesign.mesh.block import block_section, both_sides, graded, near, rec
 from fingerdesign.mesh.disc import disc, half_disc
 from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 Element = Literal["P1", "P2", "mixed"]
-IntArray = NDArray[np.int64]
 
 STILL = Motion(0.0, 0.0)
 

@@ -11,20 +11,19 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign import reference
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
-from fingerdesign.contact.objects import Cylinder, Plane, Sphere
+from fingerdesign.contact.objects import Cylinder, Indenter, Plane, Sphere
 from fingerdesign.contact.path import Step, follow
-from fingerdesign.contact.problem import ContactProblem, Indenter, Motion, contact_problem
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import Body, body_model
 from fingerdesign.mesh.block import block_section, near
 from fingerdesign.mesh.disc import half_disc, right_half
 from fingerdesign.mesh.revolve import revolved_half, round_block_section
 from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 Element = Literal["P1", "P2", "mixed"]
 
 RADIUS = 1000.0  # of the object, in contact half-widths

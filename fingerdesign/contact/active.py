@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fingerdesign.arrays import Array, IntArray
 
 _SMALL = 100  # dofs: smaller blocks are inverted at once
 _RENEW = 0.3  # part of the nodes changing from which a new inverse is cheaper

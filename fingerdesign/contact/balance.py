@@ -15,8 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.increment import (
     ContactState,
@@ -28,8 +28,6 @@ from fingerdesign.contact.increment import (
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-9  # of the largest force in the balance
 _ITERATIONS = 100

@@ -13,8 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import (
     ContactState,
     Increment,
@@ -25,8 +25,6 @@ from fingerdesign.contact.increment import (
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-9  # of the normal force asked for
 _ITERATIONS = 60

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.active import ActiveInverse, block, dofs_of
 from fingerdesign.contact.laws import (
     OPEN,
@@ -22,9 +22,6 @@ from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.contact.strategy import Task, solve_task
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class ZoneExhausted(SolverError):

@@ -10,15 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import Increment
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 COMPLETE_SLIP = {2: 0.01, 3: 0.05}  # stick ratio below it under load (CONTRACT, meanings)
 _NO_FORCE = 1e-9  # N: below it there is no load

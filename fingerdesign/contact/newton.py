@@ -17,14 +17,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.active import ActiveInverse, block, dofs_of
 from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths, natural_residual
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
 
 _DRIFT = 1e-3  # of what a step should undo: more left shows a spoilt inverse
 

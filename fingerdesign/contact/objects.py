@@ -12,14 +12,24 @@ from dataclasses import dataclass, replace
 from typing import Protocol, Self, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.contact.problem import Indenter
+from fingerdesign.arrays import Array
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 
 DOWN: Vector = (0.0, -1.0, 0.0)
+
+
+class Indenter(Protocol):
+    """A rigid object: signed distance and outward normal where points of the finger face it."""
+
+    def distance(self, points: Array) -> Array:
+        """Distance (q,) mm of points (q, dim) from the object, > 0 outside."""
+        ...
+
+    def normal(self, points: Array) -> Array:
+        """Outward unit normals (q, dim) of the object at the facing points."""
+        ...
 
 
 class RigidObject(Indenter, Protocol):

@@ -18,9 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.newton import NewtonResult, relative_residual
-
-Array = NDArray[np.float64]
 
 _SEED = 1990
 _SMALL = 1e-11  # relative: a smaller pivot is rounding

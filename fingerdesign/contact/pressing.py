@@ -8,11 +8,9 @@ nodes that touched before, mostly ends in three or four steps.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.laws import project
-
-Array = NDArray[np.float64]
 
 _STEPS = 12  # what is wrong after them Newton mends
 

@@ -14,26 +14,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
+from fingerdesign.contact.objects import Indenter
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
-
-
-class Indenter(Protocol):
-    """A rigid object: signed distance and outward normal where points of the finger face it."""
-
-    def distance(self, points: Array) -> Array:
-        """Distance (q,) mm of points (q, dim) from the object, > 0 outside."""
-        ...
-
-    def normal(self, points: Array) -> Array:
-        """Outward unit normals (q, dim) of the object at the facing points."""
-        ...
 
 
 @dataclass(frozen=True)

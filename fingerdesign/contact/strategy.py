@@ -13,15 +13,14 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.newton import NewtonResult, newton
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.pressing import pressed
 from fingerdesign.contact.sweeps import gauss_seidel
 
-Array = NDArray[np.float64]
 Attempt = Callable[[Array], NewtonResult]
 
 _WARM = 16  # iterations: what takes longer from the guess is better begun anew

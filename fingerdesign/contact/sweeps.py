@@ -11,11 +11,9 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.newton import NewtonResult, relative_residual
-
-Array = NDArray[np.float64]
 
 _LOOK = 10  # sweeps between looks at the residual and the clock
 

@@ -8,15 +8,13 @@ to change its status.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.increment import Increment, Workspace
 from fingerdesign.contact.laws import OPEN, SLIP
 from fingerdesign.contact.newton import classify, slip_system, tangential_dofs
 from fingerdesign.contact.problem import ContactProblem
-
-Array = NDArray[np.float64]
 
 
 def force_response(

@@ -18,8 +18,8 @@ from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.increment import ContactState, Increment, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP
@@ -27,8 +27,6 @@ from fingerdesign.contact.newton import classify, newton, slip_system
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
 
 _DISTINCT = 1e-5  # of the largest force: two answers, not one and its rounding
 _SHARES = (0.25, 0.5, 0.75)  # of the way between two answers, where a third lies mostly

@@ -18,14 +18,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.plant import PlantMaker, press
 from fingerdesign.control.signals import NormalCalibration, response
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
-
 
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
 

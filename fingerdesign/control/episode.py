@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control import roster
@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 Ending = Literal["lifted", "complete slip", "stage travel", "steps", "failed"]
 
 

@@ -25,12 +25,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import FingerDesignError
-
-Array = NDArray[np.float64]
 
 FORMAT = "fingerdesign grip estimator, 2"
 LAGS = (1, 4, 12)  # steps back

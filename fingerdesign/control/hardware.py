@@ -19,12 +19,10 @@ from dataclasses import dataclass, fields, replace
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.plant import Plant, Truth
 from fingerdesign.control.signals import Sample
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.control.judge import weight_per_finger
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from fingerdesign.control.episode import Episode
     from fingerdesign.result_arrays import GripTrace
 
-Array = NDArray[np.float64]
 
 MOST_FORCE = 3.0  # times the least force that would hold: from there on the object is crushed
 _Z = 1.959964  # of the normal distribution, for 95 %

@@ -23,14 +23,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controller import Command
 from fingerdesign.control.judge import weight_per_finger
 from fingerdesign.control.signals import Sample
-
-Array = NDArray[np.float64]
 
 # Of what is missing, in one step: a step late or a stiffness wrong by two does not make it swing.
 _GAIN = 0.5

@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, Increment, solve_increment
 from fingerdesign.contact.measures import Measures
 from fingerdesign.contact.path import follow
@@ -32,7 +33,6 @@ from fingerdesign.control.signals import (
 from fingerdesign.errors import SolverError
 from fingerdesign.result_arrays import SlipStudy
 
-Array = NDArray[np.float64]
 Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
 
 # Half of the design's own largest response at full stick: one rule for every design and friction

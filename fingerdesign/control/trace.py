@@ -20,11 +20,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.signals import Sample
 from fingerdesign.control.trace_units import unit_faults
 from fingerdesign.errors import DesignError, Fault
-
-Array = NDArray[np.float64]
 
 COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
 LEAST_GAGES = 2  # one tells nothing about where it sticks

@@ -13,9 +13,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import Fault
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.int64]
 
 _UNEVEN = 0.5  # of the usual step: further off, a sample is missing or came twice

@@ -6,10 +6,8 @@ Piegl and Tiller, The NURBS Book (2nd ed.), eqs. 2.5 and 2.7.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fingerdesign.arrays import Array, IntArray
 
 
 def basis(knots: Array, degree: int, t: Array, order: int = 2) -> tuple[IntArray, Array]:

@@ -12,14 +12,11 @@ from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.face_border import Border
 from fingerdesign.design.nurbs import Nurbs
 from fingerdesign.design.quadrics import Cone, Plane, Shape, Sphere, Torus
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # A vertical line that meets the surface this near outside of a face's border counts as meeting it:
 # CAD files give places to 1e-7 mm.

@@ -11,8 +11,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.body_table import Core
-from fingerdesign.design.layout import Array, PlateFrame
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.profile import Piece, profile_of
 from fingerdesign.design.schema import Body
 

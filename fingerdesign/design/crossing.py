@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.design.layout import Array
+from fingerdesign.arrays import Array
 
 
 def crossing_distances(

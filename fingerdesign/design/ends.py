@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.design import clearance
 from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
-from fingerdesign.design.layout import Array
 from fingerdesign.design.plate_rows import PlateRow
 from fingerdesign.design.remedies import Change, Finding, greatest
 from fingerdesign.design.schema import Design

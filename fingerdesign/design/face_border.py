@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.quadrics import dot, unit
-
-Array = NDArray[np.float64]
 
 _NEAR = 8  # pieces looked at: those that meet in a corner, and their neighbours
 

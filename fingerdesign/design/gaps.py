@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import Array, PlateFrame
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.schema import Core
 
-IntArray = NDArray[np.int64]
 MOST_PIECES = 16  # of a bent plate
 _STRAY_MM = 1e-3  # by which its pieces may
 _CHUNK = 4000  # pairs judged at a time, nearest first

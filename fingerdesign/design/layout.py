@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.profile import profile_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
     from fingerdesign.design.schema import Design
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.bsplines import basis
 from fingerdesign.design.quadrics import dot, unit
 from fingerdesign.errors import GeometryError
-
-Array = NDArray[np.float64]
 
 SAMPLES = 4000  # of a face, from which Newton starts
 BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border

@@ -12,13 +12,11 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array, IntArray
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

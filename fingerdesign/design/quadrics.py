@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fingerdesign.arrays import Array
 
 _NEWTON = 60  # a simple root takes six; at a silhouette, a double one, each halves the error
 

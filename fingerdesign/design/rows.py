@@ -6,8 +6,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import Hole, PlateFrame, surface_height
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.plate_table import Plates
     from fingerdesign.design.step_facts import StepFacts
 
-Array = NDArray[np.float64]
 
 _STEPS = 2000  # of the surface line along which a row is paced out
 

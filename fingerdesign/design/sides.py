@@ -6,10 +6,10 @@ from collections.abc import Set
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.gaps import flat_corners
-from fingerdesign.design.layout import Array
 from fingerdesign.design.plate_rows import PlateRow
 from fingerdesign.design.remedies import Change, Finding, greatest
 from fingerdesign.design.rows import row_frames

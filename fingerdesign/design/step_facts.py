@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.cad_faces import CadFace, faces_of, nearest, top_height
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.process import ProcessError, cache_folder, machine_failed, run_module
@@ -32,7 +33,6 @@ from fingerdesign.process import ProcessError, cache_folder, machine_failed, run
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import StepFile
 
-Array = NDArray[np.float64]
 
 WORKER = "fingerdesign.geometry.step_worker"
 FORMAT = 6  # raise it when what the worker writes changes

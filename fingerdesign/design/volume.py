@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.profile import profile_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
-
-Array = NDArray[np.float64]
 
 
 def section_area(body: Body) -> float:

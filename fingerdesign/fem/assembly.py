@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.fem.elements import (
     EDGES,
     inverse_jacobians,
@@ -22,10 +22,6 @@ from fingerdesign.fem.elements import (
     quadrature,
     tabulate,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _CHUNK = 8192  # curved cells at a time: 60 MB of temporaries in 3-D
 _STRAIGHT = 1e-13  # of the edge: a middle this close to its place leaves the mapping affine

@@ -16,8 +16,8 @@ from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.facing import facing_rows, owners
 from fingerdesign.fem.factor import Condensation
@@ -25,10 +25,6 @@ from fingerdesign.fem.system import System, assemble_system, check_material
 from fingerdesign.fem.trace import ContactTrace, contact_trace
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 # Of a contact force: what a body that can still move as a whole loses at the least.
 _NOT_HELD = 0.1

@@ -6,14 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}
 _ELEMENTS = {

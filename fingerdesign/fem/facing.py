@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import EDGES, tabulate
 from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh
 from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _CHUNK = 256  # points at a time, against all facets
 _OUTSIDE = 1e-3  # barycentric: an edge of the one body may miss that of the other by rounding

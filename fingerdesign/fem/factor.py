@@ -23,11 +23,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
 
 _SHIFT = 1.0  # mm/N, the size of a soft finger's compliance: costs its diagonal one rounding
 

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.fem.body import CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.finite_system import FiniteSystem, finite_system
@@ -23,8 +23,6 @@ from fingerdesign.fem.finite_system import FiniteSystem, finite_system
 if TYPE_CHECKING:
     from fingerdesign.fem.body import Body
     from fingerdesign.reduced import ReducedModel
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

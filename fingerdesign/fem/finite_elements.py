@@ -26,8 +26,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.elements import physical_gradients, quadrature, tabulate
 from fingerdesign.fem.finite_law import (
     Deformation,
@@ -35,9 +35,6 @@ from fingerdesign.fem.finite_law import (
     second_piola,
     second_piola_change,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _ORDER = 2
 

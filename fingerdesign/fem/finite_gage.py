@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.readout import displacement_rows, gage_heights
 
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Gages
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 
 _CHORDS = 12  # of a bent plate's line
 

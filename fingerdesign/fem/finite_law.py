@@ -14,11 +14,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
-
-Array = NDArray[np.float64]
 
 
 class Inverted(SolverError):

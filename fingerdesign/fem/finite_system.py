@@ -15,15 +15,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.body import Body
 from fingerdesign.fem.finite_elements import Group, group
 from fingerdesign.fem.mixed import pressure_nodes
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _CELLS = 4096  # at a time: 100 MB of temporaries in 3-D
 

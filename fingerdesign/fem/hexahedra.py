@@ -13,18 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.fem.assembly import isotropic, lame_parameters, sum_blocks
 from fingerdesign.fem.mixed import Pressures
 from fingerdesign.fem.system import System, held_system, with_pressures
 from fingerdesign.fem.trace import ContactTrace
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import SurfaceQuadrature
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _CHUNK = 512  # cells at a time: 60 MB of temporaries
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.assembly import lame_parameters, straight_cells
 from fingerdesign.fem.elements import (
     inverse_jacobians,
@@ -24,10 +24,6 @@ from fingerdesign.fem.elements import (
     quadrature,
     tabulate,
 )
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _ORDER = 2  # pressure (1) times divergence (1)
 

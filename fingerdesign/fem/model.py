@@ -10,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.fem.assembly import assemble_stiffness
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from fingerdesign.fem.trace import ContactTrace
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 # From this Poisson's ratio "auto" takes the mixed element. Measured on a finger with three plates
 # (bench.precision_run.VALUES), five increments, errors of F_n and of the largest gage reading
 # against a mesh of 60k (196k) dofs; mixed takes 1.2 to 1.3 times as long as P2 on the same mesh:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.elements import jacobians, quadrature, tabulate
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Gages
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _INSIDE = 1e-6  # barycentric: a point on a face belongs to both cells
 _NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary

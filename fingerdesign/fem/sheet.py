@@ -43,8 +43,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.elements import quadrature, tabulate
@@ -54,8 +54,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import tabulate
 
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.layout import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
 

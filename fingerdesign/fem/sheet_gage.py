@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import tabulate
 from fingerdesign.fem.readout import gage_heights, gage_shares
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Gages
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _INSIDE = 1e-6  # barycentric: a point on an edge belongs to both facets
 

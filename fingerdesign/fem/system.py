@@ -11,17 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.assembly import lame_parameters, stiffness_blocks, sum_blocks
 from fingerdesign.fem.elements import EDGES
 from fingerdesign.fem.mixed import Pressures, pressure_coupling
 from fingerdesign.mesh.types import Mesh
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.reduced import SurfaceQuadrature
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 TRACE_ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian
 

@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fidelity.ladder import Answer, Ladder, Tell, climb
+from fingerdesign.fidelity.ladder import Answer, Ladder, climb
 from fingerdesign.fidelity.models import InTurn, Model, Solved
 from fingerdesign.results import LadderSummary, TriedModel
+from fingerdesign.runtime.progress import Tell
 
 if TYPE_CHECKING:
     from fingerdesign.case import Case, Clock

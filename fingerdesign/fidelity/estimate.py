@@ -21,11 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.fidelity.readings import NOT_PULLED, Readings, errors
-
-Array = NDArray[np.float64]
 
 # What a scene reads: goals, not energies. Contact width is told, but no controller reads it.
 GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")

@@ -23,13 +23,12 @@ from fingerdesign.fidelity.analytic import NAME, analytic_readings
 from fingerdesign.fidelity.estimate import Estimate, difference, discretisation
 from fingerdesign.fidelity.models import InTurn, Model
 from fingerdesign.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
+from fingerdesign.runtime.progress import Tell
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.fidelity.readings import Readings
-
-Tell = Callable[[str], None]
 
 
 class Answer(Protocol):

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
 
 if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
 
-Array = NDArray[np.float64]
 MICRO = 1e6
 QUANTITIES = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gage")
 NOT_PULLED = 0.01  # of the largest F_n: where F_t stays below it, it is the mesh's own

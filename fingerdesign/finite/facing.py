@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.elements import quadrature, tabulate
@@ -25,9 +25,7 @@ from fingerdesign.fem.finite_body import FiniteBody, Linearised
 from fingerdesign.fem.trace import TRACE_ORDER
 
 if TYPE_CHECKING:
-    from fingerdesign.contact.problem import Indenter
-
-Array = NDArray[np.float64]
+    from fingerdesign.contact.objects import Indenter
 
 
 @dataclass(frozen=True)

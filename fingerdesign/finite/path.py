@@ -8,13 +8,14 @@ areas are those of the deformed body.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.measures import Measures, measure
@@ -27,6 +28,7 @@ from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.finite.facing import facing, untouched
 from fingerdesign.finite.row import Follower, Row
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.scene_contact import object_at_touch, targets
 
 if TYPE_CHECKING:
@@ -35,9 +37,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.finite.facing import Facing
     from fingerdesign.mesh.types import Mesh
-
-Array = NDArray[np.float64]
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import (
     Increment,
@@ -25,8 +25,6 @@ from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.finite_body import Linearised
 from fingerdesign.finite.facing import Facing, Past
-
-Array = NDArray[np.float64]
 
 _TOLERANCE = 1e-9  # of the contact force: the largest nodal force out of balance
 _GAP = 1e-7  # of the motion: error of a curved object's gaps (condensing leaves up to 1e-8)

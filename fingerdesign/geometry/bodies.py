@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.profile import Piece, Profile, profile_of
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.kernel import (
@@ -31,7 +31,6 @@ from fingerdesign.geometry.kernel import (
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
 
-Array = NDArray[np.float64]
 
 FORWARD = np.array([0.0, 0.0, 1.0])  # of the section plane: arcs run anticlockwise about it
 

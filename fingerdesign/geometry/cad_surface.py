@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.cad_faces import CadFace, nearest
 from fingerdesign.design.step_facts import StepFacts, outline_file, step_facts
 from fingerdesign.errors import GeometryError
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.design.body_table import StepFile
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 _SIDESTEP_MM = 1e-3  # along the crest, for its curvature
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.design.layout import Hole, PlateFrame
 from fingerdesign.design.profile import profile_of
@@ -17,9 +16,8 @@ from fingerdesign.design.volume import outline_points, section_area
 from fingerdesign.errors import GeometryError
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body, Design
-
-Array = NDArray[np.float64]
+    from fingerdesign.design.body_table import Body
+    from fingerdesign.design.schema import Design
 
 
 def plate_volume(frame: PlateFrame, half: bool = False) -> float:

@@ -13,15 +13,12 @@ from pathlib import Path
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.kernel import volume_of
 from fingerdesign.geometry.solid import Solid
 from fingerdesign.geometry.tessellation import triangulate
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)
 BRONZE = (0.72, 0.45, 0.20, 1.0)

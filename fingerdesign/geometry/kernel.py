@@ -11,15 +11,14 @@ from dataclasses import dataclass
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeEdge, BRepBuilderAPI_MakeFace
 from OCP.BRepGProp import BRepGProp_Domain, BRepGProp_Face, BRepGProp_Vinert
 from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Pnt, gp_Vec
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
 
-Array = NDArray[np.float64]
 _SPLINES = ("BSPLINE", "BEZIER", "EXTRUSION", "OFFSET", "OTHER")  # kinds of faces
 
 

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.kernel import (
@@ -31,8 +31,6 @@ from fingerdesign.geometry.kernel import (
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
-
-Array = NDArray[np.float64]
 
 
 def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:

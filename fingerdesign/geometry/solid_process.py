@@ -18,8 +18,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import Hole, PlateFrame
 from fingerdesign.errors import GeometryError
 from fingerdesign.process import ProcessError, run_module
@@ -27,8 +27,6 @@ from fingerdesign.process import ProcessError, run_module
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 WORKER = "fingerdesign.geometry.solid_worker"
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take

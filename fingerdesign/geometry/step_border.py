@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.GCPnts import GCPnts_AbscissaPoint
@@ -17,11 +16,10 @@ from OCP.gp import gp_Pnt, gp_Vec
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.face_border import Border
 from fingerdesign.design.quadrics import Shape
 from fingerdesign.geometry.step_shape import parts
-
-Array = NDArray[np.float64]
 
 PIECES = 600  # of a face's border
 LEAST_PIECES = 24  # of a curved edge: 1e-7 mm on a quarter circle of 0.5 mm

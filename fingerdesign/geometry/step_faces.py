@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepGProp import BRepGProp, BRepGProp_Face
 from OCP.BRepTools import BRepTools
@@ -32,13 +31,12 @@ from OCP.GProp import GProp_GProps
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeConvertToBezier
 from OCP.TopAbs import TopAbs_FACE
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.cad_faces import CadFace
 from fingerdesign.design.nurbs import Nurbs
 from fingerdesign.design.quadrics import Cone, Plane, Shape, Sphere, Torus
 from fingerdesign.geometry.step_border import border_of, triple
 from fingerdesign.geometry.step_shape import INTEGRALS, box_of, parts, refused
-
-Array = NDArray[np.float64]
 
 NURBS_MISFIT_MM = 1e-6  # between a surface and the NURBS made of it; exact but for offset surfaces
 FLAT_MM = 1e-7  # CAD files give places to that

@@ -9,13 +9,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.cad_faces import CadFace, nearest, top_height
 from fingerdesign.design.faults import at_most
 from fingerdesign.errors import DesignError, Fault
-
-Array = NDArray[np.float64]
 
 BASE_DEG = 0.01  # a base is flat and clamped: 0.01 degrees of 20 mm are 3 micrometres
 SIZES_MM = (1.0, 500.0)  # of an extent along x or z: those of every body

@@ -9,7 +9,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from OCP.Bnd import Bnd_Box
 from OCP.BRep import BRep_Tool
 from OCP.BRepBndLib import BRepBndLib
@@ -25,9 +24,8 @@ from OCP.TopAbs import TopAbs_FACE, TopAbs_SHELL, TopAbs_SOLID, TopAbs_VERTEX
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault
-
-Array = NDArray[np.float64]
 
 FILE = "body.step.file"
 MOST_FACES = 2000  # every node of a mesh asks each face near it

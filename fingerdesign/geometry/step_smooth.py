@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
 from OCP.BRepExtrema import BRepExtrema_DistShapeShape
@@ -18,12 +17,11 @@ from OCP.GProp import GProp_GProps
 from OCP.TopAbs import TopAbs_EDGE
 from OCP.TopoDS import TopoDS
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.cad_faces import CadFace
 from fingerdesign.design.quadrics import Plane
 from fingerdesign.geometry.step_border import edge_samples, triple
 from fingerdesign.geometry.step_shape import parts
-
-Array = NDArray[np.float64]
 
 SMOOTH_DEG = 12.0  # over an edge of 1 mm that is 0.1 mm, ten times a mesher's envelope
 

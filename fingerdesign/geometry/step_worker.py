@@ -16,11 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.process import MACHINE_FAILED, die_with_parent
-
-Array = NDArray[np.float64]
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import crest_height, surface_height
 from fingerdesign.design.profile import (
     Piece,
@@ -28,8 +29,6 @@ from fingerdesign.errors import GeometryError
 
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
-
-Array = NDArray[np.float64]
 
 
 class Surface(Protocol):

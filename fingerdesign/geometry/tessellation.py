@@ -14,7 +14,6 @@ from collections.abc import Iterable, Iterator
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 from OCP.BRep import BRep_Builder, BRep_Tool
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
@@ -25,15 +24,13 @@ from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS, TopoDS_Compound, TopoDS_Shape
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.chord import Patch, keeps_chord, largest_chord
 
 # What the kernel is asked for, in chord tolerances, try by try: of 150 random domes and revolved
 # bodies 140 kept the tolerance at the first, 9 at the second and 1 at the third.
 TRIES = (0.95, 0.75, 0.5, 0.25, 0.1)
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def triangulate(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.measures import edge_lengths
@@ -19,9 +20,6 @@ from fingerdesign.mesh.types import Mesh
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Design
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 _END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)

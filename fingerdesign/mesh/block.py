@@ -14,11 +14,9 @@ from itertools import pairwise, permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def graded(size: float, fine: float, extent: float, growth: float = 1.3) -> Array:

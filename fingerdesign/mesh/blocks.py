@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.named import NamedMesh, facet_name
-
-IntArray = NDArray[np.int64]
 
 CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
 LINEAR = {"tetra10": "tetra", "triangle6": "triangle", "line3": "line"}

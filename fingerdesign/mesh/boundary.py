@@ -7,13 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.mesh.carriers import Carriers
 from fingerdesign.mesh.types import TETRA_FACETS
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 def regions_by_centroid(points: Array, tets: IntArray, frames: tuple[PlateFrame, ...]) -> IntArray:

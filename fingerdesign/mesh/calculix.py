@@ -11,12 +11,10 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import Mesh
-
-IntArray = NDArray[np.int64]
 
 # Corners of the faces S1, S2, ... (CalculiX 2.20 manual, 6.2.6 and 6.2.15); mid-nodes are in VTK's
 # order.

@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import IO
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.calculix import TETRA_FACES, TRIANGLE_FACES
 from fingerdesign.mesh.named import NamedMesh, region_number
-
-IntArray = NDArray[np.int64]
 
 _NODES_OF = {"C3D4": 4, "C3D10": 10, "CPE3": 3, "CPS3": 3, "CPE6": 6, "CPS6": 6}
 _NODES_OF |= {"S3": 3, "S6": 6, "STRI3": 3, "STRI65": 6, "M3D3": 3, "M3D6": 6}

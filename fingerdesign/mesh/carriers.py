@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.profile import Piece, Profile, profile_of
 from fingerdesign.geometry.surface import ContactSurface
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body, Design
-
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 class Carrier(Protocol):

@@ -8,13 +8,10 @@ on it to rounding. Names of the facets: "contact" (the whole arc) and, of a half
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mesh.block import both_sides, facets_on, graded, rectangle
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, quadratic
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def half_disc(radius: float, fine: float, size: float, growth: float = 1.3) -> Mesh:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layers import not_layered
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.errors import MeshError
@@ -35,9 +36,6 @@ from fingerdesign.mesh.types import Mesh, quadratic
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Design
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def extrude(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.boundary import BoundaryFacets, boundary_facets, regions_by_centroid
@@ -24,8 +24,6 @@ from fingerdesign.mesh.types import Mesh, quadratic
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 NONE = np.zeros((0, 3), dtype=np.int64)
 
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.volume import outline_volume, section_area
 from fingerdesign.geometry.checks import core_volume, plate_volume
@@ -25,9 +25,6 @@ from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

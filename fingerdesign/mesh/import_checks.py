@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.area_fit import outer_areas
@@ -27,7 +27,6 @@ from fingerdesign.mesh.types import Mesh
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-IntArray = NDArray[np.int64]
 
 VOLUME_ERROR = 1e-2  # of body, plates, core: chords of a coarse mesh miss less
 AREA_ERROR = 2e-2  # of base and contact

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import crest_height
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.boundary import BoundaryFacets
@@ -16,8 +16,6 @@ from fingerdesign.mesh.types import TETRA_FACETS
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 OFF = 0.3  # of a facet's longest edge: outside facets farther off the design's faces are cracks
 OFF_HEIGHT = 1e-2  # of the finger's height, besides

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.meshing import mesh_file_faults
 from fingerdesign.errors import DesignError, MeshError
@@ -38,8 +38,6 @@ from fingerdesign.mesh.types import TETRA_EDGES, Mesh, quadratic
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 NEAR = 0.1  # of the mean edge: nodes this near to a CAD face are put on it
 _HALF = 1e-6  # mm below z = 0 that rounding may put a half model's nodes

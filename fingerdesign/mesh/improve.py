@@ -8,15 +8,11 @@ on, to where the least angle around them is greatest.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.carriers import Carriers
 from fingerdesign.mesh.snap import snap_to_carriers
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 TARGET_DEG = 10.0  # the gate asks for 5
 ROUNDS = 6

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _PAIRS = 4_000_000  # of point and triangle, tested at a time: memory stays under 1 GB
 # The rays' direction: along no edge and in no plane of a finger, so that none grazes a triangle.

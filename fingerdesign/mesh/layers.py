@@ -5,10 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fingerdesign.arrays import Array, IntArray
 
 LEAST_DEG = 1.1  # issue 4 asks 1 degree of extruded layers; snapped nodes may take a little of it
 _GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane

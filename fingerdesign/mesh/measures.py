@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.mesh.snap import tet_volumes
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 def cell_volumes(points: Array, cells: IntArray) -> Array:

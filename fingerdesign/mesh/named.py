@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.sheets import FACES
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 StringArray = NDArray[np.str_]
 
 FACET_NUMBERS = {"base": 1, "contact": 2, "side": 3, "end": 4, "symmetry": 5}

@@ -10,15 +10,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.profile import Piece, profile_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Body
 
-Array = NDArray[np.float64]
 
 BODY = 1  # domain numbers: the body, then plate k as BODY + 1 + k, the core after the last plate
 _LEAST_LENGTH = 1e-9  # mm: an edge's rounding may be of no length where the arc ends upright

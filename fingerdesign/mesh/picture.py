@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.mesh.worker import run_module
@@ -23,8 +24,6 @@ from fingerdesign.mesh.worker import run_module
 TIME_LIMIT_S = 120.0  # drawing takes 1 to 2 s; a software renderer on a busy machine far longer
 SIZE = (1600, 1120)
 SILICONE, BRONZE, CORE, EDGES = "#cfd8e3", "#b87333", "#a487b5", "#33475b"
-
-Array = NDArray[np.float64]
 
 
 def placed(mesh: Mesh) -> Array:

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.mesh.area_fit import worst_area_error
 from fingerdesign.mesh.asked import AskedSizes, parts_of, size_ratios
@@ -25,8 +25,6 @@ from fingerdesign.mesh.types import Mesh
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ANGLE_EDGES = np.arange(0.0, 181.0, 5.0)  # of the histogram, degrees
 WORST = 20  # elements that are named one by one

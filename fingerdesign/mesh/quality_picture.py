@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.asked import AskedSizes, parts_of, size_zones
 from fingerdesign.mesh.measures import cell_angles
@@ -28,7 +29,6 @@ from fingerdesign.mesh.worker import run_module
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-IntArray = NDArray[np.int64]
 
 SIZE = (1500, 1100)  # pixels of the view in space
 MARKED = 10  # worst elements in the picture

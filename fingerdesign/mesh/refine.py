@@ -12,10 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mesh.types import TETRA_EDGES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 TOO_LONG = 1.6  # times the size asked; a good mesh has edges of 0.6 to 1.5 times
 MOST_ROUNDS = 60

@@ -10,14 +10,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.block import facets_on, graded, rectangle, shell_scales
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh, quadratic
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def round_block_section(

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
@@ -25,9 +25,6 @@ from fingerdesign.mesh.types import Mesh, quadratic
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Body, Design
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def mesh_section(

@@ -6,18 +6,16 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.mesh.outline import BODY, Outline
 from fingerdesign.mesh.sheets import boundary_facets, line_beyond, room_around
-from fingerdesign.mesh.types import IntArray
 
 if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Body, Design
 
-Array = NDArray[np.float64]
 
 _SAGITTA = 0.1  # of the thickness: what a chord of a bent face may leave, before its middle is bent
 

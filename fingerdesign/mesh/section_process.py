@@ -20,13 +20,10 @@ import weakref
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.worker import environment
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 WORKER = "fingerdesign.mesh.section_worker"
 

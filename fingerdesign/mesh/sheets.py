@@ -14,8 +14,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.profile import chain_misfit, profile_of
 from fingerdesign.errors import MeshError
@@ -24,8 +24,6 @@ from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 FACES = ("upper", "lower", "end")
 _ON = 1e-9  # mm: the mesher's vertices lie on their lines to rounding

@@ -14,15 +14,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
 from fingerdesign.geometry.surface import Surface
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 GRID_POINTS = 200_000

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.sheet_limits import not_a_sheet
 from fingerdesign.errors import MeshError
@@ -16,7 +16,6 @@ from fingerdesign.mesh.carriers import Carrier, carriers_of, core_faces
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 
 _WIDEST = 0.22  # of the plate's length or span: on maeno2000 0.2 mm did better than 0.3
 _WANTED, _LEAST = 1.5, 0.6  # times the plate's thickness: half of it is the slot's

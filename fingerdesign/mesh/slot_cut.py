@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import TETRA_FACETS
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _ON = 1e-7  # mm: snapped nodes lie on their planes to rounding
 _FILLED = 1e-6  # relative: what is missing is a facet or nothing

@@ -8,13 +8,10 @@ prisms: regular across the thickness, at the cost of no node.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.mesh.slots import Slots
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 def fill_slots(slots: Slots, frames: tuple[PlateFrame, ...]) -> tuple[IntArray, IntArray]:

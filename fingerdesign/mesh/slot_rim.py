@@ -18,15 +18,12 @@ import heapq
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.slot_cut import Cut, Stars
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 Triple = tuple[int, int, int]
 
 _STEEPEST = np.radians(75.0)  # of a wing against the plate's plane: a slot's end must open

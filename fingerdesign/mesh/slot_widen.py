@@ -8,16 +8,12 @@ room suffices.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.carriers import Carriers
 from fingerdesign.mesh.improve import improve
 from fingerdesign.mesh.snap import tet_volumes
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 _ALIGNED = 1e-9
 _STIFFEST = 200.0  # of an element's stiffness times its edges' length squared; an even one has 6

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.slot_carriers import carrier_frames, sized_frames
@@ -23,10 +23,6 @@ from fingerdesign.mesh.slot_widen import widened
 from fingerdesign.mesh.types import TETRA_FACETS
 
 __all__ = ["Slots", "carrier_frames", "open_slots", "sized_frames"]
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -10,15 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.carriers import Carrier, Carriers
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 MOST_STEPS = 40
 PARALLEL = 0.05  # faces that meet at less than 3 degrees

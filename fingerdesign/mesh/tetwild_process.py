@@ -13,14 +13,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.sizing import SizeField, background_grid
 from fingerdesign.mesh.worker import run_module
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 WORKER = "fingerdesign.mesh.tetwild_worker"
 # Of the surface's diagonal. Asked for edges of two thirds of it, fTetWild made 100 000 tetrahedra

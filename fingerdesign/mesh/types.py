@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fingerdesign.arrays import Array, IntArray
 
 # Corner pairs of the mid-edge nodes, in the order of VTK, meshio and scikit-fem alike.
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))

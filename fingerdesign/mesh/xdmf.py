@@ -12,10 +12,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # XDMF's numbers of cell types, and their nodes (xdmf.org, "XDMF Model and Format": Topology).
 TYPES = {"triangle": (4, 3), "tetra": (6, 4)}

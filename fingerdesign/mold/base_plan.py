@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.faults import at_most
 from fingerdesign.errors import Fault
 from fingerdesign.mold.extent import Extent
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.profiles import Limits
 
-Array = NDArray[np.float64]
 Kind = Literal["gate", "riser", "vent", "lock", "screw"]
 
 TILT_DEG = 5.0

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.export import BONE, BRONZE, SILICONE_GREY, write_triangles
 from fingerdesign.geometry.kernel import volume_of
@@ -29,8 +29,6 @@ from fingerdesign.mold.plan import MoldPlan
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Rgba = tuple[float, float, float, float]
 
 ASSEMBLY = "assembly.step"

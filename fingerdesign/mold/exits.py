@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.clearance import surface_clearances
-from fingerdesign.design.layout import Array, PlateFrame, crest_height, surface_height
+from fingerdesign.design.layout import PlateFrame, crest_height, surface_height
 from fingerdesign.design.profile import profile_of
 from fingerdesign.mold.plan import Side
 
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.cad_faces import CadFace
     from fingerdesign.design.step_facts import StepFacts
 
-IntArray = NDArray[np.int64]
 _ALONG, _ACROSS = 3, 2  # points of a bar's section at which it is followed outward
 _STEPS = 10  # along a leg in a STEP body, which need not be convex
 _HALVINGS = 40

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.design.layout import Array, crest_height, surface_height
+from fingerdesign.arrays import Array
+from fingerdesign.design.layout import crest_height, surface_height
 from fingerdesign.mold.exits import flat_sided, half_extent, rim_height
 
 if TYPE_CHECKING:

@@ -12,25 +12,23 @@ from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.geometry.kernel import Line, extruded, flat_face, polygon, revolved
 from fingerdesign.mold.extent import extent_of, seam_height
 from fingerdesign.mold.flat_sides import AXIS, direction
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
 from fingerdesign.mold.plan import SIDES, BaseHole, Bolt, CorePin, Key, MoldPlan, Pin, Side
 from fingerdesign.mold.profiles import limits_of
-from fingerdesign.mold.slot_tools import jig_moves, slot_tools, window_tools
+from fingerdesign.mold.slot_tools import _UP, jig_moves, slot_tools, window_tools
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 
 BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 ROOT_MM = 0.2  # how deep a pin or key reaches into what it stands on
 PILOT = 0.72  # of a clearance hole: the core hole of the same screw's thread
-_UP = np.array([0.0, 1.0, 0.0])
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from fingerdesign.design.layout import Array, PlateFrame
+from fingerdesign.arrays import Array
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.mold.frames import end_of
 from fingerdesign.mold.plan import Leg, MoldPlan
 

@@ -23,11 +23,10 @@ from OCP.BRepBuilderAPI import (
 )
 from OCP.TopTools import TopTools_ListOfShape
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
 from fingerdesign.geometry.kernel import extruded, flat_face, point, polygon
 from fingerdesign.mold.plan import SIDES, Side
-
-Array = NDArray[np.float64]
 
 NEAR = 1e-6  # mm: that close, a face lies in a plane of the outline's box
 AXIS = {"x": 0, "z": 2}

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.design.gaps import IntArray, Prisms, core_gaps, prism_distances
-from fingerdesign.design.layout import Array, PlateFrame
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.gaps import Prisms, core_gaps, prism_distances
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.mold.frames import core_in_mold, leg_bar
 from fingerdesign.mold.plan import Leg
 

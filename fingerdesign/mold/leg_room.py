@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.contact_zone import candidate_zone
-from fingerdesign.design.layout import Array, crest_height
+from fingerdesign.design.layout import crest_height
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.mold.exits import Exits, flat_sided, rim_height
 from fingerdesign.mold.extent import extent_of

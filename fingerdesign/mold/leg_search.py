@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.design.layout import Array, PlateFrame
+from fingerdesign.arrays import Array
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.plate_rows import plate_rows
 from fingerdesign.mold import slots
 from fingerdesign.mold.exits import Exits, exits_of, half_extent

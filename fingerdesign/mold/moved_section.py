@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _LEAST_AREA = 0.2  # of its own, that a moved triangle keeps: below it the move is too far
 

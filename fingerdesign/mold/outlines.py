@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.drawing import polygon_area
 from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.plan import Side
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle

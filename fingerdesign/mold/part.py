@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.plan import Side
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Made = Literal["process", "sheet", "metal", "silicone"]
 
 WORDS: dict[Side, str] = {"+z": "front", "-z": "back", "+x": "right", "-x": "left"}

@@ -24,8 +24,8 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import FingerDesignError, MeshError
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ if TYPE_CHECKING:
     from fingerdesign.mold.moved_section import Move
     from fingerdesign.mold.plan import MoldPlan
 
-Array = NDArray[np.float64]
 Effect = dict[str, Any]
 
 _DEEPEST = 0.1 / 8.22  # approach over the crest's height: that of the fundamental case on maeno2000

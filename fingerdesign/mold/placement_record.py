@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 Effect = dict[str, Any]
 
 CHANGES = ("along_x", "in_height", "turned")

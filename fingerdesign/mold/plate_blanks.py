@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.geometry.kernel import box, circle, extruded, flat_face, one_solid, polygon
 from fingerdesign.geometry.plates import core_solid, plate_solid
@@ -22,7 +22,6 @@ from fingerdesign.mold.plan import Leg, MoldPlan
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
 
-Array = NDArray[np.float64]
 
 _NEAR = 1e-9
 _BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts

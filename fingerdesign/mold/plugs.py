@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.geometry.kernel import box, one_solid
 from fingerdesign.mold.flat_sides import direction, prism_of
 from fingerdesign.mold.part import INSERT
 from fingerdesign.mold.plan import MoldPlan, Plug, Side
-
-Array = NDArray[np.float64]
 
 
 def seam(plan: MoldPlan, plug: Plug, height: float) -> float:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.part import PartMesh
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 GAP_MM = 5.0  # between neighbours on the bed
 FLAT = 1e-6  # mm; how far from its plane a face may lie

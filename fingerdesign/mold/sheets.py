@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.casting_bench import numbers_text
 from fingerdesign.mold.drawing import Sheet, write_dxf
 from fingerdesign.mold.flat_pattern import FlatPattern
 from fingerdesign.mold.outlines import sheet_outline
 from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names
 from fingerdesign.mold.plan import MoldPlan, Side
-
-Array = NDArray[np.float64]
 
 PLATES_FILE = "plates.dxf"
 

@@ -9,14 +9,12 @@ from collections.abc import Callable, Iterator
 
 import cadquery as cq
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.geometry.kernel import box, extruded, flat_face, polygon
 from fingerdesign.mold.flat_sides import AXIS, direction
 from fingerdesign.mold.part import comb_names, wall_name
 from fingerdesign.mold.plan import MoldPlan, Side, SidePlan, Slot
-
-Array = NDArray[np.float64]
 
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
 _BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.gaps import pair_distances
-from fingerdesign.design.layout import Array, PlateFrame
+from fingerdesign.design.layout import PlateFrame
 from fingerdesign.mold.frames import turned_bar
 from fingerdesign.mold.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Side, Slot
 

@@ -15,11 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.print_pose import Posed
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices
 

@@ -19,6 +19,7 @@ from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
 from OCP.gp import gp_Pnt, gp_Pnt2d, gp_Vec
 from OCP.TopAbs import TopAbs_IN, TopAbs_Orientation
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.flat_sides import FlatSide, direction
 from fingerdesign.mold.part import INSERT, wall_name
@@ -29,7 +30,6 @@ from fingerdesign.mold.plugs import seam
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters

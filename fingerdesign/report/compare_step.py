@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
+
 if TYPE_CHECKING:
     from fingerdesign.design.body_table import Body
 
-Array = NDArray[np.float64]
 Known = Callable[[Array], NDArray[np.bool_]]
 
 LINES, POINTS = 25, 13  # of the grid: along z, and on each line

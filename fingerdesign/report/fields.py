@@ -5,12 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 from fingerdesign.results import FieldHistory
-
-Array = NDArray[np.float64]
 
 STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _CELL_NAMES = {2: "triangle6", 3: "tetra10"}  # their mid-edge nodes stand in our order

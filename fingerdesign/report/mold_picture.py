@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.part import CORE, INSERT, MoldMeshes, PartMesh
 from fingerdesign.process import ProcessError
 from fingerdesign.report.picture import PictureError
 from fingerdesign.worker_job import WorkerJob
-
-Array = NDArray[np.float64]
 
 WORKER = "fingerdesign.report.mold_picture_worker"
 TIME_LIMIT_S = 60.0  # it takes 2 to 4 s; a software renderer on a busy machine far longer

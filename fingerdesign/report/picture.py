@@ -18,17 +18,11 @@ from typing import Any
 import numpy as np
 
 import fingerdesign.report.picture_worker as picture_worker
+from fingerdesign.arrays import Array
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.report.finger_words import count_text
-from fingerdesign.report.surfaces import (
-    Array,
-    Surface,
-    gage_quads,
-    plate_boxes,
-    region_of,
-    surface_of,
-)
+from fingerdesign.report.surfaces import Surface, gage_quads, plate_boxes, region_of, surface_of
 from fingerdesign.results import OPEN, Analysis, FieldHistory
 
 TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer

@@ -11,12 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.results import GageLayout
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
 _BENT_PIECES = 6

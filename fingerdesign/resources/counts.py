@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import plate_frames
 from fingerdesign.fem.model import candidate_facets, element_of
 from fingerdesign.mesh.section_sizes import extruded_sizes, section_sizes
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.contact_zone import Zone
     from fingerdesign.mesh.types import Mesh
 
-Array = NDArray[np.float64]
 
 # Of tetwild's meshes of T tetrahedra, least squares over 100 random designs and the shipped ones:
 # nodes 1.33 T + 4.3 T^(2/3) (1.38 to 1.75 T; scatter 4 %), vertices 0.165 T + 1.3 T^(2/3).

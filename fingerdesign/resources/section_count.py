@@ -12,8 +12,8 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.profile import profile_of
 from fingerdesign.mesh.outline import Outline, body_outline, core_box
 from fingerdesign.mesh.section_plates import add_plates, add_sheets, section_frames
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.meshing import SectionMesh
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 
 EQUILATERAL = np.sqrt(3.0) / 4.0
 # Netgen grades faster than it is asked to where little is asked for. Of the mixtures tried on 153

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.sheet_limits import not_a_sheet
 from fingerdesign.mesh.plate_ways import THICK
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.contact_zone import Zone
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
 
 _CELL = 0.7  # largest cell of the integral over the size at its middle
 _DEEPEST = 12

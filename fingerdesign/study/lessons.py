@@ -12,7 +12,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +19,7 @@ from typing import TYPE_CHECKING
 from fingerdesign import __version__
 from fingerdesign.control.estimator import FORMAT, GripEstimator
 from fingerdesign.errors import Fault
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.study.grip_model import grip_problem
 from fingerdesign.study.teach import Lesson, Settings, teach
 
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.schema import Design
 
-Tell = Callable[[str], None]
 TEACHING = 3  # raise it when what is taught, or how, changes
 
 

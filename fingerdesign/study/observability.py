@@ -13,7 +13,7 @@ they take off that. Errors are of stick ratio and of ``used`` = F_t / (mu F_n), 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -24,6 +24,7 @@ from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.study.grip_paths import Wandering
 from fingerdesign.study.observability_floor import floors
 from fingerdesign.study.observability_heard import LEAST_GRIPS, Heard, hear_all
@@ -51,7 +52,6 @@ if TYPE_CHECKING:
     from fingerdesign.control.estimator import FingerCurves
     from fingerdesign.design.schema import Design
 
-Tell = Callable[[str], None]
 
 GRIPS = 600
 MOST_NOISE = 1e3  # microstrain

@@ -15,8 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.measures import measure
@@ -25,8 +25,6 @@ from fingerdesign.control.estimator import LAGS
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.errors import SolverError
 from fingerdesign.study.observability_record import Floor
-
-Array = NDArray[np.float64]
 
 WINDOW = max(LAGS) + 1  # samples that the estimator looks back on
 _FRICTIONS = (0.2, 0.4, 0.8)

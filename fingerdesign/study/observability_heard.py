@@ -7,20 +7,17 @@ columns; they are found by hearing the same grips with all gages silent (:meth:`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.control.estimator import LAGS, FingerCurves, feature_count
 from fingerdesign.errors import SolverError
 from fingerdesign.study.grip_paths import Wandering
 from fingerdesign.study.teach import Settings, hear
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-Tell = Callable[[str], None]
 
 JUDGED, CHOSEN_BY = 0.15, 0.15  # of the grips; the rest is taught
 LEAST_GRIPS = 20  # fewer make no third part

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.estimator import Layer
 from fingerdesign.study.observability_heard import Heard, columns
 
-Array = NDArray[np.float64]
 Array32 = NDArray[np.float32]
 
 _SUMS, _GAIN, _EDGE, _RIDGE = 384, 2.0, 2.0, 1e-3

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.study.observability_learn import Errors, QuickLearner
 
-Array = NDArray[np.float64]
 Kept = tuple[int, ...]
-Tell = Callable[[str], None]
 
 _ONE_BY_ONE = 12  # with more gages than these, two go at a time
 

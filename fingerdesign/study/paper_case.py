@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.case import Case
 from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import Step, follow
@@ -29,7 +29,6 @@ from fingerdesign.design.io import with_values
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.scene_contact import object_at_touch
-from fingerdesign.study.paper_finger import GROWING_SHARE
 
 if TYPE_CHECKING:
     from fingerdesign.design.contact_zone import Zone
@@ -37,13 +36,13 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.fem.model import FiniteElementModel
 
-Array = NDArray[np.float64]
 Rows = list[tuple[float, float]]
 
 FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)  # the paper says no more than "different"
 PIECES = 5  # that a row of the scene is cut into, so that relations rest on enough increments
 DEPTHS = (0.1, 0.2, 0.4, 0.8, 1.2)  # mm under the surface, where the twin's shear strain is read
 PATHS = ("similar", "same", "growing")
+GROWING_SHARE = (0.4, 0.7, 0.88, 0.92, 0.95, 0.97, 0.985, 1.0)  # a harder scene: never held
 _SAME_STEPS = 16  # shear increments of the same motion up to complete slip at the least friction
 _LEAST_GAGES = 3
 

@@ -26,7 +26,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.objects import Plane
@@ -36,13 +35,13 @@ from fingerdesign.control.slip_study import THRESHOLD_FRACTION, correlation_at, 
 from fingerdesign.design.forecast import contact_half_width
 from fingerdesign.design.layout import crest_height
 from fingerdesign.errors import FingerDesignError, SolverError
+from fingerdesign.study.paper_case import GROWING_SHARE
 from fingerdesign.study.paper_space import Candidate, design_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.result_arrays import SlipStudy
 
-Array = NDArray[np.float64]
 Rows = list[tuple[float, float]]
 
 FRICTIONS = (0.2, 0.35, 0.5, 0.7, 1.0)
@@ -54,7 +53,6 @@ THRESHOLDS = (0.9, 1.0, 1.1)  # times THRESHOLD_FRACTION
 # grow to step three, then the approach is held; step eight is past complete slip, step seven short
 # of it in 3-D too, where the shipped finger slips completely at 0.84 of the plane-strain shear.
 APPROACH_SHARE = (0.4, 0.75, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
-GROWING_SHARE = (0.4, 0.7, 0.88, 0.92, 0.95, 0.97, 0.985, 1.0)  # a harder scene: never held
 SHEAR_SHARE = (0.05, 0.12, 0.20, 0.32, 0.46, 0.61, 0.77, 1.12)
 
 # What a finger must offer beside its score.

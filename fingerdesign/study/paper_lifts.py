@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
@@ -28,7 +28,6 @@ from fingerdesign.control.roster import paper_settings
 if TYPE_CHECKING:
     from fingerdesign.study.paper_case import PaperCase
 
-Array = NDArray[np.float64]
 RigMaker = Callable[[Plant], Plant]
 
 LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)

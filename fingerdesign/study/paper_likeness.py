@@ -14,16 +14,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.control.signals import gage_readings
 
 if TYPE_CHECKING:
     from fingerdesign.study.paper_case import PaperCase
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.measures import level_sets
 from fingerdesign.control.signals import NormalCalibration, Sample, gage_readings, response
 from fingerdesign.study.paper_case import FRICTIONS, PATHS, follow_rows, path_rows, surface_heights
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.study.paper_case import PaperCase
 
-Array = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 Reader = Callable[["Measures"], Array]
 
 TRAIN = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -78,8 +76,8 @@ class _Samples:
     """Of one reading: score, sticks, touches (n, g) and the friction of each row."""
 
     score: Array
-    sticks: Bools
-    touches: Bools
+    sticks: BoolArray
+    touches: BoolArray
     friction: Array
 
 
@@ -181,7 +179,7 @@ def _sample(measures: Measures, reader: Reader) -> Sample:
     return Sample(reader(measures), measures.normal_force, measures.tangential_force)
 
 
-def _above(problem: ContactProblem, step: Step, x: Array) -> tuple[Bools, Bools]:
+def _above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, BoolArray]:
     """Whether the surface straight above each of ``x`` touches, and whether it sticks."""
     contact, stick = level_sets(problem, step.increment)
     order = np.argsort(problem.model.points[:, 0])
@@ -217,7 +215,7 @@ def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Ver
     )
 
 
-def best_threshold(scores: Array, truth: Bools) -> float:
+def best_threshold(scores: Array, truth: BoolArray) -> float:
     """The threshold with the fewest errors of ``score > threshold``, midway between two scores.
 
     NaN without scores.
@@ -239,7 +237,7 @@ def best_threshold(scores: Array, truth: Bools) -> float:
     return float(edges[int(np.argmin(errors))])
 
 
-def roc_curve(scores: Array, truth: Bools) -> tuple[Array, Array]:
+def roc_curve(scores: Array, truth: BoolArray) -> tuple[Array, Array]:
     """False and true positive rates over all thresholds, both rising from 0 to 1."""
     order = np.argsort(-scores, kind="stable")
     hits = np.concatenate([[0.0], np.cumsum(truth[order]) / max(int(truth.sum()), 1)])
@@ -247,7 +245,7 @@ def roc_curve(scores: Array, truth: Bools) -> tuple[Array, Array]:
     return misses, hits
 
 
-def area_under_curve(scores: Array, truth: Bools) -> float:
+def area_under_curve(scores: Array, truth: BoolArray) -> float:
     """Area under :func:`roc_curve`; NaN where all answers are the same.
 
     >>> area_under_curve(np.array([1.0, 3.0, 2.0]), np.array([False, True, False]))
@@ -259,7 +257,7 @@ def area_under_curve(scores: Array, truth: Bools) -> float:
     return float(np.trapezoid(hits, misses))
 
 
-def _share(answers: Bools) -> float:
+def _share(answers: BoolArray) -> float:
     return float(answers.mean()) if len(answers) else float("nan")
 
 

@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import level_sets, limits
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.errors import SolverError
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
     from fingerdesign.study.paper_case import PaperCase
 
-Array = NDArray[np.float64]
 
 COUNT = 11  # as in the paper's Fig. 3
 _STICKING = 5  # of them, as in its Fig. 3 (b): 4 to 8

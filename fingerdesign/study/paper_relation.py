@@ -17,8 +17,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.slip_study import (
     FORCE_FLOOR_N,
     FORCE_FLOOR_SHARE,
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from fingerdesign.result_arrays import SlipStudy
     from fingerdesign.study.paper_case import PaperCase
 
-Array = NDArray[np.float64]
 
 _REACH = 1.05  # of the largest approach: friction changes F_n a little
 _SPREAD_AT = 25  # values of A at which the spread is taken

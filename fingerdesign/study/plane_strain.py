@@ -13,14 +13,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.study.plane_strain_file import Point
 
 if TYPE_CHECKING:
@@ -28,9 +29,7 @@ if TYPE_CHECKING:
     from fingerdesign.fidelity.models import Model, Solved
     from fingerdesign.fidelity.readings import Readings
 
-Array = NDArray[np.float64]
 Record = dict[str, Any]
-Tell = Callable[[str], None]
 
 LINES = "plane_strain.jsonl"
 FORMAT = 1  # of the records: raised where what they hold means something else

@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.report.style import INK, MUTED, PAPER, canvas, house_style
 from fingerdesign.study.plane_strain_map import PlaneStrainMap
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
 # One hue from light (small errors) to dark: readable without colour, and in print.

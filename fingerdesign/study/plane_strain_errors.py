@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from fingerdesign.arrays import Array
+
 Record = dict[str, Any]
 
 PRESSED, SHEARED = 1, 3  # rows of a path: see plane_strain.scene_of

@@ -16,13 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.study.plane_strain_errors import QUANTITIES, half_width, row_errors
+from fingerdesign.arrays import Array
+from fingerdesign.study.plane_strain_errors import QUANTITIES, Record, half_width, row_errors
 
-Array = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-Record = dict[str, Any]
 Table = dict[str, Any]
 
 SHIPPED = "plane_strain.json"

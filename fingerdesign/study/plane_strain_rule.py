@@ -13,11 +13,9 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.study.plane_strain_map import PlaneStrainMap
-
-Array = NDArray[np.float64]
 
 _DEPTH = np.geomspace(0.02, 20.0, 400)  # of c: the other constants are linear in logarithms
 

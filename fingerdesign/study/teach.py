@@ -11,12 +11,12 @@ serves all amplifiers. Errors are on wanderings, and so on frictions, that were 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, Motion
@@ -34,10 +34,8 @@ from fingerdesign.control.estimator import (
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.control.slip_study import stick_response
 from fingerdesign.errors import SolverError
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.study.grip_paths import Wandering, wander
-
-Array = NDArray[np.float64]
-Tell = Callable[[str], None]
 
 # Of a gage's sample, microstrain. One network for both errs by a sixth more in the quieter band.
 BANDS = ((0.25, 1.6), (1.6, 15.0))

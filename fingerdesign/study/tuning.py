@@ -19,13 +19,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.study.control_grid import Cell
 
-Array = NDArray[np.float64]
 Values = Mapping[str, float]
 Tell = Callable[[str, float], None]
 # Outcomes of each (parameters, grips), in order.

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.sweep.evaluate import Job
 from fingerdesign.sweep.optimise import Evaluator, Search, Tried, reference_plan
 from fingerdesign.sweep.pareto import beats, hypervolume, most_volume, strictly_beats
-from fingerdesign.sweep.recommend import Array, dominated
+from fingerdesign.sweep.recommend import dominated
 from fingerdesign.sweep.search_space import told
 
 if TYPE_CHECKING:

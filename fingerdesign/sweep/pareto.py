@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.sweep.recommend import Array, dominated
+from fingerdesign.arrays import Array
+from fingerdesign.sweep.recommend import dominated
 
 
 def beats(own: Array, other: Array) -> bool:

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.sweep.outcome import Outcome
 from fingerdesign.sweep.study_facts import Bound, Wanted
 
-Array = NDArray[np.float64]
 LEAST_DEEP = 2  # 3-D outcomes that are enough to choose among
 
 

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.sweep.recommend import Array
+from fingerdesign.arrays import Array
 from fingerdesign.sweep.study_file import Choice, Range, Study
 
 if TYPE_CHECKING:

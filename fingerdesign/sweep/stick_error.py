@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.path import follow
@@ -44,7 +45,6 @@ from fingerdesign.errors import SolverError
 if TYPE_CHECKING:
     from fingerdesign.design.grip_plant import HardwareTable
 
-Array = NDArray[np.float64]
 
 NOISE, FORCE_NOISE_N, GAIN_SPREAD = 0.5, 0.005, 0.01  # as study/teach.py has them
 FRICTIONS = (0.15, 1.0)

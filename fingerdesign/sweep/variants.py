@@ -15,7 +15,8 @@ from fingerdesign.sweep.study_keys import set_keys
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.sweep.study_file import Choice, Study
+    from fingerdesign.sweep.study_file import Study
+    from fingerdesign.sweep.study_values import Choice
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
@@ -26,7 +26,6 @@ from fingerdesign.load_path import PathStopped
 if TYPE_CHECKING:
     from fingerdesign.fidelity.models import Solved
 
-Array = NDArray[np.float64]
 
 FULL_SLIP = 0.95  # of mu F_n: from there on a given F_t has no unique motion, or none
 # Of the largest F_n: less F_t than that is no pull. Pressed and twisted alone, a block with plates

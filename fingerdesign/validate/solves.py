@@ -7,7 +7,7 @@ and in plane strain too that of the finger in space where both are compared, on 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from fingerdesign.errors import FingerDesignError
 from fingerdesign.fidelity.models import Model, Sizes, Solved, design_for, solve
 from fingerdesign.fidelity.readings import MICRO, Readings
 from fingerdesign.fidelity.rungs import rung
+from fingerdesign.runtime.progress import Tell
 from fingerdesign.validate.comparison import Answer, rows_of
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design, Gages
     from fingerdesign.fidelity.models import Dimension, Plates
 
-Tell = Callable[[str], None]
 Values = Mapping[str, object]
 
 SPACE = (2.0, 3.0, 4.0, 6.0)  # the first whose forecast holds MOST_DOFS and MOST_NODES

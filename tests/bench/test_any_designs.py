@@ -12,10 +12,9 @@ from fingerdesign.bench.any_designs import (
     RANGES,
     kinds,
     random_design,
-    spoiled_design,
 )
 from fingerdesign.bench.any_finger import refuse_faults
-from fingerdesign.bench.spoiled_designs import FAULTS
+from fingerdesign.bench.spoiled_designs import FAULTS, spoiled_design
 from fingerdesign.design import step_facts
 from fingerdesign.design.io import parse_design
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from numpy.typing import NDArray
 from scipy.sparse.linalg import spsolve
 
 from fingerdesign import parse_design, with_values
+from fingerdesign.arrays import Array
 from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -23,8 +23,6 @@ from fingerdesign.fem.sheet_gage import plate_strain_rows, sheet_gage_rows
 from fingerdesign.mesh.extrude import extrude
 from fingerdesign.mesh.section import mesh_section
 from fingerdesign.mesh.types import Mesh
-
-Array = NDArray[np.float64]
 
 E, NU, T, LENGTH = 1.35e5, 0.33, 0.1, 2.0
 DESIGN = parse_design(

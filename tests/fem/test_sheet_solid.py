@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fingerdesign import parse_design, with_values
+from fingerdesign.arrays import Array
 from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -14,8 +14,6 @@ from fingerdesign.design.layout import crest_height
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.model import build_model
 from fingerdesign.mesh.tetwild import tetrahedralise
-
-Array = NDArray[np.float64]
 
 DESIGN = parse_design(
     """

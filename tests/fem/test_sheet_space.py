@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
@@ -17,8 +17,6 @@ from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_
 from fingerdesign.mesh.slots import open_slots
 from fingerdesign.mesh.snap import quadratic_facets, tet_volumes
 from fingerdesign.mesh.types import Mesh, quadratic
-
-Array = NDArray[np.float64]
 
 E, NU, T = 4.96, 0.49, 0.1
 TILTED = PlateFrame(0, 0.4, 0.3, 35.0, 2.0, T, -1.0, 1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
@@ -18,7 +19,6 @@ from fingerdesign.geometry.solid import build_solid
 from fingerdesign.geometry.surface import surface_of
 from fingerdesign.geometry.tessellation import merge_vertices, triangulate, triangulate_measured
 
-Array = NDArray[np.float64]
 Make = Callable[..., Design]
 
 SHARES = np.vstack([np.random.default_rng(8).dirichlet([1.0, 1.0, 1.0], 12), np.ones((1, 3)) / 3])

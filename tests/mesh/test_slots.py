@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fingerdesign import parse_design
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.sheet_limits import not_a_sheet
 from fingerdesign.errors import MeshError
@@ -19,9 +19,6 @@ from fingerdesign.mesh.slot_widen import held_on_faces
 from fingerdesign.mesh.slots import Slots, carrier_frames, open_slots
 from fingerdesign.mesh.snap import tet_volumes
 from fingerdesign.mesh.types import quadratic
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Boxes of the grid below are 1 x 0.5 x 1 mm: mid-surfaces lie between its cells.
 INSIDE = PlateFrame(0, 0.0, 2.5, 0.0, 2.0, 0.1, -1.0, 1.0)

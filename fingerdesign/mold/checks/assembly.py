@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.part import BASE, CORE, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan import MoldPlan
 from fingerdesign.mold.profiles import Limits, limits_of
@@ -20,8 +20,6 @@ from fingerdesign.mold.profiles import Limits, limits_of
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 OUTLINE = "outline"
 
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.openings import planned
 from fingerdesign.mold.checks.rays import inside, surface_points
 from fingerdesign.mold.part import Check
-
-Array = NDArray[np.float64]
 
 POINTS = 10000  # 0.08 mm^2 each on a finger of 800 mm^2
 # A sheet's slot is wider than planned by no more than its fillets; seams are closed.

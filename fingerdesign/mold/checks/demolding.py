@@ -13,12 +13,11 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.rays import bounds, inside, pairs, surface_points
 from fingerdesign.mold.checks.triangles import areas, curved, doubled_areas
 from fingerdesign.mold.part import Check, PartMesh
-
-Array = NDArray[np.float64]
 
 POINTS = 1500  # and as many centroids, a part; a tenth of it a plate
 FLAT_MM = 1e-6  # parts that slide along flat faces meet within rounding

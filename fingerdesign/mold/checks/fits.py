@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from manifold3d import Manifold
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.part import BASE, Check
 from fingerdesign.mold.plan import Key, Pin
-
-Array = NDArray[np.float64]
 
 AROUND = 12
 ALONG = (0.25, 0.5, 0.75)

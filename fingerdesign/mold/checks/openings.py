@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.plan import CorePin, MoldPlan, Slot
-
-Array = NDArray[np.float64]
 
 
 def across(side: str, points: Array) -> tuple[Array, Array]:

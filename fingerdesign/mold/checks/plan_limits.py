@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.mold import Mold
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.plan import MoldPlan, SidePlan, Slot
 from fingerdesign.mold.profiles import Limits
 
-Array = NDArray[np.float64]
 _ROUNDING_MM = 1e-9
 ROOM_MM = 0.005  # beside a plate and its shim, or they cannot be pushed in
 

@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 from manifold3d import Manifold
-from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.geometry.checks import plate_volume
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.rays import pairs
 from fingerdesign.mold.part import BASE, Check
 from fingerdesign.mold.plan import Bolt
-
-Array = NDArray[np.float64]
 
 AROUND = 12
 INSET = 0.9  # of a hole's radius: where rays pass that must meet nothing

@@ -8,10 +8,8 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.checks.triangles import doubled_areas
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Rays run nearly along axes, where the library finds what they pass quickest, but not so near
 # that they would run within a face.

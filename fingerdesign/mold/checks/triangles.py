@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from fingerdesign.arrays import Array, IntArray
 
 # Flat faces differ by rounding only; the CAD turns curved ones by up to 0.3 rad a triangle.
 _FLAT_RAD, _SMOOTH_RAD = 1e-5, 0.4

@@ -12,19 +12,16 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Manifold
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.base_plan import TILT_DEG, up
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.openings import across, from_pin, from_slot
 from fingerdesign.mold.checks.rays import inside
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
 from fingerdesign.mold.plan import MoldPlan
-
-Array = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
 REACH_MM = 3.0

@@ -12,13 +12,12 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
+from fingerdesign.arrays import Array
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.openings import across, from_slot
 from fingerdesign.mold.checks.rays import bounds, pairs, surface_points
 from fingerdesign.mold.part import BASE, Check, PartMesh, comb_names, wall_name
 from fingerdesign.mold.plan import MoldPlan, SidePlan
-
-Array = NDArray[np.float64]
 
 POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
 OPPOSITE = np.cos(np.radians(30.0))
