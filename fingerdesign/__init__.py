@@ -13,36 +13,37 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.version import __version__ as __version__
+
 if TYPE_CHECKING:
-    from fingerdesign.design.io import load_design as load_design
-    from fingerdesign.design.io import load_scene as load_scene
-    from fingerdesign.design.io import parse_design as parse_design
-    from fingerdesign.design.io import parse_scene as parse_scene
-    from fingerdesign.design.io import with_values as with_values
+    from fingerdesign.cad.from_python import with_body as with_body
+    from fingerdesign.checks.load import load_design as load_design
+    from fingerdesign.checks.load import load_scene as load_scene
+    from fingerdesign.checks.load import parse_design as parse_design
+    from fingerdesign.checks.load import parse_scene as parse_scene
+    from fingerdesign.checks.load import with_values as with_values
     from fingerdesign.design.scene import Scene as Scene
     from fingerdesign.design.schema import Design as Design
     from fingerdesign.errors import DesignError as DesignError
     from fingerdesign.errors import FingerDesignError as FingerDesignError
     from fingerdesign.errors import SolverError as SolverError
-    from fingerdesign.geometry.from_python import with_body as with_body
     from fingerdesign.pipeline import analyse as analyse
-    from fingerdesign.results import Result as Result
+    from fingerdesign.records.result import Result as Result
 
-__version__ = "0.1.0"
 
 _HOMES = {
     "Design": "fingerdesign.design.schema",
     "DesignError": "fingerdesign.errors",
     "FingerDesignError": "fingerdesign.errors",
-    "Result": "fingerdesign.results",
+    "Result": "fingerdesign.records.result",
     "Scene": "fingerdesign.design.scene",
     "SolverError": "fingerdesign.errors",
-    "load_design": "fingerdesign.design.io",
-    "load_scene": "fingerdesign.design.io",
-    "parse_design": "fingerdesign.design.io",
-    "parse_scene": "fingerdesign.design.io",
-    "with_values": "fingerdesign.design.io",
-    "with_body": "fingerdesign.geometry.from_python",
+    "load_design": "fingerdesign.checks.load",
+    "load_scene": "fingerdesign.checks.load",
+    "parse_design": "fingerdesign.checks.load",
+    "parse_scene": "fingerdesign.checks.load",
+    "with_values": "fingerdesign.checks.load",
+    "with_body": "fingerdesign.cad.from_python",
     "analyse": "fingerdesign.pipeline",
 }
 

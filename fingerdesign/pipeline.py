@@ -10,54 +10,62 @@ writing the folder that a user opens is outputs.py.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import AbstractContextManager
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from fingerdesign.case import FIDELITIES, Case, Clock, fundamental_scene
-from fingerdesign.caveats import caveats
-from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.contact.path import Step
-from fingerdesign.contact.problem import ContactProblem, contact_problem
-from fingerdesign.design.contact_zone import Zone, candidate_zone, greatest_approach
-from fingerdesign.design.layout import plate_frames
-from fingerdesign.errors import DesignError, FingerDesignError
-from fingerdesign.identity import result_digest, versions
-from fingerdesign.load_path import PathStopped, follow_path
-from fingerdesign.records import contact_history, increment_result
-from fingerdesign.refusals import refuse
-from fingerdesign.results import (
-    Analysis,
-    FieldHistory,
-    GageLayout,
-    GripResult,
-    GripTrace,
-    Result,
-    SlipStudy,
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.case import FIDELITIES, Case, Clock, fundamental_scene
+from fingerdesign.analysis.caveats import caveats
+from fingerdesign.analysis.folder import write_outputs, write_solid
+from fingerdesign.analysis.forecast.forecast import forecast_case
+from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.path import PathStopped, contact_history, follow_path, increment_result
+from fingerdesign.analysis.stages import (
+    bare_opposite,
+    condense,
+    make_mesh,
+    one_thread,
+    recover_fields,
+    run_all_grips,
+    slip_studies,
+    zone_of,
 )
-from fingerdesign.runtime.progress import Tell
-from fingerdesign.scene_contact import object_at_touch, touch_point
-from fingerdesign.summaries import (
+from fingerdesign.analysis.summary import (
+    failed_result,
     mesh_summary,
     model_summary,
     not_reached,
     parameters,
     peak_memory_MB,
+    result_digest,
+    versions,
 )
+from fingerdesign.analysis.touch import object_at_touch
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.problem import contact_problem
+from fingerdesign.errors import DesignError, FingerDesignError, SolverError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import Zone
+from fingerdesign.records.folder import result_folder
+from fingerdesign.records.result import (
+    GageLayout,
+    GripResult,
+    GripTrace,
+    Result,
+)
+from fingerdesign.runtime.progress import Tell
+from fingerdesign.sensing.lessons import with_estimator
 
 if TYPE_CHECKING:
-    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.schema import Design
+
+if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-    from fingerdesign.fem.model import FiniteElementModel
-    from fingerdesign.mesh.types import Mesh
 
 __all__ = ["FIDELITIES", "Case", "Clock", "PathStopped", "analyse", "fundamental_scene", "refuse"]
 
-STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
@@ -76,7 +84,7 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     refuse(case, scene)
     case = with_estimator(case, tell)
     if case.fidelity in ("plane-strain", "auto") or case.design.mesh.mesher == "extrude":
-        from fingerdesign.mesh.section_process import start_mesher
+        from fingerdesign.mesh.section.process import start_mesher
 
         start_mesher()  # loads netgen while this process loads the rest
     clock = Clock() if clock is None else clock
@@ -98,7 +106,7 @@ def _run_in_zone(
 ) -> Analysis:
     asked, ladder = case, None
     if case.fidelity == "auto":
-        from fingerdesign.fidelity.choice import choose
+        from fingerdesign.analysis.fidelity.choice import choose
 
         chosen = choose(case, scene, zone, clock, tell)
         case, model, ladder = chosen.case, chosen.model, chosen.summary
@@ -159,152 +167,30 @@ def _run_in_zone(
     )
 
 
-def failed_result(case: Case, error: FingerDesignError, clock: Clock) -> Result:
-    """The record of an analysis that did not come to an end: why, and of what."""
-    scene = case.path_scene
-    return Result(
-        design=case.design.design.name,
-        scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        digest=result_digest(case.design, scene, case.asked),
-        versions=versions(),
-        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        status="failed",
-        failure=str(error),
-        increments=error.increments if isinstance(error, PathStopped) else (),
-        seeds={"grip": case.design.grip.seed},
-        timings_s=dict(clock.seconds),
-        peak_memory_MB=peak_memory_MB(),
-        parameters=parameters(case.design, scene),
-        assumed=case.design.assumed,
-    )
+def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Result:
+    """Run a case and write OUT/NAME; a failure of the work is written as a failed result.
 
-
-def zone_of(case: Case, scene: Scene) -> Zone:
-    """Contact candidates for the scene and, where they are run, the grips (against a plane)."""
-    reach, touch = (
-        greatest_approach(case.design, scene),
-        touch_point(scene.object, case.design.body),
-    )
-    zone = candidate_zone(case.design, scene.object, reach, touch)
-    if case.runs_grips:
-        reach = case.design.grip.max_approach_mm
-        grips = candidate_zone(case.design, scene.object, reach)
-        zone = max(zone, grips, key=lambda each: each.half_width)
-    return zone
-
-
-def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True) -> Mesh:
-    """The section for plane strain; else the finger or its half z >= 0, by the design's mesher.
-
-    A mesh from a file is what it is: the half only where the file holds the half.
+    Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
+    be written. ``result.status`` says how the work ended.
     """
-    if fidelity == "plane-strain":
-        from fingerdesign.mesh.section import mesh_section
-
-        return mesh_section(design, zone.half_width)
-    if design.mesh.mesher == "extrude":
-        from fingerdesign.mesh.extrude import extrude
-
-        return extrude(design, zone.half_width, symmetric)
-    if design.mesh.mesher == "file":
-        from fingerdesign.mesh.imported import imported_mesh
-
-        return imported_mesh(design, symmetric)
-    from fingerdesign.mesh.tetwild import tetrahedralise
-
-    return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=zone.half_depth)
-
-
-def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
-    """Assemble, and condense onto the contact candidates and readouts."""
-    from fingerdesign.fem.model import build_model, candidate_facets
-
-    if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
-        raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
-    points = np.array(scene.readout.points_mm).reshape(-1, 3)
-    return build_model(design, mesh, zone.half_width, points, zone.half_depth)
-
-
-def one_thread() -> AbstractContextManager[object]:
-    """One BLAS thread: contact solves are small, and threads that wait for each other cost far more
-    than they save as soon as another process wants the cores (measured: 70 times)."""
-    from threadpoolctl import threadpool_limits
-
-    limit: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
-    return limit
-
-
-def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
-    """The gage area beside the stick area over the fundamental path, at several frictions."""
-    if len(problem.model.gage_x) < 2:
-        return ()
-    from fingerdesign.control.slip_study import slip_studies as study
-
-    frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
-    rows = [(row[0], row[1]) for row in scene.path.rows]
-    return tuple(study(problem, rows, case.design.gages.face, frictions))
-
-
-def bare_opposite(
-    case: Case, problem: ContactProblem, zone: Zone, scene: Scene
-) -> ContactProblem | None:
-    """The finger opposite where it is the same one without plates; None where it is alike."""
-    from fingerdesign.design.bare import without_plates
-
-    if case.design.grip.opposite != "bare":
-        return None
-    other = without_plates(case.design)
-    mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
-    model = condense(other, mesh, zone, scene).reduced
-    rigid = object_at_touch(scene.object, other.body)
-    return contact_problem(model, rigid, problem.friction_coefficient)
-
-
-def with_estimator(case: Case, tell: Tell) -> Case:
-    """The case with what its regulator grips by, taught on the design where none is given.
-
-    Raises DesignError for an estimator of another finger.
-    """
-    if not case.runs_grips or case.design.grip.controller != "regulator":
-        return case
-    from fingerdesign.study.lessons import estimator_faults, lesson_for
-
-    if case.estimator is None:
-        return replace(case, estimator=lesson_for(case.design, tell=tell).estimator)
-    if faults := estimator_faults(case.design, case.estimator):
-        raise DesignError(faults)
-    return case
-
-
-def run_all_grips(
-    design: Design,
-    problem: ContactProblem,
-    plates: Sequence[int],
-    opposite: ContactProblem | None = None,
-    estimator: GripEstimator | None = None,
-) -> list[tuple[GripResult, GripTrace]]:
-    """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
-    gages it has, ``opposite`` the other finger where it is unlike, ``estimator`` the regulator's.
-    """
-    from fingerdesign.control.episode import run_grips
-
-    grip = design.grip
-    frictions, mass = grip.friction_coefficients, grip.object_mass_g
-    return run_grips(problem, design, frictions, mass, plates, opposite, estimator)
-
-
-def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:
-    """Displacements at the largest stick area and at the last increment under load."""
-    stick = [step.measures.stick_area for step in steps]
-    loaded = [k for k, step in enumerate(steps) if step.measures.normal_force > 0.0]
-    chosen = tuple(sorted({int(np.argmax(stick)), loaded[-1] if loaded else len(steps) - 1}))
-    forces = np.array([steps[k].increment.force for k in chosen])
-    return FieldHistory(chosen, model.displacement_fields(forces))
-
-
-def with_report_time(analysis: Analysis, seconds: float) -> Analysis:
-    """The analysis with the time of its own report added."""
-    timings = dict(analysis.result.timings_s)
-    timings["report"] = timings.get("report", 0.0) + seconds
-    result = replace(analysis.result, timings_s=timings, peak_memory_MB=peak_memory_MB())
-    return replace(analysis, result=result)
+    refuse(case, case.scene or fundamental_scene())
+    if case.fidelity != "auto":  # which models that will take is not known yet
+        tell(f"forecast: {forecast_case(case)}")
+    target = out / case.design.design.name
+    clock = Clock()
+    with result_folder(target) as folder:
+        try:
+            tell("building the solid")
+            with clock.stage("geometry"):
+                write_solid(case.design, folder)
+            analysis = run(case, tell, clock)
+        except DesignError:
+            raise
+        except FingerDesignError as error:
+            analysis = Analysis(failed_result(case, error, clock))
+        except MemoryError:
+            short = SolverError("not enough memory for this model; coarsen the mesh")
+            analysis = Analysis(failed_result(case, short, clock))
+        tell("writing the report")
+        analysis = write_outputs(analysis, folder)
+    return analysis.result

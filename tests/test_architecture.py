@@ -12,8 +12,8 @@ ORDER = ["design", "geometry", "mesh", "reduced", "fem", "contact", "finite", "c
 ALLOWED = {
     "cadquery": {"geometry", "mold"},
     "OCP": {"geometry", "mold"},
-    "pytetwild": {"mesh/tetwild_worker.py"},
-    "netgen": {"mesh/section_worker.py"},
+    "pytetwild": {"mesh/tetra/worker.py"},
+    "netgen": {"mesh/section/worker.py"},
     "skfem": {"fem"},
     "pypardiso": {"fem/factor.py"},
     "manifold3d": {"mold"},
@@ -21,7 +21,7 @@ ALLOWED = {
     "ezdxf": {"mold"},
     "optuna": {"sweep"},
     "distributed": {"sweep"},
-    "matplotlib": {"report", "study", "bench", "mesh/quality_picture.py"},
+    "matplotlib": {"report", "study", "bench", "mesh/pictures.py"},
     "pyvista": {"report", "mesh"},
 }
 

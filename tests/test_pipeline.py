@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from fingerdesign import analyse, load_design, parse_design, parse_scene, with_values
-from fingerdesign.design.checks import plane_strain_faults
-from fingerdesign.design.contact_zone import Zone
-from fingerdesign.design.starter import shipped_designs, shipped_path
+from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.starter import shipped_designs, shipped_path
 from fingerdesign.errors import DesignError
-from fingerdesign.outputs import analyse_into
-from fingerdesign.pipeline import Case, run
-from fingerdesign.result_folder import read_result
+from fingerdesign.layout.zone import Zone
+from fingerdesign.pipeline import Case, analyse_into, run
+from fingerdesign.records.folder import read_result
 
 COARSE = {
     "mesh.section.contact_size_mm": 0.15,

@@ -68,7 +68,7 @@ def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
     tmp_path, monkeypatch, capsys
 ):
     from fingerdesign import parse_design
-    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.layout.frames import plate_frames
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     text = (ROOT / "docs/fingers.md").read_text("utf-8")
@@ -96,8 +96,8 @@ def test_python_of_the_method_page_runs(capsys):
 
 def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
     from fingerdesign import parse_design
-    from fingerdesign.mold.planning import plan_mold
-    from fingerdesign.mold.profiles import PROFILES, limits_of
+    from fingerdesign.mold.plan.planning import plan_mold
+    from fingerdesign.mold.plan.profiles import PROFILES, limits_of
 
     text = (ROOT / "docs/molds.md").read_text("utf-8")
     (table,) = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
@@ -118,10 +118,10 @@ def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
 def test_the_molds_page_tells_refusals_as_they_are():
     import tomllib
 
-    from fingerdesign.design.io import load_design, with_values
-    from fingerdesign.design.starter import shipped_path
+    from fingerdesign.checks.load import load_design, with_values
+    from fingerdesign.checks.starter import shipped_path
     from fingerdesign.errors import DesignError
-    from fingerdesign.mold.planning import plan_mold
+    from fingerdesign.mold.plan.planning import plan_mold
 
     text = (ROOT / "docs/molds.md").read_text("utf-8")
     rows = re.findall(r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", text, flags=re.MULTILINE)
@@ -162,7 +162,7 @@ def test_commands_named_exist(page):
 
 
 def test_bench_subcommands_named_exist():
-    from fingerdesign_cli.bench import command
+    from fingerdesign_bench.cli.bench import command
 
     for page in PAGES:
         text = (ROOT / page).read_text("utf-8")

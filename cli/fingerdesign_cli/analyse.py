@@ -17,7 +17,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.results import Result
+    from fingerdesign.records.result import Result
 
 _FILE = click.Path(path_type=Path)
 
@@ -77,7 +77,7 @@ def command(
             raise click.UsageError("--tolerance belongs to --fidelity auto; add that or leave it")
         options["tolerance"] = tolerance
     cases = _read(designs, scene_file, fidelity, out, **options)
-    from fingerdesign.outputs import analyse_into
+    from fingerdesign.pipeline import analyse_into
 
     results: list[Result] = []
     for number, case in enumerate(cases):
@@ -93,11 +93,11 @@ def _read(
     designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path, **options: Any
 ) -> list[Any]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
-    from fingerdesign.design.starter import find_design, find_scene
+    from fingerdesign.checks.starter import find_design, find_scene
     from fingerdesign.errors import DesignError, Fault
     from fingerdesign.pipeline import Case, fundamental_scene, refuse
-    from fingerdesign.result_folder import refuse_foreign
-    from fingerdesign.results import ResultError
+    from fingerdesign.records.folder import refuse_foreign
+    from fingerdesign.records.result import ResultError
 
     faults: list[Fault] = []
     scene = None

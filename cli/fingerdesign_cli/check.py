@@ -20,11 +20,11 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.design.forecast import Summary
+    from fingerdesign.analysis.forecast.forecast import Forecast
     from fingerdesign.design.schema import Design
-    from fingerdesign.design.step_facts import StepFacts
+    from fingerdesign.design.step import StepFacts
     from fingerdesign.errors import DesignError
-    from fingerdesign.resources.forecast import Forecast
+    from fingerdesign.layout.zone import Summary
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words
@@ -51,9 +51,9 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
     half-width and of what `analyse` will take: equations, memory and time on this machine. Not
     where SCENE is faulty. Exit code 2 where any file has a fault.
     """
-    from fingerdesign.design.forecast import summarise
-    from fingerdesign.resources.forecast import forecasts
-    from fingerdesign.resources.limits import too_large
+    from fingerdesign.analysis.forecast.forecast import forecasts
+    from fingerdesign.analysis.forecast.limits import too_large
+    from fingerdesign.layout.zone import summarise
 
     reports: list[dict[str, object]] = []
     summaries: list[Summary] = []
@@ -98,7 +98,7 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
 def _notes(design: Design) -> list[str]:
     """What was understood of a sound design's solid, and what to know before some analyses of it, a
     sentence each."""
-    from fingerdesign.design.checks import plane_strain_faults
+    from fingerdesign.checks.design import plane_strain_faults
 
     found = [_step_words(design)] if design.body.shape == "step" else []
     if design.body.shape in ("revolved", "dome"):
@@ -114,7 +114,7 @@ def _notes(design: Design) -> list[str]:
 
 def _step_words(design: Design) -> str:
     """What was made of a STEP file: its solid's sizes, its base and its contact surface."""
-    from fingerdesign.design.step_facts import step_facts
+    from fingerdesign.design.step import step_facts
 
     assert design.body.step is not None
     facts = step_facts(design.body.step)
@@ -130,9 +130,9 @@ def _step_words(design: Design) -> str:
 
 def _could_mirror(design: Design, facts: StepFacts) -> bool:
     """Whether half of a finger could be modelled, asked of solids of few faces only."""
-    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.cad.step_rules import check_mirror
     from fingerdesign.errors import DesignError
-    from fingerdesign.geometry.step_rules import check_mirror
+    from fingerdesign.layout.frames import plate_frames
 
     if len(facts.faces) > _MANY_FACES:
         return False

@@ -15,12 +15,12 @@ import click
 from fingerdesign.errors import printable
 
 if TYPE_CHECKING:
+    from fingerdesign.checks.load import Judged
     from fingerdesign.control.estimator import GripEstimator
-    from fingerdesign.design.io import Judged
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.errors import DesignError
-    from fingerdesign.record_folder import RecordFolder
+    from fingerdesign.records.folder import RecordFolder
 
 _Command = TypeVar("_Command", bound=Callable[..., Any])
 
@@ -65,8 +65,8 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
 
 def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:
     """Judge a scene's file, or the shipped one; with the error that holds its faults, if any."""
-    from fingerdesign.design.io import judge_scene
-    from fingerdesign.design.starter import scene_text
+    from fingerdesign.checks.load import judge_scene
+    from fingerdesign.checks.starter import scene_text
     from fingerdesign.errors import DesignError
 
     try:
@@ -80,9 +80,9 @@ def judged_design(
     name: Path, scene: Judged[Scene] | None = None
 ) -> tuple[Judged[Design] | None, DesignError | None]:
     """Judge a design's file, or the shipped one, and against it the scene where there is one."""
-    from fingerdesign.design.io import judge_design
-    from fingerdesign.design.scene_checks import scene_faults
-    from fingerdesign.design.starter import design_text
+    from fingerdesign.checks.load import judge_design
+    from fingerdesign.checks.scene import scene_faults
+    from fingerdesign.checks.starter import design_text
     from fingerdesign.errors import DesignError
 
     try:
@@ -138,7 +138,7 @@ def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
     if path is None:
         return None
     from fingerdesign.errors import DesignError
-    from fingerdesign.study.lessons import estimator_faults
+    from fingerdesign.sensing.lessons import estimator_faults
 
     estimator = read_estimator(path)
     faults = estimator_faults(design, estimator)
@@ -150,7 +150,7 @@ def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
 def refuse_foreign(kind: RecordFolder, target: Path) -> None:
     """DesignError, before any work, where ``target`` holds what is no older record of the kind."""
     from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.results import ResultError
+    from fingerdesign.records.result import ResultError
 
     try:
         kind.refuse_foreign(target)

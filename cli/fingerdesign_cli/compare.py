@@ -13,9 +13,9 @@ from fingerdesign_cli.common import print_json, print_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fingerdesign.sweep.compare import Comparison
-    from fingerdesign.sweep.recommend import Recommendation
-    from fingerdesign.sweep.study_facts import Wanted
+    from fingerdesign.search.compare.facts import Wanted
+    from fingerdesign.search.compare.read import Comparison
+    from fingerdesign.search.compare.recommend import Recommendation
 
 _FILE = click.Path(path_type=Path)
 NEAR = 0.5  # of a name that was meant
@@ -59,10 +59,10 @@ def command(
 
     Exit code 2 where a RESULT is none. Failed designs are shown with their causes: exit code 0.
     """
-    from fingerdesign.report.compare_html import compare_html
-    from fingerdesign.sweep.compare import read_comparison
-    from fingerdesign.sweep.outcome_csv import designs_csv
-    from fingerdesign.sweep.recommend import recommend
+    from fingerdesign.records.outcome import designs_csv
+    from fingerdesign.search.compare.page import compare_html
+    from fingerdesign.search.compare.read import read_comparison
+    from fingerdesign.search.compare.recommend import recommend
 
     to_stdout = str(json_file) == "-"
     _refuse_places({"--out": out, "--csv": csv_file, "--json": json_file}, results)
@@ -87,8 +87,8 @@ def command(
 
 def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> None:
     """A usage error where a file cannot go: folders, what is read here, one place for two."""
-    from fingerdesign.result_folder import RESULT_FILE
-    from fingerdesign.sweep.compare import OUTCOMES_FILE, STUDY_FILE
+    from fingerdesign.records.folder import RESULT_FILE
+    from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE
 
     read = {path.resolve() for path in results}
     taken: set[Path] = set()
@@ -114,8 +114,8 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
 def _objectives(asked: Sequence[str]) -> list[Wanted]:
     import difflib
 
-    from fingerdesign.sweep.metrics import METRICS
-    from fingerdesign.sweep.study_facts import GOALS, Wanted
+    from fingerdesign.search.compare.facts import GOALS, Wanted
+    from fingerdesign.search.study.metrics import METRICS
 
     found = []
     for text in asked:
@@ -172,7 +172,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
-    from fingerdesign.sweep.study_facts import why_not
+    from fingerdesign.search.compare.facts import why_not
 
     outcomes = found.outcomes
     name = None if best.chosen is None else outcomes[best.chosen].name
@@ -195,7 +195,7 @@ def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, objec
 
 
 def _show(found: Comparison, best: Recommendation) -> None:
-    from fingerdesign.report.compare_words import summary
+    from fingerdesign.search.compare.words import summary
 
     said = summary(found.outcomes, found.facts, best)
     click.echo(said.counts)

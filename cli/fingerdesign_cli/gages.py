@@ -18,7 +18,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.study.observability_record import Observability
+    from fingerdesign.sensing.record import Observability
 
 _FILE = click.Path(path_type=Path)
 
@@ -66,8 +66,8 @@ def command(
     learners on grips in plane strain that they were not taught on. A minute or two.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.study.observability import observe, refuse
-    from fingerdesign.study.observability_folder import FOLDER, write_observability
+    from fingerdesign.sensing.observability import observe, refuse
+    from fingerdesign.sensing.page import FOLDER, write_observability
 
     refuse(design, noise, grips)
     name = design.design.name
@@ -84,7 +84,7 @@ def command(
 
 
 def _show(found: Observability, folder: Path) -> None:
-    from fingerdesign.study.observability_record import plain
+    from fingerdesign.sensing.record import plain
 
     rows = [
         [

@@ -19,9 +19,9 @@ from fingerdesign_cli.common import (
 from fingerdesign_cli.study_progress import line
 
 if TYPE_CHECKING:
-    from fingerdesign.sweep.generate import Made
-    from fingerdesign.sweep.study_file import Study
-    from fingerdesign.sweep.variants import Variant
+    from fingerdesign.search.study.file import Study
+    from fingerdesign.search.study.generate import Made
+    from fingerdesign.search.study.variants import Variant
 
 _FILE = click.Path(path_type=Path)
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are told one by one
@@ -73,9 +73,9 @@ def command(
 
     Exit code 1 where the CAD of a variant fails, or no variant can exist.
     """
-    from fingerdesign.sweep.generate import generate
-    from fingerdesign.sweep.study_file import read_study, study_path
-    from fingerdesign.sweep.variants import base_design
+    from fingerdesign.search.study.file import read_study, study_path
+    from fingerdesign.search.study.generate import generate
+    from fingerdesign.search.study.variants import base_design
 
     study = read_study(study_file)
     base = base_design(study, study_path(study_file).parent)
@@ -121,8 +121,8 @@ def command(
 
 def _refuse_foreign(study: Study, target: Path) -> None:
     from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.results import ResultError
-    from fingerdesign.sweep.generate import refuse_foreign
+    from fingerdesign.records.result import ResultError
+    from fingerdesign.search.study.generate import refuse_foreign
 
     try:
         refuse_foreign(study, target)
@@ -134,8 +134,8 @@ def _refuse_foreign(study: Study, target: Path) -> None:
 
 def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -> tuple[int, Any]:
     """How many variants are asked for, and these."""
-    from fingerdesign.sweep.sampling import number_of_points, points
-    from fingerdesign.sweep.variants import variant_of
+    from fingerdesign.search.study.sampling import number_of_points, points
+    from fingerdesign.search.study.variants import variant_of
 
     all_of_them = number_of_points(study)
     absent = [number for number in only if number > all_of_them]
@@ -156,7 +156,7 @@ def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -
 
 
 def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
-    from fingerdesign.sweep.generate_lists import reasons
+    from fingerdesign.search.study.generate import reasons
 
     invalid = [made.variant for made in found if made.variant.design is None]
     for made in found:

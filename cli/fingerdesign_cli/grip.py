@@ -21,7 +21,7 @@ from fingerdesign_cli.common import (
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.results import GripResult, Result
+    from fingerdesign.records.result import GripResult, Result
 
 _FILE = click.Path(path_type=Path)
 
@@ -95,8 +95,7 @@ def command(
 
     estimator = None if estimator_file is None else read_estimator(estimator_file)
 
-    from fingerdesign.outputs import analyse_into
-    from fingerdesign.pipeline import Case
+    from fingerdesign.pipeline import Case, analyse_into
 
     with progress(design.design.name, quiet) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
@@ -109,8 +108,8 @@ def _with_options(design: Design, options: Mapping[str, tuple[str, object]]) -> 
     """Set the keys of the options that were given; their faults name the option."""
     from dataclasses import replace
 
+    from fingerdesign.checks.load import with_values
     from fingerdesign.design.faults import undexed
-    from fingerdesign.design.io import with_values
     from fingerdesign.errors import DesignError
 
     given = {key: (name, value) for name, (key, value) in options.items() if value is not None}

@@ -63,7 +63,10 @@ COMMANDS = {
         "Which finger is better at what, on one page.",
     ),
     "view": ("fingerdesign_cli.view:command", "Look at a result."),
-    "bench": ("fingerdesign_cli.bench:command", "Compare with known answers; speed and accuracy."),
+    "bench": (  # benchmarks/ is in a checkout, not in the wheel
+        "fingerdesign_bench.cli.bench:command",
+        "Compare with known answers; speed and accuracy.",
+    ),
 }
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
@@ -73,12 +76,17 @@ _ending: list[float] = []  # when the first of them was obeyed, s
 _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 
 
+def _there(target: str) -> bool:
+    """Whether this installation has the command's package (``bench`` is in a checkout only)."""
+    return find_spec(target.partition(".")[0]) is not None
+
+
 class LazyGroup(click.Group):
     """A group that imports a subcommand only when it runs or when its own help is asked for."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Name the subcommands that this installation has."""
-        return [name for name, (target, _) in COMMANDS.items() if find_spec(target.split(":")[0])]
+        return [name for name, (target, _) in COMMANDS.items() if _there(target)]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Import the subcommand ``cmd_name``; None where there is none."""

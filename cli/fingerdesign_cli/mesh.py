@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign_cli.common import output_folder, output_options, print_json, progress, read_case
 
 if TYPE_CHECKING:
-    from fingerdesign.design.contact_zone import Zone
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
 
 _FILE = click.Path(path_type=Path)
@@ -85,15 +86,16 @@ def command(
     Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
     their face (base, contact, side, end, symmetry).
     """
+    from fingerdesign.analysis.stages import make_mesh
     from fingerdesign.mesh.asked import asked_sizes
     from fingerdesign.mesh.quality import assess
-    from fingerdesign.pipeline import Case, fundamental_scene, make_mesh, refuse
+    from fingerdesign.pipeline import Case, fundamental_scene, refuse
 
     finger, scene = read_case(design, scene_file)
     refuse(Case(finger, scene, fidelity), scene or fundamental_scene())
     with progress(finger.design.name, quiet) as tell:
         tell(f"meshing ({fidelity})")
-        symmetric = finger.mirrors_in_z and (scene is None or scene.mirrors_in_z)
+        symmetric = mirrors_in_z(finger) and (scene is None or scene.mirrors_in_z)
         zone = _zone(finger, scene)
         mesh = make_mesh(finger, fidelity, zone, symmetric)
         asked = asked_sizes(finger, mesh, zone.half_width, zone.half_depth)
@@ -102,7 +104,7 @@ def command(
         files = _write(mesh, out, formats, report.text(), report.to_dict())
         if picture:
             from fingerdesign.mesh.picture import draw_mesh
-            from fingerdesign.mesh.quality_picture import draw_quality
+            from fingerdesign.mesh.pictures import draw_quality
 
             tell("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
@@ -116,7 +118,8 @@ def command(
 
 def _zone(design: Design, scene: Scene | None) -> Zone:
     """The fine zone: the analysis's first, so that both share a kept mesh."""
-    from fingerdesign.pipeline import Case, fundamental_scene, zone_of
+    from fingerdesign.analysis.stages import zone_of
+    from fingerdesign.pipeline import Case, fundamental_scene
 
     return zone_of(Case(design, scene), scene or fundamental_scene())
 
@@ -126,7 +129,7 @@ def _write(
 ) -> list[Path]:
     import json
 
-    from fingerdesign.mesh.io import write_mesh
+    from fingerdesign.mesh.files.io import write_mesh
 
     out.mkdir(parents=True, exist_ok=True)
     files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in formats]

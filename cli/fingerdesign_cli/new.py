@@ -26,7 +26,7 @@ def command(file: Path, source: str | None, scene: bool, force: bool, quiet: boo
     keys. Nothing is overwritten without --force. Shipped designs: maeno2000, homogeneous, narrow,
     wide, domed, pin, block, both_ways, boned.
     """
-    from fingerdesign.design import starter
+    from fingerdesign.checks import starter
 
     if file.suffix != ".toml":
         raise click.UsageError(f"FILE = {file}: must end in .toml; try {_toml(file)}")

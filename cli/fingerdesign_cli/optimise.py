@@ -22,10 +22,10 @@ from fingerdesign_cli.study_progress import StudyProgress, line, say_failures, s
 from fingerdesign_cli.sweep import TEST_EVALUATOR
 
 if TYPE_CHECKING:
-    from fingerdesign.sweep.jobs import Planned
-    from fingerdesign.sweep.optimise_folder import Optimised
-    from fingerdesign.sweep.outcome import Outcome
-    from fingerdesign.sweep.run import Standing
+    from fingerdesign.records.outcome import Outcome
+    from fingerdesign.search.optimise.confirm import Optimised
+    from fingerdesign.search.run.jobs import Planned
+    from fingerdesign.search.run.run import Standing
 
 _FILE = click.Path(path_type=Path)
 
@@ -68,23 +68,18 @@ def command(
     (number: the trial's; done: how many are). With --quiet one line where trials failed.
     Exit code 1 where no trial at all could be analysed.
     """
-    from fingerdesign.design.io import read_text
-    from fingerdesign.sweep.child_worker import EVALUATE
-    from fingerdesign.sweep.cluster import Cluster
-    from fingerdesign.sweep.confirm import confirm
-    from fingerdesign.sweep.jobs import study_scenes
-    from fingerdesign.sweep.optimise import BATCH, Search, refuse_aimless, searched
-    from fingerdesign.sweep.optimise_folder import (
-        FOLDER,
-        Optimised,
-        journal_beside,
-        write_optimised,
-    )
-    from fingerdesign.sweep.run import run_jobs
-    from fingerdesign.sweep.store import Store
-    from fingerdesign.sweep.study_file import parse_study, study_path
-    from fingerdesign.sweep.trials import Trials
-    from fingerdesign.sweep.variants import base_design
+    from fingerdesign.checks.load import read_text
+    from fingerdesign.search.optimise.confirm import Optimised, confirm
+    from fingerdesign.search.optimise.folder import FOLDER, journal_beside, write_optimised
+    from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
+    from fingerdesign.search.optimise.trials import Trials
+    from fingerdesign.search.run.child_worker import EVALUATE
+    from fingerdesign.search.run.cluster import Cluster
+    from fingerdesign.search.run.jobs import study_scenes
+    from fingerdesign.search.run.run import run_jobs
+    from fingerdesign.search.run.store import Store
+    from fingerdesign.search.study.file import parse_study, study_path
+    from fingerdesign.search.study.variants import base_design
 
     path = study_path(study_file)
     text, folder = read_text(path), path.parent
@@ -173,8 +168,7 @@ class _Told:
 
 
 def _show(found: Optimised, target: Path) -> None:
-    from fingerdesign.report.optimise_tables import confirmed_table, sensitivity_tables
-    from fingerdesign.report.optimise_words import verdict
+    from fingerdesign.search.optimise.page import confirmed_table, sensitivity_tables, verdict
 
     for sentence in (*found.sentences(), *verdict(found)):
         click.echo(sentence)

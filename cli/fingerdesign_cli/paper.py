@@ -17,7 +17,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.study.paper_remade import Remade
+    from fingerdesign.paper.claims import Remade
 
 _FILE = click.Path(path_type=Path)
 
@@ -49,8 +49,8 @@ def command(out: Path, design_file: Path, quiet: bool, as_json: bool) -> int:
     """
     design, _ = read_case(design_file)
     with progress("paper", quiet) as show:
-        from fingerdesign.study.paper_files import write_paper
-        from fingerdesign.study.paper_remade import remake
+        from fingerdesign.paper.folder import write_paper
+        from fingerdesign.paper.remade import remake
 
         found = remake(design, show)
         show("drawing", 0.93)

@@ -20,7 +20,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.study.replay_trace import Replay
+    from fingerdesign.trials.replay import Replay
 
 _FILE = click.Path(path_type=Path)
 
@@ -59,7 +59,7 @@ def command(
     what the controller asks for at each. A trace with gaps, NaN, other units or too few gages is
     refused by row and column.
     """
-    from fingerdesign.record_folder import RecordFolder
+    from fingerdesign.records.folder import RecordFolder
 
     design, _ = read_case(design_file)
     name = design.design.name
@@ -70,7 +70,7 @@ def command(
     if chosen == "regulator" and estimator is None:
         _refuse_untaught(design_file)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
-        from fingerdesign.study.replay_trace import replay_trace
+        from fingerdesign.trials.replay import replay_trace
 
         found = replay_trace(design, trace_file, chosen, estimator, show)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"

@@ -23,8 +23,8 @@ from fingerdesign_cli.common import (
 
 if TYPE_CHECKING:
     from fingerdesign.control.metrics import Summary
-    from fingerdesign.study.control_grid import ControlGrid
-    from fingerdesign.study.control_record import ControlStudy
+    from fingerdesign.trials.grid import ControlGrid
+    from fingerdesign.trials.record import ControlStudy
 
 _FILE = click.Path(path_type=Path)
 
@@ -107,7 +107,7 @@ def command(
     finding.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.study.control_study import (
+    from fingerdesign.trials.run import (
         FOLDER,
         journal_beside,
         study_control,
@@ -151,7 +151,7 @@ def _grid(
 ) -> ControlGrid:
     from dataclasses import replace
 
-    from fingerdesign.study.control_grid import ControlGrid
+    from fingerdesign.trials.grid import ControlGrid
 
     grid = ControlGrid.quick() if quick else ControlGrid()
     return replace(
@@ -165,7 +165,7 @@ def _grid(
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
-    from fingerdesign.report.control_words import findings
+    from fingerdesign.trials.page import findings
 
     noise, grid = found.trace_noise, found.grid
     summaries = {name: found.summary(name, noise) for name in found.controllers}

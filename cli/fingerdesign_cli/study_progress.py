@@ -15,8 +15,8 @@ import click
 from fingerdesign_cli.common import Progress
 
 if TYPE_CHECKING:
-    from fingerdesign.sweep.cluster import Cluster
-    from fingerdesign.sweep.run import Standing
+    from fingerdesign.search.run.cluster import Cluster
+    from fingerdesign.search.run.run import Standing
 
 _NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
 _Command = TypeVar("_Command", bound=Callable[..., Any])

@@ -19,9 +19,9 @@ from fingerdesign_cli.common import (
 from fingerdesign_cli.study_progress import StudyProgress, line, say_failures, scheduler_options
 
 if TYPE_CHECKING:
-    from fingerdesign.sweep.compare import Comparison
-    from fingerdesign.sweep.outcome import Outcome
-    from fingerdesign.sweep.run import Standing
+    from fingerdesign.records.outcome import Outcome
+    from fingerdesign.search.compare.read import Comparison
+    from fingerdesign.search.run.run import Standing
 
 _FILE = click.Path(path_type=Path)
 _KINDS = {
@@ -67,15 +67,15 @@ def command(
     and a last one for the folder. With --quiet one line where variants failed. Exit code 1 where no
     variant at all could be analysed.
     """
-    from fingerdesign.design.io import read_text
-    from fingerdesign.sweep.child_worker import EVALUATE
-    from fingerdesign.sweep.cluster import Cluster
-    from fingerdesign.sweep.jobs import planned, study_scenes
-    from fingerdesign.sweep.run import run_jobs
-    from fingerdesign.sweep.store import Store
-    from fingerdesign.sweep.study_file import parse_study, study_path
-    from fingerdesign.sweep.study_folder import FOLDER, write_study
-    from fingerdesign.sweep.variants import base_design, variants
+    from fingerdesign.checks.load import read_text
+    from fingerdesign.search.run.child_worker import EVALUATE
+    from fingerdesign.search.run.cluster import Cluster
+    from fingerdesign.search.run.folder import FOLDER, write_study
+    from fingerdesign.search.run.jobs import planned, study_scenes
+    from fingerdesign.search.run.run import run_jobs
+    from fingerdesign.search.run.store import Store
+    from fingerdesign.search.study.file import parse_study, study_path
+    from fingerdesign.search.study.variants import base_design, variants
 
     path = study_path(study_file)
     text, folder = read_text(path), path.parent
@@ -118,8 +118,8 @@ def _counts(outcomes: Sequence[Outcome], last: Standing | None) -> dict[str, obj
 def _show(
     found: Comparison, outcomes: Sequence[Outcome], last: Standing | None, target: Path
 ) -> None:
-    from fingerdesign.report.compare_words import summary
-    from fingerdesign.sweep.recommend import recommend
+    from fingerdesign.search.compare.recommend import recommend
+    from fingerdesign.search.compare.words import summary
 
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
@@ -131,7 +131,7 @@ def _show(
     if kinds:
         told = ", ".join(f"{number} {_KINDS[kind]}" for kind, number in kinds.items())
         click.echo(f"failed: {told}; causes in {target / 'failures.csv'}")
-    from fingerdesign.sweep.store import TRANSIENT
+    from fingerdesign.search.run.store import TRANSIENT
 
     if set(kinds) & set(TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")

@@ -20,7 +20,7 @@ from fingerdesign_cli.common import (
 )
 
 if TYPE_CHECKING:
-    from fingerdesign.study.teach import Lesson
+    from fingerdesign.sensing.teach import Lesson
 
 _FILE = click.Path(path_type=Path)
 
@@ -63,8 +63,8 @@ def command(
     has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.record_folder import RecordFolder
-    from fingerdesign.study.lessons import at_noise, lesson_for, lesson_text
+    from fingerdesign.records.folder import RecordFolder
+    from fingerdesign.sensing.lessons import at_noise, lesson_for, lesson_text
 
     name = design.design.name
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))

@@ -82,9 +82,9 @@ def command(
     goes on in the middle of a round.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.record_folder import RecordFolder
-    from fingerdesign.study.tune_study import DESIGN_FILE, tune_controllers, write_tuning
-    from fingerdesign.study.tuning_record import RECORD_FILE
+    from fingerdesign.records.folder import RecordFolder
+    from fingerdesign.trials.tune import DESIGN_FILE, tune_controllers, write_tuning
+    from fingerdesign.trials.tuning_record import RECORD_FILE
 
     name = design.design.name
     target = out / name

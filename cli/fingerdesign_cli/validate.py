@@ -85,7 +85,7 @@ def command(
 def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Scene | None]:
     """Design and scene, every fault of both and of --out, before any work."""
     from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.results import ResultError
+    from fingerdesign.records.result import ResultError
     from fingerdesign.validate.run import FOLDER
     from fingerdesign_cli.common import read_case
 
@@ -113,8 +113,8 @@ def _show(found: Validation, folder: Path) -> None:
 
 
 def _cells(row: Row) -> list[list[str]]:
-    from fingerdesign.fidelity.readings import QUANTITIES
-    from fingerdesign.validate.words import NONE, spread_cell
+    from fingerdesign.analysis.fidelity.readings import QUANTITIES
+    from fingerdesign.validate.advice import NONE, spread_cell
 
     found = []
     for name in ("equal_motion", "equal_force"):

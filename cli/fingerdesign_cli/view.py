@@ -10,8 +10,8 @@ import click
 from fingerdesign_cli.common import output_options, print_json, print_table
 
 if TYPE_CHECKING:
-    from fingerdesign.report.tables import Table
-    from fingerdesign.results import Result
+    from fingerdesign.records.result import Result
+    from fingerdesign.report.table import Table
 
 
 @click.command("view")
@@ -23,7 +23,7 @@ def command(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> Non
 
     Exit code 2 where there is no result. That of a failed analysis is shown like any other.
     """
-    from fingerdesign.result_folder import read_result
+    from fingerdesign.records.folder import read_result
 
     places = _places(folder)
     results = [read_result(place) for place in places]
@@ -41,7 +41,7 @@ def command(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> Non
 def _places(folder: Path) -> list[Path]:
     """DIR itself, or the folders right inside that hold a result."""
     from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.result_folder import RESULT_FILE
+    from fingerdesign.records.folder import RESULT_FILE
 
     if (folder / RESULT_FILE).is_file():
         return [folder]
@@ -70,7 +70,7 @@ def _refuse_validation(folder: Path) -> None:
 
 
 def _summary(place: Path, result: Result) -> dict[str, object]:
-    from fingerdesign.report.verdict import findings
+    from fingerdesign.analysis.page.verdict import findings
 
     report = place / "report.html"
     return {
@@ -90,8 +90,8 @@ def _summary(place: Path, result: Result) -> dict[str, object]:
 
 
 def _show(place: Path, result: Result) -> None:
-    from fingerdesign.report.tables import grip_table, increment_table, model_table
-    from fingerdesign.report.verdict import findings
+    from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
+    from fingerdesign.analysis.page.verdict import findings
 
     click.secho(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
     for item in findings(result):

@@ -18,8 +18,8 @@ from itertools import combinations
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.objects import Indenter
 from fingerdesign.reduced import ReducedModel
+from fingerdesign.shapes.objects import Indenter
 
 
 @dataclass(frozen=True)

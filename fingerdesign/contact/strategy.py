@@ -8,6 +8,7 @@ friction coefficient, and by Gauss-Seidel. Each way is limited in iterations: no
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,10 +17,137 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.active import ActiveInverse
-from fingerdesign.contact.newton import NewtonResult, newton
+from fingerdesign.contact.laws import project
+from fingerdesign.contact.newton import NewtonResult, newton, relative_residual
 from fingerdesign.contact.pivots import friction_pivots
-from fingerdesign.contact.pressing import pressed
-from fingerdesign.contact.sweeps import gauss_seidel
+
+# Which nodes touch, from the normal forces alone: a cheap first guess for Newton (numpy only).
+#
+# Tangential forces being held, contact is a linear complementarity problem in the normal forces, a
+# third of the unknowns (half in the plane) and a small part of the work. An active set, from the
+# nodes that touched before, mostly ends in three or four steps.
+
+_STEPS = 12  # what is wrong after them Newton mends
+
+
+def pressed(compliance: Array, offset: Array, guess: Array, friction_coefficient: float) -> Array:
+    """Admissible forces (m, dim): normal ones that close ``offset``'s gap under ``guess``'s pull.
+
+    compliance (m dim, m dim), offset (m, dim) as in newton.newton. Never fails: a guess.
+    """
+    m, dim = offset.shape
+    pull = guess.copy()
+    pull[:, 0] = 0.0
+    gap = offset[:, 0] + (compliance @ pull.reshape(-1))[::dim]
+    closed = guess[:, 0] > 0.0
+    if not closed.any():
+        closed = gap < 0.0
+    normal = np.zeros(m)
+    for _ in range(_STEPS):
+        index = np.flatnonzero(closed)
+        rows = compliance[dim * index][:, ::dim]  # by symmetry the gaps that they cause
+        try:
+            force = np.linalg.solve(rows[:, index], -gap[index]) if len(index) else np.empty(0)
+        except np.linalg.LinAlgError:
+            return guess
+        normal[:] = 0.0
+        normal[index] = force
+        now = np.where(closed, normal > 0.0, gap + force @ rows < 0.0)
+        if (now == closed).all():
+            break
+        closed = now
+    pull[:, 0] = np.maximum(normal, 0.0)
+    return project(pull, friction_coefficient)
+
+
+# Projected Gauss-Seidel over the contact nodes: slow, and very hard to throw off (numpy only).
+#
+# Each node in turn takes the normal force that closes its gap, then the tangential force nearest to
+# sticking within its friction disc, all others held (Jean, CMAME 177 (1999) 235; Siconos calls it
+# NSGS). A node's change moves all others by a column of the compliance, so a visit costs one
+# product of a vector, and nothing where the node stays as it is.
+
+_LOOK = 10  # sweeps between looks at the residual and the clock
+
+
+def gauss_seidel(
+    compliance: Array,
+    offset: Array,
+    friction_coefficient: float,
+    start: Array,
+    sweeps: int = 500,
+    tolerance: float = 1e-8,
+    time_limit: float = np.inf,
+) -> NewtonResult:
+    """Sweep until the natural residual is below ``tolerance``, or sweeps or processor time run out.
+
+    compliance (m dim, m dim) symmetric, offset and start (m, dim), as in newton.newton. The best
+    iterate looked at is returned, with converged = False where the tolerance was not met.
+    ``time_limit``: seconds of processor time.
+    """
+    m, dim = offset.shape
+    diagonal = np.diag(compliance).reshape(m, dim)
+    normal_diagonal = diagonal[:, 0].tolist()
+    # A step by the largest eigenvalue of the tangential block overshoots in no direction.
+    tangential = (diagonal[:, 1] if dim == 2 else _largest(compliance, m, dim)).tolist()
+    force = start.copy()
+    rows = compliance.reshape(m, dim, m * dim)
+    best, best_residual = force.copy(), np.inf
+    until = time.process_time() + time_limit
+    sweep = 0
+    while sweep < sweeps:
+        # Made anew at each look: rounding of the updates does not add up.
+        motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
+        for _ in range(min(_LOOK, sweeps - sweep)):
+            _one_sweep(force, motion, rows, normal_diagonal, tangential, friction_coefficient)
+            sweep += 1
+        motion = (compliance @ force.reshape(-1)).reshape(m, dim) + offset
+        residual = relative_residual(force, motion, diagonal[:, 0], friction_coefficient)
+        if residual < best_residual:
+            best, best_residual = force.copy(), residual
+        if residual <= tolerance:
+            return NewtonResult(best, best_residual, sweep, True)
+        if time.process_time() > until:
+            break
+    return NewtonResult(best, best_residual, sweep, False)
+
+
+def _one_sweep(
+    force: Array,
+    motion: Array,
+    rows: Array,
+    normal_diagonal: list[float],
+    tangential: list[float],
+    friction_coefficient: float,
+) -> None:
+    """Visit each node once; ``force`` and ``motion`` (m, dim) are changed in place."""
+    flat = motion.reshape(-1)
+    for i, stiff in enumerate(normal_diagonal):
+        old, moved = force[i].tolist(), motion[i].tolist()
+        normal = old[0] - moved[0] / stiff
+        if normal <= 0.0:
+            if any(old):
+                flat -= force[i] @ rows[i]
+                force[i] = 0.0
+            continue
+        change, bound = normal - old[0], friction_coefficient * normal
+        dim = len(old)
+        own = rows[i, 1:, i * dim].tolist()
+        trial = [old[k] - (moved[k] + change * own[k - 1]) / tangential[i] for k in range(1, dim)]
+        size = abs(trial[0]) if dim == 2 else (trial[0] ** 2 + trial[1] ** 2) ** 0.5
+        if size > bound:
+            trial = [value * (bound / size) for value in trial]
+        new = np.array([normal, *trial])
+        flat += (new - force[i]) @ rows[i]
+        force[i] = new
+
+
+def _largest(compliance: Array, m: int, dim: int) -> Array:
+    """Largest eigenvalue (m,) of each node's own tangential block."""
+    here = np.arange(m)
+    blocks = compliance.reshape(m, dim, m, dim)[here, :, here, :][:, 1:, 1:]
+    return np.asarray(np.linalg.eigvalsh(blocks)[:, -1])
+
 
 Attempt = Callable[[Array], NewtonResult]
 

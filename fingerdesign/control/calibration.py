@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.plant import PlantMaker, press
+from fingerdesign.control.plants.plant import PlantMaker, press
 from fingerdesign.control.signals import NormalCalibration, response
 from fingerdesign.errors import SolverError
 

@@ -11,16 +11,16 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control import roster
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controller import Command, Controller, PaperController
+from fingerdesign.control.controllers import roster
+from fingerdesign.control.controllers.flow_chart import Command, Controller, PaperController
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
-from fingerdesign.control.plant import Plant, Truth, press
-from fingerdesign.control.rig import Rig
+from fingerdesign.control.plants.plant import Plant, Truth, press
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
-from fingerdesign.result_arrays import GripTrace
-from fingerdesign.results import GripResult
+from fingerdesign.records.arrays import GripTrace
+from fingerdesign.records.result import GripResult
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator

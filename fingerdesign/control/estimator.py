@@ -3,7 +3,7 @@
     estimator = GripEstimator.from_json(text)
     told = estimator.estimate(history)     # told.stick_ratio, told.used
 
-A small network, taught on a design's own model (study/teach.py) and evaluated here with numpy
+A small network, taught on a design's own model (sensing/teach.py) and evaluated here with numpy
 alone, so that a rig can carry its JSON. It is never told friction or weight. ``used`` is
 
     F_t / (mu F_n),   1 / used the safety margin,

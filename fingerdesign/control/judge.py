@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fingerdesign.control.plant import Truth
+from fingerdesign.control.plants.plant import Truth
 
 GRAVITY = 9.80665  # m/s^2
 

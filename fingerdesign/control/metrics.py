@@ -18,7 +18,7 @@ from fingerdesign.control.judge import weight_per_finger
 
 if TYPE_CHECKING:
     from fingerdesign.control.episode import Episode
-    from fingerdesign.result_arrays import GripTrace
+    from fingerdesign.records.arrays import GripTrace
 
 
 MOST_FORCE = 3.0  # times the least force that would hold: from there on the object is crushed

@@ -31,7 +31,7 @@ from fingerdesign.control.signals import (
     response,
 )
 from fingerdesign.errors import SolverError
-from fingerdesign.result_arrays import SlipStudy
+from fingerdesign.records.arrays import SlipStudy
 
 Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
 

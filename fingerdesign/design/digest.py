@@ -31,11 +31,11 @@ def _by_content(values: dict[str, Any]) -> dict[str, Any]:
     out = {key: _by_content(v) if isinstance(v, dict) else v for key, v in values.items()}
     step, mesh = out.get("step"), out.get("mesh")
     if isinstance(step, dict) and "file" in step:
-        from fingerdesign.design.step_facts import content_of
+        from fingerdesign.design.step import content_of
 
         step["file"] = content_of(step["file"])
     if isinstance(mesh, dict) and "file" in mesh:
-        from fingerdesign.design.meshing import mesh_file_digest
+        from fingerdesign.design.mesh import mesh_file_digest
 
         mesh["file"] = mesh_file_digest(mesh["file"])
     return out

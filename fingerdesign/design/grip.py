@@ -2,20 +2,208 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from fingerdesign.design.base import Many, Table
-from fingerdesign.design.grip_plant import (
-    HardwareTable,
-    OppositeName,
-    PlantName,
-    Tug,
-    WeightChange,
-)
-from fingerdesign.design.grip_regulator import RegulatorTable
-from fingerdesign.design.grip_rivals import ControllerName, FixedForce, FixedRatio, Oracle, Reactive
+
+# ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
+
+PlantName = Literal["finger", "lift"]
+OppositeName = Literal["mirror", "bare"]
+_PlateNumber = Annotated[int, Field(ge=0, le=100_000)]
+
+
+class Tug(Table):
+    """``[[grip.tugs]]``: something pulls at the lifted object."""
+
+    step_after_lift: int = Field(
+        ge=1, le=100_000, description="first control step of it; 1 is the next after the lift"
+    )
+    extra_force_N: float = Field(
+        ge=-1e5, le=1e5, description="down where positive, on top of the weight"
+    )
+    duration_steps: int = Field(default=1, ge=1, le=100_000, description="control steps it lasts")
+
+
+class WeightChange(Table):
+    """``[[grip.weight_changes]]``: the lifted object has another mass from a step on."""
+
+    step_after_lift: int = Field(ge=1, le=100_000, description="1 is the next after the lift")
+    object_mass_g: float = Field(gt=0, le=1e5, description="its mass from then on")
+
+
+class HardwareTable(Table):
+    """``[grip.hardware]``: what is imperfect of sensors and stage; the defaults are perfect."""
+
+    gage_noise_microstrain: float = Field(
+        default=0.0,
+        ge=0,
+        le=1e5,
+        description="standard deviation of one sample; 0.5 is a good strain amplifier at 100 Hz",
+    )
+    drift_microstrain_per_s: float = Field(
+        default=0.0,
+        ge=0,
+        le=1e5,
+        description="each gage drifts steadily, at a rate of this standard deviation",
+    )
+    gain_spread: float = Field(
+        default=0.0, ge=0, le=1, description="standard deviation of the gages' relative gain errors"
+    )
+    dead_gages: Many[_PlateNumber] = Field(
+        default=(), max_length=1000, description="plates (from 0) whose gages answer to nothing"
+    )
+    quantisation_microstrain: float = Field(
+        default=0.0, ge=0, le=1e5, description="step of the converter; 0: none"
+    )
+    force_noise_N: float = Field(
+        default=0.0, ge=0, le=1e5, description="standard deviation of one sample of either force"
+    )
+    sample_rate_Hz: float = Field(
+        default=100.0, gt=0, le=1e6, description="samples, and control steps, a second"
+    )
+    delay_samples: int = Field(
+        default=0, ge=0, le=1000, description="the controller hears everything so late"
+    )
+    backlash_mm: float = Field(
+        default=0.0, ge=0, le=5, description="what each axis of the stage loses at a turn"
+    )
+    stage_step_mm: float = Field(
+        default=0.0, ge=0, le=5, description="the stage moves in whole steps of this; 0: any way"
+    )
+    specimen: int = Field(
+        default=0,
+        ge=0,
+        le=2**32 - 1,
+        description="which of many such rigs: its gains are drawn from this number",
+    )
+
+
+# ``[grip.regulator]``: how the stick-ratio regulator grips, and how much it is taught.
+
+
+class RegulatorTable(Table):
+    """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
+
+    target: float = Field(
+        default=0.74,
+        gt=0,
+        lt=1,
+        description="share of the friction in use, F_t / (mu F_n), that is held; its inverse is "
+        "the safety margin",
+    )
+    pull_share: float = Field(
+        default=0.03, gt=0, le=1, description="F_t of a step of the first pull, as part of F_n"
+    )
+    press_share: float = Field(
+        default=0.1, gt=0, le=1, description="of F_n, the most that it rises in a step of the climb"
+    )
+    memory: float = Field(
+        default=0.9, ge=0, lt=1, description="of what earlier steps said of the friction"
+    )
+    least_stick: float = Field(
+        default=0.3, ge=0, lt=1, description="stick ratio below which it closes without pulling"
+    )
+    most_used: float = Field(
+        default=0.88, gt=0, le=1, description="share in use above which it does the same"
+    )
+    most_held: float = Field(
+        default=0.82,
+        gt=0,
+        le=1,
+        description="share in use over which a hanging object is pressed harder",
+    )
+    taught_grips: int = Field(
+        default=3000,
+        ge=50,
+        le=100_000,
+        description="simulated grips that its estimator learns from",
+    )
+
+
+# The controllers by name, and the tables of those that the paper's rule is judged against.
+
+ControllerName = Literal[
+    "paper",
+    "fixed_force",
+    "fixed_ratio",
+    "reactive",
+    "oracle_1.2",
+    "oracle_1.5",
+    "regulator",
+]
+
+
+class Rival(Table):
+    """What every rival's table says."""
+
+    pull_share: float = Field(
+        default=0.02,
+        gt=0,
+        le=1,
+        description="F_t rises by about this share of F_n in one control step, no more",
+    )
+
+
+class FixedForce(Rival):
+    """``[grip.fixed_force]``: one normal force for every object."""
+
+    force_N: float = Field(
+        default=14.7,
+        gt=0,
+        le=1e5,
+        description="normal force of one finger; the default is 1.2 times what holds 500 g at a "
+        "friction of 0.2, taken for the worst",
+    )
+
+
+class FixedRatio(Rival):
+    """``[grip.fixed_ratio]``: both forces grow in one ratio."""
+
+    ratio: float = Field(
+        default=0.17,
+        gt=0,
+        lt=5,
+        description="F_t / F_n; the default is a friction of 0.2, taken for the worst, over 1.2",
+    )
+
+
+class Reactive(Rival):
+    """``[grip.reactive]``: pull lightly gripped, grip harder once it slips.
+
+    The defaults lift most objects with `sensitive` and `maeno2000`. A hand that pulls faster, or
+    waits for F_t to fall further, feels the slip when the whole contact slips.
+    """
+
+    pull_share: float = Field(
+        default=0.007,
+        gt=0,
+        le=1,
+        description="F_t rises by about this share of F_n in one control step, no more",
+    )
+    first_force_N: float = Field(
+        default=3.0, gt=0, le=1e5, description="normal force before anything has slipped"
+    )
+    slip_share: float = Field(
+        default=0.75,
+        gt=0,
+        lt=1,
+        description="it slips where F_t rises by less than this share of what the stiffest pull at "
+        "this normal force gave",
+    )
+    force_floor_N: float = Field(
+        default=0.1, gt=0, le=1e3, description="rise of F_t over which that is judged"
+    )
+    step_up: float = Field(
+        default=1.9, gt=1, le=10, description="the normal force grows by this factor at a slip"
+    )
+
+
+class Oracle(Rival):
+    """``[grip.oracle]``: told friction and mass; its margin is in its name."""
+
 
 Friction = Annotated[float, Field(gt=0, le=5)]
 

@@ -5,22 +5,27 @@ Lengths in mm, moduli in MPa, angles in degrees. Every key but ``design.name`` h
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BaseModel, Field, model_validator
 
 from fingerdesign.design.base import Many, Table, refuse
-from fingerdesign.design.body_table import Body, Core, StepFile
+from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.grip import Grip
-from fingerdesign.design.meshing import MeshOptions
+from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.mold import Mold
-from fingerdesign.design.plate_table import Plates, Row
+from fingerdesign.design.plates import Plates, Row
+from fingerdesign.design.scene import Scene
 from fingerdesign.design.tables import Gages, Material, Meta
 from fingerdesign.materials import MATERIALS
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
+
+
 Part = Literal["body", "plates", "core"]
 
 
@@ -96,23 +101,6 @@ class Design(Table):
         return self.body.straight and core and (full or plates.number == 0)
 
     @property
-    def layered(self) -> bool:
-        """Whether one section, swept through layers, can be meshed as it (mesher "extrude")."""
-        from fingerdesign.design.layers import not_layered
-
-        return not_layered(self) is None
-
-    @property
-    def mirrors_in_z(self) -> bool:
-        """Whether the finger is its own mirror image in z = 0, plate by plate."""
-        from fingerdesign.design.layout import plate_frames
-
-        step = self.body.step
-        return (step is None or step.mirrors_in_z) and all(
-            frame.mirrors_in_z for frame in plate_frames(self)
-        )
-
-    @property
     def core_region(self) -> int:
         """Number of the core's region in meshes: 0 is the elastomer, k + 1 plate k, then it."""
         return self.plates.number + 1
@@ -151,3 +139,62 @@ def _completed(name: str, given: Any) -> Any:
 def _part(table: Any, key: str) -> Any:
     """A key of a table that may be a mapping, a validated table or absent."""
     return table.get(key) if isinstance(table, Mapping) else getattr(table, key, None)
+
+
+# JSON schemas of design and scene files, from which editors complete and explain keys.
+#
+# ``python -m fingerdesign.design.schema`` writes the shipped copies anew.
+
+DATA = Path(__file__).resolve().parent.parent / "data"
+
+
+def design_json_schema() -> dict[str, Any]:
+    """Return the JSON schema of a design file."""
+    return _schema(Design, "A finger design (fingerdesign)")
+
+
+def scene_json_schema() -> dict[str, Any]:
+    """Return the JSON schema of a scene file."""
+    return _schema(Scene, "A scene that a finger is put through (fingerdesign)")
+
+
+def schema_text(schema: dict[str, Any]) -> str:
+    """Write a schema the way it is shipped."""
+    return json.dumps(schema, indent=2) + "\n"
+
+
+def _schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+    schema = model.model_json_schema(mode="validation")
+    # Known materials fill in what a file leaves out; which names are known, the schema can't say.
+    schema.get("$defs", {}).get("Material", {}).pop("required", None)
+    dialect = "https://json-schema.org/draft/2020-12/schema"
+    simplified: dict[str, Any] = _without_null(schema)
+    return {"$schema": dialect, **simplified, "title": title}
+
+
+def _without_null(node: Any) -> Any:
+    """Drop the null that pydantic allows for absent keys: TOML cannot write it."""
+    if isinstance(node, list):
+        return [_without_null(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    node = {key: _without_null(item) for key, item in node.items()}
+    choices = node.get("anyOf")
+    if isinstance(choices, list) and {"type": "null"} in choices:
+        rest = [choice for choice in choices if choice != {"type": "null"}]
+        del node["anyOf"]
+        if node.get("default", 0) is None:
+            del node["default"]
+        return {**node, **rest[0]} if len(rest) == 1 else {**node, "anyOf": rest}
+    return node
+
+
+def write_schemas(folder: Path = DATA) -> None:
+    """Write both schemas into ``folder``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "design.schema.json").write_text(schema_text(design_json_schema()), "utf-8")
+    (folder / "scene.schema.json").write_text(schema_text(scene_json_schema()), "utf-8")
+
+
+if __name__ == "__main__":
+    write_schemas()

@@ -11,23 +11,23 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.layout import plate_frames
 from fingerdesign.fem.assembly import assemble_stiffness
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
 from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_rows
-from fingerdesign.geometry.surface import surface_of
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.surface import surface_of
 from fingerdesign.reduced import ReducedModel
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fingerdesign.design.body_table import Body as FingerBody
-    from fingerdesign.design.layout import PlateFrame
+    from fingerdesign.design.body import Body as FingerBody
     from fingerdesign.design.schema import Design, Gages
     from fingerdesign.fem.factor import Condensation
     from fingerdesign.fem.trace import ContactTrace
+    from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
 # From this Poisson's ratio "auto" takes the mixed element. Measured on a finger with three plates

@@ -13,8 +13,8 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.fem.elements import jacobians, quadrature, tabulate
 
 if TYPE_CHECKING:
-    from fingerdesign.design.layout import PlateFrame
     from fingerdesign.design.schema import Gages
+    from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
 

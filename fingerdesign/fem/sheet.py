@@ -45,10 +45,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.sheet_faces import SheetFacets, sheet_of
+from fingerdesign.layout.frames import PlateFrame, plate_frames
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

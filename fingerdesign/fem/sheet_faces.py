@@ -13,7 +13,7 @@ from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import tabulate
 
 if TYPE_CHECKING:
-    from fingerdesign.design.layout import PlateFrame
+    from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
 

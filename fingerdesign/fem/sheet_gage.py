@@ -18,8 +18,8 @@ from fingerdesign.fem.readout import gage_heights, gage_shares
 from fingerdesign.fem.sheet_faces import SheetFacets, places_on, sheet_of
 
 if TYPE_CHECKING:
-    from fingerdesign.design.layout import PlateFrame
     from fingerdesign.design.schema import Gages
+    from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
 

@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.layout import plate_frames
-from fingerdesign.geometry.surface import surface_of
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.measures import edge_lengths
-from fingerdesign.mesh.section_sizes import extruded_sizes, section_sizes
+from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField, distances_to_plate
 from fingerdesign.mesh.types import Mesh
 
 if TYPE_CHECKING:
-    from fingerdesign.design.meshing import SectionMesh
+    from fingerdesign.design.mesh import SectionMesh
     from fingerdesign.design.schema import Design
 
 

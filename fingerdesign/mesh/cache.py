@@ -21,26 +21,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign import __version__
-from fingerdesign.design.layout import plate_frames
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 FORMAT = 4  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first
-
-
-def cache_folder() -> Path:
-    """The folder that meshes are kept in; it need not exist."""
-    given = os.environ.get("FINGERDESIGN_CACHE")
-    if given:
-        return Path(given) / "meshes"
-    from platformdirs import user_cache_path
-
-    return user_cache_path("fingerdesign", appauthor=False) / "meshes"
 
 
 def mesh_key(
@@ -71,7 +62,7 @@ def mesh_key(
 
 def kept_mesh_file(key: str) -> Path:
     """Where the mesh of a key is kept, if it is."""
-    return cache_folder() / f"{key}.npz"
+    return cache_folder("meshes") / f"{key}.npz"
 
 
 def load_mesh(key: str) -> Mesh | None:
@@ -118,7 +109,7 @@ def _check(mesh: Mesh) -> None:
 
 def keep_mesh(key: str, mesh: Mesh) -> bool:
     """Keep a mesh under a key; False where the folder cannot be written (the work goes on)."""
-    folder = cache_folder()
+    folder = cache_folder("meshes")
     aside = folder / f".{secrets.token_hex(8)}.npz"
     about = {
         "facets": sorted(mesh.facets),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.tetra.snap import tet_volumes
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
 
 

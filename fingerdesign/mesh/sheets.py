@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.layout import PlateFrame
-from fingerdesign.design.profile import chain_misfit, profile_of
 from fingerdesign.errors import MeshError
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.profile import chain_misfit, profile_of
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES
 
 if TYPE_CHECKING:

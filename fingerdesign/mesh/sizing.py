@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.layout import PlateFrame
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import Surface
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.surface import Surface
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fingerdesign import process
 from fingerdesign.errors import MeshError
-from fingerdesign.process import die_with_parent, environment
+from fingerdesign.runtime import process
+from fingerdesign.runtime.process import die_with_parent, environment
 
 __all__ = ["die_with_parent", "environment", "run_module"]
 

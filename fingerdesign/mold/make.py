@@ -22,15 +22,15 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.record import RECORD_FILE, MoldReport, mold_digest, write_record
-from fingerdesign.record_folder import DAY_S, RecordFolder, sweep_abandoned, swept
-from fingerdesign.results import ResultError
+from fingerdesign.records.folder import DAY_S, RecordFolder, sweep_abandoned, swept
+from fingerdesign.records.result import ResultError
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
+    from fingerdesign.mold.page.picture import Exploded
     from fingerdesign.mold.part import Check
-    from fingerdesign.mold.plan import MoldPlan
-    from fingerdesign.report.mold_picture import Exploded
-    from fingerdesign.worker_job import WorkerJob
+    from fingerdesign.mold.plan.plan import MoldPlan
+    from fingerdesign.runtime.process import WorkerJob
 
 Tell = Callable[[str, float], None]
 
@@ -117,7 +117,7 @@ def make_mold(
     """
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.placement_worker import placement_job
-    from fingerdesign.mold.planning import plan_mold
+    from fingerdesign.mold.plan.planning import plan_mold
 
     if not isinstance(design, Design):
         raise TypeError(
@@ -139,12 +139,12 @@ def make_mold(
 def _made(
     design: Design, plan: MoldPlan, folder: Path, placing: WorkerJob, clock: Clock, tell: Tell
 ) -> MoldReport:
-    from fingerdesign.mold.built import mold_meshes
+    from fingerdesign.analysis.page.picture import PictureError
+    from fingerdesign.mold.cad.built import mold_meshes
     from fingerdesign.mold.checks import run_checks
+    from fingerdesign.mold.page.picture import exploded_job, exploded_of
     from fingerdesign.mold.placement_worker import placement_of
-    from fingerdesign.mold.products import write_products
-    from fingerdesign.report.mold_picture import exploded_job, exploded_of
-    from fingerdesign.report.picture import PictureError
+    from fingerdesign.mold.products.products import write_products
 
     tell("building the parts", 0.05)
     with clock.stage("cad"):
@@ -242,9 +242,9 @@ def _written(
     missing: str,
 ) -> MoldReport:
     """Report and record into the folder. The page's own time is not yet known to either."""
+    from fingerdesign.analysis.summary import peak_memory_MB
+    from fingerdesign.mold.page.page import mold_html
     from fingerdesign.mold.record import base_data, mold_versions, process_data
-    from fingerdesign.report.mold_html import mold_html
-    from fingerdesign.summaries import peak_memory_MB
 
     names = {path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE}
     report = MoldReport(

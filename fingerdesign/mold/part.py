@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mold.plan import Side
+from fingerdesign.mold.plan.plan import Side
 
 Made = Literal["process", "sheet", "metal", "silicone"]
 

@@ -21,22 +21,161 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import FingerDesignError, MeshError
+from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
 
 if TYPE_CHECKING:
-    from fingerdesign.design.contact_zone import Zone
-    from fingerdesign.design.layout import PlateFrame
-    from fingerdesign.design.meshing import SectionMesh
+    from fingerdesign.design.mesh import SectionMesh
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.frames import PlateFrame
+    from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
-    from fingerdesign.mold.moved_section import Move
-    from fingerdesign.mold.plan import MoldPlan
+    from fingerdesign.mold.plan.plan import MoldPlan
+
+
+# The section of a finger whose plates sit off their places: its mesh carried along, its readings.
+#
+# A mesh made anew differs by its own error, which would hide the effect of a few hundredths of a
+# millimetre. So one mesh is made and its nodes are moved: the plates' rigidly, the rubber's between
+# them by a Laplace equation that lets small triangles deform least; outside and core stay.
+
+_LEAST_AREA = 0.2  # of its own, that a moved triangle keeps: below it the move is too far
+
+
+@dataclass(frozen=True)
+class Move:
+    """How far each of k plates is from its place: ``x``, ``y`` (k,) mm, ``angle`` (k,) degrees."""
+
+    x: Array
+    y: Array
+    angle: Array
+
+    def scaled(self, share: float) -> Move:
+        """The same move, ``share`` times as far."""
+        return Move(share * self.x, share * self.y, share * self.angle)
+
+    def of(self, frames: tuple[PlateFrame, ...]) -> tuple[PlateFrame, ...]:
+        """The frames where the move leads."""
+        return tuple(
+            replace(
+                frame,
+                place=frame.place + float(self.x[k]),
+                y=frame.y + float(self.y[k]),
+                angle_deg=frame.angle_deg + float(self.angle[k]),
+            )
+            for k, frame in enumerate(frames)
+        )
+
+
+def moved_mesh(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Move) -> Mesh:
+    """The section's mesh with its plates moved; the same triangles.
+
+    Raises MeshError where a triangle would lose most of its area: the plates were moved too far.
+    """
+    shift = np.zeros(mesh.points.shape)
+    held = np.zeros(len(mesh.points), dtype=bool)
+    held[np.unique(np.concatenate([facet.ravel() for facet in mesh.facets.values()]))] = True
+    numbers = [frame.index + 1 for frame in frames]
+    apart = ~np.isin(mesh.regions, [0, *numbers])  # a core
+    held[np.unique(mesh.cells[apart])] = True
+    for k, frame in enumerate(frames):
+        nodes = np.unique(mesh.cells[mesh.regions == numbers[k]])
+        angle = np.radians(move.angle[k])
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        offset = mesh.points[nodes] - frame.centre
+        shift[nodes] = offset @ turn.T - offset + [move.x[k], move.y[k]]
+        held[nodes] = True
+    shift = _spread(mesh, shift, held)
+    points = mesh.points + shift
+    share = _areas(points, mesh.corners) / _areas(mesh.points, mesh.corners)
+    if share.min() < _LEAST_AREA:
+        raise MeshError(
+            f"moved so far, the plates leave a triangle {share.min():.2g} of its area; plates or "
+            "surface are too close for such a tolerance"
+        )
+    return replace(mesh, points=points)
+
+
+def readings(
+    design: Design,
+    mesh: Mesh,
+    frames: tuple[PlateFrame, ...],
+    zone: Zone,
+    scene: Scene,
+) -> Array:
+    """What the gages of ``frames`` read (rows, frames), microstrain, along a scene's path.
+
+    Raises SolverError where a row has no answer, ZoneExhausted where the candidates do not do.
+    """
+    from fingerdesign.analysis.fidelity.readings import readings_of
+    from fingerdesign.analysis.path import follow_path
+    from fingerdesign.analysis.stages import one_thread
+    from fingerdesign.analysis.touch import object_at_touch
+    from fingerdesign.contact.problem import contact_problem
+    from fingerdesign.fem.body import condense_body, reduced_model
+    from fingerdesign.fem.model import body_of, candidate_facets
+    from fingerdesign.fem.readout import gage_rows
+
+    body = body_of(design, mesh, candidate_facets(mesh, zone.half_width))
+    condensed = condense_body(body, [gage_rows(mesh, frames, design.gages)])
+    centres = np.vstack([frame.to_space(frame.centre, frame.middle) for frame in frames])
+    reduced = reduced_model(
+        condensed,
+        gage_readout=condensed.readouts[0],
+        gage_positions=centres,
+        depth=design.body.depth_mm,
+    )
+    rigid = object_at_touch(scene.object, design.body)
+    problem = contact_problem(reduced, rigid, scene.object.friction_coefficient)
+    with one_thread():
+        return readings_of(follow_path(problem, scene, design), design.gages.face).reading
+
+
+def _spread(mesh: Mesh, shift: Array, held: NDArray[np.bool_]) -> Array:
+    """Shifts (n, 2) of all nodes from those of the held ones: harmonic over the triangles' corners,
+    each weighing by one over its area; middles of edges stay in the middle."""
+    used = np.unique(mesh.corners)
+    stiffness = _laplacian(mesh)
+    known, free = used[held[used]], used[~held[used]]
+    spread = shift.copy()
+    if len(free):
+        load = -(stiffness[free][:, known] @ shift[known])
+        solve = sp.linalg.splu(stiffness[free][:, free].tocsc())
+        spread[free] = solve.solve(load)
+    pairs = mesh.corners[:, TRIANGLE_EDGES].reshape(-1, 2)
+    middles = mesh.cells[:, 3:].reshape(-1)
+    loose = ~held[middles]
+    spread[middles[loose]] = spread[pairs[loose]].mean(axis=1)
+    return spread
+
+
+def _laplacian(mesh: Mesh) -> sp.csr_matrix:
+    """Stiffness (n, n) of a Laplace equation whose coefficient is one over a triangle's area."""
+    nodes = mesh.corners
+    corner = mesh.points[nodes]
+    area = _areas(mesh.points, nodes)
+    edge = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]  # opposite to each corner
+    local = np.einsum("cia,cja->cij", edge, edge) / (4.0 * area**2)[:, None, None]
+    row, column = np.repeat(nodes, 3, axis=1), np.tile(nodes, (1, 3))
+    size = (len(mesh.points),) * 2
+    entries = (local.ravel(), (row.ravel(), column.ravel()))
+    return sp.csr_matrix(entries, shape=size)
+
+
+def _areas(points: Array, triangles: IntArray) -> Array:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
+
 
 Effect = dict[str, Any]
 
@@ -76,7 +215,7 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
 
 def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     """The plates that the section z = 0 shows, or why there are none to be moved in it."""
-    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.layout.frames import plate_frames
 
     frames = plate_frames(design)
     if not frames:
@@ -100,7 +239,7 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     the slot may be off against the other by the tolerance, and the leg turns in it by the play over
     its width: an angle. Of a plate's two ends the worse one counts.
     """
-    from fingerdesign.mold.profiles import limits_of
+    from fingerdesign.mold.plan.profiles import limits_of
 
     comb, process = design.mold.comb.tolerance_mm, limits_of(design.mold).tolerance_mm
     thickness = {frame.index: frame.thickness for frame in plan.frames}
@@ -126,7 +265,7 @@ def row_tolerance(design: Design) -> float:
     Insert and walls slide on their pins by the clearance, and what places them is off by the
     process's tolerance: both however well a comb holds plates among each other.
     """
-    from fingerdesign.mold.profiles import limits_of
+    from fingerdesign.mold.plan.profiles import limits_of
 
     limits = limits_of(design.mold)
     return limits.clearance_mm + limits.tolerance_mm
@@ -135,8 +274,8 @@ def row_tolerance(design: Design) -> float:
 def scene_for(design: Design) -> Scene:
     """A plane pressed onto the finger, then sheared: the fundamental case in four rows, its motions
     in proportion to the finger's height."""
-    from fingerdesign.design.layout import crest_height
     from fingerdesign.design.scene import Scene
+    from fingerdesign.layout.frames import crest_height
 
     deepest = _DEEPEST * crest_height(design.body)
     rows = [[deepest * approach, deepest * shear] for approach, shear in _ROWS]
@@ -148,9 +287,9 @@ def scene_for(design: Design) -> Scene:
 def _measured(
     design: Design, plan: MoldPlan, frames: tuple[PlateFrame, ...], sizes: SectionMesh | None
 ) -> Effect:
-    from fingerdesign.case import Case
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.analysis.stages import zone_of
     from fingerdesign.contact.increment import ZoneExhausted
-    from fingerdesign.pipeline import zone_of
 
     whole = design.plates.model_copy(update={"model": "solid"})  # they are cast, whatever the model
     design = design.model_copy(update={"plates": whole})
@@ -174,8 +313,7 @@ def _in_zone(
     scene: Scene,
     sizes: SectionMesh | None,
 ) -> Effect:
-    from fingerdesign.mesh.section import mesh_section
-    from fingerdesign.mold.moved_section import readings
+    from fingerdesign.mesh.section.section import mesh_section
     from fingerdesign.mold.placement_record import effect_record, with_row
 
     sizes = _coarser(design, zone) if sizes is None else sizes
@@ -202,7 +340,7 @@ def _in_zone(
 
 
 def _coarser(design: Design, zone: Zone) -> SectionMesh:
-    from fingerdesign.mesh.section_sizes import section_sizes
+    from fingerdesign.mesh.section.section import section_sizes
 
     own = section_sizes(design, zone.half_width)
     names = ("contact_size_mm", "plate_size_mm", "plate_end_size_mm", "far_size_mm")
@@ -212,8 +350,6 @@ def _coarser(design: Design, zone: Zone) -> SectionMesh:
 
 def _moves(off: Array) -> list[Move]:
     """The three changes of plates that may be off by ``off`` (k, 2): mm and degrees."""
-    from fingerdesign.mold.moved_section import Move
-
     none = np.zeros(len(off))
     far, turned = off.T
     return [Move(far, none, none), Move(none, far, none), Move(none, none, turned)]
@@ -223,8 +359,6 @@ def _moved(
     mesh: Mesh, frames: tuple[PlateFrame, ...], move: Move
 ) -> tuple[Mesh, float, tuple[PlateFrame, ...]]:
     """The mesh after a change, or after the largest share of it that the mesh can follow."""
-    from fingerdesign.mold.moved_section import moved_mesh
-
     share = 1.0
     while True:
         part = move.scaled(share)

@@ -11,9 +11,9 @@ from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
 
 if TYPE_CHECKING:
-    from fingerdesign.design.layout import PlateFrame
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.frames import PlateFrame
 
 Effect = dict[str, Any]
 
@@ -123,7 +123,7 @@ def _rms(values: Array) -> float:
 
 def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
     """Height of the surface above each plate's centre, mm."""
-    from fingerdesign.design.layout import surface_height
+    from fingerdesign.layout.frames import surface_height
 
     places = np.array([frame.place for frame in frames])
     heights = surface_height(design.body, places)
@@ -132,7 +132,7 @@ def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
 
 def _sentences(design: Design, found: Effect) -> list[str]:
     """What the numbers say, for the report."""
-    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.layout.frames import plate_frames
 
     x, y, turned = found["changes"]
     both = found["together"]

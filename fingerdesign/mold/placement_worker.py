@@ -12,12 +12,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.process import ProcessError, die_with_parent
-from fingerdesign.worker_job import WorkerJob
+from fingerdesign.runtime.process import ProcessError, WorkerJob, die_with_parent
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan import MoldPlan
+    from fingerdesign.mold.plan.plan import MoldPlan
 
 TIME_LIMIT_S = 60.0  # it takes 1 to 4 s; a busy machine far longer
 

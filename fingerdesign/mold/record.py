@@ -15,13 +15,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.bill import Item
-    from fingerdesign.mold.casting_notes import Notes
-    from fingerdesign.mold.flat_pattern import FlatPattern
     from fingerdesign.mold.part import Check, PartMesh
-    from fingerdesign.mold.plan import MoldPlan
-    from fingerdesign.mold.print_pose import Posed
-    from fingerdesign.mold.silicone import Silicone
+    from fingerdesign.mold.plan.plan import MoldPlan
+    from fingerdesign.mold.products.bill import Item, Silicone
+    from fingerdesign.mold.products.flat_pattern import FlatPattern
+    from fingerdesign.mold.products.notes import Notes
+    from fingerdesign.mold.products.three_mf import Posed
 
 SCHEMA_VERSION = 1
 RECORD_FILE = "mold_report.json"
@@ -98,7 +97,7 @@ def write_record(report: MoldReport, folder: Path) -> Path:
 
 def mold_digest(design: Design) -> str:
     """SHA-256 over the finger, its [mold] table and this package's version, in hexadecimal."""
-    from fingerdesign import __version__
+    from fingerdesign.version import __version__
 
     table = json.dumps(design.mold.model_dump(mode="json"), sort_keys=True)
     return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
@@ -108,14 +107,14 @@ def mold_versions() -> dict[str, str]:
     """Versions of this package and of what builds, checks and writes molds."""
     from importlib import metadata
 
-    from fingerdesign.identity import versions
+    from fingerdesign.analysis.summary import versions
 
     return versions() | {name: metadata.version(name) for name in _PACKAGES}
 
 
 def process_data(design: Design) -> dict[str, Any]:
     """The process, its limits and the options of the [mold] table."""
-    from fingerdesign.mold.profiles import limits_of
+    from fingerdesign.mold.plan.profiles import limits_of
 
     mold = design.mold
     limits = asdict(limits_of(mold))

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.results import IncrementResult
+from fingerdesign.records.result import IncrementResult
 
 NOISE = 1e-9  # of a column's scale, or of its unit (N, mm, MPa, microstrain) if that is more
 

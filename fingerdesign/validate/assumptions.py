@@ -10,17 +10,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
+from fingerdesign.analysis.touch import steps_sideways
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.fidelity.rungs import can_be_sheets, can_extrude
-from fingerdesign.scene_contact import steps_sideways
 from fingerdesign.validate.comparison import Comparison, answer_of, compare
 from fingerdesign.validate.gages import AlongZ, along_z, depth_average, point_gage
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Solves
 
 if TYPE_CHECKING:
+    from fingerdesign.analysis.fidelity.models import Plates, Solved
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-    from fingerdesign.fidelity.models import Plates, Solved
 
 Kind = Literal["model", "value", "reading"]
 Pairs = list[Comparison]
@@ -52,8 +52,8 @@ class Assumption:
 
 def section_why_not(design: Design, scene: Scene) -> str | None:
     """Why plane strain cannot show this design in this scene; None where it can."""
-    from fingerdesign.design.checks import plane_strain_faults
-    from fingerdesign.refusals import sheet_room_faults
+    from fingerdesign.checks.design import plane_strain_faults
+    from fingerdesign.mesh.section.section import sheet_room_faults
 
     if design.body.shape == "revolved":
         return "a turned body has no section that stands for it"
@@ -226,7 +226,7 @@ def _needs_gages(design: Design) -> None:
 
 
 def _span(design: Design) -> float:
-    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.layout.frames import plate_frames
 
     return min(frame.span for frame in plate_frames(design))
 

@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.fidelity.readings import QUANTITIES, Readings, errors
+from fingerdesign.analysis.path import PathStopped
 from fingerdesign.arrays import Array
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
 from fingerdesign.errors import SolverError
-from fingerdesign.fidelity.readings import QUANTITIES, Readings, errors
-from fingerdesign.load_path import PathStopped
 
 if TYPE_CHECKING:
-    from fingerdesign.fidelity.models import Solved
+    from fingerdesign.analysis.fidelity.models import Solved
 
 
 FULL_SLIP = 0.95  # of mu F_n: from there on a given F_t has no unique motion, or none
@@ -241,3 +241,6 @@ def _largest(values: Array | Sequence[float]) -> float:
 
 def _rows(count: int) -> str:
     return f"{count} row{'s' * (count != 1)}"
+
+
+# One solved finger read by other gages: as points, over the depth, along z.

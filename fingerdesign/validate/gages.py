@@ -7,13 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.validate.comparison import Comparison, Side, answer_of, compare_gages, side_of
+from fingerdesign.validate.comparison import (
+    Answer,
+    Comparison,
+    Side,
+    answer_of,
+    compare_gages,
+    side_of,
+)
 
 if TYPE_CHECKING:
-    from fingerdesign.validate.comparison import Answer
     from fingerdesign.validate.solves import Reader
 
+
 POINT = 0.05  # of the gage's length and width: short enough to be a point, long enough to round
+
+
 PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)  # from the middle to where the gage meets the plate's end
 
 
@@ -47,7 +56,7 @@ def depth_average(reader: Reader, span: float) -> Comparison:
 
 def along_z(reader: Reader) -> AlongZ | None:
     """What gages off the middle read; None without plates or where there is no room to move."""
-    from fingerdesign.design.layout import plate_frames
+    from fingerdesign.layout.frames import plate_frames
 
     frames, gages = plate_frames(reader.solved.design), reader.solved.design.gages
     if not frames:

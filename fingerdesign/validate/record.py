@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.fidelity.readings import QUANTITIES
+from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.validate.advice import KEEP, LIMIT
 
 if TYPE_CHECKING:

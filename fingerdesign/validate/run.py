@@ -11,11 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.case import Case, fundamental_scene
+from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
-from fingerdesign.identity import result_digest, versions
-from fingerdesign.record_folder import RecordFolder
-from fingerdesign.refusals import refuse
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.validate.advice import advise, off_middle
 from fingerdesign.validate.assumptions import (
     ASSUMPTIONS,
@@ -83,7 +83,7 @@ def validate(
         rows.append(_row(each, solves, deep, failed))
         done += 1
     solves.release()
-    from fingerdesign.summaries import peak_memory_MB
+    from fingerdesign.analysis.summary import peak_memory_MB
 
     return Validation(
         design=design.design.name,
@@ -101,8 +101,7 @@ def validate(
 
 def write_validation(validation: Validation, folder: Path) -> None:
     """All products into a folder that exists; the record comes last."""
-    from fingerdesign.report.figures_validate import chart_png
-    from fingerdesign.report.validate_html import validate_html
+    from fingerdesign.validate.page import chart_png, validate_html
 
     data = validation.data()
     (folder / CHART_FILE).write_bytes(chart_png(data))

@@ -9,7 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.fidelity.readings import QUANTITIES
+from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.record import SCHEMA_VERSION
 

@@ -14,17 +14,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.fidelity.models import Model, Sizes, Solved, design_for, solve
+from fingerdesign.analysis.fidelity.readings import MICRO, Readings
+from fingerdesign.analysis.fidelity.rungs import rung
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.fidelity.models import Model, Sizes, Solved, design_for, solve
-from fingerdesign.fidelity.readings import MICRO, Readings
-from fingerdesign.fidelity.rungs import rung
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.validate.comparison import Answer, rows_of
 
 if TYPE_CHECKING:
+    from fingerdesign.analysis.fidelity.models import Dimension, Plates
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design, Gages
-    from fingerdesign.fidelity.models import Dimension, Plates
 
 Values = Mapping[str, object]
 
@@ -54,9 +54,9 @@ class Solves:
     @cached_property
     def scale(self) -> float:
         """Of the sizes in three dimensions: the finest of SPACE that MOST_DOFS allow."""
-        from fingerdesign.case import Case
-        from fingerdesign.pipeline import zone_of
-        from fingerdesign.resources.counts import count_model
+        from fingerdesign.analysis.case import Case
+        from fingerdesign.analysis.forecast.counts import count_model
+        from fingerdesign.analysis.stages import zone_of
 
         for scale in SPACE:
             model = rung(self.design, self.scene, "3-D", scale)
@@ -122,7 +122,7 @@ class Solves:
     def _solve(
         self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
     ) -> Solved:
-        from fingerdesign.design.io import with_values
+        from fingerdesign.checks.load import with_values
 
         own = with_values(self.design, values) if values else self.design
         model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
@@ -145,8 +145,8 @@ def warm() -> None:
 
     A section of a shipped finger without plates: half a second.
     """
-    from fingerdesign.case import fundamental_scene
-    from fingerdesign.design.starter import find_design
+    from fingerdesign.analysis.case import fundamental_scene
+    from fingerdesign.checks.starter import find_design
 
     design, scene = find_design("homogeneous"), fundamental_scene()
     solve(design, scene, rung(design, scene, "plane strain", _WARM))
@@ -177,9 +177,9 @@ class Reader:
 
     def read(self, gages: Gages) -> Readings:
         """The readings with these gages. Raises DesignError where they leave the finger."""
-        from fingerdesign.design.layout import plate_frames
         from fingerdesign.fem.readout import gage_rows
         from fingerdesign.fem.sheet_gage import sheet_gage_rows
+        from fingerdesign.layout.frames import plate_frames
 
         frames, old = plate_frames(self.solved.design), self.own
         sheets = self.solved.design.plates.model == "sheet"
@@ -229,7 +229,7 @@ def _section_sizes(sizes: Sizes) -> dict[str, float]:
 
 def _meshed_as(model: Model, design: Design) -> Model:
     """The model with the mesher that the changed design allows."""
-    from fingerdesign.fidelity.rungs import can_extrude
+    from fingerdesign.analysis.fidelity.rungs import can_extrude
 
     if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(design):
         return replace(model, mesher="tetwild")
@@ -237,7 +237,7 @@ def _meshed_as(model: Model, design: Design) -> Model:
 
 
 def _finite_answer(solved: Solved) -> Answer:
-    from fingerdesign.finite.path import finite_readings
+    from fingerdesign.analysis.finite_path import finite_readings
 
     start = time.perf_counter()
     found = finite_readings(solved.design, solved.mesh, solved.zone, solved.scene)

@@ -5,18 +5,19 @@ from pathlib import Path
 
 import pytest
 import tomlkit
-
-from fingerdesign.bench.any_designs import (
+from fingerdesign_bench.any_finger.any_finger import refuse_faults
+from fingerdesign_bench.any_finger.designs import (
     BODIES,
+    FAULTS,
     PLATES,
     RANGES,
     kinds,
     random_design,
+    spoiled_design,
 )
-from fingerdesign.bench.any_finger import refuse_faults
-from fingerdesign.bench.spoiled_designs import FAULTS, spoiled_design
-from fingerdesign.design import step_facts
-from fingerdesign.design.io import parse_design
+
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design import step as step_facts
 
 COUNT = 200
 
@@ -24,7 +25,7 @@ COUNT = 200
 @pytest.fixture
 def step_in_this_process(monkeypatch, tmp_path):
     """STEP files are read without a process of their own: fast, and what is said is the same."""
-    from fingerdesign.geometry.step_worker import answer
+    from fingerdesign.cad.step_worker import answer
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     monkeypatch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))

@@ -3,17 +3,16 @@
 import json
 
 import pytest
-
-from fingerdesign.bench import any_finger
-from fingerdesign.bench.any_designs import BODIES, PLATES, kinds
-from fingerdesign.bench.any_finger import (
+from fingerdesign_bench.any_finger import any_finger
+from fingerdesign_bench.any_finger.any_finger import (
     ASKED,
     LINES,
     AnyFinger,
     extrude_straight,
     measure_any_finger,
 )
-from fingerdesign.bench.any_finger_worker import mesh_one
+from fingerdesign_bench.any_finger.designs import BODIES, PLATES, kinds
+from fingerdesign_bench.any_finger.worker import mesh_one
 
 # Twelve that are of every kind together.
 DOZEN = (0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 45)

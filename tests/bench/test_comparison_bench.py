@@ -3,15 +3,15 @@
 import json
 
 import pytest
-
-from fingerdesign.bench.browser import chromium
-from fingerdesign.bench.comparison import (
+from fingerdesign_bench.any_finger.comparison import (
     Comparisons,
     PageMeasured,
     PageTimes,
     measure_comparison,
     write_comparison,
 )
+
+from tests.support.browser import chromium
 
 
 def page(**changes):

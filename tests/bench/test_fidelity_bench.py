@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fingerdesign_bench.fidelity.fidelity import ReferencesMissing, judge, references, rows
+from fingerdesign_bench.fidelity.pairs import KINDS, TOLERANCES, pairs
+from fingerdesign_bench.fidelity.run import model_key, plain, read, readings_from, rungs_of
 
-from fingerdesign.bench.fidelity import ReferencesMissing, judge, references, rows
-from fingerdesign.bench.fidelity_pairs import KINDS, TOLERANCES, pairs
-from fingerdesign.bench.fidelity_run import model_key, plain, read, readings_from, rungs_of
-from fingerdesign.fidelity.readings import Readings
-from fingerdesign.fidelity.rungs import rung
+from fingerdesign.analysis.fidelity.readings import Readings
+from fingerdesign.analysis.fidelity.rungs import rung
 
 EVERY = pairs()
 

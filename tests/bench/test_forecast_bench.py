@@ -3,12 +3,12 @@
 import json
 
 import pytest
+from fingerdesign_bench.any_finger import forecast as bench
+from fingerdesign_bench.any_finger.forecast import Forecasts, case_of, factor, plain_pairs
+from fingerdesign_bench.any_finger.forecast_worker import measure_pair
 from fingerdesign_cli.main import main
 
-from fingerdesign.bench import forecast as bench
-from fingerdesign.bench.forecast import Forecasts, case_of, factor, plain_pairs
-from fingerdesign.bench.forecast_worker import measure_pair
-from fingerdesign.refusals import refuse
+from fingerdesign.analysis.forecast.limits import refuse
 
 
 def record(pair, **changed):

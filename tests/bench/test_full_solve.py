@@ -2,19 +2,19 @@
 
 import numpy as np
 import pytest
+from fingerdesign_bench.speed.full_solve import FullSystem, as_increment
+from fingerdesign_bench.speed.precision_run import ROWS, Method, run_once, sized
 
-from fingerdesign.bench.full_solve import FullSystem, as_increment
-from fingerdesign.bench.precision_run import ROWS, Method, run_once, sized
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.design.contact_zone import candidate_zone
-from fingerdesign.design.layout import crest_height
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.model import build_model
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.shapes.objects import Plane
 
 
 def both(kind, size, plates="none"):
@@ -50,7 +50,7 @@ def test_full_and_condensed_agree(kind, size, plates):
 
 
 def test_a_plain_newton_that_cycles_says_so(monkeypatch):
-    monkeypatch.setattr("fingerdesign.bench.full_solve._FACTOR", 50.0)
+    monkeypatch.setattr("fingerdesign_bench.speed.full_solve._FACTOR", 50.0)
     model, problem = both("plane strain", 0.2)
     with pytest.raises(SolverError, match="did not converge in 40 iterations at approach"):
         list(FullSystem(model.condensed, problem, 5.0).follow([Motion(*row) for row in ROWS]))

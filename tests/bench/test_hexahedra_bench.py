@@ -3,10 +3,16 @@
 import dataclasses
 
 import pytest
+from fingerdesign_bench.accuracy import hexahedra
+from fingerdesign_bench.accuracy.hexahedra import (
+    FINGER,
+    LINES,
+    Hexahedra,
+    HexPoint,
+    write_hexahedra,
+)
 
-from fingerdesign.bench import hexahedra
-from fingerdesign.bench.hexahedra import FINGER, LINES, Hexahedra, HexPoint, write_hexahedra
-from fingerdesign.design.io import parse_design
+from fingerdesign.checks.load import parse_design
 
 
 def test_both_cells_give_nearly_the_same_answer():
@@ -55,7 +61,7 @@ def test_the_cost_of_an_accuracy_is_read_off_the_line(measured):
 
 
 def test_numbers_and_chart_are_written(measured, tmp_path):
-    from fingerdesign.bench.machine import machine
+    from fingerdesign_bench.machine import machine
 
     measured.machine = machine()
     paths = write_hexahedra(measured, tmp_path / "new" / "folder")

@@ -4,13 +4,20 @@ import csv
 import json
 
 import pytest
+from fingerdesign_bench.any_finger import molds
+from fingerdesign_bench.any_finger.molds import (
+    LINES,
+    Molds,
+    by_kind,
+    measure_molds,
+    words,
+    write_molds,
+)
+from fingerdesign_bench.any_finger.molds_worker import design_of, told
 from fingerdesign_cli.main import main
 
-from fingerdesign.bench import molds
-from fingerdesign.bench.molds import LINES, Molds, by_kind, measure_molds, words, write_molds
-from fingerdesign.bench.molds_worker import design_of, told
-from fingerdesign.design.starter import shipped_designs
-from fingerdesign.process import ProcessError
+from fingerdesign.checks.starter import shipped_designs
+from fingerdesign.runtime.process import ProcessError
 
 
 def record(case, **changed):

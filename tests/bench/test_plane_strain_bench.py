@@ -5,19 +5,18 @@ import json
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from fingerdesign_cli.bench import command
-
-from fingerdesign.bench.plane_strain import (
+from fingerdesign_bench.cli.bench import command
+from fingerdesign_bench.studies.plane_strain_bench import (
     FINER,
     judged,
     mesh_errors,
     uncertainty,
     write_plane_strain,
 )
-from fingerdesign.study.plane_strain_chart import sampled
-from fingerdesign.study.plane_strain_errors import QUANTITIES
-from fingerdesign.study.plane_strain_map import map_of
-from fingerdesign.study.plane_strain_rule import Rule, fitted
+from fingerdesign_bench.studies.plane_strain_chart import sampled
+from fingerdesign_bench.studies.plane_strain_rule import Rule, fitted
+
+from fingerdesign.validate.plane_strain import QUANTITIES, map_of
 
 RULE = Rule("normal_force", 0.0, 3.0, 1.2, 0.3, 0.9, 0.0, 0.0)
 

@@ -6,13 +6,26 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fingerdesign_bench.speed import precision_run
+from fingerdesign_bench.speed.precision import (
+    QUANTITIES,
+    _draw_group,
+    _foot,
+    _without_plates,
+    measure_precision,
+    write_precision,
+)
+from fingerdesign_bench.speed.precision_plan import (
+    CHARTS,
+    REFERENCES,
+    Chart,
+    Group,
+    Line,
+    Reference,
+)
+from fingerdesign_bench.speed.precision_run import STAGES, Method, errors, measured, sized
 from matplotlib.figure import Figure
 
-from fingerdesign.bench import precision_run
-from fingerdesign.bench.precision import QUANTITIES, measure_precision, write_precision
-from fingerdesign.bench.precision_chart import _draw_group, _foot, _without_plates
-from fingerdesign.bench.precision_plan import CHARTS, REFERENCES, Chart, Group, Line, Reference
-from fingerdesign.bench.precision_run import STAGES, Method, errors, measured, sized
 from fingerdesign.errors import MeshError, SolverError
 
 REFERENCE = Method("plane strain", "mixed")

@@ -3,11 +3,11 @@
 import json
 
 import pytest
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.machine import busy, caption, machine
+from fingerdesign_bench.speed.growth import Size, fit, in_words
+from fingerdesign_bench.speed.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
 
-from fingerdesign.bench.check import Check
-from fingerdesign.bench.growth import Size, fit, in_words
-from fingerdesign.bench.machine import busy, caption, machine
-from fingerdesign.bench.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
 from fingerdesign.errors import SolverError
 
 

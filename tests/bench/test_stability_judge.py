@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fingerdesign_bench.stability.judge import SHARP, Judge, Past, fixed_bound, lemke, same_total
 
-from fingerdesign.bench.stability_judge import SHARP, Judge, Past, same_total
-from fingerdesign.bench.stability_second import fixed_bound, lemke
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import Motion
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+from fingerdesign.shapes.objects import Plane
 
 
 def springs(heights, stiffness=2.0, dim=2):

@@ -7,13 +7,14 @@ import time
 
 import numpy as np
 import pytest
+from fingerdesign_bench.stability import stability
+from fingerdesign_bench.stability import stability as stability_map
+from fingerdesign_bench.stability.bodies import distorted, hard_bodies
+from fingerdesign_bench.stability.cases import BEYOND, FRICTIONS, WITHIN, cases_of
+from fingerdesign_bench.stability.run import METHODS, PRODUCTION, TimeIsUp, Verdict, time_limit
+from fingerdesign_bench.stability.stability import measure_stability, summary, write_stability
 
-from fingerdesign.bench import stability, stability_map
-from fingerdesign.bench.stability import measure_stability, summary, write_stability
-from fingerdesign.bench.stability_bodies import distorted, hard_bodies
-from fingerdesign.bench.stability_cases import BEYOND, FRICTIONS, WITHIN, cases_of
-from fingerdesign.bench.stability_run import METHODS, PRODUCTION, TimeIsUp, Verdict, time_limit
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.section.section import mesh_section
 
 GOOD = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED)
 

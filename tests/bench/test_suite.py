@@ -2,8 +2,9 @@
 
 import json
 
-from fingerdesign.bench.check import Check
-from fingerdesign.bench.suite import PARTS, run_suite
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.suite import PARTS, run_suite
+
 from fingerdesign.errors import SolverError
 
 

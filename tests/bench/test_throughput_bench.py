@@ -4,9 +4,8 @@ import json
 import os
 
 import pytest
-
-from fingerdesign.bench import throughput
-from fingerdesign.bench.throughput import Throughput, Throughputs, measure_throughput
+from fingerdesign_bench.speed import throughput
+from fingerdesign_bench.speed.throughput import Throughput, Throughputs, measure_throughput
 
 
 def run(workers, seconds, cost=1.0):

@@ -5,10 +5,9 @@ import subprocess
 import sys
 
 import pytest
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.suite import Suite
 from fingerdesign_cli.main import main
-
-from fingerdesign.bench.check import Check
-from fingerdesign.bench.suite import Suite
 
 
 def test_help_imports_nothing_heavy():
@@ -63,7 +62,7 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys
         check = Check("a number", 1.0, measured, "s")
         return Suite([folder / "bench.json"], [check], dict(failures))
 
-    monkeypatch.setattr("fingerdesign.bench.suite.run_suite", run_suite)
+    monkeypatch.setattr("fingerdesign_bench.suite.run_suite", run_suite)
     assert main(["bench", "--out", str(tmp_path), "--quick"]) == code
     shown = capsys.readouterr()
     assert "a number" in shown.out
@@ -73,7 +72,9 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys
 
 def test_numbers_are_written_where_asked(tmp_path, monkeypatch, capsys):
     checks = [Check("hertz", 1.0, 0.5)]
-    monkeypatch.setattr("fingerdesign.bench.verification.verification_checks", lambda: checks)
+    monkeypatch.setattr(
+        "fingerdesign_bench.accuracy.verification.verification_checks", lambda: checks
+    )
     arguments = ["bench", "verification", "--json"]
     assert main([*arguments, "--out", str(tmp_path)]) == 0
     assert json.loads(capsys.readouterr().out)[0]["holds"] is True

@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.bench.any_outcomes import any_outcomes
-from fingerdesign.sweep.compare import read_outcomes
+from fingerdesign.search.compare.read import read_outcomes
+from tests.support.any_outcomes import any_outcomes
 
 MADE = any_outcomes(12)
 

@@ -192,9 +192,9 @@ def test_check_says_what_plane_strain_will_refuse(capsys):
 
 
 def test_check_says_what_was_understood_of_a_step_file(capsys, monkeypatch, tmp_path):
-    from fingerdesign.design import step_facts
-    from fingerdesign.geometry.step_samples import sample_step
-    from fingerdesign.geometry.step_worker import answer
+    from fingerdesign.cad.step_samples import sample_step
+    from fingerdesign.cad.step_worker import answer
+    from fingerdesign.design import step as step_facts
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))

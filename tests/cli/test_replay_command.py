@@ -18,11 +18,11 @@ from fingerdesign.control.estimator import (
     Layer,
     feature_count,
 )
-from fingerdesign.control.hardware import Hardware, ImperfectPlant
-from fingerdesign.control.lift import LiftPlant
-from fingerdesign.control.trace import trace_of
-from fingerdesign.study.grip_model import grip_problem
-from fingerdesign.study.lessons import lesson_key, settings_of
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
+from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.recorded import trace_of
+from fingerdesign.sensing.lessons import lesson_key, settings_of
+from fingerdesign.sensing.model import grip_problem
 
 DESIGN = """
 [design]

@@ -85,7 +85,7 @@ def test_no_finger_at_all_is_a_failure_with_a_report(tmp_path, capsys, monkeypat
     ],
 )
 def test_progress_in_words(changes, said):
-    from fingerdesign.sweep.run import Standing
+    from fingerdesign.search.run.run import Standing
 
     standing = {
         "number": 3,
@@ -99,7 +99,7 @@ def test_progress_in_words(changes, said):
 
 
 def test_plain_lines_are_few(monkeypatch, capsys):
-    from fingerdesign.sweep.run import Standing
+    from fingerdesign.search.run.run import Standing
 
     monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
     shown = []
@@ -114,7 +114,7 @@ def test_plain_lines_are_few(monkeypatch, capsys):
 
 def test_a_long_variant_is_told_to_be_alive(monkeypatch):
     """Where nothing comes, a line at least every ten seconds, each another than the last."""
-    from fingerdesign.sweep.run import Standing
+    from fingerdesign.search.run.run import Standing
 
     monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
     clock = [1000.0]

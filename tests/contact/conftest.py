@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+from fingerdesign.shapes.objects import Plane
 
 
 def model_on(points, facets, areas, compliance, rim):

@@ -5,9 +5,9 @@ import pytest
 
 from fingerdesign.contact.active import ActiveInverse, dofs_of, inverse_of
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+from fingerdesign.shapes.objects import Plane
 
 
 def compliance_of(nodes, dim, seed=0):

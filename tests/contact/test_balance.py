@@ -13,10 +13,10 @@ from fingerdesign.contact.balance import (
 )
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
-from fingerdesign.contact.objects import Plane, touching
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
+from fingerdesign.shapes.objects import Plane, touching
 
 
 def whole(problem, increment):

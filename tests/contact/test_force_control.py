@@ -7,10 +7,10 @@ import pytest
 
 from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
-from fingerdesign.contact.objects import Plane, touching
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.reference import cattaneo_mindlin_line
+from fingerdesign.shapes.objects import Plane, touching
 
 
 def whole(problem, increment):

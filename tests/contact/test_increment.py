@@ -12,12 +12,12 @@ from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_in
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.newton import NewtonResult, newton
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.contact.sweeps import gauss_seidel
+from fingerdesign.contact.strategy import gauss_seidel
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+from fingerdesign.shapes.objects import Plane
 
 
 def make_model(points, compliance, rim=None):

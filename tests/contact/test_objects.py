@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.objects import Cylinder, Plane, Sphere, touching
 from fingerdesign.contact.problem import Motion, local_frames
+from fingerdesign.shapes.objects import Cylinder, Plane, Sphere, touching
 
 RNG = np.random.default_rng(3)
 POINTS = RNG.uniform(-1.0, 1.0, (40, 3))

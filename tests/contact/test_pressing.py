@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ContactState, solve_increment
-from fingerdesign.contact.pressing import pressed
 from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.strategy import pressed
 
 
 @pytest.mark.parametrize("which", ["strip", "patch"])

@@ -7,8 +7,7 @@ from fingerdesign.contact import strategy
 from fingerdesign.contact.laws import natural_residual
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.pivots import friction_pivots
-from fingerdesign.contact.strategy import Task, solve_task
-from fingerdesign.contact.sweeps import gauss_seidel
+from fingerdesign.contact.strategy import Task, gauss_seidel, solve_task
 
 
 def problem(m, dim, seed):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ContactState, solve_increment
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.uniqueness import other_solutions, solution_index
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+from fingerdesign.shapes.objects import Plane
 
 COUPLING = 0.9  # tangential motion per normal force over the normal motion: friction can wedge
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.controllers.regulator import Regulator, RegulatorSettings
 from fingerdesign.control.estimator import (
     LAGS,
     Band,
@@ -21,7 +22,6 @@ from fingerdesign.control.estimator import (
     feature_count,
     features,
 )
-from fingerdesign.control.regulator import Regulator, RegulatorSettings
 from fingerdesign.control.signals import NormalCalibration, Sample
 
 GAGES = 3

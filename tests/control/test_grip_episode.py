@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.controller import Command
+from fingerdesign.control.controllers.flow_chart import Command
 from fingerdesign.control.episode import Bounds, run_episode, run_episodes, run_grips
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
-from fingerdesign.control.plant import CondensedPlant, Truth, press
+from fingerdesign.control.plants.plant import CondensedPlant, Truth, press
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.io import with_values
 from fingerdesign.errors import SolverError
 
 BOUNDS = Bounds(preload=0.04, approach_step=0.01, max_approach=0.3, max_steps=40)

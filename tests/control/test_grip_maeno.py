@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.contact.objects import Plane
+from fingerdesign.checks.starter import shipped_text
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.design.layout import crest_height
-from fingerdesign.design.starter import shipped_text
 from fingerdesign.fem.model import build_model
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.shapes.objects import Plane
 
 FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 MASS = 500.0

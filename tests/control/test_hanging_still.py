@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.lift import Disturbance, LiftPlant
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 
 LIFT = [(0.0, 0.02)] * 5 + [(0.01, 0.0)] * 30
 MASS = 60.0

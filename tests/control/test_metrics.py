@@ -15,8 +15,8 @@ from fingerdesign.control.metrics import (
     summarise,
     wilson_interval,
 )
-from fingerdesign.result_arrays import GripTrace
-from fingerdesign.results import GripResult
+from fingerdesign.records.arrays import GripTrace
+from fingerdesign.records.result import GripResult
 
 WEIGHT = 0.5e-3 * 9.80665 * 200.0
 

@@ -7,7 +7,8 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
-from fingerdesign.control import trace, trace_units
+from fingerdesign.control.plants import recorded as trace
+from fingerdesign.control.plants import recorded as trace_units
 
 TEXT = (Path(__file__).parents[2] / "docs/plants.md").read_text("utf-8")
 

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.plant import CondensedPlant
-from fingerdesign.control.recorded import RecordedPlant, TraceEnded
-from fingerdesign.control.trace import parse_trace, read_trace, trace_of
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.recorded import (
+    RecordedPlant,
+    TraceEnded,
+    parse_trace,
+    read_trace,
+    trace_of,
+)
 from fingerdesign.errors import DesignError
 
 NAMES = ["time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N"]

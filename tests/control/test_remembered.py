@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.plant import CondensedPlant
-from fingerdesign.control.remembered import Memory, RememberedPlant
+from fingerdesign.control.plants.plant import CondensedPlant, Memory, RememberedPlant
 
 MOVES = [(0.0, 0.02), (0.0, 0.02), (0.002, 0.01), (0.004, 0.01), (0.004, 0.0)]
 

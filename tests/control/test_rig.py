@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import calibrate
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.hardware import Hardware
-from fingerdesign.control.plant import CondensedPlant
-from fingerdesign.control.rig import Rig
-from fingerdesign.design.io import with_values
-from fingerdesign.result_folder import write_grip_csv
+from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.rig import Rig
+from fingerdesign.records.folder import write_grip_csv
 
 MASS = 300.0
 

@@ -6,14 +6,14 @@ from typing import get_args
 import numpy as np
 import pytest
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.controllers.roster import NAMES, controller, paper_settings
 from fingerdesign.control.episode import Bounds, run_episode
-from fingerdesign.control.lift import Disturbance, LiftPlant
-from fingerdesign.control.plant import CondensedPlant
-from fingerdesign.control.roster import NAMES, controller, paper_settings
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant
+from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip_rivals import ControllerName
-from fingerdesign.design.io import with_values
+from fingerdesign.design.grip import ControllerName
 from fingerdesign.errors import DesignError
 
 GRAVITY = 9.80665e-3

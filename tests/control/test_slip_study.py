@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control import slip_study as study
 from fingerdesign.control.signals import Sample, response
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
+from fingerdesign.shapes.objects import Plane
 
 ROWS = [(0.06, 0.004), (0.1, 0.01), (0.1, 0.02), (0.1, 0.03), (0.1, 0.045), (0.1, 0.2)]
 PLATES = 9

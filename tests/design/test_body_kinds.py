@@ -7,17 +7,17 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.design.checks import (
+from fingerdesign.checks.design import (
     design_faults,
     is_sound,
     plane_strain_faults,
     tetwild_faults,
 )
-from fingerdesign.design.clearance import surface_clearances
-from fingerdesign.design.io import parse_design, with_values
-from fingerdesign.design.layout import surface_height
+from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.clearance import surface_clearances
+from fingerdesign.layout.frames import surface_height
 
 QUICK = settings(max_examples=60, derandomize=True, deadline=None)
 BODIES = {

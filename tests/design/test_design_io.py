@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.design.io import (
+from fingerdesign.checks.load import (
     dump_design,
     dump_scene,
     judge_design,
@@ -280,7 +280,7 @@ KEYS = [
 @given(st.dictionaries(st.sampled_from(KEYS), ANY, min_size=1, max_size=4))
 def test_no_value_of_any_kind_crashes(values):
     """Whatever stands in a file, it is a design or a list of one-line faults."""
-    from fingerdesign.design.io import _design_of
+    from fingerdesign.checks.load import _design_of
 
     data = {"design": {"name": "a"}}
     for key, value in values.items():
@@ -301,8 +301,8 @@ def test_no_value_of_any_kind_crashes(values):
 @settings(max_examples=200, derandomize=True, deadline=None)
 @given(ANY, ANY)
 def test_no_scene_crashes(rows, points):
+    from fingerdesign.checks.load import _validated
     from fingerdesign.design.faults import fault_of
-    from fingerdesign.design.io import _validated
     from fingerdesign.design.scene import Scene
 
     data = {"path": {"increments_mm": rows}, "readout": {"points_mm": points}}

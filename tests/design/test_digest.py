@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.design.io import parse_design, parse_scene, with_values
-from fingerdesign.design.starter import find_design
+from fingerdesign.checks.load import parse_design, parse_scene, with_values
+from fingerdesign.checks.starter import find_design
 
 BASE = parse_design('design.name = "a"')
 

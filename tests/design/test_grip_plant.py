@@ -3,9 +3,9 @@
 import pytest
 
 from fingerdesign import load_design, parse_design
-from fingerdesign.control.hardware import Hardware
-from fingerdesign.design.bare import without_plates
-from fingerdesign.design.starter import shipped_path
+from fingerdesign.checks.load import without_plates
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.errors import DesignError
 
 LIFT = """

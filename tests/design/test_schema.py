@@ -5,10 +5,12 @@ import math
 import pytest
 from pydantic import ValidationError
 
+from fingerdesign.checks.load import dump_design, parse_design, with_values
 from fingerdesign.design.grip import Grip
-from fingerdesign.design.io import dump_design, parse_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.layers import layered
 
 
 def faults(text):
@@ -146,7 +148,7 @@ def test_dome_needs_its_radius_and_an_arc_has_none():
     assert "body.dome_radius_mm" in faults(NAME + "body.dome_radius_mm = 25")
     sound = parse_design(NAME + 'body.shape = "dome"\nbody.dome_radius_mm = 25')
     assert not sound.extruded
-    assert sound.mirrors_in_z
+    assert mirrors_in_z(sound)
 
 
 def test_known_material_is_completed_and_its_source_dropped_when_changed():
@@ -166,7 +168,7 @@ def test_new_material():
 
 
 @pytest.mark.parametrize(
-    ("lines", "extruded", "layered"),
+    ("lines", "extruded", "in_layers"),
     [
         ("", True, True),
         ("plates.span_mm = 10.0", True, True),
@@ -178,10 +180,10 @@ def test_new_material():
         ("body.core = { height_mm = 2.0, depth_mm = 6.0 }", False, True),
     ],
 )
-def test_extruded_and_layered(lines, extruded, layered):
+def test_extruded_and_layered(lines, extruded, in_layers):
     """One section tells all; or, swept through layers, it can at least be meshed so."""
     design = parse_design(NAME + lines)
-    assert (design.extruded, design.layered) == (extruded, layered)
+    assert (design.extruded, layered(design)) == (extruded, in_layers)
 
 
 def test_number_counts_placed_plates():

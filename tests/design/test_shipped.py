@@ -8,13 +8,9 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fingerdesign.design import json_schema
-from fingerdesign.design.forecast import contact_half_width, summarise
-from fingerdesign.design.io import load_design, load_scene, parse_design
-from fingerdesign.design.layout import surface_height
-from fingerdesign.design.scene_checks import scene_faults
-from fingerdesign.design.schema import Body
-from fingerdesign.design.starter import (
+from fingerdesign.checks.load import load_design, load_scene, parse_design
+from fingerdesign.checks.scene import scene_faults
+from fingerdesign.checks.starter import (
     find_design,
     find_scene,
     schema_json,
@@ -24,8 +20,12 @@ from fingerdesign.design.starter import (
     shipped_text,
     starter_text,
 )
-from fingerdesign.design.volume import outline_volume
+from fingerdesign.design import schema as json_schema
+from fingerdesign.design.schema import Body
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import surface_height
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.layout.zone import contact_half_width, summarise
 from fingerdesign.materials import MATERIALS
 
 
@@ -97,7 +97,7 @@ def test_schemas_are_current():
     ):
         shipped_copy = (data / f"{name}.schema.json").read_text("utf-8")
         assert shipped_copy == json_schema.schema_text(schema), (
-            "run python -m fingerdesign.design.json_schema"
+            "run python -m fingerdesign.design.schema"
         )
 
 

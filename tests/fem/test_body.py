@@ -10,9 +10,9 @@ from fingerdesign import parse_design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.body import Body, body_model, condense_body, facing_compliance
 from fingerdesign.fem.model import build_model
-from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
 
 EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}

@@ -5,8 +5,7 @@ import pytest
 import scipy.sparse as sp
 
 from fingerdesign import parse_design
-from fingerdesign.design.io import with_values
-from fingerdesign.design.layout import plate_frames
+from fingerdesign.checks.load import with_values
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import (
     MIXED_FROM,
@@ -17,8 +16,9 @@ from fingerdesign.fem.model import (
 )
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.trace import contact_trace
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 
 COARSE = """
 design.name = "coarse"

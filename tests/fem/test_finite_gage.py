@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.finite_gage import gage_lines
+from fingerdesign.fem.finite.gage import gage_lines
 from fingerdesign.fem.readout import gage_rows
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 
 _spec = importlib.util.spec_from_file_location(
     "fem_finite_frames", Path(__file__).with_name("test_gage_frames.py")

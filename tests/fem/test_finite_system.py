@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.body import Body, condense_body
-from fingerdesign.fem.finite_body import finite_body
-from fingerdesign.fem.finite_law import (
+from fingerdesign.fem.finite.body import finite_body, finite_system
+from fingerdesign.fem.finite.elements import (
     Inverted,
     cauchy,
     deformation,
@@ -21,7 +21,6 @@ from fingerdesign.fem.finite_law import (
     second_piola,
     second_piola_change,
 )
-from fingerdesign.fem.finite_system import finite_system
 from fingerdesign.mesh.types import Mesh
 
 _spec = importlib.util.spec_from_file_location(

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from fingerdesign.design.layout import PlateFrame, plate_frames
 from fingerdesign.design.schema import Design
 from fingerdesign.design.tables import Gages
 from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
 from fingerdesign.fem.readout import gage_rows
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 
 GAGES = Gages(length_mm=1.0, width_mm=0.6, z_mm=0.2)
 SMALL = {

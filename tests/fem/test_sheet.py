@@ -9,10 +9,8 @@ from scipy.sparse.linalg import spsolve
 
 from fingerdesign import parse_design, with_values
 from fingerdesign.arrays import Array
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.design.layout import crest_height, plate_frames
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
@@ -20,9 +18,11 @@ from fingerdesign.fem.model import build_model
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.sheet_faces import SheetFacets, sheet_of
 from fingerdesign.fem.sheet_gage import plate_strain_rows, sheet_gage_rows
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.shapes.objects import Plane
 
 E, NU, T, LENGTH = 1.35e5, 0.33, 0.1, 2.0
 DESIGN = parse_design(

@@ -7,13 +7,13 @@ import pytest
 
 from fingerdesign import parse_design, with_values
 from fingerdesign.arrays import Array
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.design.layout import crest_height
 from fingerdesign.design.schema import Design
 from fingerdesign.fem.model import build_model
-from fingerdesign.mesh.tetwild import tetrahedralise
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.mesh.tetra.tetwild import tetrahedralise
+from fingerdesign.shapes.objects import Plane
 
 DESIGN = parse_design(
     """

@@ -7,15 +7,15 @@ import pytest
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.layout import PlateFrame
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.assembly import assemble_stiffness
 from fingerdesign.fem.sheet import sheet_stiffness
 from fingerdesign.fem.sheet_faces import sheet_of
 from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_rows
-from fingerdesign.mesh.slots import open_slots
-from fingerdesign.mesh.snap import quadratic_facets, tet_volumes
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.tetra.slots import open_slots
+from fingerdesign.mesh.tetra.snap import quadratic_facets, tet_volumes
 from fingerdesign.mesh.types import Mesh, quadratic
 
 E, NU, T = 4.96, 0.49, 0.1

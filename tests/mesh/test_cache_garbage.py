@@ -8,7 +8,7 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.mesh.cache import keep_mesh, load_mesh
-from fingerdesign.mesh.extrude import extrude
+from fingerdesign.mesh.section.extrude import extrude
 
 DESIGN = parse_design(
     'design.name = "kept"\nplates.count = 0\nmesh.contact_size_mm = 2.0\nmesh.layers = 1'

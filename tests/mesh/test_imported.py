@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerdesign.design.io import parse_design, with_values
+from fingerdesign.checks.load import parse_design, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.imported import import_words, imported_mesh
-from fingerdesign.mesh.io import write_mesh
+from fingerdesign.mesh.files.imported import import_words, imported_mesh
+from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.types import Mesh
 
 DESIGN = """
@@ -136,9 +136,10 @@ def test_slots_of_sheets_come_back_and_must_have_names(tmp_path: Path) -> None:
 
 
 def test_the_answer_is_that_of_the_same_mesh(tmp_path: Path) -> None:
-    from fingerdesign.case import Case
-    from fingerdesign.design.io import parse_scene
-    from fingerdesign.pipeline import analyse, make_mesh, zone_of
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.analysis.stages import make_mesh, zone_of
+    from fingerdesign.checks.load import parse_scene
+    from fingerdesign.pipeline import analyse
 
     design, scene = parse_design(DESIGN), parse_scene("path.increments_mm = [[0.2, 0.05]]")
     mesh = make_mesh(design, "3d", zone_of(Case(design, scene), scene), True)

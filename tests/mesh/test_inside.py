@@ -7,12 +7,11 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.mesh.carriers import carriers_of
-from fingerdesign.mesh.improve import TARGET_DEG, improve, least_dihedral
-from fingerdesign.mesh.inside import check_closed, enclosed
+from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.quality import cell_angles
-from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.tetra.carriers import carriers_of
+from fingerdesign.mesh.tetra.inside import check_closed, enclosed
+from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral, tet_volumes
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 SIDES = np.array(
@@ -34,8 +33,8 @@ def test_points_in_a_cube_and_in_one_with_a_hollow() -> None:
 
 
 def test_a_finely_faceted_dome_agrees_with_its_closed_form() -> None:
-    from fingerdesign.geometry.solid import build_solid
-    from fingerdesign.geometry.tessellation import triangulate
+    from fingerdesign.cad.solid import build_solid
+    from fingerdesign.cad.tessellation import triangulate
 
     design = parse_design(
         'design.name = "t"\nbody.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0'

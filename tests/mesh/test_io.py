@@ -12,10 +12,10 @@ import pytest
 
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.calculix import cell_faces
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.io import read_mesh, read_named, to_meshio, write_mesh
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.files.calculix import cell_faces
+from fingerdesign.mesh.files.io import read_mesh, read_named, to_meshio, write_mesh
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 
 DESIGN = Design.model_validate(

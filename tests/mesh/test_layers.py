@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.design.layers import lies_over, not_layered
-from fingerdesign.design.layout import plate_frames
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.layers import distinct, graded_heights, layer_heights
+from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.layers import lies_over, not_layered
 from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.section.extrude import distinct, extrude, graded_heights, layer_heights
 
 DESIGN = parse_design(
     """
@@ -52,7 +51,7 @@ KINDS = {
 def test_parts_end_where_the_design_says(name):
     """Regions' volumes, plates' faces and the outside's areas are the closed form's."""
     design = with_values(DESIGN, KINDS[name])
-    mesh = extrude(design, 2.0, design.mirrors_in_z)
+    mesh = extrude(design, 2.0, mirrors_in_z(design))
     assert mesh.symmetric == (name not in ("off the middle", "placed") and "stag" not in name)
     report = assess(mesh, design)
     assert report.body_volume_error < 1e-6

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.mesh.picture import cropped, cut_open, picture_title
-from fingerdesign.mesh.quality_picture import near_cut
+from fingerdesign.mesh.pictures import near_cut
 from fingerdesign.mesh.types import Mesh
 
 TETRA = np.vstack([np.zeros(3), np.eye(3)])

@@ -8,9 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.design.io import parse_design
+from fingerdesign.checks.load import parse_design
 from fingerdesign.mesh.asked import asked_sizes
-from fingerdesign.mesh.extrude import extrude
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
@@ -21,7 +20,8 @@ from fingerdesign.mesh.measures import (
     least_jacobian_ratios,
 )
 from fingerdesign.mesh.quality import assess
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.mesh.improve import least_dihedral
-from fingerdesign.mesh.refine import TOO_LONG, refine
-from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.tetra.finish import TOO_LONG, refine
+from fingerdesign.mesh.tetra.snap import least_dihedral, tet_volumes
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS
 
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])

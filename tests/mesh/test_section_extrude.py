@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.design.layout import crest_height, plate_frames
-from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.layers import layer_heights
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mesh.section.extrude import extrude, layer_heights
+from fingerdesign.mesh.section.section import mesh_section
 
 DESIGN = parse_design(
     """

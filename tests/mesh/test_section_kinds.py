@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from fingerdesign.design.schema import Design
-from fingerdesign.design.volume import section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.geometry.surface import surface_of
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.layers import layer_heights
-from fingerdesign.mesh.section import mesh_section
-from fingerdesign.mesh.section_plates import section_frames
+from fingerdesign.layout.surface import surface_of
+from fingerdesign.layout.volume import section_area
+from fingerdesign.mesh.section.extrude import extrude, layer_heights
+from fingerdesign.mesh.section.section import mesh_section, section_frames
 
 CORE = {"width_mm": 6.0, "height_mm": 1.5, "bottom_mm": 1.0}
 KINDS = {

@@ -11,10 +11,10 @@ import threading
 import numpy as np
 import pytest
 
-import fingerdesign.mesh.section_process as process
+import fingerdesign.mesh.section.process as process
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.outline import BODY, Outline
-from fingerdesign.mesh.section_process import run_netgen, start_mesher
+from fingerdesign.mesh.section.outline import BODY, Outline
+from fingerdesign.mesh.section.process import run_netgen, start_mesher
 from fingerdesign.mesh.worker import environment
 
 
@@ -109,7 +109,7 @@ def test_a_worker_whose_parent_has_gone_ends_at_once() -> None:
 
 def test_it_ends_with_the_program() -> None:
     code = (
-        "from fingerdesign.mesh.section_process import start_mesher\n"
+        "from fingerdesign.mesh.section.process import start_mesher\n"
         "import os, signal\n"
         "print(start_mesher()._process.pid, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"

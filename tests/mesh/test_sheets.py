@@ -10,14 +10,14 @@ import pytest
 from numpy.typing import NDArray
 
 from fingerdesign import parse_design, parse_scene, with_values
-from fingerdesign.design.layout import plate_frames
-from fingerdesign.design.volume import outline_volume, section_area
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.mesh.extrude import extrude
-from fingerdesign.mesh.io import read_mesh, to_meshio, write_mesh
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.volume import outline_volume, section_area
+from fingerdesign.mesh.files.io import read_mesh, to_meshio, write_mesh
 from fingerdesign.mesh.quality import assess
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.pipeline import Case, run

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.design.layout import PlateFrame, plate_frames
-from fingerdesign.design.volume import outline_volume
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.mesh.section_sizes import extruded_sizes, section_sizes
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import (
     END_GRADATION,
     GRID_POINTS,
@@ -21,7 +21,7 @@ from fingerdesign.mesh.sizing import (
     distances_to_plate,
     expected_elements,
 )
-from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.tetra.snap import tet_volumes
 
 
 def field_of(keys: str, stretch: float = 1.0) -> SizeField:

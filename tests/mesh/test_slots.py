@@ -9,15 +9,13 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.layout import PlateFrame, plate_frames
-from fingerdesign.design.sheet_limits import not_a_sheet
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.improve import least_dihedral
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.mesh.sheets import boundary_facets
-from fingerdesign.mesh.slot_cut import outer_facets
-from fingerdesign.mesh.slot_widen import held_on_faces
-from fingerdesign.mesh.slots import Slots, carrier_frames, open_slots
-from fingerdesign.mesh.snap import tet_volumes
+from fingerdesign.mesh.tetra.slot_cut import outer_facets
+from fingerdesign.mesh.tetra.slots import Slots, carrier_frames, held_on_faces, open_slots
+from fingerdesign.mesh.tetra.snap import least_dihedral, tet_volumes
 from fingerdesign.mesh.types import quadratic
 
 # Boxes of the grid below are 1 x 0.5 x 1 mm: mid-surfaces lie between its cells.

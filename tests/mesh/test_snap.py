@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.design.layout import plate_frames
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.boundary import boundary_facets
-from fingerdesign.mesh.carriers import Carriers, Chain, carriers_of, plate_faces
-from fingerdesign.mesh.snap import (
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.tetra.boundary import boundary_facets
+from fingerdesign.mesh.tetra.carriers import Carriers, Chain, carriers_of, plate_faces
+from fingerdesign.mesh.tetra.snap import (
     least_jacobian_ratio,
     quadratic_facets,
     snap_to_carriers,

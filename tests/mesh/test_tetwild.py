@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import fingerdesign.mesh.tetwild as tetwild
+import fingerdesign.mesh.tetra.tetwild as tetwild
 from fingerdesign import parse_design
-from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import ContactSurface
-from fingerdesign.mesh.plate_ways import plate_ways
+from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.sizing import MeshSizes
-from fingerdesign.mesh.tetwild import Gate, envelope_mm, tetrahedralise
+from fingerdesign.mesh.tetra.slots import plate_ways
+from fingerdesign.mesh.tetra.tetwild import Gate, envelope_mm, tetrahedralise
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
 
 COARSE = """
@@ -251,7 +251,7 @@ def test_the_envelope_follows_the_thinnest_part() -> None:
 def test_ways_of_plates() -> None:
     def names(keys: str) -> list[str]:
         design = parse_design(f'design.name = "t"\nplates.count = 1\n{keys}')
-        return [way.name for way in plate_ways(design, design.mirrors_in_z)]
+        return [way.name for way in plate_ways(design, mirrors_in_z(design))]
 
     assert names("") == ["plates cut in", "plates resolved"]
     assert names("plates.thickness_mm = 0.4") == ["plates resolved", "plates cut in"]

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-import fingerdesign.mesh.tetwild_process as process
+import fingerdesign.mesh.tetra.tetwild as process
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
-from fingerdesign.geometry.surface import ContactSurface
+from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
-from fingerdesign.mesh.snap import tet_volumes
-from fingerdesign.mesh.tetwild_process import Attempt, run_tetwild, validate_surface
+from fingerdesign.mesh.tetra.snap import tet_volumes
+from fingerdesign.mesh.tetra.tetwild import Attempt, run_tetwild, validate_surface
 
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
 

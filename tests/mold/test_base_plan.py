@@ -4,16 +4,16 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from fingerdesign_bench.any_finger.designs import random_design
 
-from fingerdesign.bench.any_designs import random_design
-from fingerdesign.design.io import with_values
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
 from fingerdesign.design.schema import Design
-from fingerdesign.design.starter import find_design
-from fingerdesign.design.step_files import resolved
-from fingerdesign.mold.base_plan import base_holes_of, core_box, pour_up
-from fingerdesign.mold.extent import extent_of
-from fingerdesign.mold.planning import mold_faults, plan_mold
-from fingerdesign.mold.profiles import limits_of
+from fingerdesign.design.step_file import resolved
+from fingerdesign.mold.plan.base import base_holes_of, core_box, pour_up
+from fingerdesign.mold.plan.extent import extent_of
+from fingerdesign.mold.plan.planning import mold_faults, plan_mold
+from fingerdesign.mold.plan.profiles import limits_of
 
 
 def drawn(seed):

@@ -4,16 +4,16 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from fingerdesign_bench.any_finger.designs import random_design
 from scipy.spatial import cKDTree
 
-from fingerdesign.bench.any_designs import random_design
-from fingerdesign.design.io import with_values
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
 from fingerdesign.design.schema import Design
-from fingerdesign.design.starter import find_design
-from fingerdesign.design.step_files import resolved
+from fingerdesign.design.step_file import resolved
 from fingerdesign.mold.part import BASE, INSERT
-from fingerdesign.mold.planning import plan_mold
-from fingerdesign.mold.profiles import limits_of
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.plan.profiles import limits_of
 
 # Small and low, with windows in the side walls, round, with a bone, narrowed inserts.
 SEEDS = (13, 27, 30, 42, 51, 60, 75, 81, 86, 87, 94)

@@ -7,13 +7,13 @@ import pytest
 
 from fingerdesign import load_design
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.exits import rim_height
-from fingerdesign.mold.fixture import sides_of
-from fingerdesign.mold.frames import frames_in_mold, scale_of
-from fingerdesign.mold.legs import legs_of
-from fingerdesign.mold.plan import Slot
-from fingerdesign.mold.profiles import limits_of
-from fingerdesign.mold.slots import slot_corners, webs
+from fingerdesign.mold.plan.extent import rim_height
+from fingerdesign.mold.plan.frames import frames_in_mold, scale_of
+from fingerdesign.mold.plan.legs import legs_of
+from fingerdesign.mold.plan.plan import Slot
+from fingerdesign.mold.plan.planning import sides_of
+from fingerdesign.mold.plan.profiles import limits_of
+from fingerdesign.mold.plan.slots import slot_corners, webs
 
 SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
 
@@ -242,7 +242,7 @@ def test_webs_are_true_distances_between_rectangles():
 
 def test_leads_have_room_in_every_hole_that_is_planned():
     from fingerdesign.mold.checks.plan_limits import plan_checks
-    from fingerdesign.mold.planning import plan_mold
+    from fingerdesign.mold.plan.planning import plan_mold
 
     design = load_design("designs/block.toml")
     plan, limits = plan_mold(design), limits_of(design.mold)
@@ -258,8 +258,8 @@ def test_leads_have_room_in_every_hole_that_is_planned():
 
 
 def test_a_jig_s_pins_bear_on_holes_that_are_moved_against_the_shift():
-    from fingerdesign.mold.planning import plan_mold
-    from fingerdesign.mold.slot_tools import jig_moves
+    from fingerdesign.mold.cad.features import jig_moves
+    from fingerdesign.mold.plan.planning import plan_mold
 
     design = with_mold(load_design("designs/wide.toml"), plate_fixture="jig", wire_mm=0.0)
     moves = dict(jig_moves(plan_mold(design), 0.1))

@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design
-from fingerdesign.design.layout import Hole, PlateFrame, plate_frames
+from fingerdesign.cad.step_samples import sample_step
 from fingerdesign.design.schema import Design
-from fingerdesign.design.step_files import resolved
-from fingerdesign.geometry.step_samples import sample_step
-from fingerdesign.mold.exits import exits_of, flat_sided, rim_height
-from fingerdesign.mold.frames import core_in_mold, frames_in_mold, leg_bar, scale_of, turned_bar
-from fingerdesign.mold.leg_gaps import crossing_legs, leg_gaps
-from fingerdesign.mold.leg_search import meets_hole
-from fingerdesign.mold.legs import legs_of
-from fingerdesign.mold.plan import Leg
-from fingerdesign.mold.profiles import limits_of
+from fingerdesign.design.step_file import resolved
+from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
+from fingerdesign.mold.plan.extent import exits_of, flat_sided, rim_height
+from fingerdesign.mold.plan.frames import (
+    core_in_mold,
+    frames_in_mold,
+    leg_bar,
+    scale_of,
+    turned_bar,
+)
+from fingerdesign.mold.plan.leg_room import crossing_legs, leg_gaps
+from fingerdesign.mold.plan.legs import legs_of, meets_hole
+from fingerdesign.mold.plan.plan import Leg
+from fingerdesign.mold.plan.profiles import limits_of
 
 
 def made(body=None, plates=None, mold=None):

@@ -6,19 +6,18 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from fingerdesign.design.io import parse_design, with_values
-from fingerdesign.design.starter import find_design
-from fingerdesign.design.volume import outline_volume
+from fingerdesign.cad.export import check_watertight, enclosed_volume
+from fingerdesign.cad.kernel import volume_of
+from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import GeometryError
-from fingerdesign.geometry.checks import core_volume, plate_volume
-from fingerdesign.geometry.export import check_watertight, enclosed_volume
-from fingerdesign.geometry.kernel import volume_of
-from fingerdesign.mold.build import build_mold
-from fingerdesign.mold.built import load_meshes, mold_meshes, plan_from, save_meshes
-from fingerdesign.mold.cad_files import all_meshed
+from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
+from fingerdesign.mold.cad.build import build_mold
+from fingerdesign.mold.cad.built import load_meshes, mold_meshes, plan_from, save_meshes
+from fingerdesign.mold.cad.worker import all_meshed
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
-from fingerdesign.mold.plan import SIDES, BaseHole, MoldPlan, Plug, SidePlan
-from fingerdesign.mold.planning import plan_mold
+from fingerdesign.mold.plan.plan import SIDES, BaseHole, MoldPlan, Plug, SidePlan
+from fingerdesign.mold.plan.planning import plan_mold
 
 BENT = 'follow = "bent"\nangle_deg = 0.0\n'
 HOLES = "hole_diameter_mm = 0.4\nhole_pitch_mm = 1.5\nspan_mm = 5.0\n"

@@ -4,10 +4,10 @@ import tomllib
 
 import pytest
 
-from fingerdesign.design.io import dump_design, parse_design
-from fingerdesign.design.starter import starter_text
+from fingerdesign.checks.load import dump_design, parse_design
+from fingerdesign.checks.starter import starter_text
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.profiles import PROFILES, density_of, limits_of
+from fingerdesign.mold.plan.profiles import PROFILES, density_of, limits_of
 
 NAME = 'design.name = "a"\n'
 

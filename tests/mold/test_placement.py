@@ -6,14 +6,22 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.design.layout import plate_frames
-from fingerdesign.design.meshing import SectionMesh
+from fingerdesign.analysis.stages import zone_of
+from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.section import mesh_section
-from fingerdesign.mold.moved_section import Move, moved_mesh, readings
-from fingerdesign.mold.placement import placement_effect, scene_for, section_plates, tolerances
-from fingerdesign.mold.plan import SIDES, Leg, MoldPlan, SidePlan, Slot
-from fingerdesign.pipeline import Case, zone_of
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mold.placement import (
+    Move,
+    moved_mesh,
+    placement_effect,
+    readings,
+    scene_for,
+    section_plates,
+    tolerances,
+)
+from fingerdesign.mold.plan.plan import SIDES, Leg, MoldPlan, SidePlan, Slot
+from fingerdesign.pipeline import Case
 
 SIZES = SectionMesh(
     contact_size_mm=0.1, plate_size_mm=0.1, plate_end_size_mm=0.04, far_size_mm=1.0, gradation=0.3

@@ -2,10 +2,10 @@
 
 import pytest
 
-from fingerdesign.design.io import with_values
-from fingerdesign.design.starter import find_design
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.planning import mold_faults, plan_mold
+from fingerdesign.mold.plan.planning import mold_faults, plan_mold
 
 
 def changed(name="narrow", **values):

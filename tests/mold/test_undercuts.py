@@ -3,13 +3,12 @@
 import cadquery as cq
 import pytest
 
-from fingerdesign.design.io import parse_design
+from fingerdesign.cad.bodies import outline_solid
+from fingerdesign.cad.from_python import with_body
+from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import GeometryError
-from fingerdesign.geometry.bodies import outline_solid
-from fingerdesign.geometry.from_python import with_body
-from fingerdesign.mold.build import build_mold
-from fingerdesign.mold.planning import plan_mold
-from fingerdesign.mold.undercuts import undercuts
+from fingerdesign.mold.cad.build import build_mold, undercuts
+from fingerdesign.mold.plan.planning import plan_mold
 
 PLAIN = parse_design('design.name = "cut"\nplates.count = 0')
 
@@ -61,7 +60,7 @@ def test_a_hole_along_x_through_the_finger_holds_parts():
 
 
 def test_shipped_shapes_have_none():
-    from fingerdesign.design.starter import find_design
+    from fingerdesign.checks.starter import find_design
 
     for name in ("domed", "pin", "block", "maeno2000"):
         design = find_design(name)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerdesign.report.html import write_report
+from fingerdesign.analysis.page.page import write_report
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 pytestmark = pytest.mark.skipif(

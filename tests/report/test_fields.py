@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fingerdesign.report.fields import centroid_strain, write_fields
-from fingerdesign.results import FieldHistory
+from fingerdesign.analysis.page.fields import centroid_strain, write_fields
+from fingerdesign.records.result import FieldHistory
 
 
 def bent(mesh):

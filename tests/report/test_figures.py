@@ -7,20 +7,22 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from fingerdesign.mesh.types import Mesh, quadratic
-from fingerdesign.report.figures import report_figures
-from fingerdesign.report.figures_contact import force_figure, touched_reach, traction_figure
-from fingerdesign.report.figures_gage import area_figure, response_figure
-from fingerdesign.report.figures_grip import paths_figure, rule_figure
-from fingerdesign.report.figures_status import (
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.page.contact import (
     _panel_grid,
     _touched_window,
     dual_patches,
+    force_figure,
     status_figure,
+    touched_reach,
+    traction_figure,
 )
-from fingerdesign.report.figures_work import least_angles
+from fingerdesign.analysis.page.gage import area_figure, response_figure
+from fingerdesign.analysis.page.grip import paths_figure, rule_figure
+from fingerdesign.analysis.page.work import least_angles, report_figures
+from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.records.result import OPEN, SLIP, STICK
 from fingerdesign.report.style import COLOURS, house_style
-from fingerdesign.results import OPEN, SLIP, STICK, Analysis
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,11 @@ from html.parser import HTMLParser
 
 import pytest
 
-from fingerdesign.report import html as html_module
-from fingerdesign.report.html import report_html, write_report
-from fingerdesign.report.picture import PictureError
-from fingerdesign.results import Analysis, PointStrain
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.page import page as html_module
+from fingerdesign.analysis.page.page import report_html, write_report
+from fingerdesign.analysis.page.picture import PictureError
+from fingerdesign.records.result import PointStrain
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}
 

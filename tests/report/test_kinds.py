@@ -5,12 +5,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fingerdesign.design.layout import PlateFrame
-from fingerdesign.report.figures_gage import strain_figure
-from fingerdesign.report.finger_words import finger_text, plate_rows
+from fingerdesign.analysis.page.gage import strain_figure
+from fingerdesign.analysis.page.picture import gage_quads, plate_boxes, region_of
+from fingerdesign.analysis.page.words import finger_text, plate_rows
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.records.result import GageLayout
 from fingerdesign.report.style import house_style
-from fingerdesign.report.surfaces import gage_quads, plate_boxes, region_of
-from fingerdesign.results import GageLayout
 
 GAGES = GageLayout(1.0, 0.6, 0.2, "both")
 FLAT = PlateFrame(0, 0.5, 3.0, 30.0, 2.0, 0.1, -0.5, 2.5)

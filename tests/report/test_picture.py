@@ -6,11 +6,17 @@ import io
 import numpy as np
 import pytest
 
-import fingerdesign.report.picture as picture_module
+import fingerdesign.analysis.page.picture as picture_module
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.page.picture import (
+    PictureError,
+    PictureJob,
+    boundary,
+    gage_quads,
+    surface_of,
+)
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.report.picture import PictureError, PictureJob
-from fingerdesign.report.surfaces import boundary, gage_quads, surface_of
-from fingerdesign.results import Analysis, FieldHistory, GageLayout
+from fingerdesign.records.result import FieldHistory, GageLayout
 
 
 def enclosed_volume(surface) -> float:

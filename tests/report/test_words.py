@@ -4,13 +4,7 @@ import dataclasses
 
 import pytest
 
-from fingerdesign.report.motion import (
-    leaves_section,
-    model_text,
-    motion_text,
-    slip_grows_with_shear,
-)
-from fingerdesign.report.tables import (
+from fingerdesign.analysis.page.tables import (
     assumed_values,
     design_table,
     grip_table,
@@ -21,8 +15,14 @@ from fingerdesign.report.tables import (
     scene_table,
     work_table,
 )
-from fingerdesign.report.verdict import findings
-from fingerdesign.results import PointStrain
+from fingerdesign.analysis.page.verdict import (
+    findings,
+    leaves_section,
+    model_text,
+    motion_text,
+    slip_grows_with_shear,
+)
+from fingerdesign.records.result import PointStrain
 
 
 def with_correlations(result, *values):

@@ -6,8 +6,8 @@ import jsonschema
 import numpy as np
 import pytest
 
-from fingerdesign.design.io import parse_design, parse_scene
-from fingerdesign.fidelity.readings import QUANTITIES
+from fingerdesign.analysis.fidelity.readings import QUANTITIES
+from fingerdesign.checks.load import parse_design, parse_scene
 from fingerdesign.validate.assumptions import ASSUMPTIONS, nu_values
 from fingerdesign.validate.run import validate
 from fingerdesign.validate.schema import SHIPPED, schema_text, validation_schema

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from fingerdesign.analysis.fidelity.readings import Readings
+from fingerdesign.checks.load import parse_scene
 from fingerdesign.contact.problem import Motion
-from fingerdesign.design.io import parse_scene
 from fingerdesign.errors import SolverError
-from fingerdesign.fidelity.readings import Readings
 from fingerdesign.validate.comparison import Answer, compare, side_of, usable_rows
 
 ROWS = "[[0.0, 0.0], [0.1, 0.0], [0.2, 0.05], [0.2, 0.5], [0.2, 0.2]]"

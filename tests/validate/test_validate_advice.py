@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.fidelity.readings import Readings
+from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.validate.advice import advise, worst_of
 from fingerdesign.validate.comparison import Answer, Comparison, side_of
 

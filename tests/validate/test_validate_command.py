@@ -9,10 +9,10 @@ import pytest
 from fingerdesign_cli.main import main
 from fingerdesign_cli.validate import _cells
 
-from fingerdesign.design.io import parse_design
+from fingerdesign.analysis.fidelity.readings import QUANTITIES
+from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import SolverError
-from fingerdesign.fidelity.readings import QUANTITIES
-from fingerdesign.results import ResultError
+from fingerdesign.records.result import ResultError
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.record import Row
 from fingerdesign.validate.run import FOLDER, validate

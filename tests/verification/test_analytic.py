@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.contact.objects import Plane
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.design.layout import crest_height
 from fingerdesign.fem.model import build_model
-from fingerdesign.mesh.section import mesh_section
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.reference import cattaneo_mindlin_line, hertz_line, plane_strain_modulus
+from fingerdesign.shapes.objects import Plane
 
 NU, FRICTION, RADIUS, APPROACH = 0.4999, 0.5, 100.0, 0.03
 SHEARS = [0.004 * k for k in range(1, 8)]

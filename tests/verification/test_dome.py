@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from fingerdesign.bench.verification_product import dome_errors
+from fingerdesign_bench.accuracy.verification_product import dome_errors
 
 
 @pytest.mark.slow

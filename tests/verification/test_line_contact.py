@@ -7,8 +7,7 @@ and traction in L2 (what piecewise linear functions can do at such an end), 2 fo
 
 import numpy as np
 import pytest
-
-from fingerdesign.bench.verification_contact import (
+from fingerdesign_bench.accuracy.verification_contact import (
     line_contact,
     peak_errors,
     pressure_error,

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from fingerdesign.bench.verification_contact import (
+from fingerdesign_bench.accuracy.verification_contact import (
     approach_errors,
     ball_on_plane,
     peak_errors,

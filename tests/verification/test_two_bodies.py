@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy import verification_bodies as bodies
 
 from fingerdesign import reference
-from fingerdesign.bench import verification_bodies as bodies
 from fingerdesign.contact.force_control import Forces, NoEquilibrium
 from fingerdesign.contact.path import follow
 

@@ -1,8 +1,7 @@
 """The tables that two other finite-element codes agree on (data/two_codes.json)."""
 
 import pytest
-
-from fingerdesign.bench import reference
+from fingerdesign_bench.accuracy import reference
 
 
 def assert_all(checks):

@@ -6,14 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.mold.checks.assembly import assemble, sound
-from fingerdesign.mold.checks.backing import backing_check
+from fingerdesign.mold.checks.assembly import assemble, backing_check, sound
 from fingerdesign.mold.checks.demolding import demolding_checks
 from fingerdesign.mold.checks.fill import fill_checks
-from fingerdesign.mold.checks.fits import fit_checks
-from fingerdesign.mold.checks.plan_limits import plan_checks
-from fingerdesign.mold.checks.planned_holes import hole_checks
-from fingerdesign.mold.checks.soundness import part_checks
+from fingerdesign.mold.checks.fits import fit_checks, part_checks
+from fingerdesign.mold.checks.plan_limits import hole_checks, plan_checks
 from fingerdesign.mold.checks.venting import vent_checks
 from fingerdesign.mold.checks.walls import wall_checks
 from fingerdesign.mold.part import Check
@@ -21,7 +18,7 @@ from fingerdesign.mold.part import Check
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.part import MoldMeshes
-    from fingerdesign.mold.plan import MoldPlan
+    from fingerdesign.mold.plan.plan import MoldPlan
 
 __all__ = ["run_checks"]
 

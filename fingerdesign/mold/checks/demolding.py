@@ -15,8 +15,15 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.mold.checks.assembly import Assembly
-from fingerdesign.mold.checks.rays import bounds, inside, pairs, surface_points
-from fingerdesign.mold.checks.triangles import areas, curved, doubled_areas
+from fingerdesign.mold.checks.triangles import (
+    areas,
+    bounds,
+    curved,
+    doubled_areas,
+    inside,
+    pairs,
+    surface_points,
+)
 from fingerdesign.mold.part import Check, PartMesh
 
 POINTS = 1500  # and as many centroids, a part; a tenth of it a plate

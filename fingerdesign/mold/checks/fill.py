@@ -12,9 +12,8 @@ from itertools import combinations
 import numpy as np
 from manifold3d import Manifold, OpType
 
-from fingerdesign.design.layout import plate_frames
-from fingerdesign.design.volume import outline_volume
-from fingerdesign.geometry.checks import core_volume, plate_volume
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.mold.checks.assembly import OUTLINE, Assembly, filling
 from fingerdesign.mold.checks.triangles import areas, curved_area
 from fingerdesign.mold.part import CORE, RUBBER, Check

@@ -16,12 +16,11 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mold.base_plan import TILT_DEG, up
-from fingerdesign.mold.checks.assembly import Assembly
-from fingerdesign.mold.checks.openings import across, from_pin, from_slot
-from fingerdesign.mold.checks.rays import inside
+from fingerdesign.mold.checks.assembly import Assembly, across, from_pin, from_slot
+from fingerdesign.mold.checks.triangles import inside
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
-from fingerdesign.mold.plan import MoldPlan
+from fingerdesign.mold.plan.base import TILT_DEG, up
+from fingerdesign.mold.plan.plan import MoldPlan
 
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
 REACH_MM = 3.0

@@ -13,11 +13,10 @@ from manifold3d import Manifold
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.mold.checks.assembly import Assembly
-from fingerdesign.mold.checks.openings import across, from_slot
-from fingerdesign.mold.checks.rays import bounds, pairs, surface_points
+from fingerdesign.mold.checks.assembly import Assembly, across, from_slot
+from fingerdesign.mold.checks.triangles import bounds, pairs, surface_points
 from fingerdesign.mold.part import BASE, Check, PartMesh, comb_names, wall_name
-from fingerdesign.mold.plan import MoldPlan, SidePlan
+from fingerdesign.mold.plan.plan import MoldPlan, SidePlan
 
 POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
 OPPOSITE = np.cos(np.radians(30.0))

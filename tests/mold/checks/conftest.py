@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh64
 
-from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.schema import Design
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mold.part import BASE, INSERT, RUBBER, MoldMeshes, PartMesh
-from fingerdesign.mold.plan import BaseHole, Key, Leg, MoldPlan, Pin, SidePlan, Slot
+from fingerdesign.mold.plan.plan import BaseHole, Key, Leg, MoldPlan, Pin, SidePlan, Slot
 
 
 @dataclass(frozen=True)

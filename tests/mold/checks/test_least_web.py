@@ -7,7 +7,7 @@ from math import hypot, inf, sqrt
 import pytest
 
 from fingerdesign.mold.checks.plan_limits import least_web
-from fingerdesign.mold.plan import Slot
+from fingerdesign.mold.plan.plan import Slot
 
 
 def slot(place, y, angle=0.0, length=2.0, width=0.4):

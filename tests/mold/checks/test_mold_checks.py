@@ -11,8 +11,8 @@ from fingerdesign.mold.checks import run_checks
 from fingerdesign.mold.checks.assembly import assemble
 from fingerdesign.mold.checks.venting import high_points, tilts
 from fingerdesign.mold.part import BASE, INSERT, RUBBER
-from fingerdesign.mold.plan import Bolt
-from fingerdesign.mold.silicone import silicone_of
+from fingerdesign.mold.plan.plan import Bolt
+from fingerdesign.mold.products.bill import silicone_of
 
 
 def failed(made) -> dict[str, str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
-from fingerdesign.mold.checks.soundness import part_checks
+from fingerdesign.mold.checks.fits import part_checks
 from fingerdesign.mold.checks.triangles import curved_area, heights, topology, volume
 from fingerdesign.mold.part import PartMesh
 

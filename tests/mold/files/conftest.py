@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fingerdesign.design.layout import plate_frames
 from fingerdesign.design.schema import Design
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mold.part import MoldMeshes, PartMesh
-from fingerdesign.mold.plan import BaseHole, Bolt, Leg, MoldPlan, Pin, SidePlan, Slot
+from fingerdesign.mold.plan.plan import BaseHole, Bolt, Leg, MoldPlan, Pin, SidePlan, Slot
 
 CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float

@@ -7,14 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.mold.bill import bill_of_materials, bolt_length, hardware, write_bill
-from fingerdesign.mold.caster_warnings import warnings_of
-from fingerdesign.mold.casting_bench import Bench, numbers_text
-from fingerdesign.mold.casting_notes import casting_notes
-from fingerdesign.mold.elastomers import mixing_of
-from fingerdesign.mold.flat_pattern import flat_patterns
-from fingerdesign.mold.plan import Bolt, CorePin, Key
-from fingerdesign.mold.silicone import silicone_of
+from fingerdesign.mold.plan.plan import Bolt, CorePin, Key
+from fingerdesign.mold.products.bill import (
+    bill_of_materials,
+    bolt_length,
+    hardware,
+    silicone_of,
+    write_bill,
+)
+from fingerdesign.mold.products.flat_pattern import flat_patterns
+from fingerdesign.mold.products.notes import casting_notes, mixing_of
+from fingerdesign.mold.products.preparation import Bench, numbers_text
+from fingerdesign.mold.products.warnings import warnings_of
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold import drawing
-from fingerdesign.mold.drawing import Sheet, polygon_area, write_dxf
-from fingerdesign.mold.outlines import as_circle, border_loops, sheet_outline
 from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.products import drawing
+from fingerdesign.mold.products.drawing import Sheet, polygon_area, write_dxf
+from fingerdesign.mold.products.sheets import as_circle, border_loops, sheet_outline
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 

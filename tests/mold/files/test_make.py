@@ -14,12 +14,13 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.errors import DesignError, Fault, GeometryError
-from fingerdesign.mold import make, record_schema
+from fingerdesign.mold import make
+from fingerdesign.mold import schema as record_schema
+from fingerdesign.mold.page import picture as mold_picture
+from fingerdesign.mold.page.page import base_svg
+from fingerdesign.mold.page.picture import Badge, Exploded
 from fingerdesign.mold.part import Check
-from fingerdesign.report import mold_picture
-from fingerdesign.report.mold_base_plan import base_svg
-from fingerdesign.report.mold_picture import Badge, Exploded
-from fingerdesign.results import ResultError
+from fingerdesign.records.result import ResultError
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
 FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0.5 mm")
@@ -164,7 +165,7 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
         raise GeometryError("comb_front: the border of its flat face meets itself")
 
     design = stages(checks=(PASSED, FAILED))
-    monkeypatch.setattr("fingerdesign.mold.products.write_drawings", fail)
+    monkeypatch.setattr("fingerdesign.mold.products.products.write_drawings", fail)
     report = make.make_mold(design, tmp_path)
     assert report.failure.startswith("comb_front: the border")
     assert report.failure.endswith("1 of 2 checks failed: wall (base_plate)")
@@ -174,7 +175,7 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
 
 def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
     design = stages(drawn=True)
-    monkeypatch.setattr("fingerdesign.report.mold_picture.WORKER", "fingerdesign.no_such_module")
+    monkeypatch.setattr("fingerdesign.mold.page.picture.WORKER", "fingerdesign.no_such_module")
     report = make.make_mold(design, tmp_path)
     assert report.status == "ok"
     assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")
@@ -264,7 +265,7 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage)
     target = tmp_path / "block"
     make.write_mold(design, target)
     before = (target / "mold_report.json").read_bytes()
-    monkeypatch.setattr(f"fingerdesign.mold.products.{stage}", fail)
+    monkeypatch.setattr(f"fingerdesign.mold.products.products.{stage}", fail)
     with pytest.raises(ResultError) as told:
         make.write_mold(design, target)
     assert str(target) in str(told.value)

@@ -6,8 +6,8 @@ import jsonschema
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.mold.record_schema import mold_schema
-from fingerdesign.mold.three_mf import read_3mf
+from fingerdesign.mold.products.three_mf import read_3mf
+from fingerdesign.mold.schema import mold_schema
 
 pytestmark = pytest.mark.slow
 

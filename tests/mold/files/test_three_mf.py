@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold import three_mf
 from fingerdesign.mold.part import PartMesh
-from fingerdesign.mold.print_pose import flat_faces, laid_out
-from fingerdesign.mold.three_mf import read_3mf, write_3mf
+from fingerdesign.mold.products import three_mf
+from fingerdesign.mold.products.three_mf import flat_faces, laid_out, read_3mf, write_3mf
 
 CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float

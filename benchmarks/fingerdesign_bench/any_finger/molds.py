@@ -1,0 +1,268 @@
+"""``fingerdesign bench molds``: molds of every shipped design and of random ones of every kind.
+
+Each design's record is one line of molds.jsonl, written when it is done: an interrupted run goes on
+where it stopped. Records of other code (any file of fingerdesign/mold) are left as they are and
+made again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.analysis.summary import versions
+from fingerdesign.runtime.process import ProcessError, run_module
+from fingerdesign.runtime.progress import Tell
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.machine import machine
+
+# Molds drawn: seconds and volume error of each, by the kind of its body.
+
+BODIES = ("arc", "block", "dome", "revolved", "step")
+MARKS = {"made": ("o", "#4c78a8"), "failed": ("X", "#c8321e"), "refused": ("v", "#8a8a8a")}
+_FLOOR = 1e-9  # a mold record keeps nine decimals: below it an error is 0 there
+
+
+def draw_molds(records: Sequence[dict[str, Any]], path: Path) -> None:
+    """Two panels, a column a body: seconds of each mold; how far its cavity is from the finger."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.0, 4.6), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    for status, (mark, colour) in MARKS.items():
+        mine = [each for each in records if each["status"] == status and _body(each) is not None]
+        if not mine:
+            continue
+        places = [_place(each, number) for number, each in enumerate(mine)]
+        style = {"marker": mark, "color": colour, "s": 24, "alpha": 0.75}
+        left.scatter(
+            places, [each["seconds"] for each in mine], label=f"{status} ({len(mine)})", **style
+        )
+        known = [k for k, each in enumerate(mine) if each.get("volume_error") is not None]
+        errors = [max(mine[k]["volume_error"], _FLOOR) for k in known]
+        right.scatter([places[k] for k in known], errors, **style)
+    made = sum(each["status"] == "made" for each in records)
+    left.set(ylabel="seconds, design to files", ylim=(0.0, None))
+    left.axhline(20.0, color="#c8321e", linewidth=1.0)
+    left.set_title(
+        f"{made} of {len(records)} designs have molds; asked: 20 s", loc="left", fontsize=10
+    )
+    left.legend(fontsize=8)
+    right.set(yscale="log", ylabel="cavity less plates and core against the body, share")
+    right.axhline(1e-3, color="#c8321e", linewidth=1.0)
+    right.set_title("asked: 0.001", loc="left", fontsize=10)
+    for axes in (left, right):
+        axes.set_xticks(range(len(BODIES)), BODIES)
+        axes.set_xlim(-0.5, len(BODIES) - 0.5)
+        axes.grid(alpha=0.25)
+    figure.savefig(path, dpi=130)
+
+
+def _body(record: dict[str, Any]) -> str | None:
+    return next((kind for kind in record["kinds"] if kind in BODIES), None)
+
+
+def _place(record: dict[str, Any], number: int) -> float:
+    """Column of a record, set off a little so that its marks do not cover each other."""
+    golden = 0.618034
+    return BODIES.index(str(_body(record))) + 0.6 * float(np.modf(number * golden)[0]) - 0.3
+
+
+Record = dict[str, Any]
+
+SEEDS, WORKERS = 100, 2
+TIME_LIMIT_S = 300.0  # of one mold, CAD and pictures and all: fifteen times what is asked
+LINES = "molds.jsonl"
+# What issue 7 asks.
+MADE_SHARE, VOLUME_ERROR, CHORD_MM, SECONDS = 0.95, 1e-3, 0.01, 20.0
+MADE, REFUSED, FAILED, CRASHED = "made", "refused", "failed", "crashed"
+
+
+@dataclass(frozen=True)
+class Molds:
+    """A record a design, shipped ones first.
+
+    status of a record: "made" (every check holds), "refused" (before any CAD, with the faults in
+    ``reason``), "failed" (made, but the checks in ``failed`` do not hold) or "crashed". ``workers``
+    were at work at once.
+    """
+
+    records: list[Record]
+    workers: int = WORKERS
+    machine: dict[str, Any] = field(default_factory=dict)
+
+    def with_status(self, status: str) -> list[Record]:
+        """The records of a status."""
+        return [each for each in self.records if each["status"] == status]
+
+    def checks(self) -> list[Check]:
+        """What issue 7 asks, against what was measured."""
+        made, number = self.with_status(MADE), max(1, len(self.records))
+        built = made + self.with_status(FAILED)
+        slowest = max((float(each["seconds"]) for each in built), default=0.0)
+        worst = [
+            max((float(each[name]) for each in built if each[name] is not None), default=0.0)
+            for name in ("volume_error", "insert_chord_mm", "chord_mm")
+        ]
+        return [
+            Check("designs without a mold", 1.0 - MADE_SHARE, 1.0 - len(made) / number),
+            Check("molds that fail a check", 0, len(self.with_status(FAILED))),
+            Check("crashes and hangs", 0, len(self.with_status(CRASHED))),
+            Check("cavity less plates against the finger's body", VOLUME_ERROR, worst[0]),
+            Check("chord on the contact surface", CHORD_MM, worst[1], "mm"),
+            Check("chord on any part", CHORD_MM, worst[2], "mm"),
+            Check(f"slowest mold, {self.workers} at once", SECONDS, slowest, "s"),
+        ]
+
+
+def measure_molds(
+    folder: Path,
+    tell: Tell = lambda message: None,
+    seeds: int = SEEDS,
+    workers: int = WORKERS,
+) -> Molds:
+    """Make molds that ``folder`` has no record of yet: of shipped designs and ``seeds`` others."""
+    from fingerdesign.checks.starter import shipped_designs
+
+    found_machine = machine()
+    cases = [*shipped_designs(), *(str(seed) for seed in range(seeds))]
+    folder.mkdir(parents=True, exist_ok=True)
+    version = code_version()
+    done = _known(folder / LINES, version)
+    missing = [case for case in cases if case not in done]
+    if len(missing) < len(cases):
+        tell(f"{len(cases) - len(missing)} of {len(cases)} molds were made before")
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [pool.submit(_run, case) for case in missing]
+        try:
+            for job in as_completed(jobs):
+                record = job.result() | {"version": version}
+                done[record["case"]] = record
+                _append(folder / LINES, record)
+                count = sum(case in done for case in cases)
+                tell(f"{count} of {len(cases)}: {words(record)}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return Molds([done[case] for case in cases], workers, found_machine)
+
+
+def code_version() -> str:
+    """The package's version and a digest of the code that makes molds."""
+    import fingerdesign.mold
+
+    digest = hashlib.sha256()
+    root = Path(str(fingerdesign.mold.__file__)).parent
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.read_bytes())
+    return f"{versions()['fingerdesign']}, {digest.hexdigest()[:12]}"
+
+
+def _run(case: str) -> Record:
+    start = time.perf_counter()
+    with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as name:
+        try:
+            arguments = [case, "out.json"]
+            run_module(
+                "fingerdesign_bench.any_finger.molds_worker", arguments, Path(name), TIME_LIMIT_S
+            )
+            record: Record = json.loads((Path(name) / "out.json").read_text("utf-8"))
+        except ProcessError as error:
+            record = {"case": case, "name": case, "kinds": [], "status": CRASHED}
+            record["reason"] = str(error)
+    return record | {"whole_s": round(time.perf_counter() - start, 2)}
+
+
+def _known(path: Path, version: str) -> dict[str, Record]:
+    """Whole records of this version; a line cut short by an interruption is none."""
+    found: dict[str, Record] = {}
+    for line in path.read_text("utf-8").splitlines() if path.exists() else ():
+        try:
+            record = json.loads(line)
+        except json.JSONDecodeError:
+            continue
+        if record.get("version") == version and record["status"] != CRASHED:
+            found[str(record["case"])] = record
+    return found
+
+
+def _append(path: Path, record: Record) -> None:
+    cut = path.exists() and path.read_bytes()[-1:] not in (b"", b"\n")
+    with path.open("a", encoding="utf-8") as file:
+        file.write("\n" * cut + json.dumps(record, allow_nan=False) + "\n")
+
+
+def words(record: Record) -> str:
+    """What became of a design, in a line."""
+    name = " ".join(
+        [record["name"], *([f"({', '.join(record['kinds'])})"] if record["kinds"] else [])]
+    )
+    if record["status"] == MADE:
+        return f"{name}: {record['checks']} checks hold, {record['seconds']:.1f} s"
+    if record["status"] == FAILED:
+        return f"{name}: failed: {'; '.join(record['failed'])}"
+    return f"{name}: {record['status']}: {record['reason']}"
+
+
+def by_kind(records: Sequence[Record]) -> list[tuple[str, int, int, int, float, float]]:
+    """Of each kind: designs, made, refused, median seconds, greatest volume error."""
+    import statistics
+
+    rows = []
+    for kind in sorted({kind for each in records for kind in each["kinds"]}):
+        mine = [each for each in records if kind in each["kinds"]]
+        made = [each for each in mine if each["status"] == MADE]
+        refused = sum(each["status"] == REFUSED for each in mine)
+        seconds = statistics.median(each["seconds"] for each in made) if made else 0.0
+        worst = max((each["volume_error"] or 0.0 for each in made), default=0.0)
+        rows.append((kind, len(mine), len(made), refused, seconds, worst))
+    return rows
+
+
+def write_molds(found: Molds, folder: Path) -> list[Path]:
+    """Write molds.json (everything), molds.csv (a row a design) and the chart molds.png."""
+    import csv
+
+    paths = [folder / f"molds.{ending}" for ending in ("json", "csv", "png")]
+    record = {
+        "machine": found.machine,
+        "workers": found.workers,
+        "checks": [check.as_dict() for check in found.checks()],
+        "kinds": [
+            dict(
+                zip(
+                    ("kind", "designs", "made", "refused", "median_s", "volume_error"),
+                    row,
+                    strict=True,
+                )
+            )
+            for row in by_kind(found.records)
+        ],
+        "designs": found.records,
+    }
+    paths[0].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    rows = [_row(each) for each in found.records]
+    with paths[1].open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(dict.fromkeys(key for row in rows for key in row)))
+        writer.writeheader()
+        writer.writerows(rows)
+    draw_molds(found.records, paths[2])
+    return paths
+
+
+def _row(record: Record) -> Record:
+    """A record for a table: lists as text, seconds by stage in columns of their own."""
+    row = {key: value for key, value in record.items() if key != "timings_s"}
+    row["kinds"] = " ".join(record["kinds"])
+    row["failed"] = "; ".join(record.get("failed", ()))
+    stages = record.get("timings_s") or {}
+    return row | {f"{name}_s": round(seconds, 2) for name, seconds in stages.items()}

@@ -1,0 +1,79 @@
+"""``fingerdesign bench``: what the numbers of this project rest on, one subcommand each.
+
+Called without a subcommand it measures precision, speed and stability, and writes it all.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from fingerdesign_cli.common import optional_folder, output_options, progress
+
+from fingerdesign_bench.cli import charts as bench_charts
+from fingerdesign_bench.cli import checks as bench_checks
+from fingerdesign_bench.cli import compare as bench_compare
+from fingerdesign_bench.cli import fidelity as bench_fidelity
+from fingerdesign_bench.cli import forecast as bench_forecast
+from fingerdesign_bench.cli import molds as bench_molds
+from fingerdesign_bench.cli import plane_strain as bench_plane_strain
+from fingerdesign_bench.cli import search as bench_search
+from fingerdesign_bench.cli import sweep as bench_sweep
+from fingerdesign_bench.cli.charts import say_busy, show_checks
+
+
+@click.group("bench", invoke_without_command=True)
+@click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    callback=optional_folder,
+    help="Measure precision, speed and stability (these three only); charts and tables go here.",
+)
+@click.option("--quick", is_flag=True, help="Coarser and fewer: about a minute in all.")
+@output_options
+@click.pass_context
+def command(
+    context: click.Context, folder: Path | None, quick: bool, quiet: bool, as_json: bool
+) -> int | None:
+    """Compare with known answers; measure speed, accuracy and stability.
+
+    `fingerdesign bench --out DIR` runs precision, speed and stability, not the other subcommands
+    (about 14 minutes on two quiet cores, one with --quick), and writes their charts and tables, the
+    machine and the versions (bench.json). Each subcommand does its part alone. Times mean
+    something on a quiet machine only; a busy one is named. Exit code 1 where a number falls short
+    of what was asked.
+    """
+    if context.invoked_subcommand is not None:
+        if folder is not None or quick or quiet or as_json:
+            raise click.UsageError(
+                f"options come after the subcommand: fingerdesign bench "
+                f"{context.invoked_subcommand} --out DIR"
+            )
+        return None
+    if folder is None:
+        raise click.UsageError("--out DIR is missing (or name a subcommand; see --help)")
+    from fingerdesign_bench.suite import run_suite
+
+    with progress("bench", quiet or as_json) as tell:
+        found = run_suite(folder, tell, quick)
+    say_busy(found.machine, quiet)
+    code = show_checks("What was asked", list(found.checks), found.paths, quiet, as_json)
+    for part, why in found.failures.items():
+        click.echo(f"{part} failed: {why}", err=True)
+    return 1 if found.failures else code
+
+
+for _each in (
+    *bench_charts.COMMANDS,
+    *bench_checks.COMMANDS,
+    *bench_compare.COMMANDS,
+    *bench_fidelity.COMMANDS,
+    *bench_forecast.COMMANDS,
+    *bench_molds.COMMANDS,
+    *bench_search.COMMANDS,
+    *bench_plane_strain.COMMANDS,
+    *bench_sweep.COMMANDS,
+):
+    command.add_command(_each)

@@ -1,0 +1,141 @@
+"""The parts of ``fingerdesign bench`` that hold numbers against what was asked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from fingerdesign_cli.common import optional_folder, output_options, progress
+
+from fingerdesign_bench.cli.charts import show_checks
+
+if TYPE_CHECKING:
+    from fingerdesign_bench.check import Check
+
+_table_option = click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    callback=optional_folder,
+    help="Also write the numbers here.",
+)
+
+
+@click.command("reference", short_help="Against two other finite-element codes (half a minute).")
+@click.option("--tetwild/--no-tetwild", default=True, show_default=True, help="Also by pytetwild.")
+@click.option("--quick", is_flag=True, help="Plane strain alone: seconds.")
+@_table_option
+@output_options
+def reference(tetwild: bool, quick: bool, folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """The cases whose answers two other finite-element codes agree on.
+
+    About 30 s from a cold cache of meshes, 11 s with --no-tetwild.
+    """
+    from fingerdesign_bench.accuracy.reference import (
+        one_plate_checks,
+        plane_strain_checks,
+        three_d_checks,
+    )
+
+    with progress("bench reference", quiet or as_json) as tell:
+        tell("plane strain")
+        checks = [*plane_strain_checks(), *one_plate_checks()]
+        meshers = () if quick else ("extrude", "tetwild") if tetwild else ("extrude",)
+        for mesher in meshers:
+            tell(f"3-D, {mesher}")
+            checks += three_d_checks(mesher)
+    return _show("reference", "Against two other codes", checks, folder, quiet, as_json)
+
+
+@click.command("condensation", short_help="Condensed against full, and its cost (2 min).")
+@_table_option
+@output_options
+def condensation(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """Condensed against full, and what condensing costs."""
+    from fingerdesign_bench.speed.condensation import condensation_checks
+
+    with progress("bench condensation", quiet or as_json) as tell:
+        tell("condensing")
+        checks = condensation_checks()
+    return _show("condensation", "Condensation", checks, folder, quiet, as_json)
+
+
+@click.command("verification", short_help="Against analytic solutions (1.5 min).")
+@_table_option
+@output_options
+def verification(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """Analytic solutions: Hertz, Cattaneo-Mindlin, punch, layer, two bodies."""
+    from fingerdesign_bench.accuracy.verification import verification_checks
+
+    with progress("bench verification", quiet or as_json) as tell:
+        tell("against analytic solutions")
+        checks = verification_checks()
+    return _show("verification", "Against analytic solutions", checks, folder, quiet, as_json)
+
+
+@click.command("agreement", short_help="One finger meshed in several ways, one answer (4 min).")
+@_table_option
+@output_options
+def agreement(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """One finger meshed in several ways gives one answer: what differs, what each mesh costs.
+
+    The reference finger extruded and by fTetWild, its plates as solids and as sheets, and fTetWild
+    once more.
+    """
+    from fingerdesign_bench.accuracy.agreement import agreement_checks
+
+    with progress("bench agreement", quiet or as_json) as tell:
+        checks = agreement_checks(tell)
+    return _show("agreement", "One finger, several meshes", checks, folder, quiet, as_json)
+
+
+@click.command("whole", short_help="A whole `analyse` from cold caches (1.5 min).")
+@click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d"]),
+    multiple=True,
+    default=("plane-strain", "3d"),
+    show_default=True,
+)
+@_table_option
+@output_options
+def whole(fidelity: tuple[str, ...], folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """Seconds, memory and dofs of `analyse`, from cold caches."""
+    from fingerdesign_bench.speed.whole import whole_checks
+
+    checks = []
+    with progress("bench whole", quiet or as_json) as tell:
+        for each in fidelity:
+            tell(each)
+            found, stages = whole_checks(each)
+            checks += found
+            tell(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
+    title = "A whole analysis, in a process of its own"
+    return _show("whole", title, checks, folder, quiet, as_json)
+
+
+def _show(
+    name: str,
+    title: str,
+    checks: Sequence[Check],
+    folder: Path | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Print the checks and, where a folder is given, write them with the machine to NAME.json."""
+    paths = []
+    if folder is not None:
+        from fingerdesign_bench.machine import machine
+
+        folder.mkdir(parents=True, exist_ok=True)
+        paths.append(folder / f"{name}.json")
+        record = {"machine": machine(), "checks": [check.as_dict() for check in checks]}
+        paths[0].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    return show_checks(title, checks, paths, quiet, as_json)
+
+
+COMMANDS = (reference, condensation, verification, agreement, whole)

@@ -1,0 +1,43 @@
+"""``fingerdesign bench forecast``: the forecasts of `check` against whole analyses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from fingerdesign_cli.common import optional_folder, output_options, print_table, progress
+
+from fingerdesign_bench.cli.charts import say_busy, show_checks
+
+
+@click.command("forecast", short_help="Foretold dofs, memory, time, and what they were (15 min).")
+@click.option(
+    "--out",
+    "folder",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    callback=optional_folder,
+    help="Also write the numbers here.",
+)
+@click.option("--quick", is_flag=True, help="Three small ones: half a minute.")
+@output_options
+def forecast(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
+    """What `check` foretells of dofs, memory and time, against whole analyses.
+
+    Each analysis runs in a process of its own, with an empty mesh cache. Its forecast is for the
+    machine's speed as measured right before and after it, so that other work counts on both sides.
+    Exit code 1 where a forecast is off by more than a factor of 2.
+    """
+    from fingerdesign_bench.any_finger.forecast import measure_forecasts, rows, write_forecasts
+
+    with progress("bench forecast", quiet or as_json) as tell:
+        found = measure_forecasts(tell, quick)
+    say_busy(found.machine, quiet)
+    paths = write_forecasts(found, folder) if folder is not None else []
+    if not (quiet or as_json):
+        headings = ["analysis", "dofs", "MB", "s", "factors", "GFLOP/s"]
+        print_table("Forecast / measured", headings, rows(found.records))
+    return show_checks("Forecasts", found.checks(), paths, quiet, as_json)
+
+
+COMMANDS = (forecast,)

@@ -1,0 +1,197 @@
+"""The speeds that were asked for, each measured in a process of its own, cold and warm.
+
+Cold: the first run of a new process, its imports done and the mesher's process up, no cache. Warm:
+the least of the runs after it. Whole runs go from the design to the last increment; models to the
+condensed compliance (mesh, assembly, condensation).
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.errors import SolverError
+from fingerdesign.mesh.worker import environment
+from fingerdesign.runtime.progress import Tell
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.machine import machine
+from fingerdesign_bench.speed.growth import Growth, Size, draw_growth, fit
+
+PLANE, SPACE = "plane strain", "3-D"
+_PLANE_SIZES = ((0.2, 1.1), (0.1, 0.56), (0.05, 0.30), (0.025, 0.14))  # contact, far: mm
+_PLANE_ASKED = 2  # of them: 33k dofs
+_SPACE_SIZES = ((0.48, 2.4, 5), (0.36, 1.8, 7), (0.27, 1.35, 9), (0.2, 1.8, 12), (0.174, 0.87, 14))
+_SPACE_ASKED, _SPACE_LARGE = 3, 4  # 100k dofs with about 500 contact nodes; 200k
+_GRIP_SPACE = {"mesh.mesher": "extrude", "mesh.contact_size_mm": 0.4, "mesh.layers": 6}
+# On the same work, measured once on two quiet cores (not by this program).
+OTHER_CODES = (
+    "Other codes on such work, measured once on two quiet cores: plane strain, 33k dofs, "
+    "nu = 0.49, 16 increments: GetFEM 5.4 13.5 s; Siconos 3.0 s, 20 ms an increment; CalculiX "
+    "2.20 unfinished after 360 s at 25k dofs. 3-D: Siconos at 102k dofs 86 CPU s and 0.3 CPU s an "
+    "increment; GetFEM at 40k dofs 16 CPU s an increment."
+)
+_TIME_LIMIT_S = 1800.0  # for one case
+
+
+@dataclass(frozen=True)
+class Speed:
+    """Series of sizes, their power laws, the grips, and what was asked against it."""
+
+    sizes: tuple[Size, ...]
+    laws: tuple[Growth, ...]
+    grips: dict[str, dict[str, Any]]
+    checks: tuple[Check, ...]
+    machine: dict[str, Any]
+    seconds: float
+    quick: bool
+
+
+def measure_speed(tell: Tell = lambda message: None, quick: bool = False) -> Speed:
+    """All cases (some minutes), or with ``quick`` the series up to the sizes asked in plane strain
+    and up to 50k dofs in 3-D, and the grip in plane strain (under a minute).
+
+    Raises SolverError where a case's process fails.
+    """
+    began, found_machine = time.perf_counter(), machine()
+    sizes: list[Size] = []
+    for contact, far in _PLANE_SIZES[: _PLANE_ASKED + 1 if quick else None]:
+        tell(f"{PLANE}, facets of {contact:g} mm")
+        sizes.append(_size(PLANE, contact, far, 1, 3 if quick else 5))
+    for contact, far, layers in _SPACE_SIZES[: 2 if quick else None]:
+        tell(f"{SPACE}, facets of {contact:g} mm")
+        sizes.append(_size(SPACE, contact, far, layers, 2))
+    grips: dict[str, dict[str, Any]] = {}
+    tell(f"a grip, {PLANE}")
+    grips[PLANE] = run_case({"grip": True, "fidelity": "plane-strain", "runs": 3, "values": {}})
+    if not quick:
+        tell(f"a grip, {SPACE}")
+        grips[SPACE] = run_case({"grip": True, "fidelity": "3d", "runs": 2, "values": _GRIP_SPACE})
+    checks = _checks(sizes, grips)
+    if not quick:
+        from fingerdesign_bench.speed.condensation import condensation_checks
+
+        tell("condensing against its limits")
+        checks += condensation_checks()
+    return Speed(
+        tuple(sizes),
+        tuple(law for kind in (PLANE, SPACE) for law in fit(kind, sizes)),
+        grips,
+        tuple(checks),
+        found_machine,
+        time.perf_counter() - began,
+        quick,
+    )
+
+
+def run_case(case: dict[str, Any]) -> dict[str, Any]:
+    """What ``speed_worker`` measures of a case in a process of its own. Raises SolverError."""
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "fingerdesign_bench.speed.speed_worker", json.dumps(case)],
+            env=environment(),
+            capture_output=True,
+            text=True,
+            timeout=_TIME_LIMIT_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        raise SolverError(f"the case {case} did not end in {_TIME_LIMIT_S:g} s") from None
+    if done.returncode != 0:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise SolverError(f"the case {case} failed: {last[:300]}")
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found
+
+
+def write_speed(found: Speed, folder: Path) -> list[Path]:
+    """speed.csv (a mesh a row), speed.json (checks, laws, grips, machine), speed.png."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"speed.{ending}" for ending in ("csv", "json", "png")]
+    with paths[0].open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, list(asdict(found.sizes[0])), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(asdict(each) for each in found.sizes)
+    record = {
+        "machine": found.machine,
+        "quick": found.quick,
+        "seconds": round(found.seconds, 1),
+        "checks": [check.as_dict() for check in found.checks],
+        "growth": [asdict(law) for law in found.laws],
+        "grips": found.grips,
+        "other_codes": OTHER_CODES,
+    }
+    paths[1].write_text(json.dumps(record, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    draw_growth(found.sizes, found.laws, found.machine, paths[2], [OTHER_CODES])
+    return paths
+
+
+def _size(kind: str, contact: float, far: float, layers: int, runs: int) -> Size:
+    fidelity = "plane-strain" if kind == PLANE else "3d"
+    case = {"fidelity": fidelity, "contact": contact, "far": far, "layers": layers, "runs": runs}
+    found = run_case(case)
+    all_runs = found["runs"]
+    warm = all_runs[1:] or all_runs
+    best = min(warm, key=lambda run: float(run["model"]))
+    increments = min((run["increments"] for run in warm), key=sum)
+    return Size(
+        kind=kind,
+        dofs=best["dofs"],
+        contact_nodes=best["contact_nodes"],
+        mesh_s=best["mesh"],
+        assemble_s=best["assemble"],
+        condense_s=best["condense"],
+        model_s=best["model"],
+        increment_s=float(np.mean(increments)),
+        worst_increment_s=max(increments),
+        total_s=min(run["total"] for run in warm),
+        cold_s=all_runs[0]["total"],
+        memory_MB=found["memory_MB"] - found["base_MB"],
+        base_MB=found["base_MB"],
+    )
+
+
+def _checks(sizes: Sequence[Size], grips: dict[str, dict[str, Any]]) -> list[Check]:
+    plane = [each for each in sizes if each.kind == PLANE]
+    space = [each for each in sizes if each.kind == SPACE]
+    checks = []
+    if len(plane) > _PLANE_ASKED:
+        case = plane[_PLANE_ASKED]
+        label = f"{PLANE}, {case.dofs} dofs, nu = 0.49"
+        checks += [
+            Check(f"{label}: mesh to last of 16 increments, warm", 1.0, case.total_s, "s"),
+            Check(f"{label}: the same, cold", 1.0, case.cold_s, "s"),
+            Check(f"{label}: mean increment, warm", 2.0, 1e3 * case.increment_s, "ms"),
+        ]
+    if len(space) > _SPACE_ASKED:
+        case = space[_SPACE_ASKED]
+        label = f"{SPACE}, {case.dofs} dofs, {case.contact_nodes} contact nodes"
+        checks += [
+            Check(f"{label}: model, warm", 8.0, case.model_s, "s"),
+            Check(f"{label}: mean increment, warm", 30.0, 1e3 * case.increment_s, "ms"),
+        ]
+    if len(space) > _SPACE_LARGE:
+        case = space[_SPACE_LARGE]
+        label = f"{SPACE}, {case.dofs} dofs"
+        checks += [
+            Check(f"{label}: model, warm", 20.0, case.model_s, "s"),
+            Check(
+                f"{label}: peak memory of the process", 5120.0, case.memory_MB + case.base_MB, "MB"
+            ),
+        ]
+    for kind, asked in ((PLANE, 0.4), (SPACE, 6.0)):
+        if kind in grips:
+            best = min(run["per_200"] for run in grips[kind]["runs"])
+            label = f"{kind}, maeno2000, {grips[kind]['contact_nodes']} contact nodes"
+            checks.append(
+                Check(f"{label}: 200 steps of a grip (model apart), warm", asked, best, "s")
+            )
+    return checks

@@ -1,0 +1,189 @@
+"""One timed case in a process of its own: ``python -m fingerdesign_bench.speed.speed_worker JSON``.
+
+A new process makes "cold" mean something, and its peak memory is that of the case alone. Before the
+clock starts every module is imported and the mesher's process has made one small mesh.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+# The body of the two-code table, at the Poisson's ratio of a rubber.
+HOMOGENEOUS = """
+design.name = "speed"
+plates.count = 0
+body.depth_mm = {depth}
+materials.silicone.poissons_ratio = 0.49
+[mesh]
+mesher = "extrude"
+contact_size_mm = {contact}
+far_size_mm = {far}
+layers = {layers}
+[mesh.section]
+contact_size_mm = {contact}
+far_size_mm = {far}
+"""
+STEPS = 200  # of a grip
+
+
+def timed_path(case: dict[str, Any]) -> dict[str, Any]:
+    """Model and the sixteen shipped increments, ``runs`` times over; the first run is the cold one.
+
+    case: fidelity ("plane-strain" or "3d"), contact, far (mm), layers, runs.
+    """
+    from fingerdesign.checks.load import parse_design, parse_scene
+    from fingerdesign.checks.starter import shipped_scene_text
+
+    depth = 1.0 if case["fidelity"] == "plane-strain" else 10.0
+    sizes = {key: case[key] for key in ("contact", "far", "layers")}
+    design = parse_design(HOMOGENEOUS.format(depth=depth, **sizes))
+    scene = parse_scene(shipped_scene_text("reference_plane_strain"))
+    scene = scene.model_copy(update={"readout": type(scene.readout)()})
+    _warm_mesher()
+    base = _memory_MB()
+    runs = [_one_path(case["fidelity"], design, scene) for _ in range(case["runs"])]
+    return {"runs": runs, "memory_MB": _memory_MB(), "base_MB": base}
+
+
+def _one_path(fidelity: str, design: Design, scene: Any) -> dict[str, Any]:
+    from fingerdesign.analysis.stages import condense, make_mesh, one_thread
+    from fingerdesign.contact.path import follow
+    from fingerdesign.contact.problem import Motion, contact_problem
+    from fingerdesign.layout.frames import crest_height
+    from fingerdesign.layout.zone import candidate_zone, greatest_approach
+    from fingerdesign.shapes.objects import Plane
+
+    start = time.perf_counter()
+    zone = candidate_zone(design, scene.object, greatest_approach(design, scene))
+    mesh = make_mesh(design, fidelity, zone)
+    meshed = time.perf_counter()
+    model = condense(design, mesh, zone, scene)
+    problem = contact_problem(model.reduced, Plane(crest_height(design.body)), 0.5)
+    modelled = time.perf_counter()
+    each = []
+    with one_thread():
+        before = modelled
+        for _step in follow(problem, [Motion(*row) for row in scene.path.rows]):
+            now = time.perf_counter()
+            each.append(now - before)
+            before = now
+    return {
+        "dofs": model.dofs,
+        "contact_nodes": model.reduced.nodes,
+        "element": model.element,
+        "mesh": meshed - start,
+        "assemble": model.timings["assemble"],
+        "condense": model.timings["condense"],
+        "model": modelled - start,
+        "increments": each,
+        "total": time.perf_counter() - start,
+    }
+
+
+def timed_grip(case: dict[str, Any]) -> dict[str, Any]:
+    """A lift of the reference finger in 200 moves or more: its own grip, with finer steps.
+
+    case: fidelity, runs, and values (dotted design keys). Model and calibration are not counted.
+    """
+    from fingerdesign.checks.load import load_design, with_values
+    from fingerdesign.checks.starter import shipped_path
+
+    design = with_values(load_design(shipped_path("maeno2000")), case["values"])
+    problem, contact = _grip_problem(design, case["fidelity"])
+    moves, _ = _one_grip(design, problem, 1.0)
+    share = moves / (1.1 * STEPS)
+    runs = []
+    for _ in range(case["runs"]):
+        moves, seconds = _one_grip(design, problem, share)
+        runs.append({"moves": moves, "seconds": seconds, "per_200": seconds / moves * STEPS})
+    return {"runs": runs, "memory_MB": _memory_MB(), **contact}
+
+
+def _grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
+    from fingerdesign.analysis.stages import condense, make_mesh, zone_of
+    from fingerdesign.analysis.touch import object_at_touch
+    from fingerdesign.contact.problem import contact_problem
+    from fingerdesign.pipeline import Case, fundamental_scene
+
+    scene = fundamental_scene()
+    zone = zone_of(Case(design, None, fidelity), scene)
+    model = condense(design, make_mesh(design, fidelity, zone), zone, scene)
+    rigid = object_at_touch(scene.object, design.body)
+    problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
+    return problem, {"dofs": model.dofs, "contact_nodes": model.reduced.nodes}
+
+
+def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
+    """Moves and seconds of one lift with steps of ``share`` of the design's."""
+    from fingerdesign.analysis.stages import one_thread
+    from fingerdesign.checks.load import with_values
+    from fingerdesign.control.calibration import calibrate
+    from fingerdesign.control.controllers.flow_chart import PaperController
+    from fingerdesign.control.controllers.roster import paper_settings
+    from fingerdesign.control.episode import Bounds, run_episode
+    from fingerdesign.control.plants.plant import CondensedPlant
+
+    values = {
+        f"grip.{key}": share * getattr(design.grip, key)
+        for key in ("approach_step_mm", "shear_step_mm")
+    }
+    grip = with_values(design, values | {"grip.max_steps": 5 * STEPS}).grip
+    bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+    face, friction = design.gages.face, grip.friction_coefficients[0]
+    bench = problem.with_friction(grip.bench_friction_coefficient)
+    own = problem.with_friction(friction)
+    with one_thread():
+        calibration = calibrate(
+            lambda: CondensedPlant(bench, face),
+            problem.model.gage_x,
+            bounds.preload,
+            bounds.approach_step,
+            bounds.max_approach,
+        )
+        start = time.perf_counter()
+        episode = run_episode(
+            CondensedPlant(own, face),
+            PaperController(paper_settings(grip), True),
+            calibration,
+            bounds,
+            friction,
+            grip.object_mass_g,
+        )
+        seconds = time.perf_counter() - start
+    return len(episode.trace.approach), seconds
+
+
+def _warm_mesher() -> None:
+    from fingerdesign.checks.load import parse_design
+    from fingerdesign.mesh.section.section import mesh_section
+
+    tiny = HOMOGENEOUS.format(depth=1.0, contact=1.0, far=3.0, layers=1)
+    mesh_section(parse_design(tiny), 2.0)
+    # Imported as the case's run needs them: importing is not what is timed.
+    import fingerdesign.contact.path
+    import fingerdesign.fem.model
+    import fingerdesign.mesh.section.extrude
+    import fingerdesign.pipeline  # noqa: F401
+
+
+def _memory_MB() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+def main(arguments: list[str]) -> int:
+    """Run the case that the first argument says in JSON; print what was measured in JSON."""
+    case = json.loads(arguments[0])
+    found = timed_grip(case) if case.get("grip") else timed_path(case)
+    print(json.dumps(found))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,46 @@
+"""The whole of ``analyse`` on the reference finger, in a process of its own, from a cold cache."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign_bench.check import Check
+
+LIMITS = {"3d": 90.0, "plane-strain": 10.0}  # s on 2 cores
+MEMORY_MB = 6 * 1024.0
+MOST_DOFS = 250_000
+
+
+def whole_checks(fidelity: str) -> tuple[list[Check], dict[str, float]]:
+    """Seconds, memory and dofs of one run with its grips and its report, and seconds by stage."""
+    with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as folder:
+        arguments = ["analyse", str(shipped_path("maeno2000")), "--out", folder, "--quiet"]
+        environment = os.environ | {"FINGERDESIGN_CACHE": str(Path(folder, "cache"))}
+        start = time.perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-m", "fingerdesign_cli.main", *arguments, "--fidelity", fidelity],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        seconds = time.perf_counter() - start
+        if done.returncode != 0:
+            raise RuntimeError(f"analyse failed: {done.stderr.strip()[-500:]}")
+        result = json.loads(Path(folder, "maeno2000", "result.json").read_text("utf-8"))
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024.0
+    label = f"analyse maeno2000, {fidelity}, cold"
+    checks = [
+        Check(f"{label}: wall time", LIMITS[fidelity], seconds, "s"),
+        Check(f"{label}: memory", MEMORY_MB, max(children, result["peak_memory_MB"]), "MB"),
+        Check(f"{label}: dofs", MOST_DOFS, result["model"]["dofs"]),
+    ]
+    return checks, result["timings_s"]

@@ -1,0 +1,198 @@
+"""The bodies of the stability map: small models that make contact hard in different ways."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import parse_design
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import MeshError
+from fingerdesign.fem.model import build_model
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.reduced import ReducedModel
+
+_SIZES = """
+mesh.section.contact_size_mm = 0.15
+mesh.section.plate_size_mm = 0.25
+mesh.section.plate_end_size_mm = 0.1
+mesh.section.far_size_mm = 1.5
+mesh.section.gradation = 0.4
+"""
+_COARSE = _SIZES.replace("contact_size_mm = 0.15", "contact_size_mm = 0.8")
+_BARE = "plates.count = 0\n"
+# The least rubber over a plate that a design may have is 0.1 mm.
+_SHALLOW = "plates.count = 5\nplates.pitch_mm = 1.0\nplates.cover_mm = 0.93\n"
+_LYING = "plates.count = 3\nplates.pitch_mm = 2.5\nplates.angle_deg = 0.0\nplates.cover_mm = 0.31\n"
+_STIFF = """
+plates.material = "stiff"
+materials.silicone.youngs_modulus_MPa = 1.0
+materials.stiff.youngs_modulus_MPa = 1e6
+materials.stiff.poissons_ratio = 0.3
+"""
+# Nearly flat: touched over its whole width, its edges are stress singularities.
+_FLAT = "body.width_mm = 6.0\nbody.base_height_mm = 4.0\nbody.arc_radius_mm = 1e4\n"
+_SOLID = """
+mesh.mesher = "extrude"
+mesh.contact_size_mm = 0.5
+mesh.far_size_mm = 3.0
+mesh.layers = 4
+body.width_mm = 10.0
+body.base_height_mm = 5.0
+body.depth_mm = 5.0
+"""
+
+
+@dataclass(frozen=True)
+class HardBody:
+    """A finger to be condensed: ``design`` text without the silicone's Poisson's ratio.
+
+    group: the row of the map that it belongs to; zone: half-width of the candidates, mm;
+    press: approach, mm, of an ordinary grip; load: normal force, N, of another; solid: 3-D,
+    ``symmetric`` its half z >= 0; objects: also under a tilted plane, a cylinder, a sphere; radius
+    of its arc, mm; distortion: largest random displacement of interior corners as a part of their
+    shortest edge, drawn from ``seed``.
+    """
+
+    name: str
+    group: str
+    poissons_ratio: float
+    design: str
+    zone: float
+    press: float
+    load: float = 5.0
+    solid: bool = False
+    symmetric: bool = True
+    objects: bool = False
+    radius: float = 20.0
+    distortion: float = 0.0
+    seed: int = 0
+
+    def parsed(self) -> Design:
+        text = f'design.name = "hard"\n{self.design}'
+        if "materials.silicone.youngs_modulus_MPa" not in text:
+            text += "materials.silicone.youngs_modulus_MPa = 4.96\n"
+        return parse_design(text + f"materials.silicone.poissons_ratio = {self.poissons_ratio}\n")
+
+    def build(self) -> tuple[ReducedModel, float]:
+        """The reduced model and the height of its crest, mm."""
+        design = self.parsed()
+        if self.solid:
+            mesh = extrude(design, self.zone, self.symmetric)
+        else:
+            mesh = mesh_section(design, self.zone)
+        if self.distortion:
+            mesh = distorted(mesh, self.distortion, self.seed)
+        return build_model(design, mesh, self.zone).reduced, crest_height(design.body)
+
+
+def hard_bodies() -> tuple[HardBody, ...]:
+    """All bodies, the plain ones first."""
+    ratios = (0.0, 0.3, 0.49, 0.4999)
+    bodies = [
+        HardBody(f"arc, nu {nu}", "arc finger", nu, _BARE + _SIZES, 5.0, 0.3, objects=nu != 0.49)
+        for nu in ratios
+    ]
+    bodies += [
+        HardBody(f"15 plates, nu {nu}", "15 plates", nu, _SIZES, 5.0, 0.3) for nu in (0.3, 0.4999)
+    ]
+    bodies += [
+        HardBody("shallow plates", "plates at the surface", 0.49, _SHALLOW + _SIZES, 5.0, 0.3),
+        HardBody("lying plates", "plates at the surface", 0.3, _LYING + _SIZES, 5.0, 0.3),
+        HardBody(
+            "contrast 1e6", "stiffness contrast 1e6", 0.49, _SHALLOW + _STIFF + _SIZES, 5.0, 0.3
+        ),
+    ]
+    bodies += [
+        HardBody(f"flat, nu {nu}", "flat end", nu, _BARE + _FLAT + _SIZES, 3.0, 0.05, radius=1e4)
+        for nu in (0.0, 0.49)
+    ]
+    bodies += [
+        HardBody(f"coarse, nu {nu}", "coarse mesh", nu, _BARE + _COARSE, 5.0, 0.3)
+        for nu in (0.3, 0.4999)
+    ]
+    bodies += [
+        HardBody(
+            f"distorted, seed {seed}",
+            "distorted mesh",
+            (0.3, 0.49, 0.4999)[seed],
+            _BARE + _SIZES,
+            5.0,
+            0.3,
+            distortion=0.35,
+            seed=seed,
+        )
+        for seed in range(3)
+    ]
+    bodies += [
+        HardBody(
+            f"3-D, nu {nu}",
+            "3-D",
+            nu,
+            _BARE + _SOLID,
+            3.2,
+            0.1,
+            load=1.0,
+            solid=True,
+            symmetric=nu != 0.3,
+            objects=nu != 0.0,
+        )
+        for nu in (0.0, 0.3, 0.49)
+    ]
+    return tuple(bodies)
+
+
+def distorted(mesh: Mesh, share: float, seed: int) -> Mesh:
+    """The section's mesh with interior corners moved at random, by up to ``share`` of an edge.
+
+    The body's outline and its plates stay. Moves that would turn a triangle over are halved until
+    none does. Raises MeshError for a 3-D mesh.
+    """
+    if mesh.dimension != 2:
+        raise MeshError("only cross-section meshes are distorted")
+    corners = mesh.corners
+    used, cells = np.unique(corners, return_inverse=True)
+    cells = cells.reshape(corners.shape)
+    points = mesh.points[used]
+    held = np.isin(used, np.unique(np.concatenate([f[:, :2] for f in mesh.facets.values()])))
+    plates = np.unique(cells[mesh.regions > 0])
+    held[plates] = True
+    ends = np.concatenate([cells[:, [0, 1]], cells[:, [1, 2]], cells[:, [2, 0]]])
+    length = np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1)
+    shortest = np.full(len(points), np.inf)
+    for side in (0, 1):
+        np.minimum.at(shortest, ends[:, side], length)
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(0.0, 2.0 * np.pi, len(points))
+    reach = share * shortest * np.where(held, 0.0, 1.0)
+    step = reach[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    before = _areas(points, cells)
+    for _ in range(40):
+        turned = _areas(points + step, cells) < 0.05 * before
+        if not turned.any():
+            break
+        step[np.unique(cells[turned])] *= 0.5
+    else:
+        raise MeshError("the distorted mesh keeps turning triangles over")
+    moved = mesh.points.copy()
+    moved[used] = points + step
+    # Mid-nodes of the outline lie on the exact arc and stay there.
+    straight, numbering = quadratic(moved, mesh.corners)
+    fixed_middles = np.unique(np.concatenate([f[:, 2] for f in mesh.facets.values()]))
+    middles = np.setdiff1d(np.unique(mesh.cells[:, 3:]), fixed_middles)
+    place = np.zeros(len(moved), dtype=np.int64)
+    place[mesh.cells[:, 3:].ravel()] = numbering[:, 3:].ravel()
+    moved[middles] = straight[place[middles]]
+    return replace(mesh, points=moved)
+
+
+def _areas(points: Array, cells: NDArray[np.int64]) -> Array:
+    a, b, c = (points[cells[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))

@@ -1,0 +1,363 @@
+"""The stability map's judge: the laws of contact in global axes, and a second answer.
+
+Nothing here uses the production solver or its certificate. Frames, gaps and slips are made from the
+reduced model and the object alone; a node is right when it is open, sticks or slides as defined:
+
+    open   f = 0,  gap >= 0
+    stick  gap = 0,  no slip,  f_n >= 0,  |f_t| <= mu f_n
+    slip   gap = 0,  f_n >= 0,  f_t = -mu f_n (slip / |slip|)
+
+Its violation is the least, over the three, of the worst term, with forces relative to the largest
+nodal force and lengths to what that force moves its own node by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.strategy import gauss_seidel
+from fingerdesign.reduced import ReducedModel
+from fingerdesign.shapes.objects import Indenter
+
+# Second methods for the stability map's judge.
+#
+# Both solve one increment in local components (normal first), v = C f + w, with Signorini's law and
+# Coulomb's on the slip increments. ``lemke`` follows complementary pivots (2-D: there Coulomb's law
+# is linear); ``fixed_bound`` iterates on the friction bound, a convex problem each time (any
+# dimension). Both say None where they find nothing: neither proves that there is nothing. They
+# share no line with the production solver.
+
+_TIE = 1e-12  # ratios nearer than this are one ratio
+_PIVOTS = 4000
+
+
+def lemke(compliance: Array, offset: Array, friction: float, starts: int = 4) -> Array | None:
+    """Forces (m, 2) by complementary pivoting (Cottle, Pang, Stone, The Linear Complementarity
+    Problem, 4.4), or None where each of ``starts`` covering vectors ends on a ray.
+
+    With r = t + mu p, s = mu p - t >= 0 and the slip d = a - b:  p with gap, r with a, b with s are
+    complementary pairs, and gap, a, s are linear in p, r, b.
+    """
+    m = len(offset)
+    length = max(float(np.abs(offset).max()), 1e-300)
+    unit = float(np.median(np.diag(compliance)))
+    scaled = compliance / unit
+    nn, nt = scaled[::2, ::2], scaled[::2, 1::2]
+    tn, tt = scaled[1::2, ::2], scaled[1::2, 1::2]
+    eye, none = np.eye(m), np.zeros((m, m))
+    matrix = np.block(
+        [
+            [nn - friction * nt, nt, none],
+            [tn - friction * tt, tt, eye],
+            [2.0 * friction * eye, -eye, none],
+        ]
+    )
+    load = np.concatenate([offset[:, 0], offset[:, 1], np.zeros(m)]) / length
+    rng = np.random.default_rng(3)
+    for start in range(starts):
+        cover = np.ones(3 * m) if start == 0 else rng.uniform(0.1, 1.0, 3 * m)
+        found = _pivots(matrix, load, cover)
+        if found is not None:
+            normal, pushed = found[:m], found[m : 2 * m]
+            force = np.column_stack([normal, pushed - friction * normal])
+            return np.asarray(force * (length / unit))
+    return None
+
+
+def _pivots(matrix: Array, load: Array, cover: Array) -> Array | None:
+    """z >= 0 with M z + q >= 0 and z . (M z + q) = 0; columns: w (n), z (n), the artificial one."""
+    n = len(load)
+    if (load >= 0.0).all():
+        return np.zeros(n)
+    columns = np.hstack([np.eye(n), -matrix, -cover[:, None]])
+    table = np.hstack([columns, load[:, None]])
+    basis = np.arange(n)
+    row, entering = int(np.argmin(load / cover)), 2 * n
+    for _ in range(_PIVOTS):
+        _eliminate(table, row, entering)
+        leaving, basis[row] = int(basis[row]), entering
+        if leaving == 2 * n:
+            return _solution(columns, basis, load)
+        entering = leaving + n if leaving < n else leaving - n
+        chosen = _leaving_row(table, entering, basis, 2 * n)
+        if chosen is None:
+            return None
+        row = chosen
+    return None
+
+
+def _leaving_row(table: Array, entering: int, basis: NDArray[np.int64], last: int) -> int | None:
+    column = table[:, entering]
+    rows = np.flatnonzero(column > 1e-11)
+    if not len(rows):
+        return None
+    ratios = np.maximum(table[rows, -1], 0.0) / column[rows]
+    least = rows[ratios <= ratios.min() + _TIE]
+    if (basis[least] == last).any():
+        return int(least[basis[least] == last][0])
+    # Of equals the lexicographically least, which keeps pivots from going round (4.9 there).
+    n = len(table)
+    for k in range(n):
+        if len(least) == 1:
+            break
+        values = table[least, k] / column[least]
+        least = least[values <= values.min() + _TIE]
+    return int(least[np.argmax(column[least])])
+
+
+def _eliminate(table: Array, row: int, column: int) -> None:
+    table[row] /= table[row, column]
+    factors = table[:, column].copy()
+    factors[row] = 0.0
+    table -= np.outer(factors, table[row])
+
+
+def _solution(columns: Array, basis: NDArray[np.int64], load: Array) -> Array:
+    """Solved anew on the last basis, without the pivots' rounding."""
+    n = len(load)
+    values = np.linalg.solve(columns[:, basis], load)
+    everything = np.zeros(2 * n + 1)
+    everything[basis] = np.maximum(values, 0.0)
+    return everything[n : 2 * n]
+
+
+def fixed_bound(
+    compliance: Array,
+    offset: Array,
+    friction: float,
+    tolerance: float = 1e-10,
+    budget: int = 4000,
+) -> Array | None:
+    """Forces (m, dim): p from a bound mu p of the round before until it no longer changes.
+
+    Each round minimises 1/2 f C f + w f over p >= 0, |t| <= bound: Haslinger's fixed point. None
+    where the rounds do not settle (they need not for a large friction coefficient) within
+    ``budget`` gradient steps in all.
+    """
+    m, dim = offset.shape
+    scale = np.sqrt(np.repeat(np.diag(compliance).reshape(m, dim).max(axis=1), dim))
+    matrix = compliance / np.outer(scale, scale)
+    load = offset.reshape(-1) / scale
+    step = 1.0 / float(np.linalg.eigvalsh(matrix)[-1])
+    weight = scale[::dim]  # one scale a node keeps its disc round
+    force = np.zeros(m * dim)
+    bound = np.zeros(m)
+    while budget > 0:
+        force, spent = _descend(matrix, load, step, bound, force, dim)
+        budget -= spent
+        wanted = friction * force[::dim]
+        change = float(np.abs(wanted - bound).max())
+        bound = wanted
+        if change <= tolerance * max(float(np.abs(force).max()), 1e-300):
+            force, _ = _descend(matrix, load, step, bound, force, dim)
+            return np.asarray(force.reshape(m, dim) / weight[:, None])
+    return None
+
+
+def _descend(
+    matrix: Array, load: Array, step: float, bound: Array, start: Array, dim: int
+) -> tuple[Array, int]:
+    """Projected gradient with momentum, restarted where it overshoots (O'Donoghue, Candes 2015).
+
+    Returns the forces and the steps taken.
+    """
+    force, ahead, momentum = start, start, 1.0
+    for count in range(1, 2001):
+        new = _admissible(ahead - step * (matrix @ ahead + load), bound, dim)
+        moved = new - force
+        size = float(np.abs(new).max())
+        if float(np.abs(moved).max()) <= 1e-12 * size and float(np.abs(new - ahead).max()) <= (
+            1e-12 * size
+        ):
+            return new, count
+        if (ahead - new) @ moved > 0.0:
+            momentum, ahead, force = 1.0, new, new
+            continue
+        following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * momentum**2))
+        ahead = new + (momentum - 1.0) / following * moved
+        force, momentum = new, following
+    return force, count
+
+
+def _admissible(force: Array, bound: Array, dim: int) -> Array:
+    shaped = force.reshape(-1, dim).copy()
+    shaped[:, 0] = np.maximum(shaped[:, 0], 0.0)
+    size = np.sqrt(np.sum(shaped[:, 1:] ** 2, axis=1))
+    over = size > bound
+    shaped[over, 1:] *= (bound[over] / size[over])[:, None]
+    return np.asarray(shaped.reshape(-1))
+
+
+Second = Callable[[Array, Array, float], Array | None]
+
+SHARP = 1e-8  # violation of an answer that is exact but for rounding
+LOOSE = 1e-3  # methods that claim no more are judged by total forces
+_SAME = 1e-4  # nodal forces, relative to the largest: one answer, not two
+_SECONDS = 2.0  # for one search
+_NOTHING = 1e-10  # of the force that would press the body flat: no force at all
+
+
+@dataclass(frozen=True)
+class Past:
+    """What an increment starts from: global forces (m, dim) N, and the motion they belong to."""
+
+    force: Array
+    motion: Motion
+
+
+@dataclass(frozen=True)
+class Judge:
+    """A body, an object and a friction coefficient, read anew from the model."""
+
+    model: ReducedModel
+    indenter: Indenter
+    friction: float
+
+    @cached_property
+    def normals(self) -> Array:
+        return self.indenter.normal(self.model.points)
+
+    @cached_property
+    def first_gap(self) -> Array:
+        surface = self.model.surface
+        distance = self.indenter.distance(surface.points)
+        gap = np.zeros(self.model.nodes)
+        np.add.at(gap, surface.node, surface.weight * distance[surface.point])
+        return gap
+
+    @cached_property
+    def _unit(self) -> float:
+        """A typical displacement of a node per own force, mm/N."""
+        return float(np.median(np.diag(self.model.compliance)))
+
+    def untouched(self) -> Past:
+        return Past(np.zeros(self.model.points.shape), Motion(0.0, 0.0))
+
+    def relative(self, force: Array, motion: Motion) -> Array:
+        """Displacement (m, dim) mm of the finger's nodes seen from the object."""
+        points = self.model.points
+        moved = np.zeros(points.shape)
+        moved[:, 0], moved[:, 1] = motion.shear, -motion.approach
+        if points.shape[1] == 3:
+            turn = motion.twist_deg * np.pi / 180.0
+            moved[:, 0] += turn * points[:, 2]
+            moved[:, 2] = motion.shear_z - turn * points[:, 0]
+        moved[self.model.locked] = 0.0
+        own = self.model.compliance @ force.ravel()
+        return np.asarray(own.reshape(points.shape) - moved)
+
+    def violation(self, force: Array, past: Past, motion: Motion) -> float:
+        """Worst violation of the laws over the nodes; infinite where a force is not finite."""
+        if not np.isfinite(force).all():
+            return float("inf")
+        now = self.relative(force, motion)
+        gap = self.first_gap + np.sum(self.normals * now, axis=1)
+        change = now - self.relative(past.force, past.motion)
+        slip = change - np.sum(change * self.normals, axis=1)[:, None] * self.normals
+        press = np.sum(force * self.normals, axis=1)
+        drag = force - press[:, None] * self.normals
+        stretch = max(float(np.abs(gap).max()), float(np.abs(slip).max()))
+        newton = max(float(np.abs(force).max()), _NOTHING * stretch / self._unit, 1e-300)
+        length = newton * self._unit
+        moved = np.sqrt(np.sum(slip**2, axis=1))
+        direction = slip / np.maximum(moved, 1e-300)[:, None]
+        sizes = np.sqrt(np.sum(drag**2, axis=1))
+        held = self.friction * press
+        touching = np.maximum(-press / newton, np.abs(gap) / length)
+        opens = np.max([np.abs(press) / newton, sizes / newton, -gap / length], axis=0)
+        sticks = np.max([touching, moved / length, (sizes - held) / newton], axis=0)
+        opposed = np.sqrt(np.sum((drag + held[:, None] * direction) ** 2, axis=1))
+        slides = np.maximum(touching, opposed / newton)
+        each = np.min([opens, sticks, slides], axis=0)
+        support = self.model.reaction_readout @ force.ravel() + force.sum(axis=0)
+        free = ~self.model.locked.any(axis=0)
+        balance = float(np.abs(support[free]).max()) / max(float(np.abs(press).sum()), newton)
+        return max(float(each.max()), balance if balance > 1e-6 else 0.0, 0.0)
+
+    def same(self, one: Array, other: Array, motion: Motion) -> bool:
+        """Do the nodal forces agree to 1e-4 of the largest, or are both nothing?"""
+        scale = max(float(np.abs(one).max()), float(np.abs(other).max()))
+        stretch = max(float(np.abs(self.first_gap).max()), abs(motion.approach))
+        if scale <= _NOTHING * stretch / self._unit:
+            return True
+        return bool(np.abs(one - other).max() <= _SAME * scale)
+
+    def carries(self, force: Array, normal: float, tangential: float | None) -> bool:
+        """Are the whole finger's forces those prescribed (N), to 1e-6 of the normal one?"""
+        total = self.model.symmetry_factor * force.sum(axis=0)
+        missing = [total[1] + normal, 0.0 if tangential is None else total[0] - tangential]
+        return bool(np.abs(missing).max() <= 1e-6 * normal)
+
+    def at_rim(self, force: Array) -> bool:
+        """Does the contact reach a node where the candidates end although the surface goes on?"""
+        press = np.sum(force * self.normals, axis=1)
+        return bool((press[self.model.rim] > 1e-9 * np.abs(force).max()).any())
+
+    def second_answer(self, past: Past, motion: Motion) -> Array | None:
+        """Global forces (m, dim) of another method that obey the laws sharply; None: none found."""
+        compliance, offset, frames = self._local(past, motion)
+        methods: tuple[Second, ...] = (_swept, fixed_bound)
+        if self.model.dimension == 2:
+            methods = (lemke, *methods)
+        for method in methods:
+            local = method(compliance, offset, self.friction)
+            if local is not None:
+                force = np.asarray(np.einsum("mab,ma->mb", frames, local))
+                if self.violation(force, past, motion) <= SHARP:
+                    return force
+        return None
+
+    def nearest_answer(self, force: Array, past: Past, motion: Motion) -> Array | None:
+        """Where Gauss-Seidel sweeps from ``force`` end, if that obeys the laws sharply."""
+        compliance, offset, frames = self._local(past, motion)
+        start = np.einsum("mab,mb->ma", frames, force)
+        found = gauss_seidel(compliance, offset, self.friction, start, 20_000, 1e-11, _SECONDS)
+        near = np.asarray(np.einsum("mab,ma->mb", frames, found.multiplier))
+        return near if self.violation(near, past, motion) <= SHARP else None
+
+    def _local(self, past: Past, motion: Motion) -> tuple[Array, Array, Array]:
+        """Compliance, offset (m, dim) and frames (m, dim, dim) in the judge's own axes."""
+        frames = _frames(self.normals)
+        m, dim = self.model.points.shape
+        turn = np.zeros((m * dim, m * dim))
+        for i in range(m):
+            here = slice(i * dim, (i + 1) * dim)
+            turn[here, here] = frames[i]
+        now = self.relative(np.zeros((m, dim)), motion)
+        before = self.relative(past.force, past.motion)
+        offset = np.einsum("mab,mb->ma", frames, now - before)
+        offset[:, 0] = self.first_gap + np.sum(self.normals * now, axis=1)
+        return turn @ self.model.compliance @ turn.T, offset, frames
+
+
+def _swept(compliance: Array, offset: Array, friction: float) -> Array | None:
+    """Gauss-Seidel from nothing to 1e-11; the production solver's last resort starts elsewhere."""
+    start = np.zeros_like(offset)
+    found = gauss_seidel(compliance, offset, friction, start, 2000, 1e-11, _SECONDS)
+    return found.multiplier if found.converged else None
+
+
+def same_total(one: Array, other: Array, share: float) -> bool:
+    """Do the total forces (m, dim) agree to ``share`` of the greater one?"""
+    first, second = one.sum(axis=0), other.sum(axis=0)
+    scale = max(float(np.linalg.norm(first)), float(np.linalg.norm(second)))
+    return bool(np.linalg.norm(first - second) <= share * scale)
+
+
+def _frames(normals: Array) -> Array:
+    """Rows: the normal and its tangents, (m, dim, dim), by Householder's reflection of axis 0."""
+    dim = normals.shape[1]
+    axis = np.zeros(dim)
+    axis[0] = 1.0
+    mirror = normals - axis
+    size = np.sum(mirror**2, axis=1)
+    safe = np.where(size > 1e-24, size, 1.0)[:, None, None]
+    reflected = np.eye(dim) - 2.0 * mirror[:, :, None] * mirror[:, None, :] / safe
+    return np.where(size[:, None, None] > 1e-24, reflected, np.eye(dim))

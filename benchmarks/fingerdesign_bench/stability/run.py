@@ -1,0 +1,301 @@
+"""One case of the stability map through each method, increment by increment, and its verdict."""
+
+from __future__ import annotations
+
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from types import FrameType
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
+from fingerdesign.contact.increment import ContactState, Workspace, ZoneExhausted, solve_increment
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.errors import SolverError
+from fingerdesign.reduced import ReducedModel
+from fingerdesign_bench.stability.cases import Case
+from fingerdesign_bench.stability.judge import LOOSE, SHARP, Judge, Past, same_total
+from fingerdesign_bench.stability.rivals import RIVALS, Rival
+
+PRODUCTION = "production"
+METHODS = (PRODUCTION, *(rival.name for rival in RIVALS))
+_PRODUCTION_CLAIM = 1e-7
+_SECONDS = 5.0  # of processor time for one increment; then the method counts as hanging
+_GRACE = 2.0  # a rival ends itself before it is ended
+
+
+class Verdict(StrEnum):
+    """From best to worst."""
+
+    RIGHT = "right"
+    OTHER = "right, not unique"
+    REFUSED = "refused rightly"
+    FAILED = "failed"
+    HANG = "hang"
+    WRONG = "wrong"
+
+
+_ORDER = list(Verdict)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a method did on a case: the worst verdict over its increments, at which it ends."""
+
+    body: str
+    group: str
+    family: str
+    friction: float
+    method: str
+    verdict: Verdict
+    reason: str
+    increments: int  # judged, of ``asked``
+    asked: int
+    violation: float  # the worst of its accepted answers
+    confirmed: int  # increments at which a second method gave the same answer
+    seconds: float  # of processor time
+
+
+class Witnessed(ZoneExhausted):
+    """A refusal with the answer (m, dim) N that reaches the rim, for the judge to look at."""
+
+    def __init__(self, message: str, force: Array) -> None:
+        super().__init__(message)
+        self.force = force
+
+
+class TimeIsUp(Exception):
+    """An increment took longer than its limit."""
+
+
+Row = Motion | Forces
+# A step of a path: forces (m, dim) N in global axes, and the motion. Raises SolverError.
+Stepper = Callable[[Row], tuple[Array, Motion]]
+
+
+def run_case(case: Case, model: ReducedModel) -> list[Outcome]:
+    """The outcome of every method on one case."""
+    problem = contact_problem(model, case.indenter, case.friction)
+    judge = Judge(model, case.indenter, case.friction)
+    second = _SecondAnswers(judge)
+    steppers = [(PRODUCTION, _production(problem), _PRODUCTION_CLAIM)]
+    if not case.under_force:
+        steppers += [(rival.name, _rival(problem, rival), rival.claim) for rival in RIVALS]
+    return [_follow(case, *each, judge, second) for each in steppers]
+
+
+def _production(problem: ContactProblem) -> Stepper:
+    state, workspace = ContactState.untouched(problem), Workspace()
+
+    endless = replace(problem, model=replace(problem.model, rim=np.zeros_like(problem.model.rim)))
+
+    def step(row: Row) -> tuple[Array, Motion]:
+        nonlocal state
+        try:
+            if isinstance(row, Forces):
+                increment = solve_forces(problem, state, row, workspace)
+            else:
+                increment = solve_increment(problem, state, row, workspace)
+        except ZoneExhausted as error:
+            if isinstance(row, Forces):
+                raise
+            witness = solve_increment(endless, state, row).force
+            raise Witnessed(str(error), witness) from error
+        state = increment.state
+        return increment.force, increment.motion
+
+    return step
+
+
+def _rival(problem: ContactProblem, rival: Rival) -> Stepper:
+    """The rival with a friction history of its own, and the zone's check that all methods get."""
+    m, dim = problem.shape
+    slip, force = np.zeros((m, dim - 1)), np.zeros((m, dim))
+
+    def step(row: Row) -> tuple[Array, Motion]:
+        nonlocal slip, force
+        if isinstance(row, Forces):
+            raise SolverError("forces cannot be prescribed to this method")
+        offset = problem.offset(row, slip)
+        force = rival.solve(
+            problem.compliance, offset, problem.friction_coefficient, force, _SECONDS - _GRACE
+        )
+        if (force[problem.model.rim, 0] > 1e-9 * np.abs(force).max()).any():
+            raise ZoneExhausted("the contact reaches the end of the candidate zone")
+        moved = (problem.compliance @ force.ravel()).reshape(m, dim) + offset
+        slip = slip + moved[:, 1:]
+        return problem.to_global(force), row
+
+    return step
+
+
+class _SecondAnswers:
+    """Second answers of one case, kept for methods whose past is the same."""
+
+    def __init__(self, judge: Judge) -> None:
+        self._judge = judge
+        self._kept: list[tuple[Past, Motion, Array | None]] = []
+
+    def to(self, past: Past, motion: Motion) -> Array | None:
+        for kept, moved, answer in self._kept:
+            if moved == motion and kept.motion == past.motion:
+                scale = float(np.abs(kept.force).max())
+                if float(np.abs(kept.force - past.force).max()) <= 1e-12 * scale:
+                    return answer
+        answer = self._judge.second_answer(past, motion)
+        self._kept.append((past, motion, answer))
+        return answer
+
+
+def _follow(
+    case: Case, name: str, step: Stepper, claim: float, judge: Judge, second: _SecondAnswers
+) -> Outcome:
+    past, worst, reason = judge.untouched(), Verdict.RIGHT, ""
+    violation, confirmed, judged, spent = 0.0, 0, 0, 0.0
+    for number, row in enumerate(case.rows):
+        judged += 1
+        start = time.process_time()
+        found = _attempt(step, row)
+        spent += time.process_time() - start
+        if isinstance(found, Refusal):
+            verdict, why = _of_refusal(found, judge, second, past, row, number < case.solvable)
+        else:
+            force, motion = found
+            size = judge.violation(force, past, motion)
+            violation = max(violation, size)
+            verdict, why = _of_answer(judge, found, second, size, claim, past)
+            if isinstance(row, Forces) and not judge.carries(force, row.normal, row.tangential):
+                verdict, why = Verdict.WRONG, "the forces are not those prescribed"
+            confirmed += verdict == Verdict.RIGHT and second.to(past, motion) is not None
+        if _ORDER.index(verdict) > _ORDER.index(worst):
+            worst, reason = verdict, f"{row}: {why}" if why else ""
+        if isinstance(found, Refusal) or verdict == Verdict.WRONG:
+            break
+        past = Past(*found)
+    return Outcome(
+        case.body,
+        case.group,
+        case.family,
+        case.friction,
+        name,
+        worst,
+        reason,
+        judged,
+        len(case.rows),
+        violation,
+        confirmed,
+        spent,
+    )
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """No answer: the error, or None where the time ran out."""
+
+    error: Exception | None
+
+
+def _attempt(step: Stepper, row: Row) -> tuple[Array, Motion] | Refusal:
+    try:
+        with time_limit(_SECONDS):
+            return step(row)
+    except TimeIsUp:
+        return Refusal(None)
+    except Exception as error:  # a crash is a failure of the method, not of the map
+        return Refusal(error)
+
+
+def _of_refusal(
+    refusal: Refusal, judge: Judge, second: _SecondAnswers, past: Past, row: Row, solvable: bool
+) -> tuple[Verdict, str]:
+    """Refused rightly where there is no answer, or none inside the zone; failed otherwise."""
+    error = refusal.error
+    if error is None:
+        return Verdict.HANG, f"no answer in {_SECONDS:g} s of processor time"
+    if isinstance(error, SolverError):
+        if not solvable and isinstance(error, NoEquilibrium):
+            return Verdict.REFUSED, str(error)
+        if isinstance(error, ZoneExhausted) and isinstance(row, Motion):
+            answers = [second.to(past, row)]
+            if isinstance(error, Witnessed) and judge.violation(error.force, past, row) <= SHARP:
+                answers.append(error.force)
+            if any(answer is not None and judge.at_rim(answer) for answer in answers):
+                return Verdict.REFUSED, str(error)
+        return Verdict.FAILED, str(error)
+    return Verdict.FAILED, f"{type(error).__name__}: {error}"
+
+
+def _of_answer(
+    judge: Judge,
+    found: tuple[Array, Motion],
+    second: _SecondAnswers,
+    size: float,
+    claim: float,
+    past: Past,
+) -> tuple[Verdict, str]:
+    """Right, right but not unique, or wrong, with the reason."""
+    force, motion = found
+    answer = second.to(past, motion)
+    if judge.at_rim(force):
+        return Verdict.WRONG, "answered although the candidate zone is exhausted"
+    if claim >= LOOSE:
+        return _of_loose_answer(judge, force, answer, size, claim, past, motion)
+    if size > claim:
+        return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
+    if answer is None or judge.same(force, answer, motion):
+        return Verdict.RIGHT, ""
+    if size <= SHARP:
+        return Verdict.OTHER, "another answer obeys the laws as well"
+    near = judge.nearest_answer(force, past, motion)
+    if near is not None and judge.same(near, force, motion):
+        return Verdict.OTHER, "another answer obeys the laws as well"
+    return Verdict.WRONG, "the laws nearly hold, but the sharp answer is elsewhere"
+
+
+def _of_loose_answer(
+    judge: Judge,
+    force: Array,
+    answer: Array | None,
+    size: float,
+    claim: float,
+    past: Past,
+    motion: Motion,
+) -> tuple[Verdict, str]:
+    """A regularised answer: its total force is held to its claim, its laws to ten times that."""
+    if size > 10.0 * claim:
+        return Verdict.WRONG, f"breaks the laws of contact by {size:.0e}"
+    if answer is not None and same_total(force, answer, claim):
+        return Verdict.RIGHT, ""
+    near = judge.nearest_answer(force, past, motion)
+    if near is None:
+        return Verdict.FAILED, "no sharp answer was found near it to judge it by"
+    if not same_total(force, near, claim):
+        return Verdict.WRONG, f"the total force is off by more than {claim:.0%}"
+    return (Verdict.RIGHT if answer is None else Verdict.OTHER), ""
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Raise TimeIsUp in what takes more processor time; nothing is interrupted without POSIX."""
+    if not hasattr(signal, "setitimer") or threading.current_thread() is not (
+        threading.main_thread()
+    ):
+        yield
+        return
+
+    def ring(number: int, frame: FrameType | None) -> None:
+        raise TimeIsUp
+
+    before = signal.signal(signal.SIGPROF, ring)
+    signal.setitimer(signal.ITIMER_PROF, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)

@@ -1,0 +1,287 @@
+"""The stability map: hundreds of hard contact cases through every method, judged and drawn.
+
+Every case has an answer: with the object's motion given and a positive definite compliance, the
+forces that solve Coulomb's problem for any given friction bound are bounded by the motion alone, so
+the bound's fixed point exists (Brouwer). Refusing is right only where the contact outgrows the
+candidate zone. For a large friction coefficient there may be several answers: each that obeys the
+laws is right, and is counted apart.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import platform
+import secrets
+import time
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, fields
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from threadpoolctl import threadpool_limits
+
+from fingerdesign.analysis.summary import versions
+from fingerdesign.runtime.progress import Tell
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
+from fingerdesign_bench.stability.cases import cases_of
+from fingerdesign_bench.stability.run import METHODS, PRODUCTION, Outcome, Verdict, run_case
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# The stability map drawn: kinds of case against friction coefficient, one panel a method.
+
+# Colour and letter both tell the verdict; the palette is made for colour-blind readers.
+LOOKS: dict[Verdict, tuple[str, str]] = {
+    Verdict.RIGHT: ("#cfe8f7", ""),
+    Verdict.OTHER: ("#8cc4e8", "u"),
+    Verdict.REFUSED: ("#d5ecdf", "z"),
+    Verdict.FAILED: ("#f3c14b", "F"),
+    Verdict.HANG: ("#b0569a", "H"),
+    Verdict.WRONG: ("#c8321e", "W"),
+}
+WORDS: dict[Verdict, str] = {
+    Verdict.RIGHT: "all right",
+    Verdict.OTHER: "u  right, one of several answers",
+    Verdict.REFUSED: "z  right or refused rightly (none, or beyond the zone)",
+    Verdict.FAILED: "F  no answer",
+    Verdict.HANG: "H  hang",
+    Verdict.WRONG: "W  wrong answer",
+}
+_ORDER = list(Verdict)
+_PALE = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED, Verdict.FAILED)
+
+
+def draw_stability(outcomes: Sequence[Outcome], path: Path) -> None:
+    """Each cell: the worst verdict of its cases, with its letter and how many cases have it."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    frictions = sorted({each.friction for each in outcomes})
+    families = list(dict.fromkeys(each.family for each in outcomes))
+    groups = list(dict.fromkeys(each.group for each in outcomes))
+    rows = len(families) + len(groups) + 1
+    figure = Figure(figsize=(4.2 + 3.1 * len(METHODS), 1.9 + 0.3 * rows), layout="constrained")
+    axes = figure.subplots(1, len(METHODS), sharey=True)
+    for panel, method in zip(axes, METHODS, strict=True):
+        mine = [each for each in outcomes if each.method == method]
+        _draw_panel(panel, mine, frictions, families, groups)
+        right = sum(_ORDER.index(e.verdict) <= _ORDER.index(Verdict.REFUSED) for e in mine)
+        wrong = sum(e.verdict == Verdict.WRONG for e in mine)
+        panel.set_title(
+            f"{method}\n{right} of {len(mine)} right or rightly refused, {wrong} wrong",
+            fontsize=9.5,
+            loc="left",
+        )
+    axes[0].set_yticks(
+        [*range(len(families)), *(len(families) + 1 + k for k in range(len(groups)))],
+        [*(f"path: {name}" for name in families), *(f"body: {name}" for name in groups)],
+        fontsize=9,
+    )
+    figure.legend(
+        handles=[
+            Patch(facecolor=LOOKS[verdict][0], edgecolor="#6c6f73", label=WORDS[verdict])
+            for verdict in Verdict
+        ],
+        loc="outside lower center",
+        ncols=len(Verdict),
+        frameon=False,
+        fontsize=9,
+    )
+    figure.suptitle(
+        "Where each method converges, fails and is wrong: a cell's colour is its worst case, "
+        "letter and number say how many cases have that verdict; –: no such case",
+        fontsize=11,
+    )
+    figure.savefig(path, dpi=130)
+
+
+def _draw_panel(
+    panel: Axes,
+    outcomes: Sequence[Outcome],
+    frictions: list[float],
+    families: list[str],
+    groups: list[str],
+) -> None:
+    from matplotlib.patches import Rectangle
+
+    for column, friction in enumerate(frictions):
+        here = [each for each in outcomes if each.friction == friction]
+        cells = [[each for each in here if each.family == name] for name in families]
+        cells += [[]] + [[each for each in here if each.group == name] for name in groups]
+        for row, cases in enumerate(cells):
+            if not cases:
+                if row < len(families):
+                    panel.text(column, row, "–", ha="center", va="center", fontsize=8)
+                continue
+            worst = max((each.verdict for each in cases), key=_ORDER.index)
+            colour, letter = LOOKS[worst]
+            panel.add_patch(
+                Rectangle((column - 0.5, row - 0.5), 1, 1, facecolor=colour, edgecolor="white")
+            )
+            number = sum(each.verdict == worst for each in cases)
+            panel.text(
+                column,
+                row,
+                f"{letter}{number}",
+                ha="center",
+                va="center",
+                fontsize=8,
+                color="#1c1d1f" if worst in _PALE else "white",
+            )
+    panel.set_xlim(-0.5, len(frictions) - 0.5)
+    panel.set_ylim(len(families) + len(groups) + 0.5, -0.5)
+    panel.set_xticks(range(len(frictions)), [f"{friction:g}" for friction in frictions], fontsize=9)
+    panel.set_xlabel("friction coefficient")
+    panel.tick_params(length=0)
+    for spine in panel.spines.values():
+        spine.set_visible(False)
+
+
+SOLVED_SHARE = 0.99  # of the cases that have a solution, asked of the production solver
+# Bodies of the quick map, and which part of their cases: every third, every ninth, ...
+_QUICK = {"coarse, nu 0.3": 3, "coarse, nu 0.4999": 4, "flat, nu 0.0": 9, "3-D, nu 0.0": 15}
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """Outcomes of all cases, and what it took."""
+
+    outcomes: tuple[Outcome, ...]
+    seconds: float
+    workers: int
+    quick: bool
+
+    def counts(self) -> dict[str, dict[str, int]]:
+        """Cases by method and verdict."""
+        found = {method: dict.fromkeys((v.value for v in Verdict), 0) for method in METHODS}
+        for (method, verdict), number in Counter(
+            (each.method, each.verdict.value) for each in self.outcomes
+        ).items():
+            found[method][verdict] = number
+        return found
+
+    def cases(self) -> int:
+        return _cases(self.outcomes)
+
+    def checks(self) -> list[Check]:
+        """What is asked of the production solver."""
+        counts = self.counts()[PRODUCTION]
+        solvable = self.cases() - counts[Verdict.REFUSED.value]
+        unsolved = (counts["failed"] + counts["hang"] + counts["wrong"]) / max(solvable, 1)
+        return [
+            Check("stability: wrong answers", 0, counts[Verdict.WRONG.value]),
+            Check("stability: hangs", 0, counts[Verdict.HANG.value]),
+            Check("stability: unsolved share", 1.0 - SOLVED_SHARE, unsolved),
+        ]
+
+
+def measure_stability(
+    tell: Tell = lambda message: None, quick: bool = False, workers: int = 2
+) -> StabilityMap:
+    """Run all cases (minutes), or some of those of four bodies (``quick``, seconds)."""
+    start = time.perf_counter()
+    bodies = [body for body in hard_bodies() if not quick or body.name in _QUICK]
+    outcomes: dict[str, list[Outcome]] = {}
+    if workers <= 1 or quick:
+        for body in bodies:
+            outcomes[body.name] = run_body(body, _QUICK[body.name] if quick else 1)
+            tell(f"{body.name}: {_cases(outcomes[body.name])} cases")
+        workers = 1
+    else:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            # The longest first.
+            queue = sorted(bodies, key=lambda body: not body.solid)
+            jobs = {pool.submit(run_body, body): body for body in queue}
+            for job in as_completed(jobs):
+                name = jobs[job].name
+                outcomes[name] = job.result()
+                tell(
+                    f"{name}: {_cases(outcomes[name])} cases "
+                    f"({len(outcomes)} of {len(bodies)} bodies)"
+                )
+    ordered = tuple(each for body in bodies for each in outcomes[body.name])
+    return StabilityMap(ordered, time.perf_counter() - start, workers, quick)
+
+
+def run_body(body: HardBody, every: int = 1) -> list[Outcome]:
+    """Outcomes of one body's cases (each ``every``-th of them), on one BLAS thread."""
+    with threadpool_limits(limits=1, user_api="blas"):
+        model, crest = body.build()
+        cases = list(cases_of(body, model, crest))[::every]
+        return [outcome for case in cases for outcome in run_case(case, model)]
+
+
+def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
+    """stability.csv (an outcome a row), stability.json (counts, versions), stability.png.
+
+    All three or none of them: what is interrupted leaves the older ones.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"stability.{ending}" for ending in ("csv", "json", "png")]
+    aside = [path.with_name(f".{secrets.token_hex(4)}.{path.name}") for path in paths]
+    try:
+        _write_aside(found, aside)
+        for made, path in zip(aside, paths, strict=True):
+            made.replace(path)
+    finally:
+        for made in aside:
+            made.unlink(missing_ok=True)
+    return paths
+
+
+def _write_aside(found: StabilityMap, paths: list[Path]) -> None:
+    with paths[0].open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow([field.name for field in fields(Outcome)])
+        writer.writerows(asdict(each).values() for each in found.outcomes)
+    paths[1].write_text(json.dumps(summary(found), indent=1) + "\n", encoding="utf-8")
+    draw_stability(found.outcomes, paths[2])
+
+
+def summary(found: StabilityMap) -> dict[str, Any]:
+    """Counts by method and verdict, what was asked, every case not plainly right, versions."""
+    return {
+        "cases": found.cases(),
+        "increments": sum(e.increments for e in found.outcomes if e.method == PRODUCTION),
+        "confirmed_by_a_second_method": sum(
+            each.confirmed for each in found.outcomes if each.method == PRODUCTION
+        ),
+        "quick": found.quick,
+        "counts": found.counts(),
+        "seconds_by_method": {
+            method: round(_total(e.seconds for e in found.outcomes if e.method == method), 2)
+            for method in METHODS
+        },
+        "seconds": round(found.seconds, 1),
+        "workers": found.workers,
+        "checks": [check.as_dict() for check in found.checks()],
+        "production_not_plainly_right": [
+            {
+                "case": f"{each.body}; {each.family}; mu {each.friction:g}",
+                "verdict": each.verdict.value,
+                "reason": each.reason,
+            }
+            for each in found.outcomes
+            if each.method == PRODUCTION and each.verdict not in (Verdict.RIGHT, Verdict.REFUSED)
+        ],
+        "seeds": {body.name: body.seed for body in hard_bodies() if body.distortion},
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "versions": versions(),
+    }
+
+
+def _cases(outcomes: Iterable[Outcome]) -> int:
+    """Every case is one of the production solver's; not every rival takes every case."""
+    return sum(each.method == PRODUCTION for each in outcomes)
+
+
+def _total(values: Iterable[float]) -> float:
+    return float(sum(values))

@@ -1,0 +1,239 @@
+"""Where does plane strain hold? Each model of a study in 3-D and in plane strain, beside another.
+
+Both models have the same section: the 3-D one is that section swept through layers, so what is left
+between them is the assumption, not the mesh. For each approach the finger is pressed in two rows
+and sheared in two: in 3-D, in plane strain by the same motions, and in plane strain by the forces
+that 3-D gave. plane_strain_errors.py compares them.
+
+A record a model is one line of a file, written when it is done: a run that was stopped goes on
+there. Lines that are no whole records, and those of models that are not asked for, are left out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.errors import SolverError
+from fingerdesign.runtime.progress import Tell
+from fingerdesign_bench.studies.plane_strain_file import Point
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.fidelity.models import Model, Solved
+    from fingerdesign.analysis.fidelity.readings import Readings
+    from fingerdesign.design.scene import Scene
+
+Record = dict[str, Any]
+
+LINES = "plane_strain.jsonl"
+FORMAT = 1  # of the records: raised where what they hold means something else
+SECONDS = 20.0  # a model's, where none was solved yet: the shipped study's mean
+READ = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
+
+
+def run_study(
+    points: Iterable[Point],
+    lines: Path,
+    tell: Tell = lambda message: None,
+    note: Tell = lambda message: None,
+) -> list[Record]:
+    """The records of all points, those that ``lines`` holds already not made again.
+
+    note: told what of ``lines`` is left out, a sentence each.
+    """
+    points = list(points)
+    keys = [key_of(point) for point in points]
+    known, damaged = known_records(lines)
+    for words in _left_out(lines, known, damaged, set(keys)):
+        note(words)
+    tell(_ahead(known, set(keys)))
+    found = []
+    for number, (key, point) in enumerate(zip(keys, points, strict=True)):
+        if key not in known:
+            tell(f"model {number + 1} of {len(points)}: {_words(point)}")
+            known[key] = compare(point) | {"key": key}
+            _append(lines, known[key])
+        found.append(known[key] | {"name": point.name, "values": point.values})
+    return found
+
+
+def known_records(lines: Path) -> tuple[dict[str, Record], int]:
+    """Whole records by their key, and how many lines are none: cut short by an interruption, or
+    damaged."""
+    found: dict[str, Record] = {}
+    damaged = 0
+    for line in lines.read_bytes().splitlines() if lines.exists() else ():
+        record = _record(line)
+        if record is not None:
+            found[record["key"]] = record
+        elif line.strip():
+            damaged += 1
+    return found, damaged
+
+
+def _record(line: bytes) -> Record | None:
+    """The record that a line holds; None: it holds none that can be used."""
+    from fingerdesign.validate.plane_strain import table_of
+
+    try:
+        record = json.loads(line.decode("utf-8"))
+        (made,) = table_of([record])["points"] + table_of([record])["also"]
+        json.dumps(made, allow_nan=False)
+    except (ValueError, TypeError, LookupError, ArithmeticError, RecursionError):
+        return None  # what a damaged line may raise, whatever it holds instead
+    return record if made["rows"] and isinstance(record.get("key"), str) else None
+
+
+def _left_out(lines: Path, known: dict[str, Record], damaged: int, asked: set[str]) -> list[str]:
+    """What of a file is not used, a sentence each."""
+    found = []
+    if damaged:
+        what = "1 line is no whole record" if damaged == 1 else f"{damaged} lines are no records"
+        found.append(f"{lines}: {what}, left out; such models are solved again")
+    foreign = len(known.keys() - asked)
+    if foreign:
+        found.append(
+            f"{lines}: {foreign} of {len(known)} records are of models that this study does not "
+            "ask for (another base, scene, mesh or other values), left out"
+        )
+    return found
+
+
+def _ahead(known: dict[str, Record], asked: set[str]) -> str:
+    """How many models are to be solved, and about how long that will take."""
+    to_solve = len(asked - known.keys())
+    seconds = [float(known[key].get("seconds", SECONDS)) for key in asked & known.keys()]
+    each = sum(seconds) / len(seconds) if seconds else SECONDS
+    return f"{to_solve} of {len(asked)} models to solve, about {each * to_solve / 60.0:.0f} min"
+
+
+def _append(lines: Path, record: Record) -> None:
+    """Add a line, on a line of its own also where the last one was cut short."""
+    lines.parent.mkdir(parents=True, exist_ok=True)
+    cut = lines.exists() and lines.read_bytes()[-1:] not in (b"", b"\n")
+    with lines.open("a", encoding="utf-8") as file:
+        file.write("\n" * cut + json.dumps(record, allow_nan=False) + "\n")
+
+
+def key_of(point: Point) -> str:
+    """What a record is of: the design's content, the scene and the meshes."""
+    parts = [FORMAT, point.design.digest(), point.scene.model_dump(), point.mesh.model_dump()]
+    text = json.dumps([*parts, point.layers], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def compare(point: Point) -> Record:
+    """One model's record: what it is, its cost, and for each approach the readings of "space" (the
+    3-D model), "motion" (plane strain, equal motion) and "force" (equal force; None with "why"
+    where plane strain cannot carry the forces)."""
+    from fingerdesign.analysis.fidelity.models import solve
+
+    deepest = scene_of(point, max(point.scene.approach_mm))
+    flat, solid = models_of(point)
+    section, space = solve(point.design, deepest, flat), solve(point.design, deepest, solid)
+    design = point.design
+    body, plates = design.body, design.plates
+    return {
+        "name": point.name,
+        "values": point.values,
+        "radius_mm": body.arc_radius_mm,
+        "depth_mm": body.depth_mm,
+        "width_mm": body.width_mm,
+        "height_mm": _height(point),
+        "cover_mm": plates.cover_mm,
+        "poissons_ratio": design.material_of("body").poissons_ratio,
+        "span_share": _span_share(point),
+        "friction_coefficient": point.scene.friction_coefficient,
+        "dofs": space.dofs,
+        "seconds": round(space.total + section.total, 2),
+        "rows": [_row(point, approach, section, space) for approach in point.scene.approach_mm],
+    }
+
+
+def models_of(point: Point) -> tuple[Model, Model]:
+    """Plane strain and 3-D on the same section."""
+    from fingerdesign.analysis.fidelity.models import Model, Sizes
+
+    mesh = point.mesh
+    sizes = Sizes(
+        mesh.contact_size_mm,
+        mesh.plate_size_mm,
+        mesh.plate_end_size_mm,
+        mesh.far_size_mm,
+        mesh.gradation,
+    )
+    return (
+        Model("plane strain", sizes, element="mixed"),
+        Model("3-D", sizes, layers=point.layers, mesher="extrude", element="mixed"),
+    )
+
+
+def scene_of(point: Point, approach: float) -> Scene:
+    """Press in two rows, shear in two."""
+    from fingerdesign.design.scene import Scene
+
+    shear = point.scene.shear_per_approach * approach
+    rows = [[0.5 * approach, 0.0], [approach, 0.0], [approach, 0.5 * shear], [approach, shear]]
+    return Scene.model_validate(
+        {
+            "object": {"friction_coefficient": point.scene.friction_coefficient},
+            "path": {"increments_mm": rows},
+        }
+    )
+
+
+def _forces(point: Point, readings: Readings) -> Scene:
+    from fingerdesign.design.scene import Scene
+
+    rows = np.column_stack([readings.normal_force, readings.tangential_force]).tolist()
+    return Scene.model_validate(
+        {
+            "object": {"friction_coefficient": point.scene.friction_coefficient},
+            "path": {"control": "force", "increments_N": rows},
+        }
+    )
+
+
+def _row(point: Point, approach: float, section: Solved, space: Solved) -> Record:
+    """One approach's readings."""
+    truth = space.along(scene_of(point, approach))
+    moved = section.along(scene_of(point, approach))
+    found: Record = {"approach_mm": approach, "space": _plain(truth), "motion": _plain(moved)}
+    try:
+        return found | {"force": _plain(section.along(_forces(point, truth)))}
+    except SolverError as error:
+        return found | {"force": None, "why": str(error)}
+
+
+def _plain(readings: Readings) -> Record:
+    """Readings as lists of numbers, to seven digits."""
+
+    def digits(values: Array) -> Any:
+        flat = [float(f"{value:.7g}") for value in values.ravel()]
+        return np.array(flat).reshape(values.shape).tolist()
+
+    return {name: digits(getattr(readings, name)) for name in READ}
+
+
+def _height(point: Point) -> float:
+    from fingerdesign.layout.frames import crest_height
+
+    return float(crest_height(point.design.body))
+
+
+def _span_share(point: Point) -> float:
+    plates = point.design.plates
+    if plates.model == "none" or not plates.number:
+        return 0.0
+    depth = point.design.body.depth_mm
+    return (plates.span_mm if plates.span_mm is not None else depth) / depth
+
+
+def _words(point: Point) -> str:
+    return point.name or ", ".join(f"{key} {value:g}" for key, value in point.values.items())

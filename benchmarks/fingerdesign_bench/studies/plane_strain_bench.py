@@ -1,0 +1,189 @@
+"""``fingerdesign bench plane-strain``: the study of where plane strain holds, run and judged.
+
+Records go to plane_strain.jsonl, a line a model: an interrupted run goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.runtime.progress import Tell
+from fingerdesign.validate.plane_strain import (
+    QUANTITIES,
+    PlaneStrainMap,
+    Table,
+    map_of,
+    table_of,
+    write_table,
+)
+from fingerdesign_bench.check import Check
+from fingerdesign_bench.studies.plane_strain_rule import Rule, fitted
+
+FINER = "finer"  # the one-off model that shows what the meshes leave
+# Known before (two codes; R = 20, nu = 0.49, approach 0.4, no plates): depth over height and a/H
+# of those fingers, and by how much plane strain overstates F_n.
+KNOWN = ((10.0 / 12.68, 0.31), (40.0 / 12.68, 0.12))
+_KNOWN_WIDTH, _KNOWN_RATIO = 2.5 / 12.68, 0.49
+RULES = (("normal_force", 0.0), ("normal_force", 1.0), ("gage_face", 1.0), ("gage_both", 1.0))
+_LEAST_UNSURE = 0.01
+_NINE_OF_TEN = 90.0
+
+
+@dataclass(frozen=True)
+class PlaneStrainStudy:
+    """The map and the rules fitted to it; ``lines`` holds the records, ``notes`` says which of
+    them were left out."""
+
+    chart: PlaneStrainMap
+    rules: tuple[Rule, ...]
+    lines: Path
+    notes: tuple[str, ...] = ()
+
+    @property
+    def checks(self) -> list[Check]:
+        """What was known, what the rules leave, what the meshes leave."""
+        found = []
+        if self.chart.inside(_KNOWN_RATIO, 0.0, KNOWN[0][0], _KNOWN_WIDTH):
+            for depth, known in KNOWN:
+                error = self.chart.error("normal_force", _KNOWN_RATIO, 0.0, depth, _KNOWN_WIDTH)
+                name = f"F_n in plane strain, D/H = {depth:.2f}: off {known:.0%} by"
+                found.append(Check(name, 0.02, abs(error - known)))
+        meshes = mesh_errors(self.chart)
+        if meshes:
+            found.append(
+                Check("F_n: errors change on finer meshes by", 0.01, meshes["normal_force"])
+            )
+            found.append(
+                Check("gages: errors change on finer meshes by", 0.05, meshes["gage_face"])
+            )
+        for rule in self.rules:
+            if rule.quantity == "normal_force":
+                where = "no plates" if rule.span == 0.0 else "plates of full span"
+                found.append(Check(f"rule for F_n, {where}: worst distance", 0.05, rule.off))
+                deeper = beyond_the_grid(self.chart, rule)
+                if deeper is not None:
+                    found.append(Check(f"the same, deeper than the grid, {where}", 0.02, deeper))
+        return found
+
+
+def measure_plane_strain(
+    folder: Path,
+    tell: Tell = lambda message: None,
+    quick: bool = False,
+    study: Path | None = None,
+) -> PlaneStrainStudy:
+    """Run the study, or what of it ``folder`` has no record of; the map and its rules."""
+    from fingerdesign.mesh.section.process import start_mesher
+    from fingerdesign_bench.studies.plane_strain import LINES, run_study
+    from fingerdesign_bench.studies.plane_strain_file import points_of, read_study, shipped_study
+
+    asked = read_study(study if study is not None else shipped_study())
+    points = list(points_of(asked, quick))
+    start_mesher()
+    notes: list[str] = []
+
+    def note(words: str) -> None:
+        notes.append(words)
+        tell(words)
+
+    table = table_of(run_study(points, folder / LINES, tell, note))
+    return replace(judged(table, folder / LINES), notes=tuple(notes))
+
+
+def judged(table: Table, lines: Path) -> PlaneStrainStudy:
+    """Fit the rules and say how sure a look-up is."""
+    chart = map_of(table)
+    spans = {float(span) for span in chart.span}
+    rules = tuple(fitted(chart, name, span) for name, span in RULES if span in spans)
+    table["rules"] = [rule.as_dict() for rule in rules]
+    table["uncertainty"] = uncertainty(chart)
+    return PlaneStrainStudy(map_of(table), rules, lines)
+
+
+def uncertainty(chart: PlaneStrainMap) -> dict[str, dict[str, float]]:
+    """By quantity: an absolute part (the meshes') and a relative one, which together hold nine of
+    ten errors of the one-off models against the map's."""
+    meshes = mesh_errors(chart)
+    found = {}
+    for quantity in QUANTITIES:
+        absolute = max(_LEAST_UNSURE, meshes.get(quantity, 0.0))
+        shares = [
+            max(0.0, abs(own - looked) - absolute) / max(abs(looked), _LEAST_UNSURE)
+            for name, looked, own in against_map(chart, quantity)
+            if name != FINER
+        ]
+        relative = float(np.percentile(shares, _NINE_OF_TEN)) if shares else 1.0
+        found[quantity] = {
+            "absolute": float(f"{absolute:.3g}"),
+            "relative": float(f"{relative:.3g}"),
+        }
+    return found
+
+
+def against_map(chart: PlaneStrainMap, quantity: str) -> list[tuple[str, float, float]]:
+    """Name, the map's error and its own of each one-off model and approach that lies within it."""
+    found = []
+    for each in chart.table["also"]:
+        place = (each["poissons_ratio"], each["span_over_depth"], each["depth_over_height"])
+        if not chart.depth[0] <= each["depth_over_height"] <= chart.depth[-1]:
+            continue
+        for row in each["rows"]:
+            looked = chart.error(quantity, *place, row["half_width_over_height"])
+            if row[quantity] is not None and np.isfinite(looked):
+                found.append((each["name"], looked, float(row[quantity])))
+    return found
+
+
+def beyond_the_grid(chart: PlaneStrainMap, rule: Rule) -> float | None:
+    """The rule's worst distance to the one-off models deeper than the grid; None: there is none."""
+    away = []
+    for each in chart.table["also"]:
+        if each["span_over_depth"] != rule.span or each["depth_over_height"] <= chart.depth[-1]:
+            continue
+        for row in each["rows"]:
+            place = (each["poissons_ratio"], each["depth_over_height"])
+            error = float(rule.error(*place, row["half_width_over_height"]))
+            away.append(abs(error - row[rule.quantity]))
+    return max(away, default=None)
+
+
+def mesh_errors(chart: PlaneStrainMap) -> dict[str, float]:
+    """By quantity, the greatest change of the errors on finer meshes; empty where none were run."""
+    found: dict[str, float] = {}
+    for quantity in QUANTITIES:
+        changes = [
+            abs(own - looked) for name, looked, own in against_map(chart, quantity) if name == FINER
+        ]
+        if changes:
+            found[quantity] = max(changes)
+    return found
+
+
+def write_plane_strain(found: PlaneStrainStudy, folder: Path) -> list[Path]:
+    """Write the table (JSON, as it ships; CSV, a row an approach) and the chart."""
+    from fingerdesign_bench.studies.plane_strain_chart import PANELS, draw_map
+
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [write_table(found.chart.table, folder / "plane_strain.json")]
+    paths.append(_write_rows(found.chart.table, folder / "plane_strain.csv"))
+    spans = {float(span) for span in found.chart.span}
+    panels = tuple(panel for panel in PANELS if panel.span in spans)
+    paths.append(draw_map(found.chart, folder / "plane_strain.png", panels))
+    return [*paths, found.lines]
+
+
+def _write_rows(table: Table, path: Path) -> Path:
+    rows: list[dict[str, Any]] = []
+    for each in [*table["points"], *table["also"]]:
+        own = {key: value for key, value in each.items() if key != "rows"}
+        rows += [own | row for row in each["rows"]]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return path

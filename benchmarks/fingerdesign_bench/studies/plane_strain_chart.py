@@ -1,0 +1,129 @@
+"""The plane-strain map drawn: where plane strain holds within 1, 2, 5, 10, 20, 40 and 80 %."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.report.style import INK, MUTED, PAPER, canvas, house_style
+from fingerdesign.validate.plane_strain import PlaneStrainMap
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
+# One hue from light (small errors) to dark: readable without colour, and in print.
+SHADES = (
+    *("#f4f8fb", "#dce9f3", "#bcd6e8", "#93bdd9"),
+    *("#5f9cc4", "#2f78a8", "#0b4a75", "#06263f"),
+)
+_RATIOS = (0.3, 0.45, 0.49)
+_SAMPLES = 60
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One row of the chart: a quantity at one span share, and its title."""
+
+    quantity: str
+    span: float
+    title: str
+
+
+PANELS = (
+    Panel("normal_force", 0.0, "F_n at equal approach, no plates"),
+    Panel("normal_force", 1.0, "F_n at equal approach, plates of full span"),
+    Panel("gage_face", 0.0, "strain of the rubber where the gages would be, no plates"),
+    Panel("gage_face", 1.0, "gage on one face, plates of full span"),
+    Panel("gage_both", 1.0, "gage on both faces (mean), plates of full span"),
+)
+
+
+def draw_map(chart: PlaneStrainMap, path: Path, panels: tuple[Panel, ...] = PANELS) -> Path:
+    """Contours of the errors over D/a and D/H; a row a quantity, a column a Poisson's ratio."""
+    ratios = sorted({_nearest(chart.poisson, wanted) for wanted in _RATIOS})
+    with house_style():
+        figure = canvas(7.6, 0.9 + 1.85 * len(panels))
+        grid = figure.subplots(len(panels), len(ratios), sharex=True, sharey=True, squeeze=False)
+        for row, panel in zip(grid, panels, strict=True):
+            for axes, poisson in zip(row, ratios, strict=True):
+                _draw(axes, chart, panel, poisson)
+            row[0].set_title(f"{panel.title}\nPoisson's ratio {ratios[0]:g}")
+            row[0].set_ylabel("depth / height, D / H")
+            _radius_axis(row[-1], chart)
+        for axes in grid[-1]:
+            axes.set_xlabel("depth / contact half-width, D / a")
+        figure.suptitle(
+            "What plane strain gets wrong, per cent of 3-D at the mid-plane", color=INK, fontsize=11
+        )
+        figure.savefig(path, dpi=150, facecolor=PAPER)
+    return path
+
+
+def sampled(
+    chart: PlaneStrainMap, quantity: str, span: float, poisson: float
+) -> tuple[Array, Array, Array]:
+    """D/a, D/H and the sizes of the errors, (m, n) each, over all that was computed."""
+    low, high = chart.width[..., 0].max(), chart.width[..., -1].min()
+    width = np.exp(np.linspace(low, high, _SAMPLES))
+    depth = np.geomspace(chart.depth[0], chart.depth[-1], _SAMPLES)
+    values = [
+        [abs(chart.error(quantity, poisson, span, float(d), float(w))) for w in width]
+        for d in depth
+    ]
+    return depth[:, None] / width, np.tile(depth[:, None], (1, _SAMPLES)), np.array(values)
+
+
+def _draw(axes: Axes, chart: PlaneStrainMap, panel: Panel, poisson: float) -> None:
+    across, depth, values = sampled(chart, panel.quantity, panel.span, poisson)
+    axes.contourf(across, depth, values, levels=[0.0, *LEVELS, 10.0], colors=SHADES)
+    lines = axes.contour(across, depth, values, levels=LEVELS, colors=[INK], linewidths=0.8)
+    labels = axes.clabel(lines, fmt=lambda level: f"{100 * level:g} %", fontsize=7.5)
+    for label in labels:
+        label.set_bbox({"facecolor": PAPER, "edgecolor": "none", "pad": 0.6, "alpha": 0.85})
+    axes.set(xscale="log", yscale="log", title=f"Poisson's ratio {poisson:g}")
+    _plain_ticks(axes, (2, 5, 10, 20, 50), (0.5, 1, 2, 3))
+    at = np.exp(_models(chart, panel, poisson))
+    axes.plot(at[0], at[1], color=MUTED, linestyle="none", marker=".", markersize=2.5)
+
+
+def _models(chart: PlaneStrainMap, panel: Panel, poisson: float) -> tuple[Array, Array]:
+    """log D/a and log D/H of the models that were computed."""
+    i = int(np.argmin(np.abs(chart.poisson - poisson)))
+    j = int(np.argmin(np.abs(chart.span - panel.span)))
+    high = np.broadcast_to(np.log(chart.depth)[:, None], chart.width[i, j].shape)
+    return (high - chart.width[i, j]).ravel(), high.ravel()
+
+
+def _radius_axis(axes: Axes, chart: PlaneStrainMap) -> None:
+    """R/D at the right: of these fingers R/H is one number."""
+    ratio = float(chart.table["points"][0]["radius_over_height"])
+
+    def turned(value: Any) -> Any:
+        return ratio / np.maximum(np.asarray(value, dtype=float), 1e-9)
+
+    right = axes.secondary_yaxis("right", functions=(turned, turned))
+    right.set_ylabel("radius / depth, R / D", color=INK)
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    right.yaxis.set_major_locator(FixedLocator([0.25, 0.5, 1.0, 2.0, 4.0]))
+    right.yaxis.set_minor_locator(NullLocator())
+    right.yaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+
+
+def _plain_ticks(axes: Axes, across: tuple[float, ...], up: tuple[float, ...]) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    for axis, ticks in ((axes.xaxis, across), (axes.yaxis, up)):
+        axis.set_major_locator(FixedLocator(list(ticks)))
+        axis.set_minor_locator(NullLocator())
+        axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+
+
+def _nearest(axis: Array, wanted: float) -> float:
+    return float(axis[int(np.argmin(np.abs(axis - wanted)))])

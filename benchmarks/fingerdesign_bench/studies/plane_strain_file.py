@@ -1,0 +1,227 @@
+"""The study file of the plane-strain question: designs, scene and meshes that it asks for.
+
+[study] name, base, sampling      [fixed] keys of the design      [parameters] key = [values]
+[scene] friction, approaches, shear      [mesh] element sizes      [[also]] one-off changes
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, Field, ValidationError
+
+from fingerdesign.design.base import Many, Table
+from fingerdesign.design.faults import dotted, fault_of, shown
+from fingerdesign.errors import DesignError, Fault
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+SHIPPED = "plane_strain.toml"
+MOST_MODELS = 2000  # of one study: at a third of a minute each, half a day
+_Length = Annotated[float, Field(ge=1e-3, le=100)]
+
+
+_Table = TypeVar("_Table", bound=BaseModel)
+
+
+class StudyMeta(Table):
+    """``[study]``: its name, the design that it starts from, how parameters are combined."""
+
+    name: str = Field(min_length=1, max_length=64)
+    base: str = Field(min_length=1)
+    sampling: Literal["grid"] = "grid"
+
+
+class StudyScene(Table):
+    """``[scene]``: each approach is pressed from touch, then sheared by a share of it."""
+
+    friction_coefficient: float = Field(default=0.5, gt=0, le=10)
+    approach_mm: Many[_Length] = Field(min_length=1, max_length=50)
+    shear_per_approach: float = Field(default=0.4, gt=0, le=10)
+
+
+class StudyMesh(Table):
+    """``[mesh]``: edges in the section of both models, and the layer at a free end, mm."""
+
+    contact_size_mm: _Length = 0.4
+    plate_size_mm: _Length = 0.7
+    plate_end_size_mm: _Length = 0.15
+    far_size_mm: _Length = 3.0
+    gradation: float = Field(default=0.5, ge=0.02, le=2)
+    end_layer_mm: _Length = 0.5
+
+
+class StudyFile(Table):
+    """A whole study file."""
+
+    study: StudyMeta
+    fixed: dict[str, Any] = Field(default_factory=dict)
+    parameters: dict[str, Annotated[Many[float], Field(min_length=1)]] = Field(min_length=1)
+    scene: StudyScene
+    mesh: StudyMesh = Field(default_factory=StudyMesh)
+    also: Many[dict[str, Any]] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """One model of the study. ``values``: its parameters, as the file names them; ``name``: of a
+    one-off change, empty on the grid."""
+
+    design: Design
+    scene: StudyScene
+    mesh: StudyMesh
+    values: dict[str, float]
+    name: str = ""
+
+    @property
+    def layers(self) -> int:
+        """Layers in half the depth whose last is ``mesh.end_layer_mm`` tall, at least 3."""
+        growth, half = 1.15, 0.5 * self.design.body.depth_mm
+        count = math.log1p((growth - 1.0) * half / self.mesh.end_layer_mm) / math.log(growth)
+        return max(3, round(count))
+
+
+def shipped_study() -> Path:
+    """The study file that comes with the program."""
+    from fingerdesign.checks.starter import shipped_path
+
+    return shipped_path("maeno2000").parent / "studies" / SHIPPED
+
+
+def read_study(path: Path) -> StudyFile:
+    """Read a study file. Raises DesignError with every fault of its keys."""
+    from fingerdesign.checks.load import read_text
+
+    return parse_study(read_text(path), str(path))
+
+
+def parse_study(text: str, source: str = "") -> StudyFile:
+    """The study that TOML ``text`` says. Raises DesignError with every fault of its keys."""
+    try:
+        data = tomllib.loads(text)
+    except ValueError as error:
+        raise DesignError([Fault("file", "(text)", "valid TOML", str(error))], source) from None
+    try:
+        return StudyFile.model_validate(data)
+    except ValidationError as error:
+        raise DesignError(_faults_of(error), source) from None
+
+
+def _faults_of(error: ValidationError, table: type[BaseModel] = StudyFile) -> list[Fault]:
+    """Faults in the words of a design's."""
+    found = []
+    for each in error.errors():
+        if each["type"] == "too_short" and isinstance(each["input"], dict):
+            remedy = 'add one, such as "body.depth_mm" = [10.0, 40.0]'
+            found.append(Fault(dotted(each["loc"]), "{}", "a table of at least one key", remedy))
+        else:
+            found.append(fault_of(each, table))
+    return found
+
+
+def points_of(study: StudyFile, quick: bool = False) -> Iterator[Point]:
+    """The grid's models, then the one-off ones. ``quick``: the first two of each list alone.
+
+    Raises DesignError where there are more than MOST_MODELS, or a combination is no sound design.
+    """
+    lists = {key: values[:2] if quick else values for key, values in study.parameters.items()}
+    _refuse_many([len(values) for values in lists.values()], 0 if quick else len(study.also))
+    _refuse_twice(study)
+    base = _base(study)
+    for combination in itertools.product(*lists.values()):
+        values = dict(zip(lists, combination, strict=True))
+        yield Point(_changed(base, values), study.scene, study.mesh, values)
+    for row in () if quick else study.also:
+        yield _one_off(study, base, row)
+
+
+def _refuse_many(lengths: list[int], also: int) -> None:
+    models = math.prod(lengths) + also
+    if models <= MOST_MODELS:
+        return
+    hours = models * 20.0 / 3600.0  # a model takes about 20 s
+    long = f"{hours:.0f} hours" if hours < 48.0 else f"{hours / 24.0:.0f} days"
+    value = " x ".join(str(length) for length in lengths) + (f" + {also}" if also else "")
+    bound = f"at most {MOST_MODELS} models in all ({models} would take about {long})"
+    remedy = "give fewer values, or fewer parameters, or divide it into several studies"
+    raise DesignError([Fault("parameters", f"{value} models", bound, remedy)])
+
+
+def _refuse_twice(study: StudyFile) -> None:
+    """A value that is said twice leaves no grid to look errors up in."""
+    faults = []
+    for key, values in study.parameters.items():
+        twice = [value for value in dict.fromkeys(values) if values.count(value) > 1]
+        if twice:
+            where = dotted(("parameters", key))
+            faults.append(Fault(where, shown(values), "values that differ", f"say {twice[0]} once"))
+    if faults:
+        raise DesignError(faults)
+
+
+def _base(study: StudyFile) -> Design:
+    from fingerdesign.checks.load import with_values
+    from fingerdesign.checks.starter import find_design
+
+    name = {"design.name": study.study.name, "mesh.element": "mixed", "mesh.mesher": "extrude"}
+    return with_values(find_design(study.study.base), name | study.fixed)
+
+
+def _one_off(study: StudyFile, base: Design, row: Mapping[str, Any]) -> Point:
+    parts: dict[str, dict[str, Any]] = {"scene": {}, "mesh": {}, "design": {}}
+    for key, value in row.items():
+        table, _, rest = key.partition(".")
+        if table in ("scene", "mesh"):
+            parts[table][rest] = value
+        elif key != "name":
+            parts["design"][key] = value
+    name = row.get("name", "(absent)")
+    if not isinstance(name, str) or not row.get("name"):
+        raise DesignError([Fault("also.name", name, "text in quotes", 'add one: name = "..."')])
+    scene = _with(study.scene, parts["scene"], f"also {name}: scene")
+    mesh = _with(study.mesh, parts["mesh"], f"also {name}: mesh")
+    numbers = {key: value for key, value in parts["design"].items() if isinstance(value, float)}
+    return Point(_changed(base, parts["design"]), scene, mesh, numbers, name)
+
+
+def _with(table: _Table, values: Mapping[str, Any], where: str) -> _Table:
+    """A table of the study with keys set."""
+    try:
+        return type(table).model_validate(table.model_dump() | dict(values))
+    except ValidationError as error:
+        faults = _faults_of(error, type(table))
+        raise DesignError([replace(each, key=f"{where}.{each.key}") for each in faults]) from None
+
+
+def _changed(base: Design, values: Mapping[str, Any]) -> Design:
+    """The design with keys set; "x / y" is a share of y; plates of no span are left out."""
+    from fingerdesign.checks.load import with_values
+
+    plain = {key: value for key, value in values.items() if "/" not in key}
+    for key, share in values.items():
+        if "/" not in key:
+            continue
+        part, _, whole = (piece.strip() for piece in key.partition("/"))
+        of = float(plain[whole] if whole in plain else _value(base, whole))
+        if part == "plates.span_mm" and share == 0.0:
+            plain |= {"plates.model": "none", part: of}
+        else:
+            plain[part] = share * of
+    return with_values(base, plain)
+
+
+def _value(design: Design, key: str) -> Any:
+    found: Any = design
+    for name in key.split("."):
+        found = getattr(found, name, None)
+    if isinstance(found, bool) or not isinstance(found, (int, float)):
+        bound = "a key of the design that holds a number, to take a share of"
+        raise DesignError([Fault("parameters", f'"... / {key}"', bound, "correct the key")])
+    return found

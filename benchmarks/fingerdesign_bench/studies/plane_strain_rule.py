@@ -1,0 +1,83 @@
+"""Rules of thumb fitted to the plane-strain map, and how far they are off (numpy only).
+
+    error = K poisson(nu) (a / H)^p / (1 + c D / H)
+
+H height of the crest, D depth, a the contact's half-width. poisson(nu) = (nu^2 / (1 - nu^2))^q, the
+part by which plane strain is stiffer than plane stress to a power. For D << H the finger is a thin
+plate (plane stress), for D >> H the error is that of the two free ends: it falls as H / D.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.validate.plane_strain import PlaneStrainMap
+
+_DEPTH = np.geomspace(0.02, 20.0, 400)  # of c: the other constants are linear in logarithms
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One fitted rule; ``span`` None: of all spans. ``off``: its worst distance to the grid's
+    errors, absolute; ``typical`` the root of their mean square."""
+
+    quantity: str
+    span: float | None
+    factor: float
+    poisson: float
+    width: float
+    depth: float
+    off: float
+    typical: float
+
+    def error(self, poisson: Array | float, depth: Array | float, width: Array | float) -> Array:
+        """The error for Poisson's ratio, D/H and a/H."""
+        nu = np.asarray(poisson, dtype=float)
+        stiffer = (nu**2 / (1.0 - nu**2)) ** self.poisson
+        along = 1.0 + self.depth * np.asarray(depth, dtype=float)
+        return np.asarray(self.factor * stiffer * np.asarray(width) ** self.width / along)
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain values, to four digits."""
+        return {
+            name: float(f"{value:.4g}") if isinstance(value, float) else value
+            for name, value in asdict(self).items()
+        }
+
+
+def fitted(chart: PlaneStrainMap, quantity: str, span: float) -> Rule:
+    """The rule that fits a quantity's errors on the grid best, at one span share."""
+    at = int(np.argmin(np.abs(chart.span - span)))
+    error = np.abs(chart.errors[quantity][:, at])
+    nu = np.broadcast_to(chart.poisson[:, None, None], error.shape)
+    depth = np.broadcast_to(chart.depth[None, :, None], error.shape)
+    width = chart.width[:, at]
+    known = np.isfinite(error) & (error > 0.0)
+    nu, depth, width, error = nu[known], depth[known], width[known], error[known]
+    columns = np.column_stack([np.ones(len(nu)), np.log(nu**2 / (1.0 - nu**2)), width])
+    best: Rule | None = None
+    for c in _DEPTH:
+        wanted = np.log(error * (1.0 + c * depth))
+        # Weighted by the error: what counts is how far it is off, not by what factor.
+        solution = np.linalg.lstsq(columns * error[:, None], wanted * error, rcond=None)[0]
+        trial = Rule(
+            quantity,
+            float(chart.span[at]),
+            float(np.exp(solution[0])),
+            float(solution[1]),
+            float(solution[2]),
+            float(c),
+            0.0,
+            0.0,
+        )
+        away = trial.error(nu, depth, np.exp(width)) - error
+        typical = float(np.sqrt(np.mean(away**2)))
+        if best is None or typical < best.typical:
+            off = float(np.abs(away).max())
+            best = Rule(**(asdict(trial) | {"off": off, "typical": typical}))
+    assert best is not None
+    return best

@@ -1,0 +1,118 @@
+"""One analysis as it is asked for: design, scene and fidelity; and the clock that times it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from fingerdesign.layout.frames import mirrors_in_z
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+FIDELITIES = ("plane-strain", "3d", "auto")
+TOLERANCE = 0.02  # of "auto", where none is given
+
+
+@dataclass(frozen=True)
+class Case:
+    """What is to be analysed. ``scene`` None: the fundamental case, its study and the grips.
+
+    fidelity "auto": the cheapest model whose estimated error is under ``tolerance``. fields:
+    recover displacement fields, for files and pictures. go_on: even where the forecast says that
+    the machine's free memory will not do. estimator: what grip.controller = "regulator" grips by;
+    None: taught on the design. studied: with the study, at several frictions, of the fundamental
+    case; a comparison of many fingers has no use for it.
+    """
+
+    design: Design
+    scene: Scene | None = None
+    fidelity: str = "3d"
+    scene_name: str = ""
+    grips: bool = True
+    fields: bool = True
+    go_on: bool = False
+    tolerance: float = TOLERANCE
+    estimator: GripEstimator | None = None
+    studied: bool = True
+
+    @property
+    def path_scene(self) -> Scene:
+        """The scene whose path is followed."""
+        return self.scene or fundamental_scene()
+
+    @property
+    def asked(self) -> str:
+        """The fidelity with what belongs to it: "3d", "auto, 0.02"."""
+        return f"auto, {self.tolerance:g}" if self.fidelity == "auto" else self.fidelity
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether half of the finger says all: design and scene both mirror in z = 0."""
+        return mirrors_in_z(self.design) and self.path_scene.mirrors_in_z
+
+    @property
+    def runs_grips(self) -> bool:
+        """Whether the grips of the ``[grip]`` table are run."""
+        return self.grips and self.scene is None and bool(self.gage_array)
+
+    @property
+    def gage_array(self) -> tuple[int, ...]:
+        """The plates whose gages the slip rule reads, see :func:`gage_array`."""
+        return gage_array(self.design)
+
+
+@dataclass
+class Clock:
+    """Seconds by stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.add({name: time.perf_counter() - start})
+
+    def add(self, seconds: Mapping[str, float]) -> None:
+        """Add seconds by stage."""
+        for name, more in seconds.items():
+            self.seconds[name] = self.seconds.get(name, 0.0) + more
+
+
+def fundamental_scene() -> Scene:
+    """The shipped scene of paper 3.1."""
+    from fingerdesign.checks.load import parse_scene
+    from fingerdesign.checks.starter import shipped_scene_text
+
+    return parse_scene(shipped_scene_text("fundamental"), "fundamental")
+
+
+def gage_array(design: Design) -> tuple[int, ...]:
+    """The plates whose gages make the paper's array: one row along x, which feels shear in x.
+
+    Area measures need gages that differ in x alone: rows at other depths answer at other levels,
+    and rows along z feel shear in z. Of several rows along x the one with most plates counts, the
+    first of those; centres placed one by one are one row.
+    """
+    from fingerdesign.layout.frames import plate_frames
+
+    plates = design.plates
+    if plates.placement is not None:
+        return tuple(range(plates.number))
+    frames = plate_frames(design)
+    best: tuple[int, ...] = ()
+    first = 0
+    for row in plates.all_rows:
+        own = tuple(range(first, first + row.count))
+        first += row.count
+        if row.along == "x" and len(own) > len(best):
+            best = own
+    return tuple(k for k in best if frames[k].along == "x")

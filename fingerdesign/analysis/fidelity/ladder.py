@@ -1,0 +1,472 @@
+"""The fidelity ladder: no more model than the scene needs.
+
+    ladder = climb(design, scene, tolerance=0.02)
+    ladder.chosen.readings, ladder.estimate.worst, [each.why for each in ladder.tried]
+
+Where formulas speak of the scene, what they say is told; the plane strain that judges them costs a
+tenth of a second and says more, so they are never the answer.
+
+A coarse finger in space and plane strain come first: what they differ by is what plane strain costs
+here. Where that is near the tolerance, the section is refined, and taken as soon as a finger in
+space confirms it. Else the finger is refined, each answer judged by the one before (estimate.py),
+sizes that cannot suffice skipped, until the estimate is under the tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from fingerdesign.analysis.fidelity.models import InTurn, Model
+from fingerdesign.analysis.fidelity.readings import NOT_PULLED, Readings, errors
+from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
+from fingerdesign.arrays import Array
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.progress import Tell
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.fidelity.readings import Readings
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+
+# The lowest rung: a straight finger without plates, by formulas (numpy only).
+#
+# Hertz's line contact on a layer of the crest's height (Johnson, Contact Mechanics, 1985, eq. 5.56)
+#
+#     approach(a) = a^2 / (4 R) (2 ln(2 d / a) - nu / (1 - nu)),   P(a) = pi E* a^2 L / (4 R)
+#
+# and, pulled sideways under a held force, Cattaneo's partial slip as the difference of two such
+# contacts (Jaeger 1998; Ciavarella 1998), of half-widths a and c:
+#
+#     Q = mu (P(a) - P(c)),   shear = mu (yield(a) - yield(c)),   stick ratio c / a
+#     yield(a) = a^2 / (4 R) (2 ln(2 d / a) + (2 - nu) / (1 - nu))
+#
+# The last is eq. 5.56 for a force along the surface: Flamant's displacement below it has its other
+# constant the other way round (Timoshenko and Goodier, Theory of Elasticity, 1970, art. 36).
+
+NAME = "formulas: Hertz on a layer, Cattaneo"
+_STEPS = 60
+
+
+def analytic_readings(design: Design, scene: Scene) -> Readings | None:
+    """What the formulas say of the path; None where they do not speak.
+
+    They do of an arc without plates or core under a level plane that is pressed, never let go, and
+    pulled one way only while it is held.
+    """
+    body, rigid = design.body, scene.object
+    plain = body.shape == "arc" and body.edge_radius_mm is None and body.core is None
+    if not plain or design.plates.number or rigid.shape != "plane" or rigid.tilt_deg:
+        return None
+    rows = np.array([row[:2] for row in scene.path.rows])
+    if not scene.path.mirrors_in_z or not _monotone(rows):
+        return None
+    law = _Layer(design)
+    found = []
+    friction = rigid.friction_coefficient
+    for normal, pull in rows:
+        if scene.path.control == "force":
+            half = law.inverse(law.force, normal)
+            grip = law.inverse(law.force, max(normal - pull / max(friction, 1e-12), 0.0))
+        else:
+            half = law.inverse(law.approach, normal)
+            left = law.sideways(half) - pull / max(friction, 1e-12)
+            grip = law.inverse(law.sideways, max(left, 0.0))
+        tangential = friction * (law.force(half) - law.force(grip))
+        found.append((law.force(half), tangential, 2.0 * half, grip / half if half > 0.0 else 0.0))
+    normal_force, tangential_force, width, stick = np.array(found).T
+    none = np.empty((len(found), 0, 2))
+    return Readings(normal_force, tangential_force, width, stick, none, design.gages.face)
+
+
+class _Layer:
+    """Force and approach of a half-width on the finger's layer, both rising up to ``widest``."""
+
+    def __init__(self, design: Design) -> None:
+        from fingerdesign.layout.frames import crest_height
+
+        body, material = design.body, design.material_of("body")
+        self.nu = material.poissons_ratio
+        self.radius, self.depth = body.arc_radius_mm, body.depth_mm
+        self.modulus = material.youngs_modulus_MPa / (1.0 - self.nu**2)
+        self.height = float(crest_height(body))
+        most = 2.0 * self.height * math.exp(-0.5 / (1.0 - self.nu))
+        self.widest = min(0.5 * body.width_mm, most)
+
+    def force(self, half: float) -> float:
+        """N on the whole finger."""
+        return math.pi * self.modulus * half**2 * self.depth / (4.0 * self.radius)
+
+    def approach(self, half: float) -> float:
+        """mm, along the normal."""
+        return self._yields(half, -self.nu / (1.0 - self.nu))
+
+    def sideways(self, half: float) -> float:
+        """mm along the surface, where all of it slips at a friction coefficient of 1."""
+        return self._yields(half, (2.0 - self.nu) / (1.0 - self.nu))
+
+    def _yields(self, half: float, constant: float) -> float:
+        if half <= 0.0:
+            return 0.0
+        layer = 2.0 * math.log(2.0 * self.height / half) + constant
+        return half**2 / (4.0 * self.radius) * layer
+
+    def inverse(self, law: Callable[[float], float], value: float) -> float:
+        """The half-width, mm, at which a rising law has a value."""
+        if value <= 0.0:
+            return 0.0
+        low, high = 0.0, self.widest
+        for _ in range(_STEPS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if law(middle) < value else (low, middle)
+        return low
+
+
+def _monotone(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bool:
+    """Whether the first column never falls, and the second rises only while the first is held."""
+    steps = np.diff(rows, axis=0)
+    pulled = rows[:, 1] != 0.0
+    held = (steps[:, 0] == 0.0) | (~pulled[1:])
+    return bool((steps >= 0.0).all() and held.all() and rows[0, 1] == 0.0)
+
+
+# How wrong a model still is, judged by what the one before it said.
+#
+# An answer on elements of size h is taken to be off by c h^p. Two answers with sizes in the ratio
+# rho = h_coarse / h_fine differ by D, so the finer one is off by about
+#
+#     D / (rho^p - 1)
+#
+# (Richardson), p = ORDERS by quantity: plates' ends are singular, borders of contact and stick move
+# by parts of a facet. They were settled on three fingers of another seed than the bench's: the
+# largest whole or half orders at which four of five errors are under their estimate. (Median share
+# of the estimate, and in 95 of 100 cases: F_n 0.24, 1.4; F_t 0.51, 0.91; stick ratio 0.36, 1.3;
+# gages 0.29, 1.0.)
+#
+# A quantity's error is that of 95 % of its readings; of the path, that of its worst quantity. Stick
+# ratios count where something pulls sideways: under approach alone they say how the path was cut
+# into increments.
+
+# What a scene reads: goals, not energies. Contact width is told, but no controller reads it.
+GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")
+ORDERS = {"normal_force": 1.0, "tangential_force": 2.0, "stick_ratio": 2.0, "gage": 1.0}
+_PULLED = 1e-3  # of the path's largest F_t
+SHARE = 0.95  # of the readings of a quantity that an error is meant for
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated errors by quantity, parts of one (see readings.errors for what they relate to)."""
+
+    by_quantity: dict[str, float]
+
+    @property
+    def worst(self) -> float:
+        """Of the quantity that is worst."""
+        return max(self.by_quantity.values(), default=0.0)
+
+    @property
+    def worst_quantity(self) -> str:
+        """Which quantity that is."""
+        return max(self.by_quantity, key=lambda name: self.by_quantity[name])
+
+    def plus(self, other: Estimate) -> Estimate:
+        """Both errors together, at their worst."""
+        names = {**self.by_quantity, **other.by_quantity}
+        return Estimate(
+            {n: self.by_quantity.get(n, 0.0) + other.by_quantity.get(n, 0.0) for n in names}
+        )
+
+    def refined(self, ratio: float) -> Estimate:
+        """What is left of the errors on sizes ``ratio`` times smaller."""
+        return Estimate({n: each / ratio ** ORDERS[n] for n, each in self.by_quantity.items()})
+
+
+def difference(found: Readings, other: Readings) -> Estimate:
+    """How far 95 % of the readings of each quantity are from ``other`` at the most."""
+    return Estimate({name: of_most(each) for name, each in goal_errors(found, other).items()})
+
+
+def goal_errors(found: Readings, truth: Readings) -> dict[str, Array]:
+    """Errors of what a scene reads, by quantity, each in one row."""
+    apart = errors(found, truth)
+    every = {name: getattr(apart, name).reshape(-1) for name in GOALS}
+    pull = np.abs(truth.tangential_force)
+    most = float(pull.max(initial=0.0))
+    if most > NOT_PULLED * np.abs(truth.normal_force).max(initial=0.0):
+        every["stick_ratio"] = every["stick_ratio"][pull > _PULLED * most]
+    return every
+
+
+def of_most(values: Array) -> float:
+    """The value that SHARE of all do not exceed; 0 of none."""
+    flat = np.asarray(values).reshape(-1)
+    return float(np.quantile(flat, SHARE)) if flat.size else 0.0
+
+
+def discretisation(fine: Readings, coarse: Readings, ratio: float) -> Estimate:
+    """The finer answer's own error, sizes being in ``ratio`` > 1. ValueError for another ratio."""
+    if not ratio > 1.0:
+        raise ValueError(f"ratio = {ratio} must be above 1: the coarser size over the finer one")
+    apart = difference(coarse, fine).by_quantity
+    return Estimate({name: each / (ratio ** ORDERS[name] - 1.0) for name, each in apart.items()})
+
+
+class Answer(Protocol):
+    """What the ladder sees of a solved model (models.Solved, or a record of one)."""
+
+    @property
+    def model(self) -> Model: ...
+    @property
+    def readings(self) -> Readings: ...
+    @property
+    def dofs(self) -> int: ...
+    @property
+    def contact_nodes(self) -> int: ...
+    @property
+    def total(self) -> float: ...
+
+
+Solve = Callable[["Design", "Scene", Model], Answer]
+
+LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 0.5
+MOST_DOFS = (
+    350_000  # forecast from the rung before: 40 s and 6 GB here, and what comes next far more
+)
+GROWTH = 2.5  # equations by size: to this power
+_AIM = 0.9  # of the tolerance: what a size must promise to be tried next
+_HARDLY = 1.15  # times finer: less tells nothing of the error
+_HOPELESS = 2.0  # times the tolerance: plane strain so far from a coarse finger is given up
+_SMALL = 0.2  # of the tolerance: plane strain's own error
+WORDS = {
+    "normal_force": "F_n",
+    "tangential_force": "F_t",
+    "stick_ratio": "stick ratio",
+    "gage": "gage readings",
+}
+
+
+@dataclass(frozen=True)
+class Tried:
+    """One rung: its model, what it cost, its estimated errors (None: nothing to judge it by)."""
+
+    name: str
+    dimension: str
+    dofs: int
+    contact_nodes: int
+    seconds: float
+    estimate: Estimate | None
+    why: str
+
+
+@dataclass
+class Ladder:
+    """What was tried, in order, and the one that is enough (or the last, where none is)."""
+
+    tolerance: float
+    tried: list[Tried] = field(default_factory=list)
+    solved: Answer | None = None
+    estimate: Estimate | None = None
+    why_ended: str = ""
+
+    @property
+    def chosen(self) -> Answer:
+        """The model whose answer stands. ValueError before there is one."""
+        if self.solved is None:
+            raise ValueError("no model has been tried")
+        return self.solved
+
+    @property
+    def reached(self) -> bool:
+        """Whether the estimate is under the tolerance."""
+        return self.estimate is not None and self.estimate.worst <= self.tolerance
+
+    @property
+    def seconds(self) -> float:
+        """What all of them cost together."""
+        return sum(each.seconds for each in self.tried)
+
+    def add(self, solved: Answer, estimate: Estimate | None, why: str) -> None:
+        """Note a rung."""
+        self.tried.append(
+            Tried(
+                solved.model.name,
+                solved.model.dimension,
+                solved.dofs,
+                solved.contact_nodes,
+                solved.total,
+                estimate,
+                why,
+            )
+        )
+
+
+def climb(
+    design: Design,
+    scene: Scene,
+    tolerance: float,
+    solver: Solve | None = None,
+    tell: Tell = lambda message: None,
+    most_dofs: float = MOST_DOFS,
+    scales: Sequence[float] = SPACE_SCALES,
+) -> Ladder:
+    """The cheapest model whose estimated error is under ``tolerance`` (a part of one).
+
+    most_dofs: models that are forecast to have more equations are not tried; scales: of the sizes
+    in space, falling. Where even the finest is over the tolerance, that one is chosen, and
+    ``reached`` is False. Raises DesignError for a tolerance out of range, FingerDesignError where a
+    model fails.
+    """
+    if faults := tolerance_faults(tolerance):
+        raise DesignError(faults)
+    ladder, solver = Ladder(tolerance), solver or InTurn()
+    scale, left = scales[0], list(scales[1:])
+    tell(f"in space, sizes x {scale:g}")
+    now = solver(design, scene, rung(design, scene, "3-D", scale))
+    ladder.add(now, None, "the first in space: it judges those below")
+    section = None
+    if can_be_section(design, scene):
+        section = _section(ladder, design, scene, now, solver, tell)
+    if section is not None and _section_suffices(ladder, section, now):
+        return ladder
+    before, coarser = now, scale
+    while left:
+        scale = left.pop(0)
+        tell(f"in space, sizes x {scale:g}")
+        now = solver(design, scene, rung(design, scene, "3-D", scale))
+        ratio = refinement(now, before, coarser / scale)
+        if ratio < _HARDLY and left:
+            ladder.add(now, None, "hardly finer than the one before: judges nothing")
+            continue
+        estimate = discretisation(now.readings, before.readings, ratio)
+        ladder.solved, ladder.estimate = now, estimate
+        ladder.add(now, estimate, _words(estimate, tolerance))
+        if section is not None and _section_suffices(ladder, section, now):
+            return ladder
+        if ladder.reached:
+            return ladder
+        beyond = [each for each in left if now.dofs * (scale / each) ** GROWTH > most_dofs]
+        if beyond:
+            ladder.why_ended = (
+                f"the next one would have about {now.dofs * (scale / beyond[0]) ** GROWTH:.0f} "
+                f"equations, over the ladder's {most_dofs:.0f}"
+            )
+        left = left[: len(left) - len(beyond)]
+        while len(left) > 1 and _too_coarse(estimate, scale, left[0], tolerance):
+            left.pop(0)
+        before, coarser = now, scale
+    ladder.why_ended = ladder.why_ended or "no finer size is on the ladder"
+    return ladder
+
+
+def refinement(fine: Answer, coarse: Answer, ratio: float) -> float:
+    """How much finer an answer really is: ``ratio`` of sizes, but no more than its equations say.
+
+    Layers come in whole numbers, and small parts keep their elements small: sizes asked for may
+    not be those made.
+    """
+    grown = float(fine.dofs / max(coarse.dofs, 1)) ** (1.0 / GROWTH)
+    return float(max(min(ratio, grown), 1.0 + 1e-6))
+
+
+def tolerance_faults(tolerance: float) -> list[Fault]:
+    """The fault of a tolerance that no ladder can be held to."""
+    if LEAST_TOLERANCE <= tolerance <= MOST_TOLERANCE:
+        return []
+    bound = f"between {LEAST_TOLERANCE:g} and {MOST_TOLERANCE:g} (0.02: two percent)"
+    return [Fault("--tolerance", tolerance, bound, "choose one in between")]
+
+
+@dataclass(frozen=True)
+class _Section:
+    """Plane strain as fine as the tolerance asks, and its own error."""
+
+    answer: Answer
+    own: Estimate
+
+
+def _section(
+    ladder: Ladder, design: Design, scene: Scene, space: Answer, solver: Solve, tell: Tell
+) -> _Section | None:
+    """Plane strain where it may do, refined until its own error is a small part of the tolerance;
+    None where the coarse finger in space is too far from it."""
+    tell("plane strain")
+    formulas = analytic_readings(design, scene)
+    if formulas is not None:
+        off = difference(formulas, space.readings)
+        ladder.tried.append(Tried(NAME, "plane strain", 0, 0, 0.0, off, _formula_words(off)))
+    scale = SECTION_SCALES[0]
+    now = solver(design, scene, rung(design, scene, "plane strain", scale))
+    price = difference(now.readings, space.readings)
+    hopeless = price.worst > _HOPELESS * ladder.tolerance
+    ladder.add(now, price, _section_words(price, ladder.tolerance))
+    if hopeless:
+        return None
+    own = price
+    for finer in SECTION_SCALES[1:]:
+        before, coarser, scale = now, scale, finer
+        now = solver(design, scene, rung(design, scene, "plane strain", scale))
+        own = discretisation(now.readings, before.readings, coarser / scale)
+        ladder.add(now, None, f"plane strain, itself within {percent(own.worst)}")
+        if own.worst <= _SMALL * ladder.tolerance:
+            break
+    return _Section(now, own)
+
+
+def _section_suffices(ladder: Ladder, section: _Section, space: Answer) -> bool:
+    """Take plane strain where it is close enough to the finger in space as far as that is known."""
+    estimate = difference(section.answer.readings, space.readings).plus(section.own)
+    if estimate.worst > ladder.tolerance:
+        return False
+    ladder.solved, ladder.estimate = section.answer, estimate
+    ladder.tried.append(
+        Tried(
+            section.answer.model.name,
+            "plane strain",
+            section.answer.dofs,
+            section.answer.contact_nodes,
+            0.0,
+            estimate,
+            f"{_words(estimate, ladder.tolerance)}; judged by {space.model.name}",
+        )
+    )
+    return True
+
+
+def _too_coarse(estimate: Estimate, scale: float, finer: float, tolerance: float) -> bool:
+    """Whether a finer size promises too little to be tried."""
+    return bool(estimate.refined(scale / finer).worst > _AIM * tolerance)
+
+
+def _words(estimate: Estimate, tolerance: float) -> str:
+    name, worst = WORDS[estimate.worst_quantity], estimate.worst
+    if worst <= tolerance:
+        return f"enough: {name} within {percent(worst)}, {percent(tolerance)} asked"
+    return f"not enough: {name} within {percent(worst)}, {percent(tolerance)} asked"
+
+
+def percent(share: float) -> str:
+    """Two digits: "3.1 %", "120 %".
+
+    >>> percent(0.0314), percent(1.234), percent(0.1)
+    ('3.1 %', '120 %', '10 %')
+    """
+    return f"{float(f'{100.0 * share:.2g}'):g} %"
+
+
+def _formula_words(off: Estimate) -> str:
+    name, worst = WORDS[off.worst_quantity], off.worst
+    return f"off by {percent(worst)} ({name}) from the coarse finger in space; told, never taken"
+
+
+def _section_words(price: Estimate, tolerance: float) -> str:
+    name, worst = WORDS[price.worst_quantity], price.worst
+    words = f"plane strain costs about {percent(worst)} here ({name})"
+    if worst > _HOPELESS * tolerance:
+        return f"{words}, {percent(tolerance)} asked: given up"
+    return f"{words}: refined"

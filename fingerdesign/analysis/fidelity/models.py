@@ -1,0 +1,266 @@
+"""One way of modelling a finger in a scene, and what it answers: the rungs' and checks' workhorse.
+
+    solved = solve(design, scene, Model("3-D", sizes, layers=6))
+    solved.readings.normal_force
+
+A model is a dimension, element sizes and what stands for the plates. What has been condensed stays,
+so further paths (another friction, forces instead of motions) cost their increments alone.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+from fingerdesign.analysis.fidelity.readings import Readings, readings_of
+from fingerdesign.errors import MeshError, SolverError
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.path import Step
+    from fingerdesign.contact.problem import ContactProblem
+    from fingerdesign.design.mesh import SectionMesh
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fem.model import FiniteElementModel
+    from fingerdesign.layout.zone import Zone
+    from fingerdesign.mesh.types import Mesh
+
+Dimension = Literal["plane strain", "3-D"]
+Plates = Literal["solid", "sheet", "none"]
+
+_WIDEN, _WIDENINGS = 1.4, 6  # a candidate zone that the contact has outgrown
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Element edges, mm: at the contact, along the plates, at their ends, anywhere at the most."""
+
+    contact: float
+    plate: float
+    end: float
+    far: float
+    gradation: float = 0.3
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (math.isfinite(value) and value > 0.0):
+                raise MeshError(f"{name} = {value} must be a finite number above 0")
+
+    def scaled(self, factor: float) -> Sizes:
+        """All of them ``factor`` times as long."""
+        return replace(
+            self,
+            contact=factor * self.contact,
+            plate=factor * self.plate,
+            end=factor * self.end,
+            far=factor * self.far,
+        )
+
+
+@dataclass(frozen=True)
+class Model:
+    """How one solve models a finger.
+
+    layers: of an extruded finger, in half its depth; plates: None as the design says; whole: no
+    half model even where everything mirrors; mesher: None as the design says ("tetwild", "extrude",
+    "file"), where it is three-dimensional; element: None as the design says.
+    """
+
+    dimension: Dimension
+    sizes: Sizes
+    layers: int = 8
+    plates: Plates | None = None
+    mesher: str | None = None
+    whole: bool = False
+    element: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.dimension not in ("plane strain", "3-D"):
+            raise MeshError(f"dimension = {self.dimension!r} is neither 'plane strain' nor '3-D'")
+
+    @property
+    def name(self) -> str:
+        """A few words: "3-D, 0.4 mm, 8 layers"."""
+        words = [self.dimension, f"{self.sizes.contact:.3g} mm"]
+        words += [f"{self.layers} layers"] if self.mesher == "extrude" else []
+        words += [f"plates {self.plates}"] if self.plates else []
+        return ", ".join(words)
+
+
+@dataclass
+class Solved:
+    """An answer, what it took, and the condensed problem that gave it.
+
+    built: the factored model, for fields; None where it has been dropped for its memory.
+    """
+
+    design: Design
+    scene: Scene
+    model: Model
+    mesh: Mesh
+    zone: Zone
+    built: FiniteElementModel | None
+    problem: ContactProblem
+    readings: Readings
+    steps: list[Step]
+    dofs: int
+    contact_nodes: int
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def total(self) -> float:
+        """Seconds from the design to the last increment."""
+        return sum(self.seconds.values())
+
+    def along(self, scene: Scene) -> Readings:
+        """The readings over another path of the same object, on the same condensed model.
+
+        Raises SolverError where the path has no answer or leaves the candidate zone.
+        """
+        return readings_of(_follow(self.design, scene, self.problem), self.design.gages.face)
+
+
+def design_for(design: Design, model: Model) -> Design:
+    """The design with the keys of ``[mesh]`` and ``plates.model`` that the model asks for."""
+    from fingerdesign.checks.load import with_values
+
+    sizes = model.sizes
+    values: dict[str, object] = {}
+    if model.dimension == "3-D":
+        values |= {
+            "mesh.contact_size_mm": max(sizes.contact, 0.01),
+            "mesh.plate_size_mm": max(sizes.plate, 0.01),
+            "mesh.far_size_mm": max(sizes.far, 0.01),
+            "mesh.layers": model.layers,
+        }
+    if model.mesher is not None and model.mesher != design.mesh.mesher:
+        values |= {"mesh.mesher": model.mesher}
+    if model.plates is not None and design.plates.number:
+        values |= {"plates.model": model.plates}
+    if model.element is not None:
+        values |= {"mesh.element": model.element}
+    return with_values(design, values)
+
+
+def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) -> Solved:
+    """Mesh, condense, follow the scene's path. Raises FingerDesignError where a stage fails.
+
+    zone: of contact candidates, where more than the scene's own path is to be followed.
+    """
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.analysis.stages import zone_of
+    from fingerdesign.contact.increment import ZoneExhausted
+
+    case = Case(design, scene, fields=False, grips=False)
+    zone = zone_of(case, scene) if zone is None else zone
+    seconds: dict[str, float] = {}
+    for _ in range(_WIDENINGS):
+        try:
+            return _solve_in(design, scene, model, zone, case.symmetric, seconds)
+        except ZoneExhausted:
+            if zone.fills(design):
+                raise
+            zone = zone.widened(_WIDEN, design)
+    raise SolverError(f"the contact outgrew a candidate zone of {zone} again and again")
+
+
+class InTurn:
+    """Solves models of one finger in one scene, each in the candidate zone that the last needed.
+
+    What the contact outgrew once, it would outgrow in every model: widening means meshing anew.
+    """
+
+    def __init__(self, zone: Zone | None = None) -> None:
+        self.zone = zone
+
+    def __call__(self, design: Design, scene: Scene, model: Model) -> Solved:
+        """As :func:`solve`."""
+        solved = solve(design, scene, model, self.zone)
+        self.zone = solved.zone
+        return solved
+
+
+def _solve_in(
+    design: Design,
+    scene: Scene,
+    model: Model,
+    zone: Zone,
+    symmetric: bool,
+    seconds: dict[str, float],
+) -> Solved:
+    from fingerdesign.analysis.stages import condense
+    from fingerdesign.analysis.touch import object_at_touch
+    from fingerdesign.contact.problem import contact_problem
+
+    own = design_for(design, model)
+    start = time.perf_counter()
+    mesh = _mesh(own, model, zone, symmetric and not model.whole)
+    _add(seconds, "mesh", time.perf_counter() - start)
+    start = time.perf_counter()
+    built = condense(own, mesh, zone, scene)
+    total = time.perf_counter() - start
+    _add(seconds, "assemble", built.timings["assemble"])
+    _add(seconds, "condense", total - built.timings["assemble"])
+    start = time.perf_counter()
+    rigid = object_at_touch(scene.object, own.body)
+    problem = contact_problem(built.reduced, rigid, scene.object.friction_coefficient)
+    try:
+        steps = _follow(own, scene, problem)
+    finally:
+        _add(seconds, "increments", time.perf_counter() - start)
+    return Solved(
+        design=own,
+        scene=scene,
+        model=model,
+        mesh=mesh,
+        zone=zone,
+        built=built,
+        problem=problem,
+        readings=readings_of(steps, own.gages.face),
+        steps=steps,
+        dofs=built.dofs,
+        contact_nodes=built.reduced.nodes,
+        seconds=seconds,
+    )
+
+
+def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
+    sizes = _section_sizes(design, model)
+    if model.dimension == "plane strain":
+        from fingerdesign.mesh.section.section import mesh_section
+
+        return mesh_section(design, zone.half_width, sizes)
+    if design.mesh.mesher == "extrude":
+        from fingerdesign.mesh.section.extrude import extrude
+
+        return extrude(design, zone.half_width, symmetric, sizes)
+    from fingerdesign.analysis.stages import make_mesh
+
+    return make_mesh(design, "3d", zone, symmetric)
+
+
+def _section_sizes(design: Design, model: Model) -> SectionMesh:
+    sizes = model.sizes
+    return design.mesh.section.model_copy(
+        update={
+            "contact_size_mm": sizes.contact,
+            "plate_size_mm": sizes.plate,
+            "plate_end_size_mm": sizes.end,
+            "far_size_mm": sizes.far,
+            "gradation": sizes.gradation,
+        }
+    )
+
+
+def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]:
+    from fingerdesign.analysis.path import follow_path
+    from fingerdesign.analysis.stages import one_thread
+
+    with one_thread():
+        return follow_path(problem, scene, design)
+
+
+def _add(seconds: dict[str, float], stage: str, more: float) -> None:
+    seconds[stage] = seconds.get(stage, 0.0) + more

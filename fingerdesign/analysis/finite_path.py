@@ -1,0 +1,213 @@
+"""A scene's path at finite strain: Design + Mesh + Scene -> what each row reads.
+
+The same finger, mesh, object and friction law as the small-strain model; what differs is the
+rubber's law (fem.finite_law), that equilibrium holds on the deformed body, and that lengths and
+areas are those of the deformed body.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.analysis.touch import object_at_touch, targets
+from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.measures import Measures, measure
+from fingerdesign.contact.problem import Motion
+from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.fem.finite.body import finite_body
+from fingerdesign.fem.finite.gage import gage_lines
+from fingerdesign.fem.finite.row import Follower, Row, facing, untouched
+from fingerdesign.fem.model import body_of, candidate_facets, free_ends
+from fingerdesign.fem.trace import contact_trace
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.runtime.progress import Tell
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fem.finite.row import Facing
+    from fingerdesign.layout.zone import Zone
+    from fingerdesign.mesh.types import Mesh
+
+
+@dataclass(frozen=True)
+class FiniteRow:
+    """One row of the path. Whole finger, N, mm, MPa; strains plain.
+
+    measures: as at small strain, but widths, areas and pressures are those of the deformed finger,
+    and gages (plates, 2: upper, lower) their lines' elongation. balance: supports' force plus
+    contact force over the latter; residual: largest nodal force out of balance over it.
+    """
+
+    motion: Motion
+    measures: Measures
+    iterations: int
+    tangents: int
+    residual: float
+    balance: float
+
+    @property
+    def stick_ratio(self) -> float | None:
+        """Stick area over contact area; None without contact."""
+        return self.measures.stick_ratio
+
+    @property
+    def gages(self) -> Array:
+        """(plates, 2) plain strain, upper and lower face."""
+        return self.measures.gages
+
+
+@dataclass(frozen=True)
+class FiniteHistory:
+    """All rows, and what they cost: equations, contact nodes, seconds by stage."""
+
+    rows: tuple[FiniteRow, ...]
+    element: str
+    dofs: int
+    contact_nodes: int
+    seconds: dict[str, float]
+
+    def _of(self, name: str) -> Array:
+        return np.array([getattr(row.measures, name) for row in self.rows], dtype=float)
+
+    @property
+    def normal_force(self) -> Array:
+        """(k,) N, > 0 in compression."""
+        return self._of("normal_force")
+
+    @property
+    def tangential_force(self) -> Array:
+        """(k,) N, on the finger toward +x."""
+        return self._of("tangential_force")
+
+    @property
+    def contact_width(self) -> Array:
+        """(k,) mm along x of the deformed finger, at z = 0."""
+        return self._of("contact_width")
+
+    @property
+    def stick_ratio(self) -> Array:
+        """(k,), NaN without contact."""
+        return self._of("stick_ratio")
+
+    @property
+    def peak_pressure(self) -> Array:
+        """(k,) MPa, force per deformed area."""
+        return self._of("peak_pressure")
+
+    @property
+    def gages(self) -> Array:
+        """(k, plates, 2) plain strain, upper and lower face."""
+        return np.array([row.gages for row in self.rows])
+
+    @property
+    def iterations(self) -> NDArray[np.int64]:
+        """(k,) contact problems solved for each row."""
+        return np.array([row.iterations for row in self.rows])
+
+
+class FinitePathStopped(SolverError):
+    """A row has no accepted answer; ``rows`` holds those before it."""
+
+    def __init__(self, message: str, rows: tuple[FiniteRow, ...]) -> None:
+        super().__init__(message)
+        self.rows = rows
+
+
+def finite_readings(
+    design: Design, mesh: Mesh, zone: Zone, scene: Scene, tell: Tell | None = None
+) -> FiniteHistory:
+    """Follow the scene's path on ``mesh`` (2-D: plane strain) with contact candidates in ``zone``.
+
+    Raises DesignError for what finite strain does not know (sheets, linear elements, twist),
+    ZoneExhausted where the contact outgrows the zone, FinitePathStopped where a row fails.
+    """
+    refuse_finite(design, scene)
+    start = time.perf_counter()
+    lines = gage_lines(mesh, plate_frames(design), design.gages)
+    contact = candidate_facets(mesh, zone.half_width, zone.half_depth)
+    if not len(contact):
+        raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
+    body = finite_body(
+        body_of(design, mesh, contact), free_ends(design.body, mesh), design.body.depth_mm
+    )
+    face = facing(
+        body, object_at_touch(scene.object, design.body), scene.object.friction_coefficient
+    )
+    ready = time.perf_counter()
+    rows: list[FiniteRow] = []
+    path = scene.path
+    try:
+        for row in _follow(face, targets(path), path.substeps):
+            strains = lines.strains(body.system.displacement(row.past.values))
+            rows.append(_read(face, row, strains))
+            if tell is not None:
+                tell(f"row {len(rows)} of {len(path.rows)}: {row.iterations} iterations")
+    except ZoneExhausted:
+        raise
+    except SolverError as error:
+        where = f"row {len(rows) + 1} of {len(path.rows)} ({path.key}[{len(rows)}])"
+        raise FinitePathStopped(f"{where}: {error}", tuple(rows)) from error
+    seconds = {"prepare": ready - start, "increments": time.perf_counter() - ready}
+    nodes = len(body.at_rest.trace.nodes)
+    element = body.system.body.element
+    return FiniteHistory(tuple(rows), element, body.system.dofs, nodes, seconds)
+
+
+def refuse_finite(design: Design, scene: Scene) -> None:
+    """Raise DesignError with all that finite strain does not know."""
+    faults = []
+    if design.plates.model == "sheet":
+        bound = "'solid' or 'none' at finite strain"
+        faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))
+    if design.mesh.element == "P1":
+        bound = "'auto', 'P2' or 'mixed' at finite strain"
+        faults.append(Fault("mesh.element", "P1", bound, "set mesh.element = 'auto'"))
+    if any(len(row) > 3 and row[3] != 0.0 for row in scene.path.rows):
+        bound = "without twist_deg at finite strain"
+        faults.append(Fault(f"path.{scene.path.key}", "rows that twist", bound, "leave it at 0"))
+    if faults:
+        raise DesignError(faults)
+
+
+def _follow(face: Facing, path: list[Motion | Forces], substeps: int) -> Iterator[Row]:
+    """The rows of a path, each from the last one's state; friction moves ``substeps`` times."""
+    follower, past = Follower(face), untouched(face)
+    for target in path:
+        for piece in follower.pieces(past, target, substeps):
+            row = follower.row(past, piece)
+            past = row.past
+        yield row
+
+
+def _read(face: Facing, row: Row, strains: Array) -> FiniteRow:
+    """What the row amounts to, on the deformed finger."""
+    body, past = face.body, row.past
+    mesh = body.system.body.mesh
+    moved = body.system.displacement(past.values)
+    now = contact_trace(mesh.points + moved, body.system.body.contact, body.system.body.thickness)
+    model = row.problem.model
+    points = model.points.copy()
+    points[:, 0] += moved[now.nodes, 0]
+    there = replace(model, points=points, areas=now.areas, facet_areas=now.facet_areas)
+    found = measure(replace(row.problem, model=there), row.increment)
+    total = past.force.sum(axis=0)
+    free = ~model.locked.any(axis=0)
+    off = float(np.abs(body.supports(past.values) + total)[free].max())
+    scale = float(np.abs(past.force).sum())
+    return FiniteRow(
+        motion=replace(past.motion, load=0.0),
+        measures=replace(found, gages=strains),
+        iterations=row.iterations,
+        tangents=row.tangents,
+        residual=row.residual,
+        balance=off / scale if scale > 0.0 else 0.0,
+    )

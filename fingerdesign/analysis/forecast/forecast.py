@@ -1,0 +1,272 @@
+"""The forecast: size, memory and time of an analysis, before anything is built.
+
+    forecast(design, scene, "3d").memory_MB
+
+Counts of elements come from the same size fields that the meshers are given (section_count,
+space_count), what they cost from fitted laws (costs) and this machine's measured speed (machine).
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.forecast.counts import count_model
+from fingerdesign.analysis.refusals import impossible
+from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.runtime.machine import Machine, busy, this_machine
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.analysis.forecast.counts import Counts
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+
+# What a model of a given size takes: operations, memory, seconds by stage.
+#
+# Laws fitted by least squares in logarithms to whole runs of `analyse` (shipped and random designs,
+# plane strain and 3-D, 13k to 400k dofs), each in a process of its own. Times are those of a core
+# that multiplies matrices at ONE_CORE GFLOP/s, and grow as a machine is slower than that; measured
+# seconds were scaled by what dgemm reached right before and after each run.
+
+ONE_CORE = 60.0  # GFLOP/s of one core: what the seconds below are those of
+# Operations of the factorisation with its border, n dofs, and how many times they were that:
+#   plane strain   12 models of 13k to 402k dofs   exp(5.66) n^1.30 kept^0.18           0.88 to 1.09
+#   extruded       22 models of 12k to 499k dofs   exp(3.40) (n / L)^1.77 L^2.68        0.62 to 1.49
+#   tetrahedra     12 models of 18k to 500k dofs   exp(5.09) n^1.754, half of a finger  0.75 to 1.35
+#                                                  2.25 times that, a whole one
+# L: layers and a half. P1 and P2 meshes, and fingers of 1 to 21 plates, are among them.
+_FLAT = (5.66, 1.30, 0.18)
+_SWEPT = (3.40, 1.77, 2.68)
+_TETRAHEDRA, _WHOLE = (5.09, 1.754), 2.25
+# PARDISO's factors, kB: exp(a) n^b operations^c; the process, MB: base + per dof + factors.
+_FACTOR_FLAT = (-2.311, 0.719, 0.253)  # 0.98 to 1.02
+_FACTOR_SPACE = (-3.467, 0.546, 0.414)  # 0.93 to 1.12
+_BASE_MB = 140.0  # libraries, and what the report's figures take
+_PER_DOF_FLAT, _FACTORS_FLAT = -1.71e-3, 3.82  # 0.95 to 1.06
+_PER_DOF_SPACE, _FACTORS_SPACE = 3.02e-3, 0.975  # 0.94 to 1.05
+_OTHER_PROCESSES_MB = 500.0  # that of CAD; fTetWild's stayed below it up to 80k tetrahedra
+# Entries of the upper triangle per dof, and seconds for each to be ordered and laid out.
+_ENTRIES = {2: 14.6, 3: 47.0}
+_ORDERING_S = 0.64e-6
+_FACTOR_SHARE = 0.6  # of dgemm's speed
+
+
+def operations(counts: Counts) -> float:
+    """Floating-point operations of condensing."""
+    if counts.dimension == 2:
+        a, b, c = _FLAT
+        return float(math.exp(a) * counts.dofs**b * max(counts.kept, 1.0) ** c)
+    if counts.layers:
+        a, b, c = _SWEPT
+        layers = counts.layers + 0.5
+        return float(math.exp(a) * (counts.dofs / layers) ** b * layers**c)
+    a, b = _TETRAHEDRA
+    return float(math.exp(a) * counts.dofs**b * (1.0 if counts.half else _WHOLE))
+
+
+def peak_memory_MB(counts: Counts) -> float:
+    """The process's greatest resident memory, or that of one it starts."""
+    a, b, c = _FACTOR_FLAT if counts.dimension == 2 else _FACTOR_SPACE
+    factors = 1e-3 * math.exp(a) * counts.dofs**b * operations(counts) ** c
+    if counts.dimension == 2:
+        own = _BASE_MB + _PER_DOF_FLAT * counts.dofs + _FACTORS_FLAT * factors
+    else:
+        own = _BASE_MB + _PER_DOF_SPACE * counts.dofs + _FACTORS_SPACE * factors
+    return float(max(own, _OTHER_PROCESSES_MB))
+
+
+def stage_seconds(counts: Counts, case: Case, machine: Machine) -> dict[str, float]:
+    """Seconds by stage, as a result's timings_s names them."""
+    entries = _ENTRIES[counts.dimension] * counts.dofs
+    slow = ONE_CORE / machine.one_core
+    seconds = {
+        "geometry": 2.5 * slow,
+        "mesh": _mesh_seconds(counts, case) * slow,
+        "assemble": (9e-6 if counts.dimension == 2 else 60e-6) * counts.elements * slow,
+        "condense": 0.05 * slow
+        + _ORDERING_S * entries * slow
+        + operations(counts) / (1e9 * _FACTOR_SHARE * machine.all_cores),
+        "increments": _increments(counts, case) * slow,
+    }
+    grips = _grips(counts, case)
+    if grips:
+        seconds["grips"] = grips * slow
+    seconds["report"] = (3.2 + (2.3 if grips else 0.0) + 1e-5 * counts.elements) * slow
+    return seconds
+
+
+def _mesh_seconds(counts: Counts, case: Case) -> float:
+    """fTetWild's time goes with the root of what it makes; it scatters by 1.5 (a standard
+    deviation), and by as much again where an attempt is made again."""
+    if counts.known:
+        return 0.3 + 5e-6 * counts.elements
+    if counts.mesher == "netgen":
+        return 0.1 + 52e-6 * counts.elements
+    if counts.mesher == "extrude":
+        return 0.15 + 10e-6 * counts.elements
+    revolved = 1.35 if case.design.body.shape == "revolved" else 1.0
+    return 0.13 * revolved * math.sqrt(counts.elements)
+
+
+def _row(counts: Counts) -> float:
+    """Seconds of one increment of contact: small dense systems of the contact's dofs."""
+    contact = counts.dimension * counts.contact_nodes
+    return 1e-3 + 4.6e-9 * contact**2
+
+
+def _increments(counts: Counts, case: Case) -> float:
+    """The path, and where no scene is given the slip study of it at further frictions."""
+    path = case.path_scene.path
+    rows = len(path.rows) * path.substeps
+    studied = 6 if case.scene is None and len(case.gage_array) > 1 else 1
+    return rows * studied * _row(counts)
+
+
+def _grips(counts: Counts, case: Case) -> float:
+    """Each grip with the rule and without, and the rig's calibration; 60 % of the stage's travel
+    is what grips used."""
+    if not (case.grips and case.scene is None and case.gage_array):
+        return 0.0
+    grip = case.design.grip
+    travel = (grip.max_approach_mm - grip.preload_mm) / grip.approach_step_mm
+    steps = min(float(grip.max_steps), 0.6 * max(travel, 1.0))
+    return (2 * len(grip.friction_coefficients) + 1) * steps * _row(counts)
+
+
+_BUSY = " now (it is busy)"
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What an analysis will take.
+
+    fidelity        "plane-strain" or "3d"; half: half of the finger is modelled
+    mesh_kept       its mesh stands in the cache or in a file: counts are its own, no time to make
+    dofs            equations of the element used; contact_nodes: candidates for contact
+    memory_MB       greatest resident memory of the process, or of one that it starts
+    seconds         by stage, as result.timings_s; total_s: their sum
+    operations      floating-point ones of condensing
+    words           what it rests on, a sentence; machine_words: the machine it is for
+    """
+
+    fidelity: str
+    half: bool
+    mesher: str
+    element: str
+    elements: int
+    dofs: int
+    contact_nodes: int
+    memory_MB: float
+    seconds: dict[str, float] = field(default_factory=dict)
+    operations: float = 0.0
+    mesh_kept: bool = False
+    words: str = ""
+    machine_words: str = ""
+
+    @property
+    def total_s(self) -> float:
+        """Seconds from the design to the written report."""
+        return sum(self.seconds.values())
+
+    def __str__(self) -> str:
+        return (
+            f"{self.dofs} equations, {self.contact_nodes} contact nodes, "
+            f"{self.memory_MB / 1024.0:.1f} GB, {self.total_s:.0f} s"
+        )
+
+    def as_dict(self) -> dict[str, object]:
+        """Plain values, units in the keys."""
+        return {
+            "fidelity": self.fidelity,
+            "half": self.half,
+            "mesher": self.mesher,
+            "element": self.element,
+            "elements": self.elements,
+            "dofs": self.dofs,
+            "contact_nodes": self.contact_nodes,
+            "memory_MB": round(self.memory_MB),
+            "time_s": round(self.total_s, 1),
+            "timings_s": {name: round(value, 2) for name, value in self.seconds.items()},
+            "mesh_kept": self.mesh_kept,
+            "words": self.words,
+        }
+
+
+def forecast(
+    design: Design,
+    scene: Scene | None = None,
+    fidelity: str = "3d",
+    machine: Machine | None = None,
+) -> Forecast:
+    """What ``analyse`` of a sound design would take; scene None: the fundamental case with grips.
+
+    machine: its speed, by default this one's as measured within a day. Of 42 analyses, 10k to 250k
+    dofs, dofs were foretold within 1.5, memory within 1.3, time within 1.5 (``bench forecast``);
+    farthest off where the contact outgrew its zone and the model was made again.
+    """
+    return forecast_case(Case(design, scene, fidelity), machine)
+
+
+def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
+    """The forecast at each fidelity that the design can be analysed at in the scene."""
+    found = []
+    for fidelity in ("plane-strain", "3d"):
+        case = Case(design, scene, fidelity, go_on=True)
+        try:
+            if not impossible(case, case.path_scene):
+                found.append(forecast_case(case))
+        except (DesignError, MeshError):
+            continue  # it cannot be analysed so: the analysis says why
+    return found
+
+
+def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
+    """What ``pipeline.run`` and the report of a case would take.
+
+    ValueError for fidelity "auto": which models that will take is found while it works.
+    """
+    if case.fidelity not in ("plane-strain", "3d"):
+        raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be foretold")
+    bare = replace(case, go_on=False, estimator=None)  # neither changes what it takes
+    return _forecast(bare, this_machine() if machine is None else machine)
+
+
+@functools.lru_cache(maxsize=16)  # a command asks for the same one several times
+def _forecast(case: Case, machine: Machine) -> Forecast:
+    from fingerdesign.analysis.stages import zone_of
+
+    zone = zone_of(case, case.path_scene)
+    counts = count_model(case, zone)
+    made = {
+        "netgen": "netgen's size field integrated over the section",
+        "extrude": "netgen's size field integrated over the section, times the layers",
+        "tetwild": "fTetWild's size field integrated over the body",
+    }.get(counts.mesher, "the mesh's file")
+    if counts.known:
+        read = case.design.mesh.mesher == "file"
+        made = "the mesh's file" if read else "the mesh in the cache"
+    own = (
+        f"{machine.cores} core{'s' * (machine.cores != 1)}, one of which multiplies matrices at "
+        f"{machine.one_core:.0f} GFLOP/s{_BUSY if busy(machine.cores) else ''}"
+    )
+    words = f"elements from {made}; memory and time from laws fitted to measured runs, on {own}"
+    return Forecast(
+        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
+        half=counts.half,
+        mesher=counts.mesher,
+        element=counts.element,
+        elements=round(counts.elements),
+        dofs=round(counts.dofs),
+        contact_nodes=round(counts.contact_nodes),
+        memory_MB=peak_memory_MB(counts),
+        seconds=stage_seconds(counts, case, machine),
+        operations=operations(counts),
+        mesh_kept=counts.known,
+        words=words,
+        machine_words=own,
+    )

@@ -1,0 +1,395 @@
+"""Figures of the contact: forces and stick ratio by increment, tractions (paper, Fig. 6)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.page.verdict import force_controlled, leaves_section
+from fingerdesign.records.result import OPEN, SLIP, STICK, ContactHistory, Result
+from fingerdesign.report.numbers import cleaned
+from fingerdesign.report.style import (
+    BLUE,
+    OPEN_COLOUR,
+    PAPER,
+    SERIES,
+    VERMILION,
+    ReportFigure,
+    canvas,
+    small_multiples,
+    spread,
+    to_svg,
+    whole_numbers,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.ticker import Locator
+    from numpy.typing import NDArray
+
+
+def force_figure(result: Result) -> ReportFigure:
+    """Forces by increment, the twist moment where there is one, and the stick ratio (Fig. 6)."""
+    rows = result.increments
+    step = np.arange(1, len(rows) + 1)
+    both = [[row.normal_force_N, row.tangential_force_N] for row in rows]
+    normal, tangential = cleaned(np.array(both)).T  # on one scale: F_t may be noise beside F_n
+    ratio = np.array([np.nan if r.stick_ratio is None else r.stick_ratio for r in rows])
+    aside = leaves_section(rows)
+    figure = canvas(7.2, 2.9)
+    if aside:
+        forces, moments, sticks = figure.subplots(1, 3, width_ratios=(3, 2, 2))
+    else:
+        forces, sticks = figure.subplots(1, 2, width_ratios=(3, 2))
+    curves = [
+        (normal, "normal force", SERIES[0]),
+        (tangential, "tangential force", SERIES[1]),
+    ]
+    most = float(np.abs(normal).max(initial=0.0))
+    if aside:
+        along = cleaned((row.force_z_N for row in rows), scale=most)
+        moment = cleaned((row.twist_moment_Nmm for row in rows), scale=most)
+        curves[1] = (tangential, "tangential force, x", SERIES[1])
+        curves.append((along, "force along z", SERIES[3]))
+        colour, dashes, marker = SERIES[4]
+        moments.plot(step, moment, color=colour, ls=dashes, marker=marker)
+        moments.set(xlabel="increment", ylabel="moment about y (N mm)", title="Twist moment")
+        moments.xaxis.set_major_locator(whole_numbers(5))
+        _show_zero(moments, moment)
+    for values, name, (colour, dashes, marker) in curves:
+        forces.plot(step, values, color=colour, ls=dashes, marker=marker, label=name)
+    forces.set(xlabel="increment", ylabel="force on the finger (N)", title="Forces")
+    forces.legend(loc="best")
+    colour, dashes, marker = SERIES[2]
+    sticks.plot(step, ratio, color=colour, ls=dashes, marker=marker)
+    sticks.set(xlabel="increment", ylabel="stick area / contact area", title="Stick ratio")
+    sticks.set_ylim(-0.04, 1.04)
+    for axes in (forces, sticks):
+        axes.xaxis.set_major_locator(whole_numbers(5 if aside else 8))
+    _show_zero(forces, normal, tangential)
+    last = f"{ratio[-1]:.2f}" if np.isfinite(ratio[-1]) else "not defined (no contact)"
+    alternative = (
+        f"Over {len(rows)} increments the normal force goes from {normal[0]:.3g} to "
+        f"{normal[-1]:.3g} N and the tangential force from {tangential[0]:.3g} to "
+        f"{tangential[-1]:.3g} N; "
+        + (
+            f"at the end the force along z is {along[-1]:.3g} N and the twist moment "
+            f"{moment[-1]:.3g} N mm; "
+            if aside
+            else ""
+        )
+        + f"the stick ratio at the end is {last}."
+    )
+    point = "forces prescribed" if force_controlled(result) else "object's motion"
+    paper = "" if aside else " (After Fig. 6 of the paper.)"
+    return ReportFigure(
+        "forces",
+        "Forces and stick ratio, increment by increment",
+        to_svg(figure, "forces", alternative),
+        f"Each point is one increment of the {point}. The finger is near complete slip where the "
+        f"stick ratio comes down to zero: friction can then carry no more at this pressure.{paper}",
+        alternative,
+    )
+
+
+def traction_figure(contact: ContactHistory) -> ReportFigure:
+    """Pressure and shear traction on the mid-plane at a few increments.
+
+    Along x, signed; its magnitude where it has a part along z.
+    """
+    line = contact.mid_line()
+    x = contact.points[line, 0]
+    pressure = cleaned(contact.normal_traction[:, line])
+    both = cleaned(contact.tangential_traction[:, line], scale=float(pressure.max(initial=0.0)))
+    size = np.linalg.norm(both, axis=2)
+    # A free mesh has no row of nodes on z = 0: a little stands aside there even in pure shear.
+    turned = bool(np.abs(both[..., 1:]).max(initial=0.0) > 0.02 * size.max(initial=0.0))
+    shear = size if turned else both[..., 0]
+    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
+    shown = touching if len(touching) else np.arange(len(pressure))
+    chosen = [int(shown[i]) for i in spread(len(shown), 4)]
+    figure = canvas(7.2, 3.2)
+    left, right = figure.subplots(1, 2, sharex=True)
+    for number, (colour, dashes, _) in zip(chosen, SERIES, strict=False):
+        label = f"increment {number + 1}"
+        left.plot(x, pressure[number], color=colour, ls=dashes, label=label)
+        right.plot(x, shear[number], color=colour, ls=dashes, label=label)
+    reach = touched_reach(contact, line)
+    left.set_xlim(*reach)
+    left.set(xlabel="x (mm)", ylabel="pressure (MPa)", title="Pressure")
+    what = "magnitude of shear traction" if turned else "shear traction along x"
+    right.set(xlabel="x (mm)", ylabel=f"{what} (MPa)", title="Shear traction")
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    _show_zero(left, pressure)
+    _show_zero(right, shear)
+    last = chosen[-1]
+    place = "" if contact.dimension == 2 else " on the mid-plane z = 0"
+    if not len(touching):
+        alternative = "The object touches in none of the increments: all tractions are 0 MPa."
+    elif pressure[last].any():
+        alternative = (
+            f"At increment {last + 1} the pressure{place} peaks at {pressure[last].max():.3g} MPa "
+            f"at x = {x[pressure[last].argmax()]:.2f} mm; "
+        ) + (
+            f"the shear traction reaches {np.abs(shear[last]).max():.3g} MPa."
+            if shear[last].any()
+            else "there is no shear traction (0 MPa)."
+        )
+    else:
+        alternative = f"At increment {last + 1} the surface{place} carries no pressure (0 MPa)."
+    return ReportFigure(
+        "tractions",
+        "Pressure and shear traction",
+        to_svg(figure, "tractions", alternative),
+        f"Tractions on the finger{place} at a few increments"
+        + (", the shear traction's magnitude over x and z" if turned else "")
+        + ". Where the surface slips, the shear traction is in magnitude the friction coefficient "
+        "times the pressure; where it sticks, it is at most that."
+        + (
+            " Here that is so to a few percent: the object slopes; the tractions are drawn along "
+            "the finger's axes, not along its surface."
+            if _slopes(contact)
+            else ""
+        ),
+        alternative,
+    )
+
+
+def _slopes(contact: ContactHistory) -> bool:
+    """Whether shear traction over pressure differs among the points that slip."""
+    size = np.linalg.norm(contact.tangential_traction, axis=2)
+    pressure = contact.normal_traction
+    slipping = (contact.status == SLIP) & (pressure > 0.01 * pressure.max(initial=0.0))
+    ratio = size[slipping] / pressure[slipping]
+    return bool(ratio.size and np.ptp(ratio) > 1e-3 * ratio.max())
+
+
+def _show_zero(axes: Axes, *values: NDArray[np.float64]) -> None:
+    """A scale for what is zero everywhere, which matplotlib would magnify without end."""
+    if not any(part.any() for part in values):
+        axes.set_ylim(-1.0, 1.0)
+
+
+def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[float, float]:
+    """The x that are worth showing: all that ever touched, and a little more."""
+    x = contact.points[line, 0]
+    touched = (contact.status[:, line] != OPEN).any(axis=0)
+    if not touched.any():
+        return float(x.min()), float(x.max())
+    low, high = float(x[touched].min()), float(x[touched].max())
+    more = 0.15 * (high - low) + 0.05
+    return max(low - more, float(x.min())), min(high + more, float(x.max()))
+
+
+# Figure of open, stick and slip: rows over x in plane strain, top views in 3-D (paper, Fig. 7).
+
+STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
+STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
+    OPEN: (OPEN_COLOUR, ""),
+    STICK: (BLUE, ""),
+    SLIP: (VERMILION, "////"),
+}
+# In the top view small patches take no hatch, so lightness tells them apart; it is a raster, whose
+# colours do not follow the theme (hence not the palette's own).
+TOP_VIEW = {STICK: "#0c6fb1", SLIP: "#f0b189", OPEN: OPEN_COLOUR}
+
+
+def status_figure(contact: ContactHistory, shear_grows: bool = False) -> ReportFigure:
+    """Open, stick and slip over x and increment; in 3-D a top view an increment (Fig. 7).
+
+    shear_grows: the stick ratio falls as the tangential force grows, so the words may say it.
+    """
+    flat = contact.dimension == 2
+    image, alternative = (_status_rows if flat else _status_views)(contact)
+    reading = (
+        "Each row is one increment; along it, what the surface does at each x. Slip is hatched"
+        if flat
+        else "Each panel looks down on the contact zone at one increment. Slip is pale"
+    )
+    reading += (
+        ": it enters from the contact's edges and eats up the stick zone as the tangential force "
+        "grows. (After Fig. 7 of the paper.)"
+        if shear_grows
+        else ": there the shear traction has reached what friction can carry."
+    )
+    return ReportFigure(
+        "status",
+        "Where the surface is open, sticks and slips",
+        image,
+        reading,
+        alternative,
+    )
+
+
+def _status_rows(contact: ContactHistory) -> tuple[str, str]:
+    line = contact.mid_line()
+    x = contact.points[line, 0]
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    figure = canvas(7.2, 0.9 + 0.24 * len(contact.status))
+    axes = figure.subplots()
+    for row, status in enumerate(contact.status[:, line], start=1):
+        starts = np.flatnonzero(np.diff(status, prepend=-1))
+        for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
+            colour, hatch = STATUS_LOOK[int(status[begin])]
+            axes.barh(
+                row,
+                edges[end] - edges[begin],
+                left=edges[begin],
+                height=0.72,
+                color=colour,
+                hatch=hatch,
+                edgecolor=PAPER,
+                linewidth=0,
+            )
+    axes.set_xlim(*touched_reach(contact, line))
+    axes.set_ylim(len(contact.status) + 0.6, 0.4)
+    axes.set(xlabel="x (mm)", ylabel="increment")
+    axes.grid(visible=False, axis="y")
+    axes.yaxis.set_major_locator(whole_numbers(16))
+    _status_legend(axes)
+    return to_svg(figure, "status", text := _status_words(contact)), text
+
+
+def _status_views(contact: ContactHistory) -> tuple[str, str]:
+    from matplotlib.collections import PolyCollection
+
+    patches, owner = dual_patches(contact)
+    chosen = spread(len(contact.status), 8)
+    across, along = _touched_window(contact, patches, owner)
+    height, width = along[1] - along[0], across[1] - across[0]
+    columns, panel = _panel_grid(len(chosen), height / width)
+    rows = -(-len(chosen) // columns)
+    figure = canvas(7.2, 0.75 + (panel * height / width + 0.6) * rows)
+    panels = small_multiples(figure, len(chosen), columns, sharex=True, sharey=True)
+    for axes, number in zip(panels, chosen, strict=True):
+        for status in (STICK, SLIP):
+            own = contact.status[number][owner] == status
+            # One raster image a panel: thousands of polygons would make the page heavy.
+            axes.add_collection(
+                PolyCollection(
+                    patches[own],
+                    facecolors=TOP_VIEW[status],
+                    edgecolors=TOP_VIEW[status],
+                    lw=0.2,  # or the seams between patches would show
+                    rasterized=True,
+                )
+            )
+        axes.set_title(f"incr. {number + 1}" if columns > 4 else f"increment {number + 1}")
+        axes.set_xlim(*across)
+        axes.set_ylim(*along)
+        axes.set_aspect("equal", adjustable="box")
+        axes.xaxis.set_major_locator(_few_ticks(panel / 0.45))
+        axes.yaxis.set_major_locator(_few_ticks(panel * height / width / 0.3))
+        axes.set_facecolor(OPEN_COLOUR)  # under the patches: the legend's "open"
+        axes.grid(visible=False)
+    for axes in panels[-columns:]:
+        axes.set_xlabel("x (mm)")
+    for axes in panels[::columns]:
+        axes.set_ylabel("z (mm)")
+    _status_legend(panels[0], figure_wide=True)
+    return to_svg(figure, "status", text := _status_words(contact)), text
+
+
+def _touched_window(
+    contact: ContactHistory, patches: NDArray[np.float64], owner: NDArray[np.int64]
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """What a top view shows of x and of z: all that ever touched, and a little more."""
+    touched = (contact.status != OPEN).any(axis=0)[owner]
+    shown = (patches[touched] if touched.any() else patches).reshape(-1, 2)
+    ends = patches.reshape(-1, 2)
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    more = 0.1 * (high - low) + 0.05
+    low = np.maximum(low - more, ends.min(axis=0))
+    high = np.minimum(high + more, ends.max(axis=0))
+    x, z = (float(low[0]), float(high[0])), (float(low[1]), float(high[1]))
+    # A sliver cannot be read: no side is shown under a sixth of the other.
+    return _at_least(x, (z[1] - z[0]) / 6), _at_least(z, (x[1] - x[0]) / 6)
+
+
+def _at_least(window: tuple[float, float], width: float) -> tuple[float, float]:
+    lacking = max(0.0, width - (window[1] - window[0]))
+    return window[0] - 0.5 * lacking, window[1] + 0.5 * lacking
+
+
+def _panel_grid(count: int, slope: float) -> tuple[int, float]:
+    """Columns and a panel's width (inches) for panels of this height over width.
+
+    Each panel is kept under 2.4 inches high and the figure under 6; then no place is left empty,
+    no panel is under 1.2 inches wide, and the columns are few.
+    """
+    fitting = []
+    for columns in range(min(2, count), min(count, 8) + 1):
+        width = min((6.5 - 0.25 * (columns - 1)) / columns, 3.2)
+        rows = -(-count // columns)
+        if width * slope <= 2.4 and (width * slope + 0.6) * rows <= 5.5:
+            spare = rows * columns - count
+            fitting.append((spare + 10 * (width < 1.2), columns, width))
+    if fitting:
+        return min(fitting)[1:]
+    columns = min(count, 8)
+    return columns, min((6.5 - 0.25 * (columns - 1)) / columns, 4.5 / slope)
+
+
+def _few_ticks(room: float) -> Locator:
+    """Ticks for an axis with room for so many labels: at least two, from round steps."""
+    from matplotlib.ticker import MaxNLocator
+
+    return MaxNLocator(nbins=int(min(max(room, 1), 5)), steps=[1, 2, 5, 10], min_n_ticks=2)
+
+
+def dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Each facet cut into three kites, one a corner: (3 f, 4, 2) in (x, z), and their points."""
+    flat = contact.points[:, [0, 2]]
+    corners = flat[contact.facets]
+    middle = corners.mean(axis=1)
+    after = 0.5 * (corners + np.roll(corners, -1, axis=1))
+    before = np.roll(after, 1, axis=1)
+    centre = np.broadcast_to(middle[:, None], corners.shape)
+    kites = np.stack([corners, after, centre, before], axis=2).reshape(-1, 4, 2)
+    owner = contact.facets.reshape(-1)
+    if contact.symmetric:
+        kites, owner = np.concatenate([kites, kites * [1, -1]]), np.tile(owner, 2)
+    return kites, owner
+
+
+def _status_legend(axes: Axes, figure_wide: bool = False) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [
+        Patch(
+            facecolor=TOP_VIEW[status] if figure_wide else STATUS_LOOK[status][0],
+            hatch="" if figure_wide else STATUS_LOOK[status][1],
+            edgecolor=PAPER,
+            label=STATUS_NAMES[status],
+        )
+        for status in (STICK, SLIP, OPEN)
+    ]
+    place = axes.figure if figure_wide else axes
+    where = "outside upper right" if figure_wide else "lower right"
+    anchor = {} if figure_wide else {"bbox_to_anchor": (1.0, 1.0)}
+    place.legend(handles=handles, loc=where, ncols=len(handles), **anchor)
+
+
+def _status_words(contact: ContactHistory) -> str:
+    lengths = contact.stick_length()
+    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
+    if not len(touching):
+        return "The object does not touch the finger in any increment."
+    place = "" if contact.dimension == 2 else " on z = 0"
+    begins = f"Contact begins at increment {touching[0] + 1}"
+    last = int(touching[-1])
+    ends = "" if last == len(lengths) - 1 else f"; none is left after increment {last + 1}"
+    if not lengths.any():
+        return f"{begins}{ends}; the surface slips wherever it touches{place}, none of it sticks."
+    widest = int(np.argmax(lengths))
+    gone = [number + 1 for number in touching if lengths[number] == 0]
+    end = (
+        f"none sticks at increment {gone[0]}"
+        if gone
+        else f"{lengths[last]:.2f} mm stick at increment {last + 1}"
+    )
+    return (
+        f"{begins}{ends}; along x{place} the surface sticks over at most "
+        f"{lengths[widest]:.2f} mm (increment {widest + 1}); {end}."
+    )

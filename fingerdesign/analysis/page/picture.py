@@ -1,0 +1,310 @@
+"""Pictures of the finger: its inside, and deformed. Drawn off-screen, no display needed.
+
+VTK is native code that can crash where its graphics drivers are odd, so it runs in a process of its
+own with a time limit; its failure is a :class:`PictureError` and the report does without.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import fingerdesign.analysis.page.picture_worker as picture_worker
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.page.words import count_text
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.records.result import OPEN, FieldHistory, GageLayout
+
+# Surfaces to look at, out of a mesh: of the body and of each plate (numpy only).
+#
+# A section (plane strain) is drawn as the finger that it stands for: extruded over the body's
+# depth. A half model is mirrored in z = 0.
+
+_LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
+_BENT_PIECES = 6
+_OUTWARD_SIDES = ((0, 1), (1, 2), (2, 0))
+_OUTWARD_FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Triangles in space.
+
+    points (n, 3) mm; triangles (t, 3), looking outward; nodes (n,): the mesh node of each point.
+    """
+
+    points: Array
+    triangles: IntArray
+    nodes: IntArray
+
+
+def surface_of(mesh: Mesh, chosen: NDArray[np.bool_], depth_mm: float) -> Surface:
+    """The boundary of the chosen cells, (c,), as flat triangles between corner nodes."""
+    cells = mesh.corners[chosen]
+    if mesh.dimension == 2:
+        return _extruded(mesh.points, cells, depth_mm)
+    facets = boundary(cells)
+    if mesh.symmetric:  # the cut itself is no surface of the finger
+        facets = facets[np.abs(mesh.points[facets][..., 2]).max(axis=1) > 1e-6]
+    nodes, triangles = np.unique(facets, return_inverse=True)
+    triangles = triangles.reshape(facets.shape)
+    points = mesh.points[nodes]
+    if mesh.symmetric:
+        mirrored = points * np.array([1.0, 1.0, -1.0])
+        flipped = triangles[:, ::-1] + len(points)
+        points = np.concatenate([points, mirrored])
+        triangles, nodes = np.concatenate([triangles, flipped]), np.tile(nodes, 2)
+    return Surface(points, triangles, nodes)
+
+
+def boundary(cells: IntArray) -> IntArray:
+    """Facets of one cell only, looking outward: (b, 2) of triangles, (b, 3) of tetrahedra.
+
+    The cells must be positively oriented.
+    """
+    sides = _OUTWARD_SIDES if cells.shape[1] == 3 else _OUTWARD_FACES
+    facets = np.concatenate([cells[:, list(side)] for side in sides])
+    _, first, count = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(facets[first[count == 1]])
+
+
+def gage_quads(plates: tuple[PlateFrame, ...], gages: GageLayout) -> Array:
+    """Corners of the gages, a hair above the plate faces that carry them: (q, 4, 3), mm.
+
+    On a bent plate a gage is several quads, one beside the other.
+    """
+    sides = {"upper": (1.0,), "lower": (-1.0,)}.get(gages.face, (1.0, -1.0))
+    quads = []
+    for plate in plates:
+        pieces = 1 if plate.bend_radius is None else _BENT_PIECES
+        along = np.linspace(-0.5, 0.5, pieces + 1) * gages.length_mm
+        low, high = (plate.middle + gages.z_mm + sign * 0.5 * gages.width_mm for sign in (-1, 1))
+        for side in sides:
+            line = plate.from_local(along, side * (0.5 * plate.thickness + _LIFT))
+            near, far = plate.to_space(line, low), plate.to_space(line, high)
+            quads += [[near[k], near[k + 1], far[k + 1], far[k]] for k in range(pieces)]
+    return np.array(quads, dtype=float).reshape(-1, 4, 3)
+
+
+def plate_boxes(plates: tuple[PlateFrame, ...]) -> Surface:
+    """The plates as they are cast, from their frames alone; holes are left out."""
+    points, triangles, count = [], [], 0
+    for plate in plates:
+        ring = plate.outline()
+        n = len(ring)
+        flat = np.array([[k, k + 1, n - 2 - k] for k in range(n // 2 - 1)])
+        other = np.array([[k, n - 2 - k, n - 1 - k] for k in range(n // 2 - 1)])
+        cap = np.concatenate([flat, other])
+        k = np.arange(n)
+        after = np.roll(k, -1)
+        walls = np.concatenate(
+            [np.stack([k, after, after + n], 1), np.stack([k, after + n, k + n], 1)]
+        )
+        points += [plate.to_space(ring, w) for w in (plate.low, plate.high)]
+        whole = np.concatenate([cap[:, ::-1], cap + n, walls])
+        if plate.along == "z":  # (z, y) against x is the other hand
+            whole = whole[:, ::-1]
+        triangles.append(whole + count)
+        count += 2 * n
+    none = np.zeros(0, dtype=np.int64)
+    if not points:
+        return Surface(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), none)
+    return Surface(np.concatenate(points), np.concatenate(triangles), np.zeros(count, dtype=int))
+
+
+def region_of(mesh: Mesh, name: str) -> NDArray[np.bool_]:
+    """Which cells (c,) are of the region ``name``, or of any plate: "plates"."""
+    named = {number: mesh.region_name(number) for number in np.unique(mesh.regions).tolist()}
+    if name == "plates":
+        chosen = [number for number, said in named.items() if said.startswith("plate_")]
+    else:
+        chosen = [number for number, said in named.items() if said == name]
+    return np.asarray(np.isin(mesh.regions, chosen))
+
+
+def _extruded(points: Array, cells: IntArray, depth: float) -> Surface:
+    nodes, triangles = np.unique(cells, return_inverse=True)
+    triangles = triangles.reshape(cells.shape)
+    flat, n = points[nodes], len(nodes)
+    ends = [np.column_stack([flat, np.full(n, z)]) for z in (-0.5 * depth, 0.5 * depth)]
+    a, b = boundary(triangles).T
+    walls = np.concatenate([np.stack([a, b, b + n], 1), np.stack([a, b + n, a + n], 1)])
+    whole = np.concatenate([triangles[:, ::-1], triangles + n, walls])
+    return Surface(np.concatenate(ends), whole, np.tile(nodes, 2))
+
+
+TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer
+
+UNMOVED_MM = 1e-6  # a displacement that is not worth a picture
+
+
+class PictureError(FingerDesignError):
+    """The picture could not be drawn; the message says why."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A PNG and what it shows, in words; scale_mm: the colour scale's top, None without colours."""
+
+    png: bytes
+    alternative: str
+    scale_mm: float | None = None
+
+
+class PictureJob:
+    """Pictures being drawn in a process of their own, while the caller goes on.
+
+    Use as a context manager; leaving it ends the process. Needs an analysis with a mesh.
+    """
+
+    def __init__(self, analysis: Analysis, time_limit_s: float = TIME_LIMIT_S) -> None:
+        self.time_limit_s = time_limit_s
+        self.words: dict[str, str] = {}
+        self._arrays = _scene(analysis, self.words)
+
+    def __enter__(self) -> PictureJob:
+        self._folder = tempfile.TemporaryDirectory(prefix="fingerdesign-picture-")
+        folder = Path(self._folder.name)
+        np.savez(folder / "scene.npz", **self._arrays)
+        root = str(Path(__file__).parents[3])
+        path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
+        command = [sys.executable, "-m", picture_worker.__name__, "scene.npz"]
+        self._errors = (folder / "errors.txt").open("wb")
+        self._process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env=os.environ | {"PYTHONPATH": path},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=self._errors,
+        )
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._process.poll() is None:
+            self._process.kill()
+        self._process.wait()
+        self._errors.close()
+        self._folder.cleanup()
+
+    def pictures(self) -> dict[str, Picture]:
+        """Name ("inside", "deformed") -> picture. Waits; raises PictureError."""
+        try:
+            code = self._process.wait(self.time_limit_s)
+        except subprocess.TimeoutExpired as error:
+            raise PictureError(f"drawing took longer than {self.time_limit_s:g} s") from error
+        folder = Path(self._folder.name)
+        if code != 0:
+            lines = (folder / "errors.txt").read_text("utf-8", "replace").strip().splitlines()
+            how = f"ended by signal {-code}" if code < 0 else f"exit code {code}"
+            reason = f": {lines[-1][:300]}" if lines else ""
+            raise PictureError(f"the drawing process failed ({how}){reason}")
+        return {
+            name: Picture((folder / f"{name}.png").read_bytes(), words, self._scale(name))
+            for name, words in self.words.items()
+        }
+
+    def _scale(self, name: str) -> float | None:
+        if name != "deformed":
+            return None
+        return float(np.linalg.norm(self._arrays["moved"], axis=1).max())
+
+
+def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
+    """All that the worker draws, as arrays; fills ``words`` with what each picture shows."""
+    mesh = analysis.mesh
+    if mesh is None:
+        raise PictureError("there is no mesh to draw")
+    everything = np.ones(len(mesh.cells), dtype=bool)
+    body = surface_of(mesh, everything, analysis.depth_mm)
+    arrays: dict[str, Any] = {"body_points": body.points, "body_triangles": body.triangles}
+    count = len(analysis.plates)
+    solid, core = region_of(mesh, "plates"), region_of(mesh, "core")
+    if solid.any():
+        plates = surface_of(mesh, solid, analysis.depth_mm)
+        count = len(set(mesh.regions[solid].tolist()))
+    else:  # sheets, or left out: drawn as they are cast
+        plates = plate_boxes(analysis.plates)
+    if len(plates.triangles):
+        arrays |= {"plate_points": plates.points, "plate_triangles": plates.triangles}
+    if core.any():
+        drawn = surface_of(mesh, core, analysis.depth_mm)
+        arrays |= {"core_points": drawn.points, "core_triangles": drawn.triangles}
+    if analysis.gages is not None and analysis.plates:
+        arrays["gages"] = gage_quads(analysis.plates, analysis.gages)
+    touched = _contact_zone(analysis)
+    arrays |= touched
+    words["inside"] = (
+        "The finger seen from the front, above: a translucent body, "
+        f"{count_text(count, 'plate')} inside it"
+        + (", a green core" if core.any() else "")
+        + (", the gages on them blue" if "gages" in arrays else "")
+        + (", and the surface that touched the object tinted." if touched else ".")
+    )
+    if analysis.fields is not None and len(analysis.fields.increments):
+        moved, said = _moved(mesh, analysis.fields, body)
+        if moved is None:
+            words["inside"] += f" {said}"
+        else:
+            arrays["moved"], words["deformed"] = moved, said
+    return arrays
+
+
+def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array | None, str]:
+    """Displacement of the body's surface points in the last field, None if it is next to nothing;
+    and words for it."""
+    last = fields.displacement[-1]
+    if len(last) != len(mesh.points):
+        raise PictureError("the displacement field does not belong to the mesh")
+    moved = np.zeros_like(body.points)
+    moved[:, : last.shape[1]] = last[body.nodes]
+    if mesh.symmetric:
+        moved[body.points[:, 2] < 0, 2] *= -1.0
+    size = np.linalg.norm(moved, axis=1)
+    number = fields.increments[-1] + 1
+    if size.max() < UNMOVED_MM:
+        return None, f"There is no picture of it deformed: in increment {number} nothing moves it."
+    words = (
+        f"The finger deformed as in increment {number}, true to scale, coloured "
+        f"by the length of its displacement: up to {size.max():.3g} mm at the surface."
+    )
+    return moved, words
+
+
+def _contact_zone(analysis: Analysis) -> dict[str, Any]:
+    """The candidate surface and which of its points ever touched; empty if none did."""
+    contact = analysis.contact
+    if contact is None or not (contact.status != OPEN).any():
+        return {}
+    touched = (contact.status != OPEN).any(axis=0)
+    points, triangles = contact.points, contact.facets
+    if contact.dimension == 2:
+        half, n = 0.5 * analysis.depth_mm, len(points)
+        points = np.concatenate([np.column_stack([points, np.full(n, z)]) for z in (-half, half)])
+        a, b = triangles.T
+        triangles = np.concatenate([np.stack([a, b, b + n], 1), np.stack([a, b + n, a + n], 1)])
+        touched = np.tile(touched, 2)
+    elif contact.symmetric:
+        triangles = np.concatenate([triangles, triangles + len(points)])
+        points = np.concatenate([points, points * np.array([1.0, 1.0, -1.0])])
+        touched = np.tile(touched, 2)
+    return {"zone_points": points, "zone_triangles": triangles, "zone_touched": touched}

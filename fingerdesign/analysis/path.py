@@ -1,0 +1,121 @@
+"""The scene's path, followed row by row; what is solved is kept where a row has no answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.touch import targets
+from fingerdesign.checks.scene import MOST_MOTION
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.path import Step, follow
+from fingerdesign.control.signals import gage_readings
+from fingerdesign.errors import SolverError
+from fingerdesign.layout.frames import crest_height
+from fingerdesign.records.arrays import ContactHistory
+from fingerdesign.records.result import GageResult, IncrementResult, PointStrain
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.problem import ContactProblem, Motion
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.records.result import IncrementResult
+    from fingerdesign.reduced import ReducedModel
+
+
+# From solved increments to what a result holds: microstrain, tables, histories.
+
+MICRO = 1e6
+
+
+def increment_result(step: Step, face: str) -> IncrementResult:
+    """One row of ``increments`` in result.json."""
+    measures, increment = step.measures, step.increment
+    readings = gage_readings(measures.gages, face)
+    return IncrementResult(
+        approach_mm=increment.motion.approach,
+        shear_mm=increment.motion.shear,
+        normal_force_N=measures.normal_force,
+        tangential_force_N=measures.tangential_force,
+        contact_width_mm=measures.contact_width,
+        stick_ratio=measures.stick_ratio,
+        open_nodes=measures.open_nodes,
+        stick_nodes=measures.stick_nodes,
+        slip_nodes=measures.slip_nodes,
+        peak_pressure_MPa=measures.peak_pressure,
+        iterations=increment.iterations,
+        residual=increment.residual,
+        gages=tuple(
+            GageResult(
+                plate,
+                upper=float(upper),
+                lower=float(lower),
+                membrane=float(0.5 * (upper + lower)),
+                bending=float(0.5 * (upper - lower)),
+                reading=float(reading),
+            )
+            for plate, ((upper, lower), reading) in enumerate(
+                zip(measures.gages * MICRO, readings, strict=True)
+            )
+        ),
+        points=tuple(PointStrain(*map(float, strain)) for strain in measures.points * MICRO),
+        shear_z_mm=increment.motion.shear_z,
+        twist_deg=increment.motion.twist_deg,
+        force_z_N=measures.force_z,
+        twist_moment_Nmm=measures.twist_moment,
+    )
+
+
+def contact_history(problem: ContactProblem, steps: Sequence[Step]) -> ContactHistory:
+    """Nodal status, tractions (MPa) and slip (mm) of all increments."""
+    model: ReducedModel = problem.model
+    force = np.array([problem.to_global(step.increment.multiplier) for step in steps])
+    normal = np.array([step.increment.multiplier[:, 0] for step in steps])
+    plane = [0] if model.dimension == 2 else [0, 2]
+    return ContactHistory(
+        points=model.points,
+        areas=model.areas / (model.depth if model.dimension == 2 else 1.0),
+        facets=model.facets,
+        status=np.array([step.increment.status for step in steps]),
+        normal_traction=normal / model.areas,
+        tangential_traction=force[:, :, plane] / model.areas[None, :, None],
+        slip=np.array([step.increment.state.slip for step in steps]),
+        symmetric=model.symmetry_factor == 2,
+    )
+
+
+class PathStopped(SolverError):
+    """A row of the path has no accepted answer; ``increments`` holds those before it."""
+
+    def __init__(self, message: str, increments: tuple[IncrementResult, ...]) -> None:
+        super().__init__(message)
+        self.increments = increments
+
+
+def follow_path(problem: ContactProblem, scene: Scene, design: Design) -> list[Step]:
+    """One step a row. Raises ZoneExhausted where the candidates do not reach far enough, and
+    PathStopped where a row has no accepted answer or leads farther than small strains allow."""
+    path, steps, face = scene.path, list[Step](), design.gages.face
+    most = MOST_MOTION * float(crest_height(design.body))
+    try:
+        for step in follow(problem, targets(path), substeps=path.substeps):
+            _refuse_far(step.increment.motion, most)
+            steps.append(step)
+    except ZoneExhausted:
+        raise
+    except SolverError as error:
+        where = f"row {len(steps) + 1} of {len(path.rows)} ({path.key}[{len(steps)}])"
+        solved = tuple(increment_result(step, face) for step in steps)
+        raise PathStopped(f"{where}: {error}", solved) from error
+    return steps
+
+
+def _refuse_far(motion: Motion, most: float) -> None:
+    """Motions that forces led to are held to what prescribed ones are."""
+    if max(abs(motion.approach), abs(motion.shear)) > most:
+        raise SolverError(
+            f"the forces lead to {motion}: more than {most:.4g} mm, half of the finger's height, "
+            "where strains are small no more; ask for less force"
+        )

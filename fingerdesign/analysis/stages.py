@@ -1,0 +1,139 @@
+"""The stages between a design and what was found: zone, mesh, condensed model, grips, fields."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.touch import object_at_touch, touch_point
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.path import Step
+from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
+from fingerdesign.records.result import (
+    FieldHistory,
+    GripResult,
+    GripTrace,
+    SlipStudy,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.fem.model import FiniteElementModel
+    from fingerdesign.mesh.types import Mesh
+
+
+STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
+
+
+def zone_of(case: Case, scene: Scene) -> Zone:
+    """Contact candidates for the scene and, where they are run, the grips (against a plane)."""
+    reach, touch = (
+        greatest_approach(case.design, scene),
+        touch_point(scene.object, case.design.body),
+    )
+    zone = candidate_zone(case.design, scene.object, reach, touch)
+    if case.runs_grips:
+        reach = case.design.grip.max_approach_mm
+        grips = candidate_zone(case.design, scene.object, reach)
+        zone = max(zone, grips, key=lambda each: each.half_width)
+    return zone
+
+
+def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True) -> Mesh:
+    """The section for plane strain; else the finger or its half z >= 0, by the design's mesher.
+
+    A mesh from a file is what it is: the half only where the file holds the half.
+    """
+    if fidelity == "plane-strain":
+        from fingerdesign.mesh.section.section import mesh_section
+
+        return mesh_section(design, zone.half_width)
+    if design.mesh.mesher == "extrude":
+        from fingerdesign.mesh.section.extrude import extrude
+
+        return extrude(design, zone.half_width, symmetric)
+    if design.mesh.mesher == "file":
+        from fingerdesign.mesh.files.imported import imported_mesh
+
+        return imported_mesh(design, symmetric)
+    from fingerdesign.mesh.tetra.tetwild import tetrahedralise
+
+    return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=zone.half_depth)
+
+
+def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:
+    """Assemble, and condense onto the contact candidates and readouts."""
+    from fingerdesign.fem.model import build_model, candidate_facets
+
+    if not len(candidate_facets(mesh, zone.half_width, zone.half_depth)):
+        raise ZoneExhausted(f"no whole contact facet lies in the candidate zone ({zone})")
+    points = np.array(scene.readout.points_mm).reshape(-1, 3)
+    return build_model(design, mesh, zone.half_width, points, zone.half_depth)
+
+
+def one_thread() -> AbstractContextManager[object]:
+    """One BLAS thread: contact solves are small, and threads that wait for each other cost far more
+    than they save as soon as another process wants the cores (measured: 70 times)."""
+    from threadpoolctl import threadpool_limits
+
+    limit: AbstractContextManager[object] = threadpool_limits(limits=1, user_api="blas")
+    return limit
+
+
+def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[SlipStudy, ...]:
+    """The gage area beside the stick area over the fundamental path, at several frictions."""
+    if len(problem.model.gage_x) < 2:
+        return ()
+    from fingerdesign.control.slip_study import slip_studies as study
+
+    frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
+    rows = [(row[0], row[1]) for row in scene.path.rows]
+    return tuple(study(problem, rows, case.design.gages.face, frictions))
+
+
+def bare_opposite(
+    case: Case, problem: ContactProblem, zone: Zone, scene: Scene
+) -> ContactProblem | None:
+    """The finger opposite where it is the same one without plates; None where it is alike."""
+    from fingerdesign.checks.load import without_plates
+
+    if case.design.grip.opposite != "bare":
+        return None
+    other = without_plates(case.design)
+    mesh = make_mesh(other, case.fidelity, zone, case.symmetric)
+    model = condense(other, mesh, zone, scene).reduced
+    rigid = object_at_touch(scene.object, other.body)
+    return contact_problem(model, rigid, problem.friction_coefficient)
+
+
+def run_all_grips(
+    design: Design,
+    problem: ContactProblem,
+    plates: Sequence[int],
+    opposite: ContactProblem | None = None,
+    estimator: GripEstimator | None = None,
+) -> list[tuple[GripResult, GripTrace]]:
+    """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
+    gages it has, ``opposite`` the other finger where it is unlike, ``estimator`` the regulator's.
+    """
+    from fingerdesign.control.episode import run_grips
+
+    grip = design.grip
+    frictions, mass = grip.friction_coefficients, grip.object_mass_g
+    return run_grips(problem, design, frictions, mass, plates, opposite, estimator)
+
+
+def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:
+    """Displacements at the largest stick area and at the last increment under load."""
+    stick = [step.measures.stick_area for step in steps]
+    loaded = [k for k, step in enumerate(steps) if step.measures.normal_force > 0.0]
+    chosen = tuple(sorted({int(np.argmax(stick)), loaded[-1] if loaded else len(steps) - 1}))
+    forces = np.array([steps[k].increment.force for k in chosen])
+    return FieldHistory(chosen, model.displacement_fields(forces))

@@ -1,0 +1,277 @@
+"""Design -> Solid: the body with its pockets, its plates and its core, in CadQuery, conformal.
+
+All go through OpenCASCADE's general fuse without glue, so a plate and the body share the *same*
+faces. (Imprinting with glue returns a wrong topology that calls itself valid where plate ends are
+coplanar with the body's.) What runs here runs in this process, however long it takes: the mesher's
+triangles and the CAD files of a run come from a process with a time limit (solid_process.py).
+Importing this module loads the CAD kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cadquery as cq
+import numpy as np
+from OCP.BOPAlgo import BOPAlgo_Builder
+from OCP.BOPTools import BOPTools_AlgoTools3D
+from OCP.gp import gp_Pnt, gp_Pnt2d
+from OCP.IntTools import IntTools_Context
+from OCP.TopTools import TopTools_IndexedMapOfShape
+
+from fingerdesign.cad.bodies import outline_solid
+from fingerdesign.cad.kernel import volume_of
+from fingerdesign.cad.plates import core_solid, plate_solid
+from fingerdesign.errors import GeometryError
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.volume import check_volume, core_volume, outline_volume, plate_volume
+
+if TYPE_CHECKING:
+    from fingerdesign.design.body import Body, StepFile
+    from fingerdesign.design.schema import Design
+
+
+# Names of a finger's faces: base, contact, side, end, symmetry, plate_0, ..., core.
+#
+# The faces of the plain outline are named, where every one is whole; what the fuse made of each
+# keeps its name. Importing this module loads the CAD kernel.
+
+FACE_NAMES = ("base", "contact", "side", "end", "symmetry")
+NEAR_MM = 1e-5  # positions of flat faces are exact to the kernel's 1e-7
+
+
+def named_faces(
+    body: Body, outline: cq.Solid, parts: Fused, half: bool
+) -> dict[str, tuple[cq.Face, ...]]:
+    """The outside of body, plates and core by name, and all faces of each plate and the core.
+
+    GeometryError where the outline lacks a face that its shape must have.
+    """
+    whole = outline.Faces()
+    names = step_face_names(body.step, whole, half) if body.step is not None else None
+    names = names or [face_name(body, face, half) for face in whole]
+    wanted = face_names(body, half) if body.step is None else ("base", "contact", *names)
+    named: dict[str, list[cq.Face]] = {name: [] for name in wanted}
+    for name, pieces in zip(names, parts.outer, strict=True):
+        if name not in named:
+            raise GeometryError(f"a face of the body was taken for its {name!r} face: it has none")
+        named[name] += pieces
+    for name, faces in named.items():
+        if not faces:
+            raise GeometryError(f"no face of the body was recognised as its {name!r} face")
+    inserts = {name: solid.Faces() for name, solid in parts.inserts.items()}
+    return {name: tuple(faces) for name, faces in (named | inserts).items()}
+
+
+def face_names(body: Body, half: bool) -> tuple[str, ...]:
+    """The names that the outside of a parametric body has."""
+    lacking = set() if half else {"symmetry"}
+    if body.shape == "revolved":
+        lacking.add("end")
+    return tuple(name for name in FACE_NAMES if name not in lacking)
+
+
+def face_name(body: Body, face: cq.Face, half: bool) -> str:
+    """Name of one face of a parametric body's outline; what is none of the others is contact."""
+    if face.geomType() == "CYLINDER" and body.shape == "revolved":
+        return "side"
+    if face.geomType() != "PLANE":
+        return "contact"
+    bounds = face.BoundingBox(1e-7)
+    if bounds.ylen < NEAR_MM and abs(bounds.ymin) < NEAR_MM:
+        return "base"
+    if half and _in_symmetry_plane(face):
+        return "symmetry"
+    if bounds.xlen < NEAR_MM and abs(abs(bounds.xmin) - 0.5 * body.width_mm) < NEAR_MM:
+        return "side"
+    if bounds.zlen < NEAR_MM and abs(abs(bounds.zmin) - 0.5 * body.depth_mm) < NEAR_MM:
+        return "end"
+    return "contact"
+
+
+def step_face_names(step: StepFile, faces: list[cq.Face], half: bool) -> list[str]:
+    """Names of the faces of a STEP body's outline (of its half), as the rules of its table say.
+
+    Each goes by a place in its middle, where exactly one of the file's faces is near.
+    """
+    from fingerdesign.design.step import step_facts
+
+    places = []
+    for face in faces:
+        place, uv = gp_Pnt(), gp_Pnt2d()
+        if BOPTools_AlgoTools3D.PointInFace_s(face.wrapped, place, uv, IntTools_Context()) != 0:
+            raise GeometryError("the CAD kernel found no place within a face of body.step")
+        places.append(place.Coord())
+    names = [str(name) for name in step_facts(step).names(np.array(places))]
+    cut = [half and _in_symmetry_plane(face) for face in faces]
+    return ["symmetry" if own else name for own, name in zip(cut, names, strict=True)]
+
+
+def _in_symmetry_plane(face: cq.Face) -> bool:
+    bounds = face.BoundingBox(1e-7)
+    return bool(face.geomType() == "PLANE" and bounds.zlen < NEAR_MM and abs(bounds.zmin) < NEAR_MM)
+
+
+# Body and inserts made conformal: OpenCASCADE's general fuse, and what became of each part.
+#
+# Importing this module loads the CAD kernel.
+
+
+@dataclass(frozen=True)
+class Fused:
+    """Solids that meet in shared faces.
+
+    body     what the inserts leave of the outline
+    inserts  by name, each one solid inside the outline
+    outer    each face of the outline, in its own order, as the pieces that the inserts' ends make
+             of it (itself where none ends in it)
+    """
+
+    body: cq.Solid
+    inserts: dict[str, cq.Solid]
+    outer: tuple[tuple[cq.Face, ...], ...]
+
+
+def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
+    """Bond ``inserts`` into a body's ``outline``.
+
+    GeometryError where two inserts overlap or one leaves the body (they are named), where the
+    inserts cut the body in pieces, or where the kernel fails.
+    """
+    if not inserts:
+        return Fused(outline, {}, tuple((face,) for face in outline.Faces()))
+    fuse = BOPAlgo_Builder()
+    for shape in (outline, *inserts.values()):
+        fuse.AddArgument(shape.wrapped)
+    fuse.Perform()
+    if fuse.HasErrors():
+        raise GeometryError("the CAD kernel could not fuse the plates into the body")
+    numbers = TopTools_IndexedMapOfShape()  # pieces by what they are, whatever their orientation
+    inside = {numbers.Add(piece.wrapped): piece for piece in _images(fuse, outline)}
+    pieces = {
+        name: [numbers.Add(piece.wrapped) for piece in _images(fuse, insert)]
+        for name, insert in inserts.items()
+    }
+    _refuse_overlaps(pieces, inside.keys())
+    taken = {own[0] for own in pieces.values()}
+    rest = [piece for number, piece in inside.items() if number not in taken]
+    if len(rest) != 1:
+        raise GeometryError(f"the inserts cut the body into {len(rest)} pieces; one is wanted")
+    outer = tuple(tuple(_images(fuse, face)) for face in outline.Faces())
+    found = {name: inside[own[0]] for name, own in pieces.items()}
+    return Fused(rest[0], found, outer)
+
+
+def said(name: str) -> str:
+    """How a sentence calls a part: "plate 0" for "plate_0"."""
+    return name.replace("_", " ")
+
+
+def _refuse_overlaps(pieces: dict[str, list[int]], inside: Set[int]) -> None:
+    """GeometryError unless each insert is one piece of its own within the body."""
+    for name, own in pieces.items():
+        sharing = [other for other in pieces if other != name and set(pieces[other]) & set(own)]
+        if sharing:
+            raise GeometryError(f"{said(name)} and {said(sharing[0])} overlap")
+    for name, own in pieces.items():
+        if not set(own) <= inside:
+            raise GeometryError(f"{said(name)} leaves the body")
+        if len(own) != 1:
+            raise GeometryError(f"{said(name)} is in {len(own)} pieces; one is wanted")
+
+
+def _images(fuse: BOPAlgo_Builder, shape: cq.Shape) -> list[cq.Shape]:
+    """What became of a shape: its pieces, or itself where the fuse left it alone."""
+    return [cq.Shape.cast(image) for image in fuse.Modified(shape.wrapped)] or [shape]
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A finger as boundary representation, mm.
+
+    body     the elastomer, pockets of plates and core cut out
+    plates   the plates, in the order of the frames, sharing their faces with ``body``
+    core     the rigid core, sharing its faces with ``body``; None without one
+    outline  body, plates and core as one solid, without the faces between them
+    faces    the outside by name ("base", "contact" with the edges, "side", "end" but of a revolved
+             body, and "symmetry" of a half), ends of plates and core that lie in it included; and
+             "plate_0", ..., "core": all faces of each
+    half     True: only z >= 0
+    """
+
+    body: cq.Solid
+    plates: tuple[cq.Solid, ...]
+    outline: cq.Solid
+    faces: dict[str, tuple[cq.Face, ...]]
+    half: bool
+    core: cq.Solid | None = None
+
+    @property
+    def parts(self) -> tuple[cq.Solid, ...]:
+        """The body, the plates and, where there is one, the core."""
+        return (self.body, *self.plates, *([] if self.core is None else [self.core]))
+
+    def unique_faces(self) -> tuple[cq.Face, ...]:
+        """Every face of body, plates and core, shared ones once."""
+        seen: dict[int, list[cq.Face]] = {}
+        found: list[cq.Face] = []
+        for face in (f for solid in self.parts for f in solid.Faces()):
+            bucket = seen.setdefault(face.hashCode(), [])
+            if not any(face.isSame(other) for other in bucket):
+                bucket.append(face)
+                found.append(face)
+        return tuple(found)
+
+
+def build_solid(
+    design: Design, half: bool = False, frames: tuple[PlateFrame, ...] | None = None
+) -> Solid:
+    """Build a finger's solid (or its half z >= 0) and hold it against closed forms.
+
+    frames: the plates to build; by default the design's own (none where ``plates.model`` is
+    "none"). Plates that the finite elements see as sheets are solids here: that is how they are
+    made. Raises GeometryError where plates or the core cross each other or leave the body, where a
+    half is asked of a finger that does not mirror, where the kernel fails, or where a volume
+    differs from its closed form by 1e-9 (1e-6: domes, STEP files, perforated bent plates).
+    """
+    if frames is None:
+        frames = plate_frames(design) if design.plates.model != "none" else ()
+    step = design.body.step
+    if half and step is not None and not step.mirrors_in_z:
+        raise GeometryError("body.step.mirrors_in_z is false: build the whole finger")
+    try:
+        outline = outline_solid(design.body, half)
+        plates = {f"plate_{frame.index}": plate_solid(frame, half) for frame in frames}
+        core = {} if design.body.core is None else {"core": core_solid(design.body, half)}
+        parts = fused(outline, plates | core)
+        faces = named_faces(design.body, outline, parts, half)
+    except GeometryError:
+        raise
+    except Exception as error:  # the kernel throws its own kinds
+        raise GeometryError(
+            f"the CAD kernel failed to build {design.design.name}: {error}"
+        ) from error
+    _check_volumes(design, half, frames, outline, parts)
+    inserts = [parts.inserts[name] for name in plates]
+    return Solid(parts.body, tuple(inserts), outline, faces, half, parts.inserts.get("core"))
+
+
+def _check_volumes(
+    design: Design, half: bool, frames: tuple[PlateFrame, ...], outline: cq.Solid, parts: Fused
+) -> None:
+    # A dome's ends and the drilled holes of bent plates are bounded by approximated curves.
+    loose = design.body.shape == "dome" or design.body.step is not None
+    drilled = {f"plate_{f.index}" for f in frames if f.bend_radius is not None and f.holes}
+    whole = outline_volume(design.body, half)
+    wanted = {f"plate_{frame.index}": plate_volume(frame, half) for frame in frames}
+    if design.body.core is not None:
+        wanted["core"] = core_volume(design, half)
+    check_volume("body outline", volume_of(outline), whole, 1e-6 if loose else 1e-9)
+    for name, volume in wanted.items():
+        found = volume_of(parts.inserts[name])
+        check_volume(said(name), found, volume, 1e-6 if name in drilled else 1e-9)
+    rest = whole - sum(wanted.values())
+    loose = loose or bool(drilled)
+    check_volume("body without its inserts", volume_of(parts.body), rest, 1e-6 if loose else 1e-9)

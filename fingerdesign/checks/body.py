@@ -1,0 +1,219 @@
+"""Whether a body can exist by itself: its arc, its dome, its edge, the core bonded into it."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+
+import numpy as np
+
+from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.schema import Body
+from fingerdesign.errors import Fault
+from fingerdesign.layout import clearance
+from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
+from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import surface_keys
+
+LEAST_EDGE_HEIGHT_MM = 0.1  # of the contact surface's border above the base
+LEAST_EDGE_MM = 0.05  # of what an edge leaves of the top, and of the rounding itself
+
+
+def body_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+    """Every fault of a body whose keys are sound; the first of arc, edge and dome only."""
+    first = _arc_faults(body, doubtful) or _edge_faults(body, doubtful)
+    first = first or _dome_faults(body, doubtful)
+    return first or _core_faults(body, doubtful)
+
+
+def _arc_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+    if body.shape in ("block", "step"):
+        return []
+    if involves(doubtful, "body.arc_radius_mm", "body.width_mm", "body.shape"):
+        return []
+    if body.arc_radius_mm >= 0.5 * body.width_mm - 1e-9:
+        return []
+    bound = f"at least body.width_mm / 2 = {0.5 * body.width_mm:g}"
+    remedy = f"raise it, or lower body.width_mm to at most {at_most(2 * body.arc_radius_mm)}"
+    return [Fault("body.arc_radius_mm", body.arc_radius_mm, bound, remedy)]
+
+
+def sound_outline(body: Body) -> bool:
+    """Whether a parametric body's section has an outline at all."""
+    return body.shape == "step" or not (
+        (body.shape != "block" and body.arc_radius_mm < 0.5 * body.width_mm)
+        or _edge_faults(body, frozenset())
+    )
+
+
+def _edge_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+    """A rounding or chamfer that leaves nothing of the top or of the side, or rounds no corner."""
+    edge, half = body.edge_radius_mm, 0.5 * body.width_mm
+    names = ("edge_radius_mm", "edge", "width_mm", "base_height_mm", "arc_radius_mm", "shape")
+    if edge is None or involves(doubtful, *(f"body.{name}" for name in names)):
+        return []
+    key, flat = "body.edge_radius_mm", body.shape == "block"
+    if edge > half - LEAST_EDGE_MM + 1e-9:
+        most = half - LEAST_EDGE_MM
+        if flat or body.edge == "chamfer":  # it comes down the side as far as over the top
+            most = max(min(most, body.base_height_mm - LEAST_EDGE_HEIGHT_MM), 0.0)
+        bound = f"at most {most:g}, so that something of the top is left"
+        return [Fault(key, edge, bound, f"lower it to at most {at_most(most)}")]
+    if not flat and body.edge == "round":
+        sine = (half - edge) / (body.arc_radius_mm - edge)
+        left = edge * float(0.5 * np.pi - np.arcsin(min(sine, 1.0)))
+        if left < LEAST_EDGE_MM - 1e-9:
+            bound = "absent where the arc meets the sides without a corner"
+            return [Fault(key, edge, bound, "remove it or raise body.arc_radius_mm")]
+    height = profile_of(body).side_height
+    if height < LEAST_EDGE_HEIGHT_MM - 1e-9:
+        bound = f"such that {LEAST_EDGE_HEIGHT_MM} mm of the sides are left (now {height:.4g})"
+        raised = at_least(body.base_height_mm + LEAST_EDGE_HEIGHT_MM - height)
+        return [Fault(key, edge, bound, f"lower it or raise body.base_height_mm to {raised}")]
+    return []
+
+
+def _dome_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+    names = ("body.base_height_mm", "body.depth_mm", "body.edge_radius_mm", "body.edge")
+    if (
+        body.dome_radius_mm is None
+        or involves(doubtful, *surface_keys(body), *names)
+        or not sound_outline(body)
+    ):
+        return []
+    least = clearance.least_dome_radius(body, LEAST_EDGE_HEIGHT_MM)
+    if body.dome_radius_mm >= least - 1e-9:
+        return []
+    bound = f"such that the dome's corners stay {LEAST_EDGE_HEIGHT_MM} mm above the base"
+    remedy = f"raise it to at least {at_least(least)} or lower body.depth_mm"
+    return [Fault("body.dome_radius_mm", body.dome_radius_mm, bound, remedy)]
+
+
+def _core_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+    """A core that leaves the body, or leaves a skin of rubber too thin to cast."""
+    core = body.core
+    if core is None or not sound_outline(body):
+        return []
+    faults = []
+    for name, extent, outer in (
+        ("width_mm", core.width_mm, body.width_mm),
+        ("depth_mm", core.depth_mm, body.depth_mm),
+    ):
+        key = f"body.core.{name}"
+        if extent is None or involves(doubtful, key, f"body.{name}", "body.shape", "body.step"):
+            continue
+        inner = outer - 2.0 * LEAST_CLEARANCE_MM
+        if extent > inner + 1e-9 and extent != outer:
+            bound = f"body.{name} = {outer:g} or at most {inner:g}"
+            why = (
+                f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast; lower it to {at_most(inner)}"
+            )
+            faults.append(Fault(key, extent, bound, why))
+    if not involves(doubtful, "body.core.bottom_mm") and (
+        0.0 < core.bottom_mm < LEAST_CLEARANCE_MM - 1e-9
+    ):
+        bound = f"0 (it stands on the base) or at least {LEAST_CLEARANCE_MM}"
+        remedy = f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast"
+        faults.append(Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy))
+    rests = {"body.core", "body.base_height_mm", "body.depth_mm", *surface_keys(body)}
+    if faults or involves(doubtful, *rests):
+        return faults
+    return _whole_section(body) or _round_core(body) or _core_top(body) or _core_in_step(body)
+
+
+def _whole_section(body: Body) -> list[Fault]:
+    """A core off the base that fills the body's whole section: it cuts the rubber in two."""
+    core = body.core
+    assert core is not None
+    full = core.width_mm == body.width_mm and core.depth_mm in (None, body.depth_mm)
+    if not full or core.bottom_mm == 0.0:
+        return []
+    bound = "0 for a core of the body's full width and depth: it would cut the rubber in two"
+    remedy = "set it to 0, or narrow the core by body.core.width_mm or body.core.depth_mm"
+    return [Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy)]
+
+
+def _core_in_step(body: Body) -> list[Fault]:
+    """A core that leaves a STEP body's sides or ends, meets its voids, or lies too near to them."""
+    core = body.core
+    assert core is not None
+    if body.shape != "step":
+        return []
+
+    def clear(changed: dict[str, float]) -> float:
+        return clearance.core_clearance(body, core.model_copy(update=changed))
+
+    found = clear({})
+    if found >= LEAST_CLEARANCE_MM - 1e-9:
+        return []
+    from fingerdesign.checks.remedies import greatest
+
+    bound = f"such that the core lies {LEAST_CLEARANCE_MM} mm inside the STEP body's sides and ends"
+    told = f"{bound}, clear of its voids (now {found:.4g} mm)"
+    for name in ("width_mm", "depth_mm", "height_mm"):
+        value = getattr(core, name)
+        now = body.depth_mm if value is None else value
+
+        def holds(trial: float, name: str = name) -> bool:
+            return clear({name: trial}) >= LEAST_CLEARANCE_MM
+
+        most = greatest(holds, 0.5, now)
+        if most is not None:
+            said = "(absent: the full depth)" if value is None else value
+            word = "set it to" if value is None else "lower it to at most"
+            return [Fault(f"body.core.{name}", said, told, f"{word} {at_most(most)}")]
+    remedy = "narrow and lower the core, or move it by body.core.bottom_mm"
+    return [Fault("body.core.width_mm", core.width_mm, told, remedy)]
+
+
+def _round_core(body: Body) -> list[Fault]:
+    """A core in a revolved body: its corners stay inside the round section."""
+    core = body.core
+    assert core is not None
+    if body.shape != "revolved":
+        return []
+    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
+    allowed = 0.5 * body.width_mm - LEAST_CLEARANCE_MM
+    reach = float(np.hypot(0.5 * core.width_mm, 0.5 * depth))
+    if reach <= allowed + 1e-9:
+        return []
+    bound = f"such that the core's corners stay {LEAST_CLEARANCE_MM} mm inside the round section"
+    told = f"{bound} of radius {0.5 * body.width_mm:g} (they reach {reach:.4g})"
+    room = allowed**2 - 0.25 * core.width_mm**2
+    if core.depth_mm is None:
+        if room > 0.01:
+            most = at_most(2.0 * float(np.sqrt(room)))
+            return [
+                Fault("body.core.depth_mm", "(absent: the full depth)", told, f"set it to {most}")
+            ]
+        side = at_most(allowed * float(np.sqrt(2.0)))
+        remedy = f"set it, and body.core.width_mm, to at most {side}"
+        return [Fault("body.core.depth_mm", "(absent: the full depth)", told, remedy)]
+    left = allowed**2 - 0.25 * depth**2
+    remedy = "lower it and body.core.depth_mm"
+    if left > 0.01:
+        remedy = f"lower it to at most {at_most(2.0 * float(np.sqrt(left)))}"
+    return [Fault("body.core.width_mm", core.width_mm, told, remedy)]
+
+
+def _core_top(body: Body) -> list[Fault]:
+    """A core whose upper corners come too near to the contact surface."""
+    core = body.core
+    assert core is not None
+    depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
+
+    def cover(height: float) -> float:
+        x, z = (np.linspace(-0.5, 0.5, 9) * extent for extent in (core.width_mm, depth))
+        top = np.array([[a, core.bottom_mm + height, b] for a in x for b in z])
+        clear = clearance.surface_clearances(body, top)
+        return -np.inf if np.isnan(clear).any() else float(clear.min())
+
+    if cover(core.height_mm) >= LEAST_CLEARANCE_MM - 1e-9:
+        return []
+    from fingerdesign.checks.remedies import greatest
+
+    most = greatest(lambda h: cover(h) >= LEAST_CLEARANCE_MM, 0.1, core.height_mm)
+    remedy = "lower body.core.bottom_mm or narrow the core"
+    if most is not None:
+        remedy = f"lower it to at most {at_most(most)} or {remedy}"
+    bound = f"such that the core lies {LEAST_CLEARANCE_MM} mm below the contact surface"
+    return [Fault("body.core.height_mm", core.height_mm, bound, remedy)]

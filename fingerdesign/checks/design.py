@@ -1,0 +1,370 @@
+"""Whether a design can exist, be meshed and be analysed as it asks.
+
+One fault for one cause, with the worst value, the plates (numbered from 0, row by row) and a
+computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set
+
+import numpy as np
+
+from fingerdesign.checks.body import body_faults, sound_outline
+from fingerdesign.checks.grip import plant_faults
+from fingerdesign.checks.placing import placing_findings
+from fingerdesign.checks.remedies import Finding
+from fingerdesign.checks.spacing import spacing_findings
+from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.mesh import mesh_file_faults
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import Fault
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.layers import lies_over, not_a_sheet, not_sweepable
+from fingerdesign.layout.rows import PlateRow, plate_rows, surface_keys
+
+# Whether plates can exist by themselves: slender, bent gently, perforated clear of their gage.
+
+LEAST_SLENDERNESS = 4.0  # length / thickness; a stubbier box is no plate and bends like no plate
+LEAST_BEND = 4.0  # bend radius / thickness: below it the strain across the plate is no plate's
+MOST_BEND_DEG = 90.0  # from end to end of a bent plate
+LEAST_METAL_MM = 0.1  # beside a hole
+
+
+def plate_faults(design: Design, doubtful: Set[str]) -> list[Fault]:
+    """Every fault of the plates' own shape, one a key."""
+    faults: dict[str, Fault] = {}
+    for row in plate_rows(design):
+        for fault in (
+            *_slender(row, doubtful),
+            *_bent(design, row, doubtful),
+            *_holes(design, row, doubtful),
+        ):
+            faults.setdefault(fault.key, fault)
+    return list(faults.values())
+
+
+def _slender(row: PlateRow, doubtful: Set[str]) -> list[Fault]:
+    length, thickness = row.table.length_mm, row.table.thickness_mm
+    keys = (*row.keys("length_mm"), "plates.thickness_mm")
+    least = LEAST_SLENDERNESS * thickness
+    if length >= least or involves(doubtful, *keys):
+        return []
+    bound = f"at least {LEAST_SLENDERNESS:g} x plates.thickness_mm = {least:g}"
+    thinner = at_most(length / LEAST_SLENDERNESS)
+    remedy = f"lengthen the plate or lower plates.thickness_mm to at most {thinner}"
+    return [Fault(row.key("length_mm"), length, bound, remedy)]
+
+
+def _bent(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
+    """A bent plate lies along the surface, and is bent to a radius that a plate can take."""
+    table, rests = row.table, row.where | surface_keys(design.body)
+    if table.follow != "bent" or involves(doubtful, *row.keys("follow", "angle_deg")):
+        return []
+    if table.angle_deg != 0.0:
+        bound = "0 where plates.follow = 'bent': a bent plate lies along the surface"
+        remedy = "set it to 0, or plates.follow = 'turned'"
+        return [Fault(row.key("angle_deg"), table.angle_deg, bound, remedy)]
+    radii = [frame.bend_radius for frame in row.frames if frame.bend_radius is not None]
+    if not radii or involves(doubtful, *rests):
+        return []
+    least = max(LEAST_BEND * table.thickness_mm, table.length_mm / np.radians(MOST_BEND_DEG))
+    sharpest = min(radii)
+    if sharpest >= least - 1e-9:
+        return []
+    key, cover = row.key("cover_mm"), table.cover_mm
+    bound = (
+        f"such that plates are bent to a radius of {least:.4g} mm at least "
+        f"({LEAST_BEND:g} thicknesses, {MOST_BEND_DEG:g} degrees in all; now {sharpest:.4g})"
+    )
+    lowered = cover - (least - sharpest)
+    remedy = f"lower it to at most {at_most(lowered)}" if lowered > 0.01 else "shorten the plates"
+    return [Fault(key, cover, bound, remedy)]
+
+
+def _holes(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
+    """Holes leave metal at the plate's long sides, between each other, and below the gage."""
+    table, gages = row.table, design.gages
+    diameter, pitch = table.hole_diameter_mm, table.hole_pitch_mm
+    keys = {"plates.hole_diameter_mm", "plates.hole_pitch_mm", *row.keys("length_mm", "span_mm")}
+    if diameter is None or involves(doubtful, *keys):
+        return []
+    if diameter > table.length_mm - 2.0 * LEAST_METAL_MM + 1e-9:
+        most = table.length_mm - 2.0 * LEAST_METAL_MM
+        bound = f"at most {row.key('length_mm')} less {2.0 * LEAST_METAL_MM:g} = {most:g}"
+        remedy = f"metal is left on both sides of a hole; raise {row.key('length_mm')} or lower it"
+        return [Fault("plates.hole_diameter_mm", diameter, bound, remedy)]
+    if pitch < diameter + LEAST_METAL_MM - 1e-9:
+        least = diameter + LEAST_METAL_MM
+        bound = f"at least plates.hole_diameter_mm + {LEAST_METAL_MM:g} = {least:g}"
+        return [Fault("plates.hole_pitch_mm", pitch, bound, "holes would run into each other")]
+    frame = row.frames[0]
+    if not frame.holes:
+        widest = 2.0 * (0.5 * frame.span - 1.5 * diameter)
+        bound = (
+            f"such that holes fit into the span of {frame.span:g}: a hole's diameter from its ends"
+        )
+        remedy = "lower plates.hole_diameter_mm or leave it out"
+        if widest >= diameter + LEAST_METAL_MM:
+            remedy = f"lower it to at most {at_most(widest)}"
+        return [Fault("plates.hole_pitch_mm", pitch, bound, remedy)]
+    if involves(doubtful, "gages.width_mm", "gages.z_mm", *row.spanned):
+        return []
+    away = min(abs(hole.w - frame.middle - gages.z_mm) for hole in frame.holes)
+    wanted = 0.5 * (diameter + gages.width_mm)
+    if away >= wanted - 1e-9:
+        return []
+    bound = f"such that no hole lies under the gage (a hole {away:.4g} mm from its middle)"
+    least = 2.0 * (wanted + abs(gages.z_mm))
+    remedy = f"raise it to at least {at_least(least)} or narrow the gage"
+    if least > frame.span - 3.0 * diameter or gages.z_mm:
+        remedy = "narrow the gage, make the holes smaller, or set gages.z_mm = 0"
+    return [Fault("plates.hole_pitch_mm", pitch, bound, remedy)]
+
+
+def gage_faults(design: Design, doubtful: Set[str]) -> list[Fault]:
+    """Gages longer or wider than the plates that carry them."""
+    gages, rows = design.gages, plate_rows(design)
+    faults = []
+    row = min(rows, key=lambda each: each.table.length_mm)
+    key, length = row.key("length_mm"), row.table.length_mm
+    rests = {name for each in rows for name in each.keys("length_mm")}
+    if gages.length_mm > length and not involves(doubtful, "gages.length_mm", *rests):
+        remedy = f"shorten the gage or raise {key} to at least {gages.length_mm:g}"
+        bound = f"at most {key} = {length:g}"
+        faults.append(Fault("gages.length_mm", gages.length_mm, bound, remedy))
+    row = min(rows, key=lambda each: each.frames[0].span)
+    span, key = row.frames[0].span, row.key("span_mm")
+    rests = {name for each in rows for name in each.spanned}
+    if involves(doubtful, "gages.width_mm", *rests):
+        return faults
+    across = "z" if row.table.along == "x" else "x"
+    if gages.width_mm > span:
+        bound = f"at most the plate's span along {across}, {span:g}"
+        remedy = f"narrow the gage or raise {key} to at least {gages.width_mm:g}"
+        faults.append(Fault("gages.width_mm", gages.width_mm, bound, remedy))
+    elif abs(gages.z_mm) + 0.5 * gages.width_mm > 0.5 * span + 1e-9 and not involves(
+        doubtful, "gages.z_mm"
+    ):
+        reach = 0.5 * (span - gages.width_mm)
+        bound = f"within -{reach:g} ... {reach:g}, so that the gage lies on the plate"
+        remedy = f"move it toward 0, narrow the gage or raise {key}"
+        faults.append(Fault("gages.z_mm", gages.z_mm, bound, remedy))
+    return faults
+
+
+Doubt = Set[str]  # dotted keys whose values are not the user's
+
+MOST_MOVES = 5000  # a grip takes about 50
+FLATTEST_MM = 1e4  # the largest body.arc_radius_mm
+
+
+def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
+    """Every fault of the geometry of a design whose keys are sound; empty when it can be built.
+
+    ``doubtful``: keys that were faulty and have their default here; no fault that involves one of
+    them is told.
+    """
+    faults = body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
+    unsound = {fault.key for fault in faults if fault.key.startswith("body.")}
+    faults += _grip_faults(design, doubtful)
+    faults += [] if involves(doubtful, "mesh.file") else mesh_file_faults(design.mesh)
+    many = ("plates.count", "plates.placement", "plates.rows")
+    if not any(key in doubtful or "plates" in doubtful for key in many) and design.plates.number:
+        faults += _plates_faults(design, doubtful, frozenset(unsound))
+    return faults
+
+
+def _plates_faults(design: Design, doubtful: Doubt, unsound: Doubt) -> list[Fault]:
+    """The faults of the plates, below a sound body or one that stands in for it."""
+    doubtful = doubtful | unsound
+    whole = not involves(doubtful, "body.arc_radius_mm")
+    if whole and sound_outline(design.body) and not involves(doubtful, "body.dome_radius_mm"):
+        own = plate_faults(design, doubtful) + gage_faults(design, doubtful)
+        told = {fault.key for fault in own}
+        return own + [f for f in placing_faults(design, doubtful) if f.key not in told]
+    # What is told must hold whatever the sound body: below the roundest arc and the flattest one.
+    body = design.body.model_copy(update={"edge_radius_mm": None})
+    if body.dome_radius_mm is not None:
+        # The middle section of every sound dome is the arc's.
+        body = body.model_copy(update={"shape": "arc", "dome_radius_mm": None})
+        doubtful = doubtful | {"body.shape"}
+    if body.shape not in ("arc", "revolved"):
+        return []
+    if involves(doubtful, "body.width_mm") and body.arc_radius_mm < 0.5 * body.width_mm:
+        body = body.model_copy(update={"width_mm": 2.0 * body.arc_radius_mm})
+    radii = (body.arc_radius_mm,) if whole else (0.5 * body.width_mm, FLATTEST_MM)
+    found = []
+    for radius in radii:
+        stand_in = body.model_copy(update={"arc_radius_mm": radius})
+        trial = design.model_copy(update={"body": stand_in})
+        judged = doubtful if whole else doubtful - {"body.arc_radius_mm", "body"}
+        own = plate_faults(trial, doubtful) + gage_faults(trial, doubtful)
+        found.append(own + placing_faults(trial, judged, whole))
+    both = {fault.key for fault in found[0]}
+    return [fault for fault in found[-1] if fault.key in both]
+
+
+def placing_faults(
+    design: Design, doubtful: Doubt = frozenset(), whole: bool = True
+) -> list[Fault]:
+    """Every fault of where the plates lie that involves no ``doubtful`` key; the body is sound.
+
+    Not ``whole``: those that are the same below any surface.
+    """
+
+    def findings(trial: Design) -> list[Finding]:
+        return placing_findings(trial, doubtful, whole) + spacing_findings(trial, doubtful)
+
+    def keys(trial: Design) -> set[str]:
+        wrong = body_faults(trial.body, doubtful)
+        if wrong or not sound_outline(trial.body):
+            return {fault.key for fault in wrong} | {"body"}
+        own = plate_faults(trial, doubtful) + gage_faults(trial, doubtful)
+        return {found.key for found in findings(trial)} | {fault.key for fault in own}
+
+    every = findings(design)
+    before = {found.key for found in every}
+    return [found.fault(design, before, keys) for found in every]
+
+
+def is_sound(design: Design) -> bool:
+    """Whether :func:`design_faults` finds nothing; faster where it does, for it seeks no remedy."""
+    if body_faults(design.body, frozenset()) or _mesh_faults(design, frozenset()):
+        return False
+    if _grip_faults(design, frozenset()):
+        return False
+    if not design.plates.number:
+        return True
+    if plate_faults(design, frozenset()) or gage_faults(design, frozenset()):
+        return False
+    return not (placing_findings(design, frozenset()) or spacing_findings(design, frozenset()))
+
+
+def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+    """Faults of the stage's motions against each other and against the body."""
+    grip = design.grip
+    unsure = involves(doubtful, "grip", "plates.count", "plates.placement", "plates.rows")
+    faults = [] if unsure else plant_faults(design)
+    if involves(doubtful, "grip.max_approach_mm", "grip.preload_mm", "grip.approach_step_mm"):
+        return faults
+    most = design.body.base_height_mm
+    if grip.max_approach_mm > most and not involves(doubtful, "body.base_height_mm"):
+        bound = f"at most body.base_height_mm = {most:g}"
+        remedy = "shorten the stage's travel: the model is of small strains"
+        faults.append(Fault("grip.max_approach_mm", grip.max_approach_mm, bound, remedy))
+    travel = f"at most grip.max_approach_mm = {grip.max_approach_mm:g}"
+    for key in ("preload_mm", "approach_step_mm"):
+        value = getattr(grip, key)
+        if value > grip.max_approach_mm:
+            faults.append(Fault(f"grip.{key}", value, travel, "the stage could not move so far"))
+    if grip.preload_mm == grip.max_approach_mm:
+        bound = f"below grip.max_approach_mm = {grip.max_approach_mm:g}"
+        faults.append(Fault("grip.preload_mm", grip.preload_mm, bound, "leave travel to grip with"))
+    least = grip.max_approach_mm / MOST_MOVES
+    if grip.approach_step_mm < least:
+        bound = f"at least grip.max_approach_mm / {MOST_MOVES} = {least:g}"
+        remedy = "the travel would take too many moves"
+        faults.append(Fault("grip.approach_step_mm", grip.approach_step_mm, bound, remedy))
+    return faults
+
+
+_SWEEP_KEYS = (
+    "body.shape",
+    "plates.along",
+    "plates.hole_diameter_mm",
+    "plates.count",
+    "plates.placement",
+    "plates.rows",
+)
+_PLACE_KEYS = (
+    "body.depth_mm",
+    "body.base_height_mm",
+    "body.core",
+    *(f"plates.{name}_mm" for name in ("span", "span_offset", "stagger", "length", "thickness")),
+    *(f"plates.{name}" for name in ("pitch_mm", "cover_mm", "offset_mm", "angle_deg", "follow")),
+)
+
+
+def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+    faults = []
+    mesh = design.mesh
+    why = None
+    if mesh.mesher == "extrude" and not involves(doubtful, "mesh.mesher", *_SWEEP_KEYS):
+        why = not_sweepable(design)
+        placed = not involves(doubtful, *_PLACE_KEYS, *surface_keys(design.body))
+        if why is None and placed and sound_outline(design.body):
+            why = lies_over(design)
+    if why is not None:
+        bound = f"'tetwild' for a finger that cannot be swept through layers ({why})"
+        remedy = "set mesh.mesher = 'tetwild'"
+        faults.append(Fault("mesh.mesher", mesh.mesher, bound, remedy))
+    faults += _sheet_faults(design, doubtful)
+    for prefix, sizes in (("mesh", mesh), ("mesh.section", mesh.section)):
+        keys = (f"{prefix}.contact_size_mm", f"{prefix}.far_size_mm")
+        if sizes.contact_size_mm > sizes.far_size_mm and not involves(doubtful, *keys):
+            bound = f"at most {prefix}.far_size_mm = {sizes.far_size_mm:g}"
+            remedy = "lower it: far_size_mm is the largest size anywhere"
+            faults.append(Fault(keys[0], sizes.contact_size_mm, bound, remedy))
+    return faults
+
+
+def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+    """Plates as sheets: flat, whole, of elements that bend."""
+    plates = design.plates
+    if plates.model != "sheet" or not plates.number or involves(doubtful, "plates.model"):
+        return []
+    faults = []
+    if design.mesh.element == "P1" and not involves(doubtful, "mesh.element"):
+        bound = "'auto', 'P2' or 'mixed' for plates as sheets"
+        remedy = "linear elements do not bend; leave mesh.element out"
+        faults.append(Fault("mesh.element", "P1", bound, remedy))
+    shape = ("plates.follow", "plates.hole_diameter_mm", "plates.rows", *surface_keys(design.body))
+    if involves(doubtful, *shape) or not sound_outline(design.body):
+        return faults
+    for frame in plate_frames(design):
+        why = not_a_sheet(frame)
+        if why is not None:
+            bound = f"'solid' or 'none' for plate {frame.index}: {why}"
+            faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))
+            break
+    return faults
+
+
+def tetwild_faults(design: Design, symmetric: bool) -> list[Fault]:
+    """What tetwild cannot mesh of a sound design, or (``symmetric``) of its half z >= 0: a sheet
+    that stands in the symmetry plane."""
+    if design.plates.model != "sheet":
+        return []
+    for frame in plate_frames(design):
+        why = not_a_sheet(frame, half=symmetric)
+        if why is not None:
+            bound = f"'solid' or 'none' for plate {frame.index}: {why}"
+            return [Fault("plates.model", "sheet", bound, "set plates.model = 'solid'")]
+    return []
+
+
+def plane_strain_faults(design: Design) -> list[Fault]:
+    """What one section cannot show of a sound design: a step body, plates that it does not cut.
+
+    A core that is not of full depth, domes, pins and plates of finite span are taken as they are
+    in the section z = 0, and drawn straight.
+    """
+    if design.body.shape == "step":
+        bound = "a parametric shape for --fidelity plane-strain: a STEP body's section is not taken"
+        return [Fault("body.shape", "step", bound, "take --fidelity 3d")]
+    faults: dict[str, Fault] = {}
+    for row in plate_rows(design):
+        if row.table.along == "z":
+            bound = "'x' for --fidelity plane-strain: the section z = 0 shows no plate along z"
+            key = row.key("along")
+            faults.setdefault(key, Fault(key, "z", bound, "take --fidelity 3d"))
+            continue
+        missed = [frame.index for frame in row.frames if not frame.low < 0.0 < frame.high]
+        if missed:
+            name = "stagger_mm" if row.table.stagger_mm else "span_offset_mm"
+            key, value = row.key(name), row.value(name)
+            bound = "such that the section z = 0 cuts every plate, for --fidelity plane-strain"
+            told = f"{bound} (it misses plate {missed[0]})"
+            faults.setdefault(key, Fault(key, value, told, "take --fidelity 3d"))
+    return list(faults.values())

@@ -1,0 +1,347 @@
+"""Whether plates lie clear of the contact surface, the base, the sides and the end faces.
+
+Each fault names the worst plate (numbered from 0, row by row) and remedies that have been tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Set
+from dataclasses import replace
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.remedies import Change, Finding, greatest, least, set_to, worst_by_key
+from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.schema import Body, Design, Plates
+from fingerdesign.layout import clearance
+from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
+from fingerdesign.layout.frames import row_frames
+from fingerdesign.layout.gaps import flat_corners
+from fingerdesign.layout.rows import PlateRow, plate_rows, surface_keys
+
+# Whether plates stay between the body's sides along their row.
+
+CLOSE = 1e-9  # mm; rounding
+
+
+def limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:
+    """Axis, key and half-extent of the body along the row, then across it."""
+    x = ("x", "body.width_mm", 0.5 * body.width_mm)
+    z = ("z", "body.depth_mm" if body.shape != "revolved" else x[1], 0.5 * body.depth_mm)
+    return (*x, *z) if row.table.along == "x" else (*z, *x)
+
+
+def side_reaches(row: PlateRow) -> Array:
+    """How far each plate reaches from the middle along its row, (plates,); infinite: nowhere."""
+    if any(frame.bend_radius is not None for frame in row.frames):
+        reach = np.array([np.abs(frame.outline()[:, 0]).max() for frame in row.frames])
+    else:
+        reach = np.abs(flat_corners(row.frames)[..., 0]).max(axis=1)
+    return np.where(np.isnan(reach), np.inf, reach)
+
+
+def row_reach(body: Body, table: Plates) -> float:
+    """How far the plates of a row's table reach along it, mm; of a level row without its frames."""
+    if table.follow != "level":
+        return float(side_reaches(PlateRow(table, tuple(row_frames(body, table, 0)))).max())
+    angle = np.radians(table.angle_deg)
+    own = table.length_mm * abs(np.cos(angle)) + table.thickness_mm * abs(np.sin(angle))
+    row = 0.5 * (table.count - 1) * table.pitch_mm
+    return float(abs(table.offset_mm) + row + 0.5 * own)
+
+
+def side_findings(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
+    """A row whose plates come too near to the sides, or lie where the surface has ended."""
+    axis, wide, half, *_ = limits(design.body, row)
+    if involves(doubtful, wide):
+        return []
+    reach, allowed = side_reaches(row), half - LEAST_CLEARANCE_MM
+    worst = int(np.argmax(reach))
+    if reach[worst] <= allowed:  # a place under which the surface ends
+        reach = np.where([np.isnan(frame.y) for frame in row.frames], np.inf, reach)
+        worst = int(np.argmax(reach))
+    if reach[worst] <= allowed + CLOSE:
+        return []
+    frame = row.frames[worst]
+
+    def fits(name: str, value: float) -> bool:
+        return row_reach(design.body, row.table.model_copy(update={name: value})) <= allowed
+
+    pitch, offset = row.table.pitch_mm, row.table.offset_mm
+    name = "length_mm"
+    if not row.placed and offset and fits("offset_mm", 0.0):
+        name = "offset_mm"
+    elif not row.placed and frame.place != 0.0:
+        name = "pitch_mm"
+    key, value = row.blame(frame.index, name)
+
+    def changes() -> list[Change]:
+        found = []
+        inner = allowed - (reach[worst] - abs(frame.place))
+        if row.placed:
+            if inner >= 0:
+                found.append(Change(f"move it to |{axis}| <= {at_most(inner)}"))
+        elif name == "pitch_mm":
+            most = greatest(lambda p: fits("pitch_mm", p), 0.01, pitch)
+            if most is not None:
+                found.append(Change.to("lower it to at most", key, at_most(most)))
+            fewer = [n for n in range(row.table.count - 1, 0, -1) if fits("count", n)][:1]
+            if fewer and most is None:
+                found.append(Change.to("lower", row.key("count"), str(fewer[0])))
+        elif name == "offset_mm":
+            most = greatest(lambda o: fits("offset_mm", np.copysign(o, offset)), 0.0, abs(offset))
+            if most is not None:
+                sign = "-" if offset < 0 else ""
+                found.append(Change.to("set it to", key, sign + at_most(most)))
+        if np.isfinite(reach[worst]):
+            raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
+            found.append(Change.to(f"raise {wide} to at least", wide, raised))
+        return found
+
+    told = f"{reach[worst]:.4g}" if np.isfinite(reach[worst]) else "beyond the surface"
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside |{axis}| = {half:g} "
+        f"(plate {frame.index} reaches {told})"
+    )
+    over = float(min(reach[worst], 1e6)) - allowed
+    return [Finding(key, value, bound, over, changes, "move the plates inward or shorten them")]
+
+
+# Whether plates end where they may: with the body, or clear of its end faces and walls.
+
+
+def end_findings(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
+    """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
+    *_, axis, deep, half = limits(design.body, row)
+    if design.body.shape == "revolved":
+        return _round(design, row, doubtful)
+    if involves(doubtful, deep):
+        return []
+    over = np.array([_excess(frame.low, frame.high, half) for frame in row.frames])
+    worst = int(np.argmax(over))
+    if over[worst] <= 0.0:
+        return []
+    frame = row.frames[worst]
+    name = _span_culprit(row, half)
+    key, value = row.key(name), row.value(name)
+    own_z = row.table.placement is not None and len(row.table.placement[frame.index]) > 3
+    if own_z and name != "span_mm":
+        key, value = row.blame(frame.index, name)
+
+    def changes() -> list[Change]:
+        sideways = max(abs(each.middle) for each in row.frames)
+        most = 2.0 * (half - LEAST_CLEARANCE_MM - sideways)
+        found = []
+        if most > 0.1:
+            found.append(Change.to("lower", row.key("span_mm"), at_most(most)))
+        if sideways == 0.0:
+            found.insert(0, Change.to("set", row.key("span_mm"), f"{2.0 * half:g}"))
+            reach = at_least(2.0 * max(abs(frame.low), abs(frame.high)))
+            found.append(Change.to(f"raise {deep} to at least", deep, reach))
+        elif name != "span_mm" and not own_z:
+            found.append(Change.to("set", row.key(name), "0"))
+        return found
+
+    bound = (
+        f"such that plates end at |{axis}| = {half:g} or {LEAST_CLEARANCE_MM} mm inside it "
+        f"(plate {frame.index}: {frame.low:.4g} to {frame.high:.4g}): a thinner skin cannot be cast"
+    )
+    otherwise = "move the plates inward"
+    room = half - LEAST_CLEARANCE_MM
+    if name == "span_mm":
+        otherwise = f"lower {key} to at most {at_most(2.0 * room)}"
+    elif own_z and room > 0.5 * frame.span:
+        otherwise = f"move it to |{axis}| <= {at_most(room - 0.5 * frame.span)}"
+    return [Finding(key, value, bound, float(over[worst]), changes, otherwise)]
+
+
+def _excess(low: float, high: float, half: float) -> float:
+    """By how much a span's ends are where they must not be, mm; 0: nothing."""
+    worst = 0.0
+    for end in (-low, high):
+        if end > half + CLOSE or half - LEAST_CLEARANCE_MM + CLOSE < end < half - CLOSE:
+            worst = max(worst, end - half + LEAST_CLEARANCE_MM)
+    return worst
+
+
+def _span_culprit(row: PlateRow, half: float) -> str:
+    """Which of a row's keys to blame for spans that leave the body."""
+    span, offset, stagger = (
+        row.frames[0].span,
+        abs(row.table.span_offset_mm),
+        0.5 * abs(row.table.stagger_mm),
+    )
+    if span > 2.0 * half - 2.0 * LEAST_CLEARANCE_MM + CLOSE and (
+        row.table.span_mm is not None or not offset + stagger
+    ):
+        return "span_mm"
+    if offset and _excess(0.0, 0.5 * span + stagger, half) == 0.0:
+        return "span_offset_mm"
+    return "stagger_mm" if stagger else "span_offset_mm"
+
+
+def _round(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
+    """Plates of a revolved body that leave its round section."""
+    if involves(doubtful, "body.width_mm"):
+        return []
+    allowed = 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
+    reach = _radii(row)
+    worst = int(np.argmax(reach))
+    if reach[worst] <= allowed + CLOSE:
+        return []
+    frame = row.frames[worst]
+    key, value = row.key("span_mm"), row.value("span_mm")
+
+    def changes() -> list[Change]:
+        along = float(side_reaches(row).max())
+        sideways = max(abs(each.middle) for each in row.frames)
+        room = np.sqrt(max(allowed**2 - along**2, 0.0)) - sideways
+        raised = at_least(2.0 * (reach[worst] + LEAST_CLEARANCE_MM))
+        found = [Change.to("raise body.width_mm to at least", "body.width_mm", raised)]
+        narrow = greatest(covered, 0.1, 2.0 * room) if room > 0.05 else None
+        if narrow is not None:
+            found.insert(0, Change.to(f"set {key} to at most", key, at_most(narrow)))
+        return found
+
+    def covered(span: float) -> bool:
+        """Toward the border the surface comes down: it may be what limits the span."""
+        frames = tuple(
+            replace(each, low=each.middle - 0.5 * span, high=each.middle + 0.5 * span)
+            for each in row.frames
+        )
+        return bool(clearance.cover_clearances(design.body, frames).min() >= LEAST_CLEARANCE_MM)
+
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the round section of radius "
+        f"{allowed + LEAST_CLEARANCE_MM:g} (plate {frame.index} reaches {reach[worst]:.4g})"
+    )
+    over = float(reach[worst] - allowed)
+    return [Finding(key, value, bound, over, changes, "shorten the row or narrow the plates")]
+
+
+def _radii(row: PlateRow) -> Array:
+    """How far each plate reaches from the axis of a revolved body, (plates,)."""
+    groups = [clearance.plate_points(frame) for frame in row.frames]
+    return np.array([np.hypot(points[:, 0], points[:, 2]).max() for points in groups])
+
+
+def wall_findings(design: Design, row: PlateRow) -> list[Finding]:
+    """Plates too near to the sides of a STEP body."""
+    if design.body.shape != "step":
+        return []
+    distances = clearance.wall_clearances(design.body, row.frames)
+    distances = np.where(np.isnan(distances), -np.inf, distances)
+    worst = int(np.argmin(distances))
+    if distances[worst] >= LEAST_CLEARANCE_MM - CLOSE:
+        return []
+    frame = row.frames[worst]
+    narrow = tuple(replace(f, low=f.middle - 0.05, high=f.middle + 0.05) for f in row.frames)
+    inside = clearance.wall_clearances(design.body, narrow)
+    name = "pitch_mm" if frame.place else "length_mm"
+    key, value = row.blame(frame.index, name)
+    if inside.min() >= LEAST_CLEARANCE_MM:
+        key, value = row.key("span_mm"), row.value("span_mm")
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the body's sides "
+        f"(plate {frame.index}: {distances[worst]:.4g})"
+    )
+    over = LEAST_CLEARANCE_MM - float(distances[worst])
+    return [Finding(key, value, bound, over, list, "lower it or move the plates inward")]
+
+
+def placing_findings(design: Design, doubtful: Set[str], whole: bool = True) -> list[Finding]:
+    """Every plate too near to a face of the body; one finding a key.
+
+    Not ``whole``: only what is the same below any surface. A row whose plates reach the sides is
+    not judged against the surface.
+    """
+    body = design.body
+    found: list[Finding] = []
+    for number, row in enumerate(plate_rows(design)):
+        follows = set() if row.table.follow == "level" else surface_keys(body)
+        if involves(doubtful, *row.where, *follows):
+            continue
+        beside, ends = side_findings(design, row, doubtful), list[Finding]()
+        found += beside
+        if not whole or any(not np.isfinite(frame.y) for frame in row.frames):
+            continue
+        if not involves(doubtful, *row.spanned):
+            ends = end_findings(design, row, doubtful)
+            found += ends
+        level = {"body.base_height_mm"} if row.placed else row.keys("cover_mm")
+        if beside or involves(doubtful, *surface_keys(body), *level):
+            continue
+        if not ends and not involves(doubtful, *row.spanned):
+            found += wall_findings(design, row)
+            found += _cover(design, row, number)
+        if not involves(doubtful, "body.base_height_mm"):
+            found += _base(design, row)
+    return worst_by_key(found)
+
+
+def _again(design: Design, number: int) -> PlateRow:
+    return plate_rows(design)[number]
+
+
+def _cover(design: Design, row: PlateRow, number: int) -> list[Finding]:
+    distances = clearance.cover_clearances(design.body, row.frames)
+    distances = np.where(np.isnan(distances), -np.inf, distances)
+    worst = int(np.argmin(distances))
+    if distances[worst] >= LEAST_CLEARANCE_MM - CLOSE:
+        return []
+    frame = row.frames[worst]
+    key, value = row.blame(frame.index, "cover_mm")
+
+    def clear(trial: Design) -> bool:
+        distances = clearance.cover_clearances(trial.body, _again(trial, number).frames)
+        return bool(distances.min() >= LEAST_CLEARANCE_MM - CLOSE)  # False for NaN
+
+    def lower(down: float) -> bool:
+        moved = (replace(frame, y=frame.y - down),)
+        return bool(clearance.cover_clearances(design.body, moved)[0] >= LEAST_CLEARANCE_MM)
+
+    def changes() -> list[Change]:
+        room = max(frame.y, LEAST_CLEARANCE_MM)
+        if row.placed:
+            down = least(lower, 0.0, room)
+            return [] if down is None else [Change(f"lower its y by at least {at_least(down)}")]
+        cover = row.table.cover_mm
+        raised = least(lambda c: set_to(design, key, c, clear), cover, cover + room)
+        words = f"raise {key} to at least"
+        return [] if raised is None else [Change.to(words, key, at_least(raised))]
+
+    told = f"{distances[worst]:.4g}" if np.isfinite(distances[worst]) else "beyond it"
+    bound = (
+        f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface "
+        f"(plate {frame.index}: {told})"
+    )
+    over = LEAST_CLEARANCE_MM - float(distances[worst])
+    return [Finding(key, value, bound, over, changes, "move the plates inward")]
+
+
+def _base(design: Design, row: PlateRow) -> list[Finding]:
+    heights = np.array([frame.outline()[:, 1].min() for frame in row.frames])
+    worst = int(np.argmin(heights))
+    short = LEAST_CLEARANCE_MM - float(heights[worst])
+    if short <= CLOSE:
+        return []
+    frame = row.frames[worst]
+    key, value = row.blame(frame.index, "cover_mm")
+
+    def changes() -> list[Change]:
+        if row.placed:
+            return [Change(f"raise its y by at least {at_least(short)}")]
+        base = "body.base_height_mm"
+        raised = at_least(design.body.base_height_mm + short)
+        found = [Change.to(f"raise {base} to at least", base, raised)]
+        lowered = row.table.cover_mm - short
+        if lowered > 0.01:
+            found.insert(0, Change.to(f"lower {key} to at most", key, at_most(lowered)))
+        return found
+
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm above the base y = 0 "
+        f"(plate {frame.index}: {heights[worst]:.4g})"
+    )
+    return [Finding(key, value, bound, short, changes, "move the plates upward")]

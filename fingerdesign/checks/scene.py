@@ -1,0 +1,86 @@
+"""Whether a scene suits a design: motions that the body can take, readout points inside it."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+
+import numpy as np
+
+from fingerdesign.checks.body import sound_outline
+from fingerdesign.design.faults import involves
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import Fault
+from fingerdesign.layout.frames import crest_height, surface_height
+
+# Small strain is long past where the object has moved by half of the finger's height.
+MOST_MOTION = 0.5
+MOST_TWIST_DEG = 10.0  # cos 10 degrees is 0.985: turns are taken as small
+_LESS = "move the object less: strains are taken as small"
+_TURN_LESS = "turn the object less: rotations are taken as small"
+
+
+def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset()) -> list[Fault]:
+    """Every fault of a scene against a design; empty when it can be run.
+
+    ``doubtful``: keys of either that were faulty; no fault that involves one of them is told.
+    """
+    profile = ("body.width_mm", "body.arc_radius_mm", "body.base_height_mm")
+    if involves(doubtful, *profile) or not sound_outline(design.body):
+        return []
+    names = ("shape", "depth_mm", "dome_radius_mm", "edge_radius_mm", "edge", "step")
+    box = (*(f"body.{name}" for name in names), "readout.points_mm")
+    points = [] if involves(doubtful, *box) else _point_faults(scene, design)
+    if involves(doubtful, "path.increments_mm", "path.increments_N", "path.control"):
+        return points
+    return _motion_faults(scene, design) + points
+
+
+def _motion_faults(scene: Scene, design: Design) -> list[Fault]:
+    if scene.path.control == "force":
+        return []
+    limit = MOST_MOTION * crest_height(design.body)
+    height = f"within {limit:.4g} mm, half of the finger's height"
+    bounds = (
+        (limit, f"an approach {height}", _LESS),
+        (limit, f"a shear {height}", _LESS),
+        (limit, f"a shear_z {height}", _LESS),
+        (MOST_TWIST_DEG, f"a twist within {MOST_TWIST_DEG:g} degrees", _TURN_LESS),
+    )
+    faults: list[Fault] = []
+    rows = np.array([[*row, 0.0, 0.0][:4] for row in scene.path.rows])
+    for column, (most, bound, remedy) in enumerate(bounds):
+        worst = int(np.argmax(np.abs(rows[:, column])))
+        value = float(rows[worst, column])
+        if abs(value) > most:
+            faults.append(Fault(f"path.increments_mm[{worst}][{column}]", value, bound, remedy))
+    return faults
+
+
+def _point_faults(scene: Scene, design: Design) -> list[Fault]:
+    points = np.array(scene.readout.points_mm).reshape(-1, 3)
+    body = design.body
+    across, along = 0.5 * body.width_mm, 0.5 * body.depth_mm
+    x, y, z = points.T
+    over = np.maximum(np.abs(x) - across, np.abs(z) - along)
+    x, z = np.clip(x, -across, across), np.clip(z, -along, along)
+    if body.shape == "revolved":
+        radius = np.hypot(points[:, 0], points[:, 2])
+        over = radius - across
+        x, z = points[:, 0::2].T * np.minimum(1.0, across / np.maximum(radius, 1e-12))
+    top = surface_height(body, x, z)
+    beside = np.isnan(top)  # where a STEP body has no top
+    top = np.where(beside, 0.0, top)
+    over = np.maximum(np.maximum(over, np.where(beside, 1e-3, 0.0)), np.maximum(-y, y - top))
+    outside = np.flatnonzero(over > 1e-9)
+    if not len(outside):
+        return []
+    worst = int(np.argmax(over))
+    others = [str(index) for index in outside if index != worst]
+    also = f"; so are {', '.join(others[:8])}{' ...' if len(others) > 8 else ''}" if others else ""
+    sides = f"|x| <= {across:g}, |z| <= {along:g}"
+    if body.shape == "revolved":
+        sides = f"x^2 + z^2 <= {across:g}^2"
+    bound = f"inside the body: {sides}, 0 <= y <= {top[worst]:.4f} there"
+    remedy = f"move it inside: it is {over[worst]:.4g} mm outside{also}"
+    return [Fault(f"readout.points_mm[{worst}]", points[worst].tolist(), bound, remedy)]

@@ -1,0 +1,183 @@
+"""Whether plates lie clear of each other, of other rows' plates, and of the core."""
+
+from __future__ import annotations
+
+from collections.abc import Set
+
+import numpy as np
+
+from fingerdesign.checks.placing import row_reach
+from fingerdesign.checks.remedies import Change, Finding, greatest, least, set_to, worst_by_key
+from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
+from fingerdesign.layout.frames import row_frames
+from fingerdesign.layout.gaps import PlateGap, core_gaps, least_gap, neighbour_gaps
+from fingerdesign.layout.rows import PlateRow, plate_rows, surface_keys
+
+# Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
+LEAST_GAP = 0.5
+_MOST_PAIRS = 120  # of plates of two rows, for which a remedy is sought: about a second
+_SHORTER = "shorten, thin or turn the plates, or lower plates.count"
+
+
+def spacing_findings(design: Design, doubtful: Set[str]) -> list[Finding]:
+    """Plates too near to each other, row by row and row against row; or to the core."""
+    found: list[Finding] = []
+    rows = plate_rows(design)
+    known = [row for row in rows if not involves(doubtful, *_rests(design, row))]
+    for row in known:
+        found += _within(design, row, rows.index(row))
+    for k, second in enumerate(known):
+        for first in known[:k]:
+            apart = {*first.keys("cover_mm"), *second.keys("cover_mm"), *first.spanned}
+            if not involves(doubtful, *apart, *second.spanned):
+                found += _between(design, first, second, (rows.index(first), rows.index(second)))
+    core = {"body.core", *surface_keys(design.body), "body.base_height_mm", "body.depth_mm"}
+    for row in known:
+        if not involves(doubtful, *core, *row.keys("cover_mm"), *row.spanned):
+            found += _core(design, row, rows.index(row))
+    return worst_by_key(found)
+
+
+def _rests(design: Design, row: PlateRow) -> set[str]:
+    """What the distances within a row rest on; its cover, only where the surface is no straight
+    line or arc below which it is the same at any depth."""
+    if row.placed:
+        return row.where | ({"plates.span_offset_mm", "plates.stagger_mm"})
+    body, rests = design.body, row.where | surface_keys(design.body)
+    if row.table.follow == "level" and body.edge_radius_mm is None and body.step is None:
+        rests = rests - {"body.width_mm"}  # an arc's circle goes on beyond the sides
+    return rests | (row.spanned if row.table.stagger_mm else set())
+
+
+def _least(design: Design) -> float:
+    return LEAST_GAP * design.plates.thickness_mm
+
+
+def _told(gap: PlateGap) -> str:
+    near = "cross" if gap.distance == 0 else f"come within {gap.distance:.4g}"
+    return f"(plates {gap.first} and {gap.second} {near})"
+
+
+def _bound(design: Design, gap: PlateGap) -> str:
+    return f"such that plates stay {_least(design):g} mm (half a thickness) apart {_told(gap)}"
+
+
+def _within(design: Design, row: PlateRow, number: int) -> list[Finding]:
+    gap, wanted = least_gap(row.frames), _least(design)
+    if gap is None or gap.distance >= wanted - 1e-9:
+        return []
+    key, value = row.blame(gap.second, "pitch_mm")
+
+    def changes() -> list[Change]:
+        if row.placed:
+            return [Change(f"move it away from plate {gap.first}")]
+        pitch = _wider_pitch(design, row)
+        words = f"raise {key} to at least"
+        return [] if pitch is None else [Change.to(words, key, at_least(pitch))]
+
+    short = wanted - gap.distance
+    return [Finding(key, value, _bound(design, gap), short, changes, _SHORTER)]
+
+
+def _wider_pitch(design: Design, row: PlateRow) -> float | None:
+    """The least pitch from which neighbours are apart, up to the widest that the body holds."""
+    half = 0.5 * (design.body.width_mm if row.table.along == "x" else design.body.depth_mm)
+
+    def at(pitch: float) -> PlateRow:
+        trial = row.table.model_copy(update={"pitch_mm": pitch})
+        return PlateRow(trial, tuple(row_frames(design.body, trial, 0)))
+
+    def fits(pitch: float) -> bool:
+        trial = row.table.model_copy(update={"pitch_mm": pitch})
+        return row_reach(design.body, trial) <= half - LEAST_CLEARANCE_MM
+
+    def apart(pitch: float) -> bool:
+        return bool(neighbour_gaps(at(pitch).frames).min() >= _least(design))
+
+    low = row.table.pitch_mm
+    enough = row.table.length_mm + row.table.thickness_mm + _least(design)
+    widest = greatest(fits, low, max(enough, 2.0 * low))
+    if widest is None or not apart(widest):
+        return None
+    return least(apart, low, widest)
+
+
+def _between(
+    design: Design, first: PlateRow, second: PlateRow, numbers: tuple[int, int]
+) -> list[Finding]:
+    gap, wanted = least_gap(first.frames, second.frames), _least(design)
+    if gap is None or gap.distance >= wanted - 1e-9:
+        return []
+    key = f"plates.rows[{second.number}].cover_mm"
+    shared = "cover_mm" not in second.own
+    value: object = second.table.cover_mm
+    if shared:
+        value = f"(absent: plates.cover_mm = {second.table.cover_mm:g})"
+
+    def clear(trial: Design) -> bool:
+        rows = plate_rows(trial)
+        between = least_gap(rows[numbers[0]].frames, rows[numbers[1]].frames)
+        return between is not None and between.distance >= wanted
+
+    def changes() -> list[Change]:
+        if len(first.frames) * len(second.frames) > _MOST_PAIRS:
+            return []
+        cover = second.table.cover_mm
+        lowest = min(frame.y for frame in second.frames)
+        deeper = least(lambda c: set_to(design, key, c, clear), cover, cover + max(lowest, wanted))
+        found = [] if deeper is None else [Change.to(f"set {key} to", key, at_least(deeper))]
+        higher = greatest(
+            lambda less: not set_to(design, key, cover - less, clear), 0.0, cover - 0.01
+        )
+        if higher is not None and higher < cover - 0.02:
+            found.append(Change.to(f"set {key} to", key, at_most(cover - higher - 1e-3)))
+        return found
+
+    short = wanted - gap.distance
+    remedy = "move the rows apart"
+    return [Finding(key, value, _bound(design, gap), short, changes, remedy)]
+
+
+def _core(design: Design, row: PlateRow, number: int) -> list[Finding]:
+    core = design.body.core
+    if core is None:
+        return []
+    depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
+    distances = core_gaps(core, depth, row.frames)
+    distances = np.where(np.isnan(distances), np.inf, distances)
+    worst = int(np.argmin(distances))
+    if distances[worst] >= LEAST_CLEARANCE_MM - 1e-9:
+        return []
+    frame = row.frames[worst]
+    key, value = row.blame(frame.index, "cover_mm")
+
+    def clear(trial: Design) -> bool:
+        box, each = trial.body.core, plate_rows(trial)[number]
+        assert box is not None
+        deep = box.depth_mm if box.depth_mm is not None else trial.body.depth_mm
+        gaps = core_gaps(box, deep, each.frames)
+        return bool(gaps.min() >= LEAST_CLEARANCE_MM)
+
+    def changes() -> list[Change]:
+        found = []
+        if not row.placed:
+            cover = row.table.cover_mm
+            up = least(lambda d: set_to(design, key, cover - d, clear), 0.0, cover - 0.01)
+            if up is not None:
+                lowered = at_most(cover - up)
+                found.append(Change.to(f"lower {key} to at most", key, lowered))
+        high = "body.core.height_mm"
+        most = greatest(lambda h: set_to(design, high, h, clear), 0.1, core.height_mm)
+        if most is not None:
+            found.append(Change.to(f"lower {high} to at most", high, at_most(most)))
+        return found
+
+    near = "crosses it" if distances[worst] == 0 else f"comes within {distances[worst]:.4g}"
+    bound = (
+        f"such that plates stay {LEAST_CLEARANCE_MM} mm from the core (plate {frame.index} {near})"
+    )
+    short = LEAST_CLEARANCE_MM - float(distances[worst])
+    remedy = "move the plates away from [body.core]"
+    return [Finding(key, value, bound, short, changes, remedy)]

@@ -1,0 +1,276 @@
+"""Starter files of designs and scenes: every key, its default and meaning; or a shipped one."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Set as AbstractSet
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.errors import DesignError, Fault
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+SCHEMA_FILE = "design.schema.json"
+_HEAD = f"""\
+#:schema ./{SCHEMA_FILE}
+# A finger design. Lengths in mm, moduli in MPa, angles in degrees. Keys left out take the values
+# that stand here. `fingerdesign check FILE` names every fault at once.
+# Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
+"""
+SCENE_SCHEMA_FILE = "scene.schema.json"
+_SCENE_HEAD = f"""\
+#:schema ./{SCENE_SCHEMA_FILE}
+# A scene: the rigid object that touches the finger, the path it takes, where strain is read out.
+# Lengths in mm, forces in N, angles in degrees. Keys left out take the values that stand here, but
+# a path needs its rows. `fingerdesign check DESIGN --scene FILE` names every fault at once.
+# Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
+"""
+_SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
+_SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
+
+
+def _designs() -> Traversable:
+    """Return the folder of the shipped designs: in the installed package, or in the checkout."""
+    installed = resources.files("fingerdesign") / "data" / "designs"
+    if installed.is_dir():
+        return installed
+    return Path(__file__).resolve().parents[2] / "designs"
+
+
+def _names(folder: Traversable) -> tuple[str, ...]:
+    names = (entry.name for entry in folder.iterdir() if entry.is_file())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+def _text(folder: Traversable, name: str, key: str) -> str:
+    known = _names(folder)
+    if name not in known:
+        import difflib
+
+        near = difflib.get_close_matches(name, known, 1)
+        remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+        raise DesignError([Fault(key, name, f"one of {', '.join(known)}", remedy)])
+    return (folder / f"{name}.toml").read_text("utf-8")
+
+
+def shipped_designs() -> tuple[str, ...]:
+    """Names of the shipped designs, in alphabetical order."""
+    return _names(_designs())
+
+
+def shipped_scenes() -> tuple[str, ...]:
+    """Names of the shipped scenes, in alphabetical order."""
+    return _names(_designs() / "scenes")
+
+
+def shipped_text(name: str) -> str:
+    """Return the text of a shipped design. Raises :class:`DesignError` for an unknown name."""
+    return _text(_designs(), name, "--from")
+
+
+def shipped_path(name: str) -> Path:
+    """Return the path of a shipped design's file."""
+    shipped_text(name)
+    return Path(str(_designs() / f"{name}.toml"))
+
+
+def shipped_scene_text(name: str) -> str:
+    """Return the text of a shipped scene. Raises :class:`DesignError` for an unknown name."""
+    return _text(_designs() / "scenes", name, "--scene")
+
+
+def find_scene(file_or_name: str | Path) -> Scene:
+    """Return the scene of a file, or the shipped one of that name where there is no such file.
+
+    Raises :class:`DesignError` with every fault of the file.
+    """
+    from fingerdesign.checks.load import parse_scene
+
+    return parse_scene(scene_text(file_or_name), str(file_or_name))
+
+
+def find_design(file_or_name: str | Path) -> Design:
+    """Return the design of a file, or the shipped one of that name where there is no such file.
+
+    Raises :class:`DesignError` with every fault of the file.
+    """
+    from fingerdesign.checks.load import parse_design
+
+    folder = Path(file_or_name).parent
+    return parse_design(design_text(file_or_name), str(file_or_name), folder)
+
+
+def design_text(file_or_name: str | Path) -> str:
+    """Return the text of a design's file, or of the shipped design of that name."""
+    return _file_or_shipped(Path(file_or_name), _designs(), "design")
+
+
+def scene_text(file_or_name: str | Path) -> str:
+    """Return the text of a scene's file, or of the shipped scene of that name."""
+    return _file_or_shipped(Path(file_or_name), _designs() / "scenes", "scene")
+
+
+def _file_or_shipped(path: Path, folder: Traversable, kind: str) -> str:
+    """A file comes first; of a folder of that name (a result's) no design can be read."""
+    from fingerdesign.checks.load import read_text
+
+    name, known = str(path), _names(folder)
+    if not path.is_file() and name in known:
+        return (folder / f"{name}.toml").read_text("utf-8")
+    if path.exists():
+        return read_text(path)
+    import difflib
+
+    near = difflib.get_close_matches(path.stem, known, 1)
+    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
+    bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
+    raise DesignError([Fault("file", name, bound, remedy)])
+
+
+def schema_json(file: str = SCHEMA_FILE) -> str:
+    """Return the text of the shipped JSON schema of design files, or of ``SCENE_SCHEMA_FILE``."""
+    data = resources.files("fingerdesign") / "data" / file
+    return data.read_text("utf-8")
+
+
+def starter_scene_text(source: str | None = None) -> str:
+    """Return a commented scene file: a plane pressed and drawn, or a copy of a shipped scene.
+
+    Without ``source`` it holds every key that a scene has, with its default and meaning. Raises
+    :class:`DesignError` where ``source`` is unknown.
+    """
+    from fingerdesign.checks.load import parse_scene
+
+    if source is None:
+        text = _all_scene_keys()
+    else:
+        shipped = _text(_designs() / "scenes", source, "--from")
+        text = re.sub(r"(?m)^#:schema .*$", f"#:schema ./{SCENE_SCHEMA_FILE}", shipped)
+    parse_scene(text)
+    return text
+
+
+def _all_scene_keys() -> str:
+    from fingerdesign.design.scene import Scene
+
+    scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
+    tables = []
+    for table in Scene.model_fields:
+        values = getattr(scene, table)
+        lines = [f"[{table}]"]
+        for key, info in type(values).model_fields.items():
+            off = "# " if key in _SCENE_EXAMPLES else ""
+            value = _SCENE_EXAMPLES.get(key, getattr(values, key))
+            lines.append(_line(key, value, info.description or "", off))
+        tables.append("\n".join([*lines, ""]))
+    return "\n".join([_SCENE_HEAD, *tables])
+
+
+def starter_text(name: str, source: str | None = None) -> str:
+    """Return a commented design file called ``name``.
+
+    With ``source``, the shipped design of that name with its comments; without, every key that a
+    design has, with its default and meaning. Raises :class:`DesignError` where ``name`` cannot
+    name a result's folder or ``source`` is unknown.
+    """
+    from fingerdesign.checks.load import parse_design
+
+    if source is None:
+        text = _all_keys(name)
+    else:
+        text = re.sub(r"(?m)^#:schema .*$", f"#:schema ./{SCHEMA_FILE}", shipped_text(source))
+        text = re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
+    parse_design(text)
+    return text
+
+
+def _all_keys(name: str) -> str:
+    from fingerdesign.design.schema import Design
+
+    design = Design.model_validate({"design": {"name": name}})
+    tops, tables = [], []
+    for key, info in Design.model_fields.items():
+        value = getattr(design, key)
+        if key == "materials":
+            # Without `source`: it would stay behind when the user changes the values.
+            tables += [
+                _table(f"materials.{known}", item, {"source"}) for known, item in value.items()
+            ]
+        elif hasattr(value, "model_fields_set"):
+            tables.append(_table(key, value))
+        else:
+            tops.append(_line(key, value, info.description or ""))
+    return "\n".join([_HEAD, *tops, "", *tables])
+
+
+def _table(title: str, table: BaseModel, without: AbstractSet[str] = frozenset()) -> str:
+    lines, inner = [f"[{title}]"], []
+    for key, info in type(table).model_fields.items():
+        value = getattr(table, key)
+        if key in without:
+            continue
+        optional = _table_of(info.annotation)
+        if hasattr(value, "model_fields_set"):
+            inner.append(_table(f"{title}.{key}", value))
+        elif optional is not None and value is None:
+            inner.append(_example(f"{title}.{key}", optional, info.description or ""))
+        elif value == () and info.examples:
+            lines.append(_line(key, info.examples[0], info.description or "", off="# "))
+        elif value is None:
+            example = info.examples[0] if info.examples else 0.0
+            lines.append(_line(key, example, info.description or "", off="# "))
+        else:
+            lines.append(_line(key, value, info.description or ""))
+    return "\n".join([*lines, "", *inner])
+
+
+def _table_of(annotation: Any) -> type[BaseModel] | None:
+    """The table that an optional field may hold."""
+    from typing import get_args
+
+    from pydantic import BaseModel
+
+    for part in get_args(annotation):
+        if isinstance(part, type) and issubclass(part, BaseModel):
+            return part
+    return None
+
+
+def _example(title: str, table: type[BaseModel], meaning: str) -> str:
+    """A table that is absent, every key commented out."""
+    lines = [f"# [{title}]   # {meaning}; absent: none"]
+    for key, info in table.model_fields.items():
+        value = info.default
+        if info.is_required() or value is None:
+            value = info.examples[0] if info.examples else ""
+        lines.append(_line(key, value, info.description or "", off="# "))
+    return "\n".join([*lines, ""])
+
+
+def _line(key: str, value: Any, meaning: str, off: str = "") -> str:
+    pair = f"{off}{key} = {_toml(value)}"
+    inline = f"{pair:<36} # {meaning}"
+    if len(inline) <= 110:
+        return inline
+    above = textwrap.wrap(meaning, 98, break_on_hyphens=False)
+    return "\n".join([*(f"# {line}" for line in above), pair])
+
+
+def _toml(value: Any) -> str:
+    import tomlkit
+
+    if isinstance(value, (tuple, list)):
+        value = [list(row) if isinstance(row, tuple) else row for row in value]
+    if isinstance(value, list) and value and isinstance(value[0], dict):
+        rows = [", ".join(f"{key} = {_toml(inner)}" for key, inner in row.items()) for row in value]
+        return f"[{', '.join(f'{{ {row} }}' for row in rows)}]"
+    text: str = tomlkit.item(value).as_string()
+    return text

@@ -1,0 +1,365 @@
+"""Two fingers lift an object off its support; then it hangs, is tugged, changes weight, drops.
+
+Quasi-static, along x alone. W is the object's weight and what tugs at it, toward +x; the hand moves
+toward -x, ``hand`` mm in all. While the object stands, the fingers are sheared by all of that,
+
+    shear = hand,          F_t + F_t' <= W                     (the support carries the rest)
+
+and where they would carry more than W, it hangs: they carry W and it rises by what is left,
+
+    F_t + F_t' = W,        rise = hand - shear > 0
+
+A hanging object that friction cannot carry falls back onto its support: complete slip. It can be
+gripped anew there. Dynamics, tilting and the support's own friction are left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from typing import Protocol
+
+from fingerdesign.contact.balance import (
+    OutOfReach,
+    Trial,
+    Trials,
+    predicted_shear,
+    rising_root,
+    solve_shear,
+)
+from fingerdesign.contact.force_control import NoEquilibrium
+from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
+from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.judge import GRAVITY
+from fingerdesign.control.plants.plant import Truth
+from fingerdesign.control.signals import Sample, gage_readings
+
+# Two fingers that hold one rigid object between them, moved alike (numpy only).
+#
+# Both bases close by the same way and are sheared alike against the object. Where the opposite
+# finger is a mirror image, the object stays in the middle and each finger has exactly half of all
+# forces: one model serves both. Where it is another finger, the object floats to where both press
+# alike,
+#
+#     approach = closing + drift   of the finger with gages,   closing - drift   of the other,
+#     F_n (closing + drift, shear) = F_n' (closing - drift, shear)
+#
+# The object keeps its direction: its tilting under unlike tangential forces is left out.
+
+
+@dataclass(frozen=True)
+class Held:
+    """What two fingers do at some closing and shear; forces N, mm.
+
+    increment: of the finger with gages, other: of the opposite one (the same where it is a mirror
+    image). carried: F_t of both together. drift: the object's way off the middle.
+    """
+
+    increment: Increment
+    other: Increment
+    shear: float
+    carried: float
+    drift: float = 0.0
+
+
+class Pair(Protocol):
+    """Two fingers and their friction history, which ``accept`` alone moves on."""
+
+    def stand(self, closing: float, shear: float) -> Held:
+        """Both moved to ``closing`` and ``shear``, mm in all."""
+        ...
+
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+        """Closed by ``closing`` mm in all, together carrying ``weight`` N: the shear is found.
+
+        most: a shear at which they are known to carry more. Raises NoEquilibrium where friction
+        cannot carry it.
+        """
+        ...
+
+    def accept(self, held: Held) -> None:
+        """Go on from ``held``."""
+        ...
+
+
+class MirrorPair:
+    """A finger and its mirror image: half of all forces each, exactly."""
+
+    def __init__(self, problem: ContactProblem) -> None:
+        self._problem = problem
+        self._state = ContactState.untouched(problem)
+        self._workspace = Workspace()
+        self._before: Increment | None = None
+
+    def stand(self, closing: float, shear: float) -> Held:
+        """See :class:`Pair`."""
+        motion = Motion(closing, shear)
+        return self._held(solve_increment(self._problem, self._state, motion, self._workspace))
+
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+        """See :class:`Pair`."""
+        start = None
+        if self._before is not None:
+            start = predicted_shear(
+                self._problem, self._before, closing, 0.5 * weight, self._workspace
+            )
+        found = solve_shear(
+            self._problem, self._state, closing, 0.5 * weight, self._workspace, start, most
+        )
+        return self._held(found)
+
+    def accept(self, held: Held) -> None:
+        """See :class:`Pair`."""
+        self._state = held.increment.state
+        self._before = held.increment
+
+    def _held(self, increment: Increment) -> Held:
+        carried = 2.0 * float(self._problem.model.total_force(increment.force)[0])
+        return Held(increment, increment, increment.motion.shear, carried)
+
+
+class UnlikePair:
+    """Two different fingers; the object floats between them."""
+
+    def __init__(self, problem: ContactProblem, opposite: ContactProblem) -> None:
+        self._problems = (problem, opposite)
+        self._states = (ContactState.untouched(problem), ContactState.untouched(opposite))
+        self._workspaces = (Workspace(), Workspace())
+        self._shear = self._drift = 0.0
+
+    def stand(self, closing: float, shear: float) -> Held:
+        """See :class:`Pair`."""
+        return self._between(closing).at(shear)
+
+    def hang(self, closing: float, weight: float, most: float = inf) -> Held:
+        """See :class:`Pair`."""
+        between = self._between(closing)
+
+        def evaluate(shear: float) -> Trial:
+            between.at(shear)
+            return between.carried()
+
+        try:
+            here = self._shear
+            shear = rising_root(evaluate, weight, here, here, between.softest, most)
+        except OutOfReach as reached:
+            raise NoEquilibrium(
+                f"no shear makes the two fingers carry {weight:g} N, closed by {closing:g} mm: "
+                f"complete slip at {reached.most:.4g} N"
+            ) from None
+        return between.held(shear)
+
+    def accept(self, held: Held) -> None:
+        """See :class:`Pair`."""
+        for workspace, state, increment in zip(
+            self._workspaces, self._states, (held.increment, held.other), strict=True
+        ):
+            workspace.passed(state, increment.state)
+        self._states = (held.increment.state, held.other.state)
+        self._shear, self._drift = held.shear, held.drift
+
+    def _between(self, closing: float) -> _Between:
+        first, second = (
+            Trials(*each)
+            for each in zip(self._problems, self._states, self._workspaces, strict=True)
+        )
+        return _Between(first, second, closing, self._drift)
+
+
+class _Between:
+    """The drift at which both fingers press alike, for one closing and any shear."""
+
+    def __init__(self, first: Trials, second: Trials, closing: float, drift: float) -> None:
+        self._first, self._second = first, second
+        self._closing, self._drift = closing, drift
+        self.softest = max(first.softest, second.softest)
+
+    def at(self, shear: float) -> Held:
+        def evaluate(drift: float) -> Trial | None:
+            found = self._first.at(self._closing + drift, shear)
+            other = self._second.at(self._closing - drift, shear)
+            if found is None or other is None:
+                return None
+            pressed, against = self._first.forces()[0], self._second.forces()[0]
+            slope = self._first.stiffness()[0, 0] + self._second.stiffness()[0, 0]
+            return Trial(float(pressed - against), float(slope), float(max(pressed, against)))
+
+        self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
+        return self.held(shear)
+
+    def held(self, shear: float) -> Held:
+        """The last balance, found at ``shear``."""
+        carried = float(self._first.forces()[1] + self._second.forces()[1])
+        return Held(self._first.last, self._second.last, shear, carried, self._drift)
+
+    def carried(self) -> Trial:
+        """F_t of both against the shear, the drift following it."""
+        (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
+        if not (normal > 0.0 and against > 0.0):
+            raise OutOfReach(0.0)
+        here, there = self._first.stiffness(), self._second.stiffness()
+        follows = (there[0, 1] - here[0, 1]) / (here[0, 0] + there[0, 0])
+        slope = here[1, 1] + there[1, 1] + (here[1, 0] - there[1, 0]) * follows
+        limits = {self._first.limit(), self._second.limit()}
+        limit = limits.pop() if len(limits) == 1 else 0
+        return Trial(float(pulled + opposed), float(slope), float(normal), limit)
+
+
+@dataclass(frozen=True)
+class Disturbance:
+    """A tug at the lifted object: ``extra_force_N`` toward +x (down), or up where negative.
+
+    It acts from move ``step_after_lift`` after the one that lifted (1 is the next), for
+    ``duration_steps`` moves.
+    """
+
+    step_after_lift: int
+    extra_force_N: float
+    duration_steps: int = 1
+
+    def __post_init__(self) -> None:
+        if self.step_after_lift < 1 or self.duration_steps < 1:
+            raise ValueError("a tug begins 1 or more steps after the lift and lasts 1 or more")
+        if not isfinite(self.extra_force_N):
+            raise ValueError(f"a tug of {self.extra_force_N} N is not finite")
+
+
+@dataclass(frozen=True)
+class WeightChange:
+    """The lifted object has another mass from move ``step_after_lift`` after the lift on."""
+
+    step_after_lift: int
+    object_mass_g: float
+
+    def __post_init__(self) -> None:
+        if self.step_after_lift < 1:
+            raise ValueError("the weight changes 1 or more steps after the lift")
+        if not (isfinite(self.object_mass_g) and self.object_mass_g > 0.0):
+            raise ValueError(f"a mass of {self.object_mass_g} g must be over 0")
+
+
+class LiftPlant:
+    """A finger with gages and an opposite one, an object between them on a support.
+
+    dx is the hand's move away from the support, dy what each finger closes by, both mm; a step is
+    one move. Forces and truth are those of the finger with gages. opposite: another finger's
+    problem, without it a mirror image. The support is where the object is first touched.
+
+    Raises ValueError where a tug upward exceeds the weight: nothing would hold the object then.
+    """
+
+    def __init__(
+        self,
+        problem: ContactProblem,
+        face: str,
+        object_mass_g: float,
+        opposite: ContactProblem | None = None,
+        disturbances: Sequence[Disturbance | WeightChange] = (),
+    ) -> None:
+        if not (isfinite(object_mass_g) and object_mass_g > 0.0):
+            raise ValueError(f"a mass of {object_mass_g} g must be over 0")
+        self._problem, self._face = problem, face
+        self._fingers: Pair = (
+            MirrorPair(problem) if opposite is None else UnlikePair(problem, opposite)
+        )
+        self._mass = object_mass_g
+        self._disturbances = tuple(disturbances)
+        self._check_tugs()
+        self._closing = self._hand = 0.0
+        self._since_lift: int | None = None  # moves since the first lift
+        self._lifted = False
+        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False)
+        self._held: Held | None = None
+        self._weight = 0.0  # at the last move
+        self._sample: Sample
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Raise the hand by ``dx``, close each finger by ``dy``; see :class:`Plant`."""
+        if self._since_lift is not None:
+            self._since_lift += 1
+        closing, hand = self._closing + dy, self._hand + dx
+        weight = self.weight(self._since_lift or 0)
+        same = (closing, weight) == (self._closing, self._weight)
+        if same and self._lifted and hand > self._truth.shear:  # but for the height
+            self._hand = hand
+            self._truth = replace(self._truth, rise=hand - self._truth.shear)
+            return self._sample
+        held, lifted, dropped = self._find(closing, hand, weight)
+        self._fingers.accept(held)
+        self._held = held
+        self._closing, self._hand, self._lifted = closing, hand, lifted
+        self._weight = weight
+        if lifted and self._since_lift is None:
+            self._since_lift = 0
+        measures = measure(self._problem, held.increment)
+        slips = completely_slips(measures, self._problem.model.dimension)
+        self._truth = Truth(
+            approach=held.increment.motion.approach,
+            shear=held.shear,
+            normal_force=measures.normal_force,
+            tangential_force=measures.tangential_force,
+            stick_ratio=0.0 if dropped else measures.stick_ratio,  # it all slid as it dropped
+            slip_distance=measures.slip_distance,
+            complete_slip=slips or dropped,
+            lifted=lifted,
+            rise=hand - held.shear if lifted else 0.0,
+        )
+        readings = gage_readings(measures.gages, self._face)
+        self._sample = Sample(readings, measures.normal_force, measures.tangential_force, lifted)
+        return self._sample
+
+    def truth(self) -> Truth:
+        """The state after the last move, for the judge."""
+        return self._truth
+
+    @property
+    def held(self) -> Held | None:
+        """What both fingers do after the last move, for the judge; None before the first."""
+        return self._held
+
+    def weight(self, step_after_lift: int) -> float:
+        """What pulls at the object toward +x that many moves after the lift, N."""
+        mass, extra = self._mass, 0.0
+        if step_after_lift > 0:
+            for each in sorted(self._disturbances, key=lambda each: each.step_after_lift):
+                since = step_after_lift - each.step_after_lift
+                if isinstance(each, WeightChange):
+                    mass = each.object_mass_g if since >= 0 else mass
+                elif 0 <= since < each.duration_steps:
+                    extra += each.extra_force_N
+        return 1e-3 * GRAVITY * mass + extra
+
+    def _find(self, closing: float, hand: float, weight: float) -> tuple[Held, bool, bool]:
+        """What the fingers do now, whether the object hangs, whether it has dropped."""
+        if self._lifted:
+            try:
+                hanging = self._fingers.hang(closing, weight)
+            except NoEquilibrium:
+                standing = self._fingers.stand(closing, hand)
+                if standing.carried <= weight:
+                    return standing, False, True
+                return self._fingers.hang(closing, weight, hand), True, False
+            if hanging.shear < hand:
+                return hanging, True, False
+            return self._fingers.stand(closing, hand), False, False  # the hand has set it down
+        standing = self._fingers.stand(closing, hand)
+        if standing.carried <= weight:
+            return standing, False, False
+        return self._fingers.hang(closing, weight, hand), True, False
+
+    def _check_tugs(self) -> None:
+        tugs = [each for each in self._disturbances if isinstance(each, Disturbance)]
+        changes = [each for each in self._disturbances if isinstance(each, WeightChange)]
+        for tug in tugs:
+            last = tug.step_after_lift + tug.duration_steps - 1
+            begins = [each.step_after_lift for each in tugs]
+            begins += [each.step_after_lift for each in changes]
+            # The force changes where something begins; between it can only return.
+            during = [step for step in begins if tug.step_after_lift <= step <= last]
+            if any(self.weight(step) < 0.0 for step in during):
+                raise ValueError(
+                    f"a tug of {tug.extra_force_N:g} N lifts the object out of the fingers; "
+                    "tug less, or use a heavier object"
+                )

@@ -1,0 +1,162 @@
+"""What a controller moves and feels: the plant, and the truth that only the judge may ask for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
+from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.signals import Sample, gage_readings
+
+
+@dataclass(frozen=True)
+class Truth:
+    """The plant's true state, for the judge alone; mm and N, forces of one finger.
+
+    stick_ratio: stick area / contact area, None without contact. slip_distance: least accumulated
+    slip over the points in contact. complete_slip: loaded, and (nearly) nothing sticks. lifted:
+    the object hangs free of its support; None where the plant holds no object with a weight. rise:
+    of the object above its support, mm.
+    """
+
+    approach: float
+    shear: float
+    normal_force: float
+    tangential_force: float
+    stick_ratio: float | None
+    slip_distance: float
+    complete_slip: bool
+    lifted: bool | None = None
+    rise: float = 0.0
+
+
+class Plant(Protocol):
+    """One finger against an object, moved in steps."""
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Move the object by ``dx`` toward +x and ``dy`` onto the finger (closing > 0), mm.
+
+        Raises SolverError where a simulated plant has no accepted answer.
+        """
+        ...
+
+    def truth(self) -> Truth:
+        """The state after the last move. For the judge; never handed to a controller."""
+        ...
+
+
+PlantMaker = Callable[[], Plant]
+
+
+class CondensedPlant:
+    """A finger's condensed model against a rigid object, friction history and all.
+
+    Motions are those of the object relative to the finger's base, from touch.
+    """
+
+    def __init__(self, problem: ContactProblem, face: str) -> None:
+        self._problem = problem
+        self._face = face
+        self._state = ContactState.untouched(problem)
+        self._workspace = Workspace()
+        self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False)
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Move the object by (dx, dy) mm and read gages and forces; see :class:`Plant`."""
+        now = self._state.motion
+        motion = Motion(now.approach + dy, now.shear + dx)
+        increment = solve_increment(self._problem, self._state, motion, self._workspace)
+        measures = measure(self._problem, increment)
+        self._state = increment.state
+        self._truth = Truth(
+            approach=motion.approach,
+            shear=motion.shear,
+            normal_force=measures.normal_force,
+            tangential_force=measures.tangential_force,
+            stick_ratio=measures.stick_ratio,
+            slip_distance=measures.slip_distance,
+            complete_slip=completely_slips(measures, self._problem.model.dimension),
+        )
+        return Sample(
+            gage_readings(measures.gages, self._face),
+            measures.normal_force,
+            measures.tangential_force,
+        )
+
+    def truth(self) -> Truth:
+        """The state after the last move, for the judge."""
+        return self._truth
+
+
+def press(plant: Plant, depth: float, step: float) -> Iterator[Sample]:
+    """Close by ``depth`` mm without shear, in equal moves of at most ``step``; a sample each."""
+    moves = max(1, math.ceil(depth / step - 1e-9))
+    for _ in range(moves):
+        yield plant.move(0.0, depth / moves)
+
+
+# A plant that remembers: the same moves give the same answers, and are solved once.
+#
+# Grips that differ in their sensors' noise alone, by a hand that does not feel it, make the same
+# moves. A :class:`Memory` holds what a plant answered to every sequence of moves so far; the plant
+# itself is made, and brought up to date, when a move is new.
+
+
+@dataclass
+class Memory:
+    """What followed on a sequence of moves, and what follows on each next one.
+
+    plant: one that has made just these moves and stands there, to go on from.
+    """
+
+    sample: Sample | None = None
+    truth: Truth | None = None
+    plant: Plant | None = None
+    after: dict[tuple[float, float], Memory] = field(default_factory=dict)
+
+
+class RememberedPlant:
+    """A :class:`Plant` in front of others, which are equal for all that share ``memory``.
+
+    The plants made by ``make_plant`` must be functions of their moves alone: no noise of their own.
+    """
+
+    def __init__(self, make_plant: PlantMaker, memory: Memory) -> None:
+        self._make_plant = make_plant
+        self._path = [memory]
+        self._moves: list[tuple[float, float]] = []
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """As the plant; raises what it raises, anew each time."""
+        here = self._path[-1]
+        following = here.after.get((dx, dy))
+        if following is None:
+            plant = self._standing_here()
+            following = Memory(plant.move(dx, dy), plant.truth(), plant)
+            here.after[dx, dy], here.plant = following, None
+        self._path.append(following)
+        self._moves.append((dx, dy))
+        assert following.sample is not None
+        return following.sample
+
+    def truth(self) -> Truth:
+        """The state after the last move."""
+        here = self._path[-1]
+        if here.truth is None:
+            here.truth = self._make_plant().truth()
+        return here.truth
+
+    def _standing_here(self) -> Plant:
+        """A plant that has made all moves so far: one left here, else the last on the way."""
+        last = len(self._moves)
+        while last > 0 and self._path[last].plant is None:
+            last -= 1
+        plant = self._path[last].plant or self._make_plant()
+        self._path[last].plant = None
+        for move in self._moves[last:]:
+            plant.move(*move)
+        return plant

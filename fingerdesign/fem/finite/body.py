@@ -1,0 +1,278 @@
+"""A body at finite strain as contact sees it: linear about where it is now.
+
+    K du = R^T f - r(u)         r forces and K stiffness at the displacement u, f contact forces (N)
+    R (u + du) = C f + d        C = R K^-1 R^T,  d = R u - R K^-1 r
+
+so the contact solver of the small-strain model finds f, and du follows. R is the contact trace of
+the body at rest: forces are those of the whole, tractions per area at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.errors import SolverError
+from fingerdesign.fem.assembly import lame_parameters
+from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.factor import Condensation
+from fingerdesign.fem.finite.elements import Group, group
+from fingerdesign.fem.mixed import pressure_nodes
+
+if TYPE_CHECKING:
+    from fingerdesign.fem.body import Body
+    from fingerdesign.reduced import ReducedModel
+
+
+# A body's equations at finite strain: forces and stiffness on the free unknowns.
+#
+# Unknowns ("values") are the nodal displacements, mm, dof i dim + k, then the pressures of a nearly
+# incompressible material, each in a unit that makes its pivot as large as the stiffness's. Held
+# displacements stay zero. The pattern is found once; every evaluation is a few batched products and
+# one sum.
+
+_CELLS = 4096  # at a time: 100 MB of temporaries in 3-D
+
+
+@dataclass(frozen=True)
+class FiniteSystem:
+    """Groups of cells, and where their unknowns go.
+
+    count: unknowns, held ones among them; free (d,): the numbers of those that are free, in the
+    order of the equations (a pressure behind its node); pressures: how many they are; places, one
+    (c pairs,) a group: where the upper triangle of each cell's stiffness is added (the last place
+    takes what is held); indices, indptr: CSR pattern of the upper triangle; scale: MPa per unit of
+    pressure.
+    """
+
+    body: Body
+    groups: tuple[Group, ...]
+    count: int
+    free: IntArray
+    pressures: int
+    places: tuple[NDArray[np.int32], ...]
+    indices: NDArray[np.int32]
+    indptr: NDArray[np.int32]
+    scale: float
+
+    @property
+    def dofs(self) -> int:
+        """How many equations there are."""
+        return len(self.free)
+
+    @property
+    def at_rest(self) -> Array:
+        """Values (count,) of the body as it was made."""
+        return np.zeros(self.count)
+
+    def displacement(self, values: Array) -> Array:
+        """Nodal displacements (n, dim), mm."""
+        return values[: self.body.mesh.points.size].reshape(self.body.mesh.points.shape)
+
+    def forces(self, values: Array) -> Array:
+        """What the body resists with (count,): N, and mm^3-like terms for the pressures."""
+        return self._summed([part.evaluate(values, stiffness=False)[0] for part in self.groups])
+
+    def tangent(self, values: Array, before: Array | None = None) -> tuple[Array, sp.csr_matrix]:
+        """Forces (count,) and the stiffness's upper triangle (d, d) on the free unknowns.
+
+        before: where the step began whose end ``values`` are, see finite_elements; None: the
+        stiffness is the forces' derivative.
+        """
+        forces = []
+        data = np.zeros(len(self.indices) + 1)
+        for part, place in zip(self.groups, self.places, strict=True):
+            found, stiffness = part.evaluate(values, before=before)
+            assert stiffness is not None
+            forces.append(found)
+            rows, columns = np.triu_indices(stiffness.shape[1])
+            entries = stiffness[:, rows, columns].ravel()
+            data += np.bincount(place, entries, minlength=len(data))
+        shape = (self.dofs, self.dofs)
+        matrix = sp.csr_matrix((data[:-1], self.indices, self.indptr), shape=shape)
+        return self._summed(forces), matrix
+
+    def _summed(self, parts: list[Array]) -> Array:
+        total = np.zeros(self.count)
+        for part, found in zip(self.groups, parts, strict=True):
+            total += np.bincount(part.dofs.ravel(), found.ravel(), minlength=self.count)
+        return total
+
+    @property
+    def lift(self) -> sp.csr_matrix:
+        """(n dim, d): nodal displacements of free unknowns."""
+        moves = np.flatnonzero(self.free < self.body.mesh.points.size)
+        entries = (np.ones(len(moves)), (self.free[moves], moves))
+        return sp.csr_matrix(entries, shape=(self.body.mesh.points.size, self.dofs))
+
+
+def finite_system(body: Body) -> FiniteSystem:
+    """The system of a body of element "P2" or "mixed" without attached stiffness or loads.
+
+    Raises SolverError for another body, ValueError where a cell is inverted at rest.
+    """
+    if body.element == "P1":
+        raise SolverError(
+            'mesh.element = "P1": finite strain takes "P2" or "mixed"; linear elements lock'
+        )
+    if body.attached is not None or body.loads is not None:
+        raise SolverError("finite strain knows no sheets and no loads of a body's own")
+    own = np.zeros(len(body.mesh.cells), dtype=bool)  # cells with pressures of their own
+    if body.element == "mixed":
+        own = body.poissons_ratio > 0.0
+        if body.pressure_cells is not None:
+            own &= body.pressure_cells
+    numbers, nodes = np.empty((0, 0), dtype=np.int64), np.empty(0, dtype=np.int64)
+    if own.any():
+        corners = body.mesh.corners[own]
+        numbers, nodes = pressure_nodes(corners, body.youngs_modulus[own], body.poissons_ratio[own])
+    scale = _pressure_scale(body, own, numbers)
+    groups = _groups(body, own, numbers, scale)
+    size = body.mesh.points.size
+    node = np.concatenate([np.arange(size) // body.mesh.dimension, nodes])
+    free = np.concatenate([np.flatnonzero(~body.fixed), size + np.arange(len(nodes))])
+    free = free[np.argsort(node[free], kind="stable")]
+    count = size + len(nodes)
+    places, indices, indptr = _pattern(groups, free, count)
+    return FiniteSystem(body, groups, count, free, len(nodes), places, indices, indptr, scale)
+
+
+def _groups(body: Body, own: BoolArray, numbers: IntArray, scale: float) -> tuple[Group, ...]:
+    mesh, found = body.mesh, []
+    first, shear = lame_parameters(body.youngs_modulus, body.poissons_ratio)
+    for mixed in (True, False):
+        chosen = np.flatnonzero(own == mixed)
+        for start in range(0, len(chosen), _CELLS):
+            part = chosen[start : start + _CELLS]
+            pressures = mesh.points.size + numbers[start : start + _CELLS] if mixed else None
+            found.append(
+                group(
+                    mesh.points,
+                    mesh.cells[part],
+                    first[part],
+                    shear[part],
+                    body.thickness,
+                    pressures,
+                    scale,
+                )
+            )
+    return tuple(found)
+
+
+def _pressure_scale(body: Body, own: BoolArray, numbers: IntArray) -> float:
+    """MPa per unit of pressure, by the rule of system.with_pressures on one group of cells."""
+    if not own.any():
+        return 1.0
+    part = _groups(body, own, numbers, 1.0)[0]
+    dim = body.mesh.dimension
+    stiff = float(np.median(np.einsum("cii->ci", part.pull))) * (dim + 1) / dim
+    soft = float(np.median(np.einsum("cii->ci", part.squeeze)))
+    return float(np.sqrt(float(np.median(part.shear / part.first)) * stiff / soft))
+
+
+def _pattern(
+    groups: tuple[Group, ...], free: IntArray, count: int
+) -> tuple[tuple[NDArray[np.int32], ...], NDArray[np.int32], NDArray[np.int32]]:
+    """places, indices and indptr of :class:`FiniteSystem`."""
+    equations = len(free)
+    equation = np.full(count, -1, dtype=np.int64)
+    equation[free] = np.arange(equations)
+    keys = []
+    for part in groups:
+        rows, columns = np.triu_indices(part.dofs.shape[1])
+        numbers = equation[part.dofs]
+        one, other = numbers[:, rows], numbers[:, columns]
+        key = np.minimum(one, other) * equations + np.maximum(one, other)
+        key[(one < 0) | (other < 0)] = equations * equations
+        keys.append(key.ravel())
+    nothing = np.array([equations * equations])
+    entries, place = np.unique(np.concatenate([*keys, nothing]), return_inverse=True)
+    row, column = np.divmod(entries[:-1], equations)
+    per_row = np.bincount(row, minlength=equations)
+    indptr = np.concatenate([[0], np.cumsum(per_row)]).astype(np.int32)
+    bounds = np.cumsum([0, *(len(key) for key in keys)])
+    places = tuple(place[low:high].astype(np.int32) for low, high in pairwise(bounds))
+    return places, column.astype(np.int32), indptr
+
+
+@dataclass(frozen=True)
+class FiniteBody:
+    """A body, its equations, and its small-strain model at rest (trace, supports, readouts).
+
+    trace (m dim, d): contact displacements of the free unknowns; free_ends, depth: as in
+    fem.body.reduced_model.
+    """
+
+    system: FiniteSystem
+    at_rest: CondensedBody
+    trace: sp.csr_matrix
+    free_ends: tuple[float, float] | None
+    depth: float | None
+
+    def contact_displacement(self, values: Array) -> Array:
+        """R u (m, dim), mm."""
+        moved = self.at_rest.trace.operator @ values[: self.system.body.mesh.points.size]
+        return np.asarray(moved).reshape(-1, self.system.body.mesh.dimension)
+
+    def loads(self, force: Array) -> Array:
+        """Contact forces (m, dim) N on the free unknowns, (d,)."""
+        return np.asarray(self.trace.T @ force.ravel())
+
+    def supports(self, values: Array) -> Array:
+        """Sum of the supports' forces on the body (dim,), N, at equilibrium."""
+        body = self.system.body
+        forces = self.system.forces(values)[: body.mesh.points.size]
+        return np.asarray(np.where(body.fixed, forces, 0.0).reshape(body.mesh.points.shape).sum(0))
+
+    def linearised(self, values: Array, before: Array | None = None) -> Linearised:
+        """The tangent at ``values``, the end of a step from ``before`` (FiniteSystem.tangent).
+
+        Raises SolverError where it is not that of a stable body.
+        """
+        forces, stiffness = self.system.tangent(values, before)
+        silent = np.diff(self.trace.indptr) == 0  # motions that are held
+        condensation = Condensation(stiffness, self.trace[~silent].tocsr(), self.system.pressures)
+        compliance = np.zeros((len(silent), len(silent)))
+        compliance[np.ix_(~silent, ~silent)] = condensation.matrix
+        return Linearised(self, forces, condensation, compliance)
+
+
+@dataclass(frozen=True)
+class Linearised:
+    """One tangent of a body: forces (count,) where it was taken, compliance (m dim, m dim)."""
+
+    body: FiniteBody
+    forces: Array
+    condensation: Condensation
+    compliance: Array
+
+    def answer(self, loads: Array) -> Array:
+        """Change of the values (count,) by loads (d,) on the free unknowns."""
+        change = np.zeros(self.body.system.count)
+        change[self.body.system.free] = self.condensation.solve(loads[:, None])[:, 0]
+        return change
+
+    def model(self, offset: Array) -> ReducedModel:
+        """What contact sees, with contact displacement ``offset`` (m, dim) mm at no force."""
+        condensed = replace(
+            self.body.at_rest, compliance=self.compliance, load_displacement=offset.ravel()
+        )
+        return reduced_model(condensed, free_ends=self.body.free_ends, depth=self.body.depth)
+
+
+def finite_body(
+    body: Body, free_ends: tuple[float, float] | None = None, depth: float | None = None
+) -> FiniteBody:
+    """The body, ready to be followed. Raises SolverError as condense_body and finite_system do."""
+    system = finite_system(body)
+    at_rest = condense_body(body)
+    trace = (at_rest.trace.operator @ system.lift).tocsr()
+    trace.eliminate_zeros()
+    trace.sort_indices()
+    return FiniteBody(system, at_rest, trace, free_ends, depth)

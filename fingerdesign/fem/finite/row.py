@@ -1,0 +1,268 @@
+"""One row of the path at finite strain: Newton about the last tangent, contact solved in full.
+
+Each iteration solves the contact problem of the linearised body (fem.finite_body, facing.py) with
+the friction history of the last row, and moves the body by what it says. The tangent is kept while
+it still brings the residual down tenfold, and taken anew where it does not: far from the answer
+that is Newton's method. Where an iteration fails, half of the way is gone first; that way carries
+the iterate alone: friction history moves once a row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import scipy.sparse as sp
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
+from fingerdesign.contact.increment import (
+    ContactState,
+    Increment,
+    Workspace,
+    ZoneExhausted,
+    solve_increment,
+)
+from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.errors import SolverError
+from fingerdesign.fem.elements import quadrature, tabulate
+from fingerdesign.fem.finite.body import FiniteBody, Linearised
+from fingerdesign.fem.trace import TRACE_ORDER
+
+if TYPE_CHECKING:
+    from fingerdesign.shapes.objects import Indenter
+
+
+# A deformed finger faces a rigid object: the contact problem about where both are now.
+#
+# With rel = u - U the motion of a point of the finger relative to the object (U the object's own),
+# the object is left where it stood, and the finger's points are at X + rel:
+#
+#     gap = mean of distance(X + rel) + n . (change of rel),      slip = t . (rel - rel of last row)
+#
+# n the object's normal where the finger is now. For a plane this is exact at once; about a cylinder
+# or a sphere it becomes so as the iteration ends (``gap_error``).
+
+
+@dataclass(frozen=True)
+class Facing:
+    """A finger and the object it faces; rows (q dim, n dim): displacements at the points on the
+    exact surface where gaps are measured."""
+
+    body: FiniteBody
+    rigid: Indenter
+    friction_coefficient: float
+    rows: sp.csr_matrix
+
+    def relative(self, values: Array, motion: Motion) -> Array:
+        """rel (m, dim) mm of the contact nodes; zero where they have no motion of their own."""
+        moved = self.body.contact_displacement(values)
+        moved -= _shift(motion, moved.shape[1])
+        body = self.body.system.body
+        moved[body.fixed.reshape(body.mesh.points.shape)[self.body.at_rest.trace.nodes]] = 0.0
+        return moved
+
+    def gap(self, values: Array, motion: Motion) -> Array:
+        """Gaps (m,) mm, true to the object's shape."""
+        trace = self.body.at_rest.trace
+        return trace.surface.mean(
+            self.rigid.distance(self._points(values, motion)), len(trace.nodes)
+        )
+
+    def problem(
+        self, tangent: Linearised, values: Array, motion: Motion, offset: Array
+    ) -> ContactProblem:
+        """The contact problem about ``values`` and the object at ``motion``; offset (m, dim) mm:
+        contact displacements that the tangent gives at no force."""
+        model = tangent.model(offset)
+        relative = self.relative(values, motion)
+        surface = replace(model.surface, points=self._points(values, motion))
+        there = replace(model, points=model.points + relative, surface=surface)
+        problem = contact_problem(there, self.rigid, self.friction_coefficient)
+        gap0 = problem.gap0 - np.sum(problem.frames[:, 0] * relative, axis=1)
+        return replace(problem, model=model, gap0=gap0)
+
+    def _points(self, values: Array, motion: Motion) -> Array:
+        points = self.body.at_rest.trace.surface.points
+        size = self.body.system.body.mesh.points.size
+        moved = np.asarray(self.rows @ values[:size]).reshape(points.shape)
+        return np.asarray(points + moved - _shift(motion, points.shape[1]))
+
+
+@dataclass(frozen=True)
+class Past:
+    """What the last row left: values (count,), contact forces (m, dim) N in x, y(, z), rel (m, dim)
+    mm, the object's motion, and per node the way slid and the last slip (ContactState)."""
+
+    values: Array
+    force: Array
+    relative: Array
+    motion: Motion
+    travelled: Array
+    sliding: Array
+
+    def state(self, problem: ContactProblem, guess: Array) -> ContactState:
+        """This past in a problem's own components, with forces (m, dim) N to start from."""
+        slip = np.einsum("mab,mb->ma", problem.frames[:, 1:], self.relative)
+        multiplier = np.einsum("mab,mb->ma", problem.frames, guess)
+        motion = replace(self.motion, load=1.0)
+        return ContactState(slip, multiplier, motion, self.travelled, self.sliding)
+
+
+def untouched(facing: Facing) -> Past:
+    """Before the first row."""
+    m, dim = len(facing.body.at_rest.trace.nodes), facing.body.system.body.mesh.dimension
+    values = facing.body.system.at_rest
+    none = np.zeros((m, dim))
+    return Past(values, none, none, Motion(0.0, 0.0), np.zeros(m), np.zeros(m))
+
+
+def facing(body: FiniteBody, rigid: Indenter, friction_coefficient: float) -> Facing:
+    """The finger facing ``rigid``, which stands where it first touches the finger at rest."""
+    mesh, facets = body.system.body.mesh, body.system.body.contact
+    dim = mesh.dimension
+    table = tabulate(dim - 1, quadrature(dim - 1, TRACE_ORDER)[0])
+    count = table.value.shape[1]
+    row = np.arange(len(facets) * count).reshape(len(facets), count)
+    value = np.broadcast_to(table.value, (len(facets), *table.value.shape))
+    rows = np.broadcast_to(row[:, None, :], value.shape)
+    columns = np.broadcast_to(facets[:, :, None], value.shape)
+    entries = (value.ravel(), (rows.ravel(), columns.ravel()))
+    scalar = sp.csr_matrix(entries, shape=(row.size, len(mesh.points)))
+    return Facing(body, rigid, friction_coefficient, sp.kron(scalar, sp.identity(dim), "csr"))
+
+
+def _shift(motion: Motion, dim: int) -> Array:
+    """The object's own displacement U (dim,), mm."""
+    return np.array([motion.shear, -motion.approach, motion.shear_z])[:dim]
+
+
+_TOLERANCE = 1e-9  # of the contact force: the largest nodal force out of balance
+_GAP = 1e-7  # of the motion: error of a curved object's gaps (condensing leaves up to 1e-8)
+_LEAST = 1e-3  # N: below it the contact force is no measure
+_KEEP = 0.1  # a tangent is kept while each iteration leaves less of the residual
+_ITERATIONS = 25
+_SHORTEST = 1.0 / 32.0  # of a row
+
+
+@dataclass(frozen=True)
+class Row:
+    """A solved row: the increment that holds at ``values`` (count,), its problem, what comes after.
+
+    iterations: all, those of pieces of the way among them; tangents: factorisations; residual:
+    largest nodal force out of balance over the contact force.
+    """
+
+    increment: Increment
+    problem: ContactProblem
+    past: Past
+    iterations: int
+    tangents: int
+    residual: float
+
+
+class Follower:
+    """Rows one after the other; keeps the last tangent, which saves time and changes no answer."""
+
+    def __init__(self, facing: Facing) -> None:
+        from threadpoolctl import ThreadpoolController
+
+        self.facing = facing
+        self._threads = ThreadpoolController()
+        self._tangent: Linearised | None = None
+        self._iterations = self._tangents = 0
+
+    def row(self, past: Past, target: Motion | Forces) -> Row:
+        """The row to ``target``. Raises ZoneExhausted, NoEquilibrium, or SolverError that says
+        where on the way and why."""
+        self._iterations = self._tangents = 0
+        last, done, step = past, 0.0, 1.0
+        while True:
+            share = min(1.0, done + step)
+            kept = self._tangent is not None
+            try:
+                found = self._newton(past, _on_the_way(past, target, share, self.facing), last)
+            except (ZoneExhausted, NoEquilibrium):
+                raise
+            except SolverError as error:
+                self._tangent = None
+                if kept:
+                    continue  # an old tangent may be all that was wrong
+                step *= 0.5
+                if step < _SHORTEST:
+                    raise _no_answer(target, done, error) from error
+                continue
+            if share == 1.0:
+                return found
+            done, last = share, found.past
+
+    def pieces(self, past: Past, target: Motion | Forces, substeps: int) -> list[Motion | Forces]:
+        """Targets of a row's increments, between which friction history moves."""
+        shares = [part / substeps for part in range(1, substeps)]
+        return [*(_on_the_way(past, target, share, self.facing) for share in shares), target]
+
+    def _newton(self, past: Past, target: Motion | Forces, last: Past) -> Row:
+        """Iterations from where ``last`` is, with the history of ``past``."""
+        facing, system = self.facing, self.facing.body.system
+        values, motion, force, workspace = last.values, last.motion, last.force, Workspace()
+        forces, left = system.forces(values), 1.0
+        before: Array | None = None  # values where the step to the present ones began
+        for _ in range(_ITERATIONS):
+            self._iterations += 1
+            if self._tangent is None:
+                self._tangents += 1
+                self._tangent, workspace = facing.body.linearised(values, before), Workspace()
+            tangent = self._tangent
+            free = tangent.answer(-forces[system.free])
+            offset = facing.body.contact_displacement(values + free)
+            problem = facing.problem(tangent, values, motion, offset)
+            state = past.state(problem, force)
+            with self._threads.limit(limits=1, user_api="blas"):  # small: threads would only wait
+                if isinstance(target, Motion):
+                    increment = solve_increment(problem, state, target, workspace)
+                else:
+                    state = replace(state, motion=motion)
+                    increment = solve_forces(problem, state, target, workspace)
+            force, motion = increment.force, increment.motion
+            loads = facing.body.loads(force)
+            before, values = values, values + free + tangent.answer(loads)
+            forces = system.forces(values)
+            residual = float(np.abs(loads - forces[system.free]).max())
+            residual /= max(float(np.abs(force).sum() + np.abs(past.force).sum()), _LEAST)
+            if not np.isfinite(residual):
+                raise SolverError("an iteration led to forces that are no numbers")
+            relative = facing.relative(values, motion)
+            off = float(np.abs(facing.gap(values, motion) - increment.gap).max())
+            moved = max(float(np.abs(relative).max()), float(np.abs(past.relative).max()))
+            if residual <= _TOLERANCE and off <= _GAP * moved:
+                after = increment.state
+                now = Past(values, force, relative, motion, after.travelled, after.sliding)
+                return Row(increment, problem, now, self._iterations, self._tangents, residual)
+            if residual > _KEEP * left:
+                self._tangent = None
+            left = residual
+        raise SolverError(
+            f"the residual is {residual:.1e} of the contact force after {_ITERATIONS} iterations"
+        )
+
+
+def _on_the_way(
+    past: Past, target: Motion | Forces, share: float, facing: Facing
+) -> Motion | Forces:
+    """What lies ``share`` of the way from the last row to its target, both motions or forces."""
+    if isinstance(target, Motion):
+        return replace(past.motion.toward(target, share) if share < 1.0 else target, load=1.0)
+    if share < 1.0:
+        factor = 2 if facing.body.system.body.mesh.symmetric else 1
+        total = factor * past.force.sum(axis=0)
+        target = Forces(-float(total[1]), float(total[0]), past.motion).toward(target, share)
+    return replace(target, held=replace(target.held, load=1.0))
+
+
+def _no_answer(target: Motion | Forces, done: float, error: SolverError) -> SolverError:
+    reason = str(error).replace(", load 1", "")
+    return SolverError(
+        f"finite strain: no answer beyond {done:.0%} of the way to {target}: {reason}; use smaller "
+        "increments or a finer mesh, or ask for less"
+    )

@@ -1,1 +1,0 @@
-"""The finger at finite strain, pressed and sheared by a rigid object."""

@@ -1,0 +1,233 @@
+"""The section's upper outline in closed form: an arc or a flat top, its edges, down to the side.
+
+Half of it, x >= 0, as pieces from the crest outward; the other half mirrors it. Every parametric
+body is this outline drawn straight along z, revolved about a line along x (dome) or about y
+(revolved). Numpy only; lengths in mm; points (n, 2) are (x, y).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+
+if TYPE_CHECKING:
+    from fingerdesign.design.body import Body
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A line (``radius`` 0), or an arc about (``x``, ``y``), convex outward, from start to end."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    x: float = 0.0
+    y: float = 0.0
+    radius: float = 0.0
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance (n,) to the piece continued beyond its ends; positive outside."""
+        if self.radius:
+            return np.asarray(np.hypot(points[:, 0] - self.x, points[:, 1] - self.y) - self.radius)
+        return np.asarray((points - np.array(self.start)) @ self._line_normal)
+
+    def normal(self, points: Array) -> Array:
+        """Outward unit normals (n, 2) at the nearest points of the piece continued."""
+        if not self.radius:
+            return np.tile(self._line_normal, (len(points), 1))
+        offset = points - np.array([self.x, self.y])
+        return np.asarray(offset / np.maximum(np.linalg.norm(offset, axis=1), 1e-300)[:, None])
+
+    def beyond(self, points: Array) -> Array:
+        """How far (n,) the nearest point of the piece continued lies beyond its ends, mm; or 0."""
+        a, b = np.array(self.start), np.array(self.end)
+        if not self.radius:
+            along = (b - a) / np.linalg.norm(b - a)
+            s = (points - a) @ along
+            return np.asarray(np.maximum(np.maximum(-s, s - np.linalg.norm(b - a)), 0.0))
+        centre = np.array([self.x, self.y])
+        angle = np.arctan2(*(points - centre).T)  # clockwise from +y
+        first, last = (float(np.arctan2(*(end - centre))) for end in (a, b))
+        return np.asarray(self.radius * np.maximum(np.maximum(first - angle, angle - last), 0.0))
+
+    def height(self, x: Array) -> Array:
+        """Height of the piece continued over x (n,)."""
+        if self.radius:
+            return np.asarray(self.y + np.sqrt(np.maximum(self.radius**2 - (x - self.x) ** 2, 0.0)))
+        (x0, y0), (x1, y1) = self.start, self.end
+        return np.asarray(y0 + (x - x0) * (y1 - y0) / (x1 - x0))
+
+    @property
+    def area(self) -> float:
+        """Area between the piece and y = 0, mm^2."""
+        (x0, y0), (x1, y1) = self.start, self.end
+        area = 0.5 * (y0 + y1) * (x1 - x0)
+        if self.radius:
+            chord = float(np.hypot(x1 - x0, y1 - y0))
+            angle = 2.0 * np.arcsin(min(1.0, 0.5 * chord / self.radius))
+            area += 0.5 * self.radius**2 * (angle - np.sin(angle))
+        return float(area)
+
+    @property
+    def length(self) -> float:
+        """Length of the piece, mm."""
+        chord = float(np.hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]))
+        if not self.radius:
+            return chord
+        return float(2.0 * self.radius * np.arcsin(min(1.0, 0.5 * chord / self.radius)))
+
+    @property
+    def _line_normal(self) -> Array:
+        (x0, y0), (x1, y1) = self.start, self.end
+        return np.asarray(np.array([y0 - y1, x1 - x0]) / np.hypot(x1 - x0, y1 - y0))
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The pieces from the crest (x = 0) to the side (x = half_width, y = side_height)."""
+
+    pieces: tuple[Piece, ...]
+
+    @property
+    def crest(self) -> float:
+        """Greatest height, mm."""
+        return self.pieces[0].start[1]
+
+    @property
+    def half_width(self) -> float:
+        """x of the straight side, mm."""
+        return self.pieces[-1].end[0]
+
+    @property
+    def side_height(self) -> float:
+        """Height of the straight side, mm."""
+        return self.pieces[-1].end[1]
+
+    @property
+    def area(self) -> float:
+        """Area of the whole section, both halves, down to y = 0, mm^2."""
+        return 2.0 * sum(piece.area for piece in self.pieces)
+
+    @property
+    def smooth_side(self) -> bool:
+        """Whether outline and side meet without an edge that a mesher could keep (12 degrees)."""
+        end = np.array([self.pieces[-1].end])
+        return bool(self.pieces[-1].normal(end)[0, 0] > np.cos(np.radians(12.0)))
+
+    def chains(self) -> tuple[tuple[Piece, ...], ...]:
+        """The pieces in groups that join without an edge (under 12 degrees)."""
+        groups = [[self.pieces[0]]]
+        for before, after in zip(self.pieces, self.pieces[1:], strict=False):
+            joint = np.array([before.end])
+            turn = float(before.normal(joint)[0] @ after.normal(joint)[0])
+            if turn > np.cos(np.radians(12.0)):
+                groups[-1].append(after)
+            else:
+                groups.append([after])
+        return tuple(tuple(group) for group in groups)
+
+    def height(self, place: Array | float) -> Array:
+        """Height over x, both halves; NaN beyond the last piece's reach."""
+        x: Array = np.abs(np.asarray(place, dtype=float))
+        found = np.full(x.shape, np.nan)
+        for k, piece in enumerate(self.pieces):
+            last = k == len(self.pieces) - 1
+            most = piece.x + piece.radius if last and piece.radius else piece.end[0]
+            if last and not piece.radius:
+                most = np.inf
+            rows = (x >= piece.start[0]) & (x <= most * (1.0 + 1e-12)) & np.isnan(found)
+            found = np.where(rows, piece.height(x), found)
+        return np.asarray(found)
+
+    def owner(self, points: Array) -> IntArray:
+        """The piece (n,) nearest to each point (n, 2) of either half."""
+        return nearest_piece(self.pieces, points)
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance (n,) to the outline, continued beyond the side; positive outside."""
+        return chain_distance(self.pieces, points)
+
+    def normal(self, points: Array) -> Array:
+        """Outward unit normals (n, 2) at the nearest points of the outline."""
+        return chain_normal(self.pieces, points)
+
+
+def _folded(points: Array) -> Array:
+    return np.column_stack([np.abs(points[:, 0]), points[:, 1]])
+
+
+def nearest_piece(pieces: tuple[Piece, ...], points: Array) -> IntArray:
+    """The piece (n,) that holds the nearest point of a chain, for points (n, 2) of either half."""
+    if len(pieces) == 1:
+        return np.zeros(len(points), dtype=np.int64)
+    folded = _folded(points)
+    away = [np.hypot(piece.distance(folded), piece.beyond(folded)) for piece in pieces]
+    return np.asarray(np.argmin(away, axis=0), dtype=np.int64)
+
+
+def chain_distance(pieces: tuple[Piece, ...], points: Array) -> Array:
+    """Signed distance (n,) of points (n, 2) to the pieces, mirrored in x = 0."""
+    owner, folded = nearest_piece(pieces, points), _folded(points)
+    each = np.stack([piece.distance(folded) for piece in pieces])
+    return np.asarray(each[owner, np.arange(len(points))])
+
+
+def chain_misfit(pieces: tuple[Piece, ...], points: Array) -> Array:
+    """Distance (n,) of points (n, 2) to the pieces as they end, not continued."""
+    folded = _folded(points)
+    away = [np.hypot(piece.distance(folded), piece.beyond(folded)) for piece in pieces]
+    return np.asarray(np.min(away, axis=0))
+
+
+def chain_normal(pieces: tuple[Piece, ...], points: Array) -> Array:
+    """Outward unit normals (n, 2) of the pieces, mirrored in x = 0, nearest to points (n, 2)."""
+    owner, folded = nearest_piece(pieces, points), _folded(points)
+    each = np.stack([piece.normal(folded) for piece in pieces])
+    normal = each[owner, np.arange(len(points))]
+    normal[:, 0] *= np.where(points[:, 0] < 0.0, -1.0, 1.0)
+    return np.asarray(normal)
+
+
+@lru_cache(maxsize=256)
+def _outline(
+    half: float, height: float, radius: float, edge: float | None, chamfer: bool
+) -> Profile:
+    flat = not np.isfinite(radius)
+    crest = height if flat else height + radius - float(np.sqrt(radius**2 - half**2))
+    middle = crest - radius  # the arc's centre
+
+    def top(x: float) -> float:
+        return height if flat else middle + float(np.sqrt(radius**2 - x**2))
+
+    def upper(end: tuple[float, float]) -> Piece:
+        start = (0.0, crest)
+        return Piece(start, end) if flat else Piece(start, end, 0.0, middle, radius)
+
+    side = (half, height)
+    if edge is None:
+        return Profile((upper(side),))
+    if chamfer:
+        corner = (half - edge, top(half - edge))
+        return Profile((upper(corner), Piece(corner, (half, height - edge))))
+    x = half - edge
+    if flat:
+        y, joint = height - edge, (x, height)
+    else:
+        y = middle + float(np.sqrt((radius - edge) ** 2 - x**2))
+        share = radius / (radius - edge)
+        joint = (share * x, middle + share * (y - middle))
+    rounding = Piece(joint, (half, y), x, y, edge)
+    return Profile((upper(joint), rounding) if joint[0] > 1e-9 else (rounding,))
+
+
+def profile_of(body: Body) -> Profile:
+    """The outline of a parametric body. ValueError where the edge leaves nothing of the top."""
+    radius = np.inf if body.shape == "block" else float(body.arc_radius_mm)
+    half, edge = 0.5 * body.width_mm, body.edge_radius_mm
+    if radius < half or (edge is not None and not edge <= min(half, radius)):
+        raise ValueError("the arc or its edge does not fit the width")
+    return _outline(half, body.base_height_mm, radius, edge, body.edge == "chamfer")

@@ -1,0 +1,114 @@
+"""Rows of plates with the keys that they are owed to, and designs with one key changed."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import ValidationError
+
+from fingerdesign.design.schema import Body, Design, Plates
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+
+
+@dataclass(frozen=True)
+class PlateRow:
+    """One row of plates: its values, its frames, and where each value stands in the file.
+
+    ``number``: None for [plates] itself, else that of ``plates.rows``; ``own``: keys that the row
+    gives itself, the others are those of [plates]. ``placed``: a ``plates.placement``.
+    """
+
+    table: Plates
+    frames: tuple[PlateFrame, ...]
+    number: int | None = None
+    own: frozenset[str] = frozenset()
+    placed: bool = False
+
+    def key(self, name: str) -> str:
+        """The dotted key that gave the row's value ``name``."""
+        return f"plates.rows[{self.number}].{name}" if name in self.own else f"plates.{name}"
+
+    def keys(self, *names: str) -> set[str]:
+        """The dotted keys that values ``names`` rest on, those that would override them too."""
+        found = {self.key(name) for name in names}
+        if self.number is not None:
+            found |= {f"plates.rows[{self.number}].{name}" for name in names}
+        return found
+
+    def value(self, name: str) -> object:
+        """The row's value ``name``; what absence means where it is absent."""
+        value = getattr(self.table, name)
+        return "(absent: the full extent)" if name == "span_mm" and value is None else value
+
+    def blame(self, index: int, name: str) -> tuple[str, object]:
+        """Key and value to blame for plate ``index``: the row's ``name``, or its own placement."""
+        if self.placed and self.table.placement is not None:
+            return f"plates.placement[{index}]", list(self.table.placement[index])
+        return self.key(name), self.value(name)
+
+    @property
+    def where(self) -> set[str]:
+        """The keys that say where the plates lie in their section plane, beside the surface's."""
+        if self.placed:
+            return {"plates.placement", "plates.length_mm", "plates.thickness_mm"}
+        names = ["count", "pitch_mm", "offset_mm", "angle_deg", "length_mm", "along", "follow"]
+        if self.table.follow != "level":
+            names.append("cover_mm")
+        return self.keys(*names) | {"plates.thickness_mm"}
+
+    @property
+    def spanned(self) -> set[str]:
+        """The keys that say how far the plates reach across their section plane."""
+        across = "body.depth_mm" if self.table.along == "x" else "body.width_mm"
+        if self.placed:
+            names = {"plates.placement", "plates.span_mm", "plates.span_offset_mm"}
+            return {*names, "plates.stagger_mm", across}
+        return self.keys("span_mm", "span_offset_mm", "stagger_mm", "along", "count") | {across}
+
+
+def surface_keys(body: Body) -> set[str]:
+    """The keys that the contact surface's shape rests on."""
+    names = {"shape", "width_mm", "arc_radius_mm", "edge_radius_mm", "edge", "step"}
+    if body.shape == "dome":
+        names |= {"dome_radius_mm", "depth_mm"}
+    return {f"body.{name}" for name in names}
+
+
+def plate_rows(design: Design) -> tuple[PlateRow, ...]:
+    """The rows that hold any plate, each with its frames; a placement is one row."""
+    frames = plate_frames(design)
+    plates = design.plates
+    if plates.placement is not None:
+        return (PlateRow(plates, frames, placed=True),) if frames else ()
+    rows, start = [], 0
+    for number, table in enumerate(plates.all_rows):
+        own = frames[start : start + table.count]
+        start += table.count
+        given = plates.rows[number - 1].model_dump(exclude_none=True) if number else {}
+        if own:
+            rows.append(PlateRow(table, own, number - 1 if number else None, frozenset(given)))
+    return tuple(rows)
+
+
+def with_key(design: Design, key: str, value: object) -> Design | None:
+    """A copy of a design with one dotted key of [body] or [plates] set; None: refused by itself.
+
+    A revolved body's depth goes with its width.
+    """
+    table, *parts = [int(part) if part.isdigit() else part for part in re.findall(r"\w+", key)]
+    old: Body | Plates = getattr(design, str(table))
+    values = old.model_dump(exclude_none=True)
+    inner: Any = values
+    for part in parts[:-1]:
+        inner[part] = list(inner[part]) if isinstance(inner[part], tuple) else inner[part]
+        inner = inner[part]
+    inner[parts[-1]] = value
+    if values.get("shape") == "revolved":
+        values["depth_mm"] = values["width_mm"]
+    try:
+        changed = type(old).model_validate(values)
+    except ValidationError:
+        return None
+    return design.model_copy(update={str(table): changed})

@@ -1,0 +1,328 @@
+"""How far the contact of a scene will reach, before any model is built: the candidate zone.
+
+A forecast, no result: one too narrow is refused by the solver (ZoneExhausted) and widened.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from fingerdesign.design.scene import Scene, SceneObject
+from fingerdesign.design.schema import Body, Design
+from fingerdesign.layout import clearance
+from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
+from fingerdesign.layout.gaps import least_gap
+from fingerdesign.layout.profile import profile_of
+from fingerdesign.layout.rows import PlateRow, plate_rows
+from fingerdesign.layout.volume import outline_volume
+
+# What can be said of a design before any model is built: volumes and the contact's width.
+
+
+def plates_volume(design: Design) -> float:
+    """Volume of all plates together, mm^3; their holes left out."""
+    frames = plate_frames(design)
+    holes = sum(np.pi * hole.radius**2 * f.thickness for f in frames for hole in f.holes)
+    return float(sum(f.length * f.thickness * f.span for f in frames) - holes)
+
+
+def crest_curvatures(body: Body) -> tuple[float, float]:
+    """Curvatures of the body's crest along x and z, 1/mm; of a STEP body fitted to its heights."""
+    if body.shape == "step":
+        return _fitted(body, 0.05 * body.width_mm, 0), _fitted(body, 0.05 * body.depth_mm, 1)
+    first = 0.0 if body.shape == "block" else 1.0 / body.arc_radius_mm
+    if body.shape == "revolved":
+        return first, first
+    return first, 0.0 if body.dome_radius_mm is None else 1.0 / body.dome_radius_mm
+
+
+def _fitted(body: Body, reach: float, axis: int) -> float:
+    """Curvature of a STEP body's top over |x| or |z| <= reach; 0 where it is flat or hollow."""
+    place = np.linspace(-reach, reach, 9)
+    zero = np.zeros_like(place)
+    heights = surface_height(body, *((place, zero) if axis == 0 else (zero, place)))
+    known = np.isfinite(heights)
+    if known.sum() < 3:
+        return 0.0
+    bent = -2.0 * float(np.polyfit(place[known], heights[known], 2)[0])
+    return bent if bent > 1e-6 else 0.0
+
+
+def flat_half_extents(body: Body) -> tuple[float, float]:
+    """Half-extents along x and z of the top that is there to touch, mm: a block's without edges."""
+    most = 0.5 * body.width_mm, 0.5 * body.depth_mm
+    if body.shape == "block":
+        return profile_of(body).pieces[0].end[0], most[1]
+    return most
+
+
+def contact_half_width(design: Design, approach_mm: float, object_curvature: float = 0.0) -> float:
+    """Forecast of the contact's half-width at z = 0 under a plane pressed ``approach_mm``, mm.
+
+    ``object_curvature`` (1/mm): of a cylinder along z instead of the plane. Straight body: Hertz's
+    line contact on a layer of the crest's height d (Johnson, Contact Mechanics, 1985, eq. 5.56):
+    approach = a^2 / (4 R) (2 ln(2 d / a) - nu / (1 - nu)). A crest curved along z too (dome, pin):
+    point contact on a half-space of the mean curvature, approach = a^2 / R. A flat top under a
+    plane: all of it. Plates, cores, free sides and friction are left out, so it errs to the wide
+    side: against the plane-strain model at approaches of 0.15 to 0.4 mm, by 8 to 16 % without
+    plates and by 13 to 26 % with the shipped fingers'. A forecast, no result. Never more than half
+    of the body's width.
+    """
+    body = design.body
+    most = flat_half_extents(body)[0]
+    if approach_mm <= 0:
+        return 0.0
+    across, along = crest_curvatures(body)
+    across += object_curvature
+    if along > 0.0:
+        return min(math.sqrt(2.0 * approach_mm / (across + along)), most)
+    if across == 0.0:
+        return most
+    height, nu = float(crest_height(body)), design.material_of("body").poissons_ratio
+
+    def approach(a: float) -> float:
+        layer = 2.0 * math.log(2.0 * height / a) - nu / (1.0 - nu)
+        return a * a * across / 4.0 * layer
+
+    # The formula grows up to ln(2 d / a) = (1 + nu / (1 - nu)) / 2; it means nothing beyond.
+    high = min(most, 2.0 * height * math.exp(-0.5 / (1.0 - nu)))
+    if approach(high) <= approach_mm:
+        return high
+    low = 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if approach(middle) < approach_mm else (low, middle)
+    return low
+
+
+DEFAULT_APPROACH_MM = 0.1  # of the fundamental case
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What ``fingerdesign check`` shows of a sound design; clearances are None without plates."""
+
+    name: str
+    digest: str
+    body: str
+    plates: int
+    rows: tuple[str, ...]
+    least_cover_mm: float | None
+    least_gap_mm: float | None
+    least_side_mm: float | None
+    least_base_mm: float | None
+    approach_mm: float
+    contact_half_width_mm: float
+    volume_mm3: float
+    plates_volume_mm3: float
+    extruded: bool
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the fields by name; ``least_cover_mm``, of the plates' nearest points, not their
+        middles as plates.cover_mm, as ``least_surface_mm``."""
+        return {
+            "least_surface_mm" if name == "least_cover_mm" else name: value
+            for name, value in asdict(self).items()
+        }
+
+
+def body_words(body: Body) -> str:
+    """A body in a few words: "arc, round edge, core"."""
+    edge = f", {body.edge} edge" if body.edge_radius_mm is not None else ""
+    return f"{body.shape}{edge}{', core' if body.core is not None else ''}"
+
+
+def row_words(row: PlateRow) -> str:
+    """A row of plates in a few words: "7 along x, bent, finite"."""
+    table = row.table
+    words = [
+        f"{len(row.frames)} placed" if row.placed else f"{len(row.frames)} along {table.along}"
+    ]
+    words += [table.follow] if table.follow != "level" else []
+    words += ["staggered"] if table.stagger_mm else []
+    words += ["finite"] if table.span_mm is not None else []
+    words += ["perforated"] if table.hole_diameter_mm is not None else []
+    models = {"sheet": ["as sheets"], "none": ["not modelled"]}
+    words += models.get(table.model, [])
+    return ", ".join(words)
+
+
+def summarise(design: Design, scene: Scene | None = None) -> Summary:
+    """Summarise a sound design, pressed as far as ``scene`` does (else the fundamental case)."""
+    approach = greatest_approach(design, scene) if scene is not None else DEFAULT_APPROACH_MM
+    if scene is not None:
+        half_width = contact_reach(design, scene.object, approach)[0]
+    else:
+        half_width = contact_half_width(design, approach)
+    body, plates = design.body, design.plates
+    cover = gap = side = base = None
+    if plates.number:
+        frames = plate_frames(design)
+        points = np.vstack([clearance.plate_points(frame) for frame in frames])
+        cover = float(clearance.cover_clearances(body, frames).min())
+        closest = least_gap(frames)
+        gap = closest.distance if closest is not None else None
+        reach = points[:, 0] if body.shape != "revolved" else np.hypot(points[:, 0], points[:, 2])
+        side = float(0.5 * body.width_mm - np.abs(reach).max())
+        base = float(points[:, 1].min())
+    return Summary(
+        name=design.design.name,
+        digest=design.digest(),
+        body=body_words(body),
+        plates=plates.number,
+        rows=tuple(row_words(row) for row in plate_rows(design)),
+        least_cover_mm=cover,
+        least_gap_mm=gap,
+        least_side_mm=side,
+        least_base_mm=base,
+        approach_mm=approach,
+        contact_half_width_mm=min(half_width, 0.5 * body.width_mm),
+        volume_mm3=outline_volume(body),
+        plates_volume_mm3=plates_volume(design),
+        extruded=design.extruded,
+    )
+
+
+# The forecast for a plane on a straight finger is 8 to 26 % wide and knows nothing of shear, which
+# drags the contact along by a few tenths of a millimetre.
+_FACTOR, _MARGIN = 1.1, 0.3
+# Half-width over that of the undeformed overlap: 0.71 in a round contact, to 1 in a long one.
+_OVERLAP = 0.85
+_WORTH = 0.8  # of the half-depth: a shorter zone than this leaves candidates out along z
+
+
+@dataclass(frozen=True)
+class Zone:
+    """Contact candidates: |x| <= half_width and, where given, |z| <= half_depth (mm)."""
+
+    half_width: float
+    half_depth: float | None = None
+
+    def __str__(self) -> str:
+        deep = "" if self.half_depth is None else f", |z| <= {self.half_depth:.2f}"
+        return f"|x| <= {self.half_width:.2f}{deep} mm"
+
+    def widened(self, factor: float, design: Design) -> Zone:
+        """The zone ``factor`` times as large, within the body."""
+        return _within(design, factor * self.half_width, factor * (self.half_depth or math.inf))
+
+    def fills(self, design: Design) -> bool:
+        """Whether it holds the whole contact surface."""
+        return self.half_depth is None and self.half_width >= 0.5 * design.body.width_mm
+
+
+def candidate_zone(
+    design: Design,
+    rigid: SceneObject,
+    approach: float,
+    touch: tuple[float, float] = (0.0, 0.0),
+) -> Zone:
+    """The zone for an object pressed ``approach`` mm onto the finger that it touched at (x, z)."""
+    wide, deep = (_FACTOR * reach + _MARGIN for reach in contact_reach(design, rigid, approach))
+    return _within(design, abs(touch[0]) + wide, abs(touch[1]) + deep)
+
+
+def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:
+    """Forecast half-extents of the contact along x and z, mm; infinite where z has no end to it."""
+    across, along = _object_curvatures(rigid)
+    own = crest_curvatures(design.body)
+    tilted = rigid.shape == "plane" and bool(rigid.tilt_deg)
+    if own == (0.0, 0.0) and tilted:
+        return _wedge(rigid, approach), math.inf
+    if own[1] + along == 0.0:
+        return contact_half_width(design, approach, across), math.inf
+    if rigid.shape == "plane" and not tilted:
+        return (contact_half_width(design, approach),) * 2
+    wide, deep = _overlap_reaches(np.diag(own) + _curvature_matrix(rigid), approach)
+    return wide, math.inf if tilted else deep
+
+
+def _wedge(rigid: SceneObject, approach: float) -> float:
+    """How far a tilted plane reaches over a flat top from the edge that it touched first, mm."""
+    turn = math.radians(rigid.turn_deg)
+    slope = math.tan(math.radians(abs(rigid.tilt_deg))) * abs(math.cos(turn))
+    return max(approach, 0.0) / slope if slope > 1e-9 else math.inf
+
+
+def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> float:
+    """Approach, mm, at which the object presses about ``normal_force`` N; Hertz's formulas.
+
+    Line contact on a layer as in contact_half_width, else a round point contact of the mean
+    curvature (Johnson, Contact Mechanics, 1985, eqs 4.23, 4.45, 5.56); a flat top under a plane is
+    pressed as a column. At most half of the height.
+    """
+    material, body = design.material_of("body"), design.body
+    modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
+    across, along = _object_curvatures(rigid)
+    own = crest_curvatures(body)
+    across, along = across + own[0], along + own[1]
+    height = float(crest_height(body))
+    wide, deep = flat_half_extents(body)
+    length = 2.0 * deep
+    if across == 0.0 < along:  # a cylinder along x on a flat top: a line along x
+        across, along, length = along, 0.0, 2.0 * wide
+    if along > 0.0:
+        radius = 2.0 / (across + along)
+        approach = math.pow(0.75 * normal_force / (modulus * math.sqrt(radius)), 2.0 / 3.0)
+    elif across > 0.0:
+        half = math.sqrt(4.0 * normal_force / (length * math.pi * modulus * across))
+        nu = material.poissons_ratio
+        layer = 2.0 * math.log(max(2.0 * height / half, 1.0 + 1e-9)) - nu / (1.0 - nu)
+        approach = half * half * across / 4.0 * max(layer, 0.5)
+    elif rigid.tilt_deg:  # a wedge: half the pressure of the flat top at the same depth
+        approach = 2.0 * normal_force * height / (modulus * 4.0 * wide * deep)
+    else:
+        approach = normal_force * height / (modulus * 4.0 * wide * deep)
+    return min(approach, 0.5 * height)
+
+
+def greatest_approach(design: Design, scene: Scene) -> float:
+    """How far the object of a scene comes, mm; a forecast where forces are prescribed."""
+    rows = scene.path.rows
+    if scene.path.control == "force":
+        return approach_for(design, scene.object, max(row[0] for row in rows))
+    return max(row[0] for row in rows)
+
+
+def _within(design: Design, half_width: float, half_depth: float) -> Zone:
+    half = 0.5 * design.body.depth_mm
+    kept = half_depth if half_depth < _WORTH * half else None
+    return Zone(min(half_width, 0.5 * design.body.width_mm), kept)
+
+
+def _object_curvatures(rigid: SceneObject) -> tuple[float, float]:
+    matrix = _curvature_matrix(rigid)
+    return float(matrix[0, 0]), float(matrix[1, 1])
+
+
+def _curvature_matrix(rigid: SceneObject) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    """Curvature of the object's lower face over (x, z), 1/mm; tilt left out."""
+    if rigid.shape == "plane" or rigid.radius_mm is None:
+        return np.zeros((2, 2))
+    curvature = 1.0 / rigid.radius_mm
+    if rigid.shape == "sphere":
+        return np.eye(2) * curvature
+    turn = math.radians(rigid.turn_deg)
+    axis = np.array(
+        [math.cos(turn), -math.sin(turn)] if rigid.axis == "x" else [math.sin(turn), math.cos(turn)]
+    )
+    return curvature * (np.eye(2) - np.outer(axis, axis))
+
+
+def _overlap_reaches(
+    matrix: np.ndarray[tuple[int, int], np.dtype[np.float64]], approach: float
+) -> tuple[float, float]:
+    """Half-extents along x and z of the ellipse q . K q / 2 = approach, lessened."""
+    if np.linalg.det(matrix) <= 1e-12 * max(float(np.trace(matrix)), 1e-300) ** 2:
+        level, turned = 2.0 * max(approach, 0.0), abs(float(matrix[0, 1])) > 1e-12
+        first, second = (
+            _OVERLAP * math.sqrt(level / each) if each and not turned else math.inf
+            for each in (float(matrix[0, 0]), float(matrix[1, 1]))
+        )
+        return first, second
+    inverse = np.linalg.inv(matrix)
+    x, z = (_OVERLAP * math.sqrt(2.0 * max(approach, 0.0) * inverse[k, k]) for k in (0, 1))
+    return x, z

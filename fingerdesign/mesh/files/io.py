@@ -1,0 +1,275 @@
+"""Meshes to and from files: .vtu, .msh (Gmsh), .vtk, .inp (CalculiX), .xdmf, and what else meshio
+knows.
+
+Cells carry "region" (0 elastomer, k + 1 plate k, one more the core, which "core" = 1 marks too).
+Named facets are cells of one dimension less that carry their name's number in "facet"
+(FACET_NUMBERS; FIRST_SLOT + 3 k and the next two for the faces of plate k's slot; 0 for the cells
+inside). Gmsh and CalculiX files carry both as groups and sets with names instead.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import secrets
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import IntArray
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.files.calculix import read_calculix, write_calculix
+from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number, to_mesh
+from fingerdesign.mesh.files.xdmf import read_xdmf, write_xdmf
+from fingerdesign.mesh.types import Mesh
+
+# From blocks of cells, as most file formats hold them, to a mesh with names.
+
+CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
+LINEAR = {"tetra10": "tetra", "triangle6": "triangle", "line3": "line"}
+
+
+def named_of_blocks(
+    path: Path,
+    points: Any,
+    blocks: list[tuple[str, IntArray]],
+    data: dict[str, list[IntArray]],
+    groups: dict[str, Any],
+    sets: dict[str, Any],
+) -> NamedMesh:
+    """The triangles or tetrahedra among blocks (type, (c, nodes)), with their names.
+
+    data: numbers by cell, block by block ("region", "facet", "core", or "gmsh:physical"); groups:
+    name -> (number, dimension) of Gmsh's; sets: name -> cells of each block. MeshError where there
+    are no such cells, of two orders, or hexahedra among them.
+    """
+    kinds = {kind for kind, _ in blocks}
+    cell_type, facet_type = _types(path, kinds)
+    dimension = 3 if cell_type.startswith("tetra") else 2
+    cells, names = list[IntArray](), list[Any]()
+    facets: dict[str, list[IntArray]] = {}
+    for number, (kind, rows) in enumerate(blocks):
+        if kind not in (cell_type, facet_type) or not len(rows):
+            continue
+        inner = kind == cell_type
+        own = _names_of_block(number, len(rows), inner, data, groups, sets, dimension)
+        if inner:
+            cells.append(rows)
+            names.append(own)
+        else:
+            for name in np.unique(own[own != ""]).tolist():
+                facets.setdefault(name, []).append(rows[own == name, :dimension])
+    if not cells:
+        raise MeshError(f"{path} holds no {cell_type} cells")
+    every = [*cells, *(rows for parts in facets.values() for rows in parts)]
+    if min(rows.min() for rows in every) < 0 or max(rows.max() for rows in every) >= len(points):
+        raise MeshError(f"{path} has cells with nodes that it does not hold")
+    return NamedMesh(
+        points[:, :dimension],
+        np.vstack(cells),
+        np.concatenate(names).astype(str),
+        {name: np.vstack(rows) for name, rows in facets.items()},
+    )
+
+
+def _types(path: Path, kinds: set[str]) -> tuple[str, str]:
+    """The types of cells and facets to read: of the highest dimension, of one order."""
+    other = sorted(kind for kind in kinds if kind.startswith(("hexa", "wedge", "pyramid")))
+    if other:
+        raise MeshError(f"{path} holds {', '.join(other)}: only tetrahedra can be read")
+    for dimension in (3, 2):
+        cell, facet = CELL_TYPES[dimension]
+        if {cell, LINEAR[cell]} <= kinds:
+            raise MeshError(f"{path} holds {LINEAR[cell]} and {cell}: cells of one order, please")
+        if cell in kinds:
+            return cell, facet
+        if LINEAR[cell] in kinds:
+            return LINEAR[cell], LINEAR[facet]
+    raise MeshError(
+        f"{path} holds no quadratic cells (tetra10 or triangle6) nor linear ones, but "
+        f"{sorted(kinds)}"
+    )
+
+
+def _names_of_block(
+    number: int,
+    count: int,
+    inner: bool,
+    data: dict[str, list[IntArray]],
+    groups: dict[str, Any],
+    sets: dict[str, Any],
+    dimension: int,
+) -> NDArray[np.object_]:
+    """The name (count,) of each cell of a block, or "": by its numbers, its groups or sets."""
+    found = np.full(count, "", dtype=object)
+    if "region" in data or "facet" in data:
+        key = "region" if inner else "facet"
+        values = np.rint(data[key][number]).astype(int) if key in data else np.zeros(count, int)
+        if inner and values.min(initial=0) < 0:
+            raise MeshError("there are cells in negative regions; 0 is the elastomer")
+        for value in np.unique(values).tolist():
+            if inner:
+                found[values == value] = "elastomer" if value == 0 else f"plate_{value - 1}"
+            else:
+                found[values == value] = facet_name(value)
+        if inner and "core" in data:
+            found[np.rint(data["core"][number]) == 1] = "core"
+    elif "gmsh:physical" in data and groups:
+        values = np.asarray(data["gmsh:physical"][number])
+        level = dimension if inner else dimension - 1
+        for name, (group, of_dimension) in groups.items():
+            if int(of_dimension) == level:
+                found[values == int(group)] = name
+    for name, members in sets.items():
+        own = members[number] if number < len(members) else None
+        if own is not None and len(own):
+            found[np.asarray(own, dtype=int)] = name
+    return found
+
+
+FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
+
+
+def to_meshio(mesh: Mesh) -> Any:
+    """A meshio.Mesh with the cells first, then the named facets; 2-D points get z = 0."""
+    import meshio
+
+    cell_type, facet_type = CELL_TYPES[mesh.dimension]
+    points = np.zeros((len(mesh.points), 3))
+    points[:, : mesh.dimension] = mesh.points
+    number_of = {name: facet_number(name) for name in mesh.facets}
+    names = sorted(number_of, key=lambda name: number_of[name])
+    rows = [mesh.facets[name] for name in names]
+    numbers = [np.full(len(mesh.facets[name]), number_of[name]) for name in names]
+    facets = np.vstack(rows) if rows else np.zeros((0, 3 * (mesh.dimension - 1)), dtype=int)
+    facet = np.concatenate([np.zeros(0, dtype=np.int64), *numbers]).astype(np.int64)
+    cells = [(cell_type, mesh.cells)] + ([(facet_type, facets)] if len(facets) else [])
+    nothing, dimension = np.zeros(len(facets), dtype=np.int64), mesh.dimension
+    physical = [FIRST_REGION_GROUP + mesh.regions, facet]
+    data = {
+        "region": [mesh.regions, nothing],
+        "facet": [np.zeros(len(mesh.cells), dtype=np.int64), facet],
+        "gmsh:physical": physical,
+        "gmsh:geometrical": physical,
+    }
+    for number, name in mesh.region_names.items():
+        data[name] = [(mesh.regions == number).astype(np.int64), nothing]
+    groups = {name: np.array([number_of[name], dimension - 1]) for name in names}
+    for number in np.unique(mesh.regions).tolist():
+        groups[mesh.region_name(number)] = np.array([FIRST_REGION_GROUP + number, dimension])
+    return meshio.Mesh(
+        points,
+        cells,
+        cell_data={
+            name: [part.copy() for part in parts[: len(cells)]] for name, parts in data.items()
+        },
+        field_data=groups,
+    )
+
+
+def write_mesh(mesh: Mesh, path: Path | str) -> Path:
+    """Write a mesh in the format that the file's ending names; written aside, then renamed."""
+    path = Path(path)
+    aside = path.with_name(f".{secrets.token_hex(4)}-{path.name}")
+    try:
+        if path.suffix == ".inp":
+            write_calculix(mesh, aside)
+        elif path.suffix == ".xdmf":
+            _write_xdmf(mesh, aside)
+        else:
+            _write_meshio(mesh, aside)
+        os.replace(aside, path)
+    except OSError as error:
+        raise MeshError(f"{path} could not be written: {error}") from error
+    finally:
+        aside.unlink(missing_ok=True)
+    return path
+
+
+def _write_meshio(mesh: Mesh, path: Path) -> None:
+    import meshio
+
+    content = to_meshio(mesh)
+    gmsh = path.suffix == ".msh"
+    # Of a .msh file meshio reads back the groups, not further data of cells of two kinds.
+    groups = ("gmsh:physical", "gmsh:geometrical")
+    for name in list(content.cell_data):
+        if (name in groups) != gmsh:
+            del content.cell_data[name]
+    if not gmsh:
+        content.field_data = {}
+    try:
+        # To meshio .msh is ANSYS's first, which has no quadratic cells; and MSH 4 wants entities.
+        content.write(path, file_format="gmsh22" if gmsh else None)
+    except (meshio.WriteError, meshio.ReadError, KeyError, ImportError) as error:
+        name = path.name.partition("-")[2]
+        raise MeshError(f"meshio could not write {name}: {error}") from error
+
+
+def _write_xdmf(mesh: Mesh, path: Path) -> None:
+    content = to_meshio(mesh)
+    names = {f"facet {facet_number(name)}": name for name in mesh.facets}
+    for number in np.unique(mesh.regions).tolist():
+        names[f"region {number}"] = mesh.region_name(number)
+    data = {
+        name: np.concatenate(parts)
+        for name, parts in content.cell_data.items()
+        if not name.startswith("gmsh:")
+    }
+    blocks = [(block.type, block.data) for block in content.cells]
+    write_xdmf(path, content.points, blocks, data, names)
+
+
+def read_mesh(path: Path | str) -> Mesh:
+    """Read a mesh that ``write_mesh`` wrote, or any of quadratic triangles or tetrahedra.
+
+    Regions and facet names come from "region" and "facet", or from groups and sets with names;
+    without them all is elastomer and no facet is named. MeshError where there are no quadratic
+    cells.
+    """
+    path = Path(path)
+    found = read_named(path)
+    if not found.quadratic:
+        kind = "tetra" if found.dimension == 3 else "triangle"
+        raise MeshError(f"{path} holds no quadratic cells (tetra10 or triangle6) but {kind}")
+    return to_mesh(found, f"file {path.name}")
+
+
+def read_named(path: Path | str) -> NamedMesh:
+    """Read the triangles or tetrahedra of any file, linear or quadratic, with their names.
+
+    MeshError names what cannot be read: no such cells, of two orders, hexahedra among them.
+    """
+    path = Path(path)
+    if path.suffix == ".inp":
+        try:
+            return read_calculix(path)
+        except OSError as error:
+            raise MeshError(f"{path} could not be read: {error}") from error
+    if path.suffix == ".xdmf":
+        points, blocks, data = read_xdmf(path)
+        return named_of_blocks(path, points, blocks, data, {}, {})
+    import meshio
+
+    try:
+        said = io.StringIO()  # it prints what formats it has tried
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            found = meshio.read(path)
+    except SystemExit as error:  # so it answers some files that it cannot read
+        raise MeshError(f"meshio could not read {path}: not what its ending says") from error
+    except Exception as error:  # its readers raise whatever the file's content leads them to
+        why = str(error).strip() or type(error).__name__
+        raise MeshError(f"meshio could not read {path}: {why}") from error
+    blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in found.cells]
+    data = {
+        name: [np.asarray(part) for part in parts]
+        for name, parts in found.cell_data.items()
+        if all(np.ndim(part) == 1 for part in parts)
+    }
+    sets = {} if found.field_data else dict(found.cell_sets)
+    return named_of_blocks(
+        path, np.asarray(found.points, dtype=float), blocks, data, found.field_data, sets
+    )

@@ -1,0 +1,270 @@
+"""A picture of a mesh's quality: the mesh cut open, coloured by least angle, and histograms.
+
+As mesh/picture.py it draws in a process of its own,
+``python -m fingerdesign.mesh.pictures IN.npz OUT.png``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import IntArray
+from fingerdesign.errors import MeshError
+from fingerdesign.mesh.asked import AskedSizes, parts_of, size_zones
+from fingerdesign.mesh.measures import cell_angles
+from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, cropped, cut_open, placed, view
+from fingerdesign.mesh.quality import QualityReport
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.worker import run_module
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+
+# Histograms of a mesh's angles and sizes, on matplotlib's axes.
+
+_NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
+_COLOURS = {"contact": "#0b6fb0", "plates": "#d2560a", "core": "#b0569a", "rest": "#0a8f6b"}
+_STYLES = {"contact": "-", "plates": "--", "core": "-.", "rest": ":"}
+
+
+def draw_angles(axes: Any, data: dict[str, NDArray[Any]], about: dict[str, Any]) -> None:
+    """All angles as bars, the least of each element as steps, the least of all as a line."""
+    edges, counts, least = data["edges"], data["counts"], data["least"]
+    width = np.diff(edges)
+    share = 100.0 * counts / max(counts.sum(), 1.0)
+    axes.bar(edges[:-1], share, width, align="edge", color="#cfd8e3", edgecolor="#33475b", lw=0.5)
+    own = np.histogram(least, edges)[0]
+    axes.stairs(100.0 * own / len(least), edges, color="#0b6fb0", lw=1.6)
+    axes.axvline(float(least.min()), color="#e0102a", lw=1.2)
+    axes.set_xlim(0.0, 180.0)
+    axes.set_xticks(np.arange(0, 181, 30))
+    axes.set_xlabel("degrees")
+    axes.set_ylabel("per cent")
+    axes.set_title(
+        f"{about['angle']}s: all (grey), the least of each element (blue)\n"
+        f"least of all {least.min():.1f} deg (red), {about['inverted']} inverted",
+        loc="left",
+        fontsize=9.5,
+    )
+
+
+def draw_ratios(axes: Any, ratios: dict[str, NDArray[Any]]) -> None:
+    """Mean edges over the sizes asked for, zone by zone."""
+    edges = np.geomspace(0.25, 4.0, 49)
+    for zone, values in ratios.items():
+        counts = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0]
+        axes.stairs(
+            100.0 * counts / len(values),
+            edges,
+            color=_COLOURS[zone],
+            linestyle=_STYLES[zone],
+            lw=1.5,
+            label=f"{_NAMES.get(zone, 'in the ' + zone)} (mean {values.mean():.2f})",
+        )
+    axes.axvline(1.0, color="#6c6f73", lw=0.8)
+    axes.set_xscale("log")
+    axes.set_xticks([0.25, 0.5, 1.0, 2.0, 4.0], ["1/4", "1/2", "1", "2", "4"])
+    axes.minorticks_off()
+    axes.set_xlabel("mean edge over the size asked for there")
+    axes.set_ylabel("per cent of the zone's elements")
+    axes.set_ylim(0.0, 1.4 * axes.get_ylim()[1])
+    axes.legend(fontsize=8.5, frameon=False, loc="upper left")
+    axes.set_title("sizes against those asked", loc="left", fontsize=9.5)
+
+
+SIZE = (1500, 1100)  # pixels of the view in space
+MARKED = 10  # worst elements in the picture
+_SATURATED = 40.0  # degrees: what is better looks the same
+
+
+def draw_quality(
+    mesh: Mesh,
+    design: Design,
+    report: QualityReport,
+    path: Path | str,
+    asked: AskedSizes | None = None,
+    time_limit_s: float = TIME_LIMIT_S,
+) -> Path:
+    """Write the PNG: the mesh cut open at z = 0, those of its worst elements marked that lie near
+    the cut, the histogram of all angles and, with ``asked``, those of the sizes over the sizes
+    asked for, zone by zone.
+
+    MeshError where nothing can be rendered.
+    """
+    path = Path(path)
+    least = cell_angles(mesh.points, mesh.corners).min(axis=1)
+    where, nodes = _interest(mesh, design)
+    arrays: dict[str, Any] = {
+        "points": placed(mesh),
+        "cells": mesh.corners,
+        "least": least,
+        "inner": mesh.regions > 0,
+        "close": placed(mesh)[nodes],
+        "worst": near_cut(mesh, [row["element"] for row in report.worst[:MARKED]]),
+        "counts": np.array(report.dihedral_histogram["counts"]),
+        "edges": np.array(report.dihedral_histogram["edges_deg"]),
+    }
+    if asked is not None:
+        ratios = asked.ratios(mesh.points, mesh.corners)
+        for zone, rows in size_zones(mesh, design, asked).items():
+            if rows.any():
+                arrays[f"ratio_{zone}"] = ratios[rows]
+    about = {
+        "title": f"{design.design.name}: {report.elements} elements ({report.mesher}), "
+        f"{report.dofs} dofs{', cut flat at z = 0' * (report.modelled == 'whole')}",
+        "angle": "dihedral angle" if report.dimension == 3 else "angle",
+        "inverted": report.inverted_elements,
+        "where": where,
+        "worst": min(MARKED, len(report.worst)),
+    }
+    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".quality-") as name:
+        folder = Path(name)
+        np.savez(folder / "in.npz", about=np.array(json.dumps(about)), **arrays)
+        try:
+            run_module(__name__, ["in.npz", "out.png"], folder, time_limit_s)
+        except MeshError as error:
+            raise MeshError(f"the picture {path} could not be drawn: {error}") from error
+        os.replace(folder / "out.png", path)
+    return path
+
+
+def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
+    """Those of the cells no farther from z = 0 than they are long; all where the mesh is flat."""
+    chosen = np.array(cells, dtype=np.int64)
+    if mesh.dimension == 2:
+        return chosen
+    corners = mesh.points[mesh.corners[chosen]]
+    long = np.linalg.norm(np.ptp(corners, axis=1), axis=1)
+    return np.asarray(chosen[np.abs(corners[..., 2]).min(axis=1) <= long])
+
+
+def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
+    """What to look at closely, in words, and its nodes: plates or their slots, or the core."""
+    parts = parts_of(mesh, design)
+    slots = [rows for name, rows in mesh.facets.items() if name.startswith("plate_")]
+    plates = [mesh.cells[parts["plates"]].reshape(-1)]
+    nodes = np.unique(np.concatenate(plates + [rows.reshape(-1) for rows in slots]))
+    if len(nodes):
+        return "close to the plates", nodes
+    core = parts["core"]
+    return ("close to the core" if core.any() else "at the crest"), np.unique(mesh.cells[core])
+
+
+def main(source: str, target: str) -> None:
+    """Draw what ``draw_quality`` wrote; runs in its process."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    with np.load(source, allow_pickle=False) as file:
+        data = {name: file[name] for name in file.files}
+    about = json.loads(str(data["about"]))
+    ratios = {name[6:]: values for name, values in data.items() if name.startswith("ratio_")}
+    figure = plt.figure(figsize=(14.0, 8.2), dpi=110, layout="constrained")
+    grid = figure.add_gridspec(2, 2, width_ratios=[1.6, 1.0], height_ratios=[1.25, 1.0])
+    titles = (about["title"], about["where"])
+    for row, (close, title) in enumerate(zip((False, True), titles, strict=True)):
+        scene = figure.add_subplot(grid[row, 0])
+        image, marks = _cut_open(data, close)
+        scene.imshow(image)
+        scene.scatter(*marks.T, s=70, facecolors="none", edgecolors="#e0102a", linewidths=1.4)
+        scene.set_axis_off()
+        scene.set_title(title, loc="left", fontsize=11, fontweight="bold" if row == 0 else None)
+    scale = plt.cm.ScalarMappable(plt.Normalize(0.0, _SATURATED), "viridis")
+    worst, ringed = about["worst"], len(data["worst"])
+    rings = f"the {worst} worst"
+    if ringed < worst:
+        rings = f"of {rings} the {ringed} near the cut" if ringed else "none near the cut"
+    label = f"least {about['angle']} of an element, degrees; red rings: {rings}"
+    figure.colorbar(scale, ax=scene, location="bottom", aspect=40, extend="max", label=label)
+    draw_angles(figure.add_subplot(grid[0, 1]), data, about)
+    if ratios:
+        draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
+    figure.savefig(target)
+
+
+def _cut_open(data: dict[str, NDArray[Any]], close: bool) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Pixels of a view of what lies behind z = 0 and, in them, where the worst elements are."""
+    import pyvista
+
+    points, cells, least = data["points"], data["cells"], data["least"]
+    flat = cells.shape[1] == 3
+    kind = pyvista.CellType.TRIANGLE if flat else pyvista.CellType.TETRA
+    centres = points[cells].mean(axis=1)
+    height = SIZE[1] * 3 // 4 if close else SIZE[1]
+    plotter = pyvista.Plotter(off_screen=True, window_size=[SIZE[0], height])
+    plotter.set_background("white")
+    grid = pyvista.UnstructuredGrid({kind: cells}, points)
+    grid.cell_data["least"] = least
+    plotter.add_mesh(
+        cut_open(grid),
+        scalars="least",
+        cmap="viridis",
+        clim=(0.0, _SATURATED),
+        show_edges=True,
+        edge_color=EDGES,
+        line_width=0.5,
+        show_scalar_bar=False,
+        ambient=0.45,
+    )
+    inner = data["inner"]
+    if inner.any():
+        parts = cut_open(pyvista.UnstructuredGrid({kind: cells[inner]}, points)).extract_surface()
+        lines = parts.extract_feature_edges(30.0)
+        if lines.n_cells:
+            plotter.add_mesh(lines, color="black", line_width=2.0)
+    if flat or close:
+        plotter.view_xy()
+    else:
+        view(plotter)
+    if close:
+        low, high = _close_box(data)
+        plotter.enable_parallel_projection()
+        plotter.camera.focal_point = (*(0.5 * (low + high)), 0.0)
+        plotter.camera.position = (*(0.5 * (low + high)), 10.0 * float(np.ptp(points)))
+        width = (high[0] - low[0]) * height / SIZE[0]
+        plotter.camera.parallel_scale = 0.55 * max(high[1] - low[1], width)
+        plotter.renderer.ResetCameraClippingRange()
+    image = np.asarray(plotter.screenshot(return_img=True))
+    marks = _pixels(plotter, centres[data["worst"]], image.shape)
+    plotter.close()
+    image, corner = cropped(image)
+    marks = marks - corner
+    inside = (marks > 0).all(axis=1) & (marks < [image.shape[1], image.shape[0]]).all(axis=1)
+    return image, marks[inside]
+
+
+def _close_box(data: dict[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Lowest and highest (x, y) of what to look at closely, up to the crest; or a box there."""
+    chosen, points = data["close"], data["points"]
+    crest = float(points[:, 1].max())
+    if not len(chosen):
+        reach = 0.2 * float(np.ptp(points[:, 0]))
+        return np.array([-reach, crest - 0.7 * reach]), np.array([reach, crest])
+    low, high = chosen[:, :2].min(axis=0), chosen[:, :2].max(axis=0)
+    return low, np.array([high[0], crest])
+
+
+def _pixels(plotter: Any, places: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
+    """Columns and rows (n, 2) of the picture at places (n, 3) in space."""
+    found = np.zeros((len(places), 2))
+    for row, place in enumerate(places):
+        plotter.renderer.SetWorldPoint(*place, 1.0)
+        plotter.renderer.WorldToDisplay()
+        x, y, _ = plotter.renderer.GetDisplayPoint()
+        found[row] = x, shape[0] - y
+    return found
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2])

@@ -1,0 +1,327 @@
+"""Graded triangles of the finger's cross-section, plates resolved as boxes or as lines (netgen).
+
+Netgen makes the same mesh every time, at about 30 microseconds a triangle; its licence (LGPL) suits
+a library that is imported, unlike gmsh's (GPL) and Triangle's (no commercial use).
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.errors import Fault, MeshError
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.surface import surface_of
+from fingerdesign.layout.volume import section_area
+from fingerdesign.mesh.section.outline import BODY, Outline, body_outline, core_box
+from fingerdesign.mesh.section.process import run_netgen
+from fingerdesign.mesh.sheets import (
+    boundary_facets,
+    line_beyond,
+    open_sheets,
+    room_around,
+    sheet_facets,
+)
+from fingerdesign.mesh.sizing import contact_size
+from fingerdesign.mesh.types import Mesh, quadratic
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+if TYPE_CHECKING:
+    from fingerdesign.design.mesh import SectionMesh
+    from fingerdesign.design.schema import Body, Design
+
+
+# Plates in the section's outline: boxes, bent boxes, or the mid-lines of sheets.
+
+_SAGITTA = 0.1  # of the thickness: what a chord of a bent face may leave, before its middle is bent
+
+
+def section_frames(design: Design) -> tuple[PlateFrame, ...]:
+    """The plates that the section z = 0 cuts across their span; none where they are left out."""
+    if design.plates.model == "none":
+        return ()
+    return tuple(f for f in plate_frames(design) if f.along == "x" and f.low <= 0.0 <= f.high)
+
+
+def add_plates(
+    outline: Outline, frames: tuple[PlateFrame, ...], gage_length: float, sizes: SectionMesh
+) -> None:
+    """Add solid plates as domains, fine at their square ends."""
+    for frame in frames:
+        _add_plate(outline, frame, gage_length, sizes)
+
+
+def add_sheets(
+    outline: Outline,
+    frames: tuple[PlateFrame, ...],
+    gage_length: float,
+    sizes: SectionMesh,
+    body: Body,
+) -> None:
+    """Add plates as their mid-lines inside the body.
+
+    Beyond each end goes a short line within which the square ends will open.
+    """
+    for frame in frames:
+        beyond = line_beyond(frame, room_around(frame, frames, body), sizes.plate_end_size_mm)
+        along = _stations(frame, gage_length)
+        along = [along[0] - beyond, *along, along[-1] + beyond]
+        last = len(along) - 1
+        line = []
+        for k, (x, y) in enumerate(frame.from_local(np.array(along), 0.0)):
+            line.append(outline.point(x, y, beyond if k in (1, last - 1) else None))
+        for k, (a, b) in enumerate(pairwise(line)):
+            size = beyond if k in (0, last - 1) else sizes.plate_size_mm
+            outline.curve([a, b], BODY, BODY, size)
+
+
+def bend_faces(
+    points: Array, cells: IntArray, regions: IntArray, frames: tuple[PlateFrame, ...]
+) -> Array:
+    """Points (n, dim) of a quadratic mesh with the mid-nodes of bent plates' faces on the bend."""
+    moved = points.copy()
+    for frame in frames:
+        if frame.bend_radius is None:
+            continue
+        face = _lateral_nodes(points, cells[regions == frame.index + 1])
+        s, v = frame.local(points[face]).T
+        on = np.abs(s) < 0.5 * frame.length - 1e-6  # the square ends stay as they are
+        face, s = face[on], s[on]
+        level = 0.5 * frame.thickness * np.sign(v[on])
+        moved[face, :2] = frame.from_local(s, level)
+    return moved
+
+
+def _lateral_nodes(points: Array, cells: IntArray) -> IntArray:
+    """Nodes on the surface of some cells, but of its parts of constant z: where a plate ends."""
+    dimension = points.shape[1]
+    facets = boundary_facets(cells, dimension)
+    if dimension == 3:
+        z = points[facets[:, :3], 2]
+        facets = facets[np.ptp(z, axis=1) > 1e-9]
+    return np.unique(facets)
+
+
+def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
+    domain = BODY + 1 + frame.index
+    along = np.array(_stations(frame, gage_length))
+    last = len(along) - 1
+    rows = []
+    for side in (-0.5, 0.5):
+        where = frame.from_local(along, side * frame.thickness)
+        size = sizes.plate_end_size_mm
+        rows.append(
+            [
+                outline.point(x, y, size if k in (0, last) else None)
+                for k, (x, y) in enumerate(where)
+            ]
+        )
+    lower, upper = rows
+    for k in range(last):
+        _add_face(outline, frame, (lower[k], lower[k + 1]), domain, sizes)
+        _add_face(outline, frame, (upper[k + 1], upper[k]), domain, sizes)
+    outline.curve([lower[-1], upper[-1]], domain, BODY, sizes.plate_end_size_mm)
+    outline.curve([upper[0], lower[0]], domain, BODY, sizes.plate_end_size_mm)
+    outline.domains.append((domain, sizes.plate_size_mm))
+
+
+def _add_face(
+    outline: Outline, frame: PlateFrame, ends: tuple[int, int], domain: int, sizes: SectionMesh
+) -> None:
+    size = sizes.plate_size_mm
+    if frame.bend_radius is None:
+        outline.curve(list(ends), domain, BODY, size)
+        return
+    centre = frame.centre - frame.bend_radius * frame.normal
+    most = float(np.sqrt(8.0 * _SAGITTA * frame.thickness * frame.bend_radius))
+    outline.arc(ends, centre, domain, BODY, min(size, most))
+
+
+def _stations(frame: PlateFrame, gage_length: float) -> list[float]:
+    """Vertices along a plate: its ends, and the gage's, so that its strain is a difference of
+    nodal displacements."""
+    along = [-0.5 * frame.length, 0.5 * frame.length]
+    if gage_length < 0.98 * frame.length:
+        along[1:1] = [-0.5 * gage_length, 0.5 * gage_length]
+    return along
+
+
+# The sizes that a section is meshed with, in plane strain and to be extruded.
+#
+# Those of the design's ``[mesh]`` table, but at the contact no coarser than the scene's contact
+# needs: the same rule as that of tetrahedra (sizing.contact_size). A model's sizes so follow from
+# the greatest approach of its scene at every fidelity.
+
+_END = 0.25  # of the plates' size: no smaller elements at the ends of thin plates
+
+
+def section_sizes(design: Design, zone_half_width: float) -> SectionMesh:
+    """Sizes of the plane-strain mesh for a contact zone of ``zone_half_width`` (mm)."""
+    sizes = design.mesh.section
+    return _fit(sizes, zone_half_width)
+
+
+def extruded_sizes(design: Design, zone_half_width: float) -> SectionMesh:
+    """Sizes of the section that is extruded: the 3-D ones of the ``[mesh]`` table."""
+    mesh = design.mesh
+    sizes = mesh.section.model_copy(
+        update={
+            "contact_size_mm": mesh.contact_size_mm,
+            "plate_size_mm": mesh.plate_size_mm,
+            "plate_end_size_mm": max(design.plates.thickness_mm, _END * mesh.plate_size_mm),
+            "far_size_mm": mesh.far_size_mm,
+        }
+    )
+    return _fit(sizes, zone_half_width)
+
+
+def _fit(sizes: SectionMesh, zone_half_width: float) -> SectionMesh:
+    size = contact_size(sizes.contact_size_mm, zone_half_width)
+    return sizes.model_copy(update={"contact_size_mm": size})
+
+
+def mesh_section(
+    design: Design,
+    zone_half_width: float,
+    sizes: SectionMesh | None = None,
+    frames: tuple[PlateFrame, ...] | None = None,
+) -> Mesh:
+    """Quadratic triangles of the section z = 0, fine over |x| <= ``zone_half_width`` (mm).
+
+    Plates that z = 0 does not cut are not in it, unless ``frames`` says which are. Raises MeshError
+    where netgen returns a mesh that does not fill the section, and for a body that has no section
+    in closed form.
+    """
+    if design.body.shape == "step":
+        raise MeshError('body.shape = "step" has no section; analyse it in 3-D')
+    sizes = sizes if sizes is not None else section_sizes(design, zone_half_width)
+    sheets = design.plates.model == "sheet"
+    frames = section_frames(design) if frames is None else frames
+    core = core_box(design.body, design.core_region)
+    zone = min(zone_half_width, 0.5 * design.body.width_mm)
+    outline = body_outline(design.body, zone, sizes, core)
+    if sheets:
+        add_sheets(outline, frames, design.gages.length_mm, sizes, design.body)
+    else:
+        add_plates(outline, frames, design.gages.length_mm, sizes)
+    points, triangles, regions = _netgen(outline, float(design.mesh.time_limit_s))
+    points, triangles, regions = _drop_unused(points, triangles, regions)
+    _check_areas(design, () if sheets else frames, points, triangles, regions)
+    if sheets:
+        end_size = sizes.plate_end_size_mm
+        points, triangles = open_sheets(points, triangles, frames, design.body, end_size)
+        filled = np.zeros(len(triangles) - len(regions), dtype=np.int64)
+        regions = np.concatenate([regions, filled])
+    nodes, cells = quadratic(points, triangles)
+    slots = sheet_facets(nodes, cells, frames) if sheets else {}
+    facets = _classify(design.body, nodes, cells, slots) | slots
+    nodes = onto_surface(design.body, nodes, facets["contact"])
+    nodes = bend_faces(nodes, cells, regions, frames)
+    return Mesh(nodes, cells, regions, facets, "netgen", region_names=core_name(design))
+
+
+def core_name(design: Design) -> dict[int, str]:
+    """The region's name that a core adds to a mesh."""
+    return {} if design.body.core is None else {design.core_region: "core"}
+
+
+def _netgen(outline: Outline, time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
+    """Points, triangles and their regions (see types.Mesh), made in a process of its own."""
+    try:
+        points, triangles, domains = run_netgen(outline.as_dict(), time_limit_s)
+    except MeshError as error:
+        raise MeshError(
+            f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
+        ) from error
+    return points, triangles, domains - BODY
+
+
+def _drop_unused(
+    points: Array, triangles: IntArray, regions: IntArray
+) -> tuple[Array, IntArray, IntArray]:
+    used, inverse = np.unique(triangles, return_inverse=True)
+    points, triangles = points[used], inverse.reshape(triangles.shape)
+    flipped = _areas(points, triangles) < 0
+    triangles[flipped] = triangles[flipped][:, [0, 2, 1]]
+    return points, triangles, regions
+
+
+def _areas(points: Array, triangles: IntArray) -> Array:
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    u, v = b - a, c - a
+    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
+
+
+def _check_areas(
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    points: Array,
+    triangles: IntArray,
+    regions: IntArray,
+) -> None:
+    areas = _areas(points, triangles)
+    asked = section_area(design.body)
+    # Chords of arcs lie inside them: the linear mesh misses at most this much.
+    if not abs(areas.sum() - asked) < 2e-2 * asked:
+        raise MeshError(
+            f"netgen filled {areas.sum():.4f} of {asked:.4f} mm^2 of the section: make the sizes "
+            "in [mesh.section] smaller"
+        )
+    parts = [
+        (f"plate {f.index}", f.index + 1, f.length * f.thickness, 2e-2 if f.bend_radius else 1e-6)
+        for f in frames
+    ]
+    core = design.body.core
+    if core is not None:
+        parts.append(("the core", design.core_region, core.width_mm * core.height_mm, 1e-6))
+    for name, region, size, most in parts:
+        filled = areas[regions == region].sum()
+        if not abs(filled - size) < most * size:
+            raise MeshError(f"netgen lost part of {name}: {filled:.6f} of {size:.6f} mm^2")
+
+
+def _classify(
+    body: Body, nodes: Array, cells: IntArray, slots: dict[str, IntArray]
+) -> dict[str, IntArray]:
+    """Boundary edges by name, as (f, 3) corner, corner, middle; without those of ``slots``."""
+    boundary = boundary_facets(cells, 2)
+    taken = [rows[:, 2] for rows in slots.values()]
+    if taken:
+        boundary = boundary[~np.isin(boundary[:, 2], np.concatenate(taken))]
+    ends = nodes[boundary[:, :2]]
+    base = (np.abs(ends[:, :, 1]) < 1e-9).all(axis=1)
+    side = (np.abs(np.abs(ends[:, :, 0]) - 0.5 * body.width_mm) < 1e-9).all(axis=1)
+    return {
+        "base": boundary[base],
+        "side": boundary[side & ~base],
+        "contact": boundary[~side & ~base],
+    }
+
+
+def onto_surface(body: Body, nodes: Array, contact: IntArray) -> Array:
+    """Nodes (n, dim) with those of the contact facets moved to the exact surface."""
+    nodes = nodes.copy()
+    chosen = np.unique(contact)
+    nodes[chosen] = surface_of(body).project(nodes[chosen])
+    return nodes
+
+
+def sheet_room_faults(design: Design) -> list[Fault]:
+    """Plates too close to each other or to a face to be opened as sheets in a section."""
+    from fingerdesign.mesh.sheets import room_around
+
+    if design.plates.model != "sheet":
+        return []
+    frames = section_frames(design)
+    for frame in frames:
+        try:
+            room_around(frame, frames, design.body)
+        except MeshError as error:
+            bound = f"'solid' where plates lie as close as here ({str(error).partition(';')[0]})"
+            return [Fault("plates.model", "sheet", bound, "set plates.model = 'solid'")]
+    return []

@@ -1,0 +1,266 @@
+"""Cutting a tetrahedral mesh along a plate's mid-surface: what is to be cut, by nodes alone."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.errors import MeshError
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.types import TETRA_FACETS
+
+_ON = 1e-7  # mm: snapped nodes lie on their planes to rounding
+_FILLED = 1e-6  # relative: what is missing is a facet or nothing
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Where a mesh is to be opened for one plate, by numbers of its nodes (see slot_rim.py).
+
+    sheet (f, 3): F, its normal to the plate's upper side; wings (w, 3): two rim nodes, then the far
+    one; flaps (p, 3): a rim node, then two far ones.
+    """
+
+    sheet: IntArray
+    wings: IntArray
+    flaps: IntArray
+
+    @property
+    def facets(self) -> IntArray:
+        """Sheet, wings and flaps, (f + w + p, 3)."""
+        return np.vstack([self.sheet, self.wings, self.flaps])
+
+    @property
+    def nodes(self) -> IntArray:
+        """Nodes that become an upper and a lower one."""
+        return np.unique(self.sheet)
+
+
+@dataclass(frozen=True)
+class Stars:
+    """Which tetrahedra are around each node: ``tets[start[i]:start[i + 1]]``."""
+
+    cells: IntArray
+    start: IntArray
+    tets: IntArray
+
+    @classmethod
+    def of(cls, cells: IntArray, count: int) -> Stars:
+        flat = cells.ravel()
+        order = np.argsort(flat, kind="stable")
+        start = np.searchsorted(flat[order], np.arange(count + 1))
+        return cls(cells, start, order // 4)
+
+    def around(self, node: int) -> IntArray:
+        """Numbers of the tetrahedra that have a node."""
+        return np.asarray(self.tets[self.start[node] : self.start[node + 1]])
+
+
+def outer_facets(cells: IntArray) -> IntArray:
+    """Corners (f, 3) of the facets that belong to one tetrahedron only."""
+    facets = cells[:, np.array(TETRA_FACETS)].reshape(-1, 3)
+    _, first, uses = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    return np.asarray(facets[first[uses == 1]])
+
+
+def sheet_facets_of(
+    points: Array, cells: IntArray, carrier: BoolArray, frame: PlateFrame
+) -> IntArray:
+    """F: facets (f, 3) on a plate's mid-surface, their normals to the upper side.
+
+    carrier (t,): the tetrahedra of the plate's carrier box. MeshError where they do not fill it.
+    """
+    own = cells[carrier]
+    facets = own[:, np.array(TETRA_FACETS)].reshape(-1, 3)
+    on = np.abs(frame.local(points)[:, 1]) < _ON
+    facets = facets[on[facets].all(axis=1)]
+    _, first, uses = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    facets = facets[first[uses == 1]]
+    a, b, c = (points[facets[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    up = normal @ frame.direction(frame.normal)
+    facets = np.where(up[:, None] > 0.0, facets, facets[:, [0, 2, 1]])
+    across = frame.across(points)
+    asked = _extent(points, frame)
+    filled = float(0.5 * np.abs(up).sum())
+    s = np.abs(frame.local(points)[:, 0])
+    reach = facets.ravel()
+    strays = (s[reach] > 0.5 * frame.length + _ON).any() if len(facets) else True
+    strays = strays or bool((across[reach] > frame.high + _ON).any())
+    if strays or not abs(filled / asked - 1.0) < _FILLED:
+        raise MeshError(
+            f"the mesh follows {filled:.6g} of {asked:.6g} mm^2 of plate {frame.index}'s "
+            "mid-surface"
+        )
+    return np.asarray(facets)
+
+
+def _extent(points: Array, frame: PlateFrame) -> float:
+    """Area of the plate's mid-surface within the mesh (a half ends at its symmetry plane), mm^2."""
+    across = frame.across(points)
+    span = min(frame.high, float(across.max())) - max(frame.low, float(across.min()))
+    ends = frame.to_space(frame.from_local(np.array([-0.5, 0.5]) * frame.length, 0.0), frame.middle)
+    length = frame.length
+    if frame.along == "z" and ends[:, 2].min() < points[:, 2].min() - _ON:
+        length *= (ends[:, 2].max() - float(points[:, 2].min())) / float(np.ptp(ends[:, 2]))
+    return length * span
+
+
+# Around the rim of a plate's mid-surface: where a mesh is cut so that square ends can open.
+#
+# The facets F on the mid-surface are to open. For square ends the rim of F must open too, so the
+# cut goes on beyond the rim by a strip of facets whose far side stays closed:
+#
+# - beyond each free rim edge one facet, its *wing*, that leads on in the plate's plane;
+# - around each rim node the facets over a shortest path in the node's link, from the wing of one of
+#   its rim edges to that of the other: link nodes on F are not crossed, so the path and F close a
+#   curve in the link, a sphere, and part the tetrahedra around the node in two.
+#
+# A rim edge on the body's outside (an end face, the symmetry plane) is open anyway and has no wing:
+# there the link is a disc, and the path ends on the same outer face.
+
+Triple = tuple[int, int, int]
+
+_STEEPEST = np.radians(75.0)  # of a wing against the plate's plane: a slot's end must open
+
+
+def plan_cut(
+    points: Array,
+    stars: Stars,
+    sheet: IntArray,
+    outer: IntArray,
+    frame: PlateFrame,
+    taken: BoolArray,
+) -> Cut:
+    """Find wings and flaps around the facets F (f, 3).
+
+    outer (o, 3): facets of the mesh's outside; taken (n,): nodes on mid-surfaces, which a strip
+    must not touch. MeshError where a rim edge or node leaves no way.
+    """
+    normal, across = frame.direction(frame.normal), np.zeros(3)
+    across[2 if frame.along == "x" else 0] = 1.0
+    edges = np.sort(sheet[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, uses = np.unique(edges, axis=0, return_counts=True)
+    rim = edges[uses == 1]
+    both = np.sort(np.vstack([outer, sheet]), axis=1)
+    if len(np.unique(both, axis=0)) < len(both):
+        raise MeshError(
+            f"the mid-surface of plate {frame.index} lies on the outside of what is meshed (a "
+            "symmetry plane?): as a sheet it would be cut in its own plane"
+        )
+    outside = {
+        (int(a), int(b)) for a, b in np.sort(outer[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    }
+    wing_at: dict[tuple[int, int], int] = {}
+    ends_at: dict[int, list[int]] = {}
+    wings: list[Triple] = []
+    middle = points[np.unique(sheet)].mean(axis=0)
+    for a, b in rim.tolist():
+        if (a, b) in outside:
+            continue
+        far = _wing(points, stars, (a, b), normal, middle, taken, frame)
+        wing_at[(a, b)] = far
+        ends_at.setdefault(a, []).append(far)
+        ends_at.setdefault(b, []).append(far)
+        wings.append((a, b, far))
+    if not wings:
+        raise MeshError(f"plate {frame.index} has no free edge inside the body")
+    flaps: list[Triple] = []
+    for node, ends in ends_at.items():
+        if len(ends) > 2:
+            raise MeshError(f"plate {frame.index}'s mid-surface touches itself in a node")
+        goals = {ends[1]} if len(ends) == 2 else set()
+        if len(ends) == 1:
+            goals = _on_outside(outer, node, taken)
+        path = _path(points, stars, node, ends[0], goals, normal, taken)
+        if path is None:
+            raise MeshError(f"no facets lead on around the rim of plate {frame.index}")
+        flaps += [(node, x, y) for x, y in pairwise(path)]
+    return Cut(sheet, _as_facets(wings), _as_facets(flaps))
+
+
+def _as_facets(found: list[Triple]) -> IntArray:
+    return np.array(found, dtype=np.int64).reshape(-1, 3)
+
+
+def _wing(
+    points: Array,
+    stars: Stars,
+    edge: tuple[int, int],
+    normal: Array,
+    middle: Array,
+    taken: BoolArray,
+    frame: PlateFrame,
+) -> int:
+    """The node over a rim edge that lies most nearly in the plate's plane beyond it."""
+    a, b = edge
+    both = np.intersect1d(stars.around(a), stars.around(b))
+    nodes = np.unique(stars.cells[both])
+    nodes = nodes[~taken[nodes]]
+    along = points[b] - points[a]
+    along /= np.linalg.norm(along)
+    outward = np.cross(along, normal)
+    if outward @ (points[a] - middle) < 0.0:
+        outward = -outward
+    offset = points[nodes] - points[a]
+    steep = np.abs(np.arctan2(offset @ normal, offset @ outward))
+    if len(nodes) == 0 or steep.min() > _STEEPEST:
+        raise MeshError(f"no facet leads on beyond an end of plate {frame.index}")
+    return int(nodes[np.argmin(steep)])
+
+
+def _on_outside(outer: IntArray, node: int, taken: BoolArray) -> set[int]:
+    """Neighbours of a node along the body's outside, those of mid-surfaces left out."""
+    near = np.unique(outer[(outer == node).any(axis=1)])
+    return {int(n) for n in near if n != node and not taken[n]}
+
+
+def _path(
+    points: Array,
+    stars: Stars,
+    node: int,
+    first: int,
+    goals: set[int],
+    normal: Array,
+    taken: BoolArray,
+) -> list[int] | None:
+    """Shortest way over the link of a node from ``first`` to one of ``goals``, in the plate's plane
+    as far as may be; None where there is none."""
+    cells = stars.cells[stars.around(node)]
+    link = cells[cells != node].reshape(-1, 3)
+    near: dict[int, set[int]] = {}
+    for a, b, c in link.tolist():
+        for one, two in ((a, b), (b, c), (a, c)):
+            if not (taken[one] or taken[two]):
+                near.setdefault(one, set()).add(two)
+                near.setdefault(two, set()).add(one)
+    ray = {n: points[n] - points[node] for n in near}
+    unit = {n: r / np.linalg.norm(r) for n, r in ray.items()}
+    steep = {n: abs(float(u @ normal)) for n, u in unit.items()}
+    best, queue = {first: (0.0, -1)}, [(0.0, first)]
+    done: set[int] = set()
+    while queue:
+        cost, here = heapq.heappop(queue)
+        if here in done:
+            continue
+        done.add(here)
+        if here in goals:
+            path = [here]
+            while path[-1] != first:
+                path.append(best[path[-1]][1])
+            return path[::-1]
+        for there in near.get(here, ()):
+            turn = float(np.linalg.norm(unit[here] - unit[there]))
+            total = cost + turn * (1.0 + 4.0 * (steep[here] ** 2 + steep[there] ** 2))
+            if there not in best or total < best[there][0]:
+                best[there] = (total, here)
+                heapq.heappush(queue, (total, there))
+    return None

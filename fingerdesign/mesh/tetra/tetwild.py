@@ -1,0 +1,332 @@
+"""Tetrahedra for any finger: CAD surface -> fTetWild -> snapped quadratic mesh.
+
+fTetWild takes triangles and keeps them within an envelope of ``epsilon``. It is not deterministic,
+so its answer must pass the gate (``Gate``) or is made again, and what passed is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.cad.solid_process import finger_triangles
+from fingerdesign.checks.design import tetwild_faults
+from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.surface import surface_of
+from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
+from fingerdesign.mesh.quality import QualityReport, assess
+from fingerdesign.mesh.sizing import MeshSizes, SizeField, background_grid, expected_elements
+from fingerdesign.mesh.tetra.finish import finish
+from fingerdesign.mesh.tetra.inside import check_closed
+from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.mesh.worker import run_module
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Body, Design
+
+
+# fTetWild run safely: its input validated, in a process and folder of its own, with a time limit.
+#
+# fTetWild (https://github.com/wildmeshing/fTetWild) crashes on empty or coincident input, hangs on
+# an epsilon of 0, returns wrong meshes for open surfaces without a word, and litters its folder.
+
+WORKER = "fingerdesign.mesh.tetra.worker"
+# Of the surface's diagonal. Asked for edges of two thirds of it, fTetWild made 100 000 tetrahedra
+# of a cube; of a fifth, 2000.
+LONGEST_EDGE = 0.12
+
+
+class MesherFailed(MeshError):
+    """fTetWild crashed, hung or gave no answer; its input is ``kept`` (a folder) for a report."""
+
+    def __init__(self, message: str, kept: Path) -> None:
+        super().__init__(message)
+        self.kept = kept
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One setting of fTetWild: envelope (mm when it runs; before, a factor on the usual one),
+    iterations, energy to stop at, size factor."""
+
+    envelope: float
+    iterations: int = 80
+    stop_energy: float = 10.0
+    size_factor: float = 1.0
+
+
+def validate_surface(vertices: Array, triangles: IntArray) -> None:
+    """MeshError unless a surface is fit for native code: finite, closed, nothing coincident.
+
+    Faces shared inside (of a plate) make edges of three and four triangles: those are allowed, an
+    edge of one is not.
+    """
+    if len(vertices) < 4 or len(triangles) < 4:
+        raise MeshError(f"a surface of {len(triangles)} triangles encloses nothing")
+    if not np.all(np.isfinite(vertices)):
+        raise MeshError("the surface has vertices that are not finite numbers")
+    if triangles.min() < 0 or triangles.max() >= len(vertices):
+        raise MeshError("the surface's triangles name vertices that do not exist")
+    if len(np.unique(vertices, axis=0)) != len(vertices):
+        raise MeshError("the surface has coincident vertices; merge them first")
+    if len(np.unique(np.sort(triangles, axis=1), axis=0)) != len(triangles):
+        raise MeshError("the surface has coincident triangles")
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    if area.min() <= 1e-14 * np.ptp(vertices, axis=0).max() ** 2:
+        raise MeshError("the surface has triangles without area")
+    edges = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    _, uses = np.unique(edges, axis=0, return_counts=True)
+    if uses.min() < 2:
+        raise MeshError(f"the surface is open: {int((uses == 1).sum())} edges have one triangle")
+
+
+def run_tetwild(
+    vertices: Array, triangles: IntArray, field: SizeField, attempt: Attempt, time_limit_s: float
+) -> tuple[Array, IntArray]:
+    """Run fTetWild in a process of its own; returns points (n, 3) and tetrahedra (t, 4) of a box.
+
+    The tetrahedra fill a box around the surface: the caller keeps those inside. MeshError on unfit
+    input, MesherFailed on crash and time-out; then the input is kept, and the message says where.
+    Memory is bounded by the time limit only: an address-space limit makes the threads' allocator
+    fail at random.
+    """
+    validate_surface(vertices, triangles)
+    if not (np.isfinite(attempt.envelope) and attempt.envelope > 0.0):
+        raise MeshError(f"fTetWild's epsilon = {attempt.envelope} mm must be above 0: it hangs")
+    if not time_limit_s > 0.0:
+        raise MeshError(f"mesh.time_limit_s = {time_limit_s} must be above 0")
+    grid_points, grid_tets, grid_values = background_grid(
+        field, vertices.min(axis=0), vertices.max(axis=0)
+    )
+    # Meshed in a space that is squeezed along z: its even tetrahedra come out stretched.
+    squeeze = np.array([1.0, 1.0, 1.0 / field.sizes.stretch])
+    squeezed = vertices * squeeze
+    diagonal = float(np.linalg.norm(np.ptp(squeezed, axis=0)))
+    longest = min(field.sizes.far, LONGEST_EDGE * diagonal)
+    options = {
+        "edge_length_abs": longest,
+        "epsilon": attempt.envelope / diagonal,
+        "stop_energy": attempt.stop_energy,
+        "num_opt_iter": attempt.iterations,
+        "disable_filtering": True,  # its inside test is by winding number; ours is exact
+    }
+    folder = Path(tempfile.mkdtemp(prefix="fingerdesign-tetwild-"))
+    source, target = folder / "in.npz", folder / "out.npz"
+    np.savez(
+        source,
+        vertices=squeezed,
+        triangles=triangles,
+        grid_points=grid_points * squeeze,
+        grid_tets=grid_tets,
+        grid_values=np.minimum(grid_values, longest),
+        options=json.dumps(options),
+    )
+    try:
+        run_module(WORKER, [source.name, target.name], folder, time_limit_s)
+        if not target.exists():
+            raise MeshError("it wrote no answer")
+        with np.load(target) as data:
+            points, tets = data["points"] / squeeze, data["tets"].astype(np.int64)
+    except MeshError as error:  # the input stays for whoever looks into it
+        raise MesherFailed(f"fTetWild: {error}; its input is kept as {source}", folder) from error
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
+    return points, tets
+
+
+# Edges come out longer than asked where the field is steep: at the contact 1.33 times (0.28 mm for
+# 0.21, 0.39 for 0.30), at plates 1.0 to 1.08 times.
+CONTACT_OVERSHOOT = 1.33
+# fTetWild made 0.87 to 0.97 times the expected tetrahedra, 2 times where plates were very thin;
+# where its optimisation went astray (a stop energy of 20) 3 to 8 times.
+MOST_ELEMENTS_RATIO = 2.5
+FEW_ELEMENTS = 40_000  # never too many: holes and bends ask for elements that no size names
+MOST_ELEMENTS = 600_000  # about 2.5 million dofs: no machine this is for factors more
+
+
+@dataclass(frozen=True)
+class Gate:
+    """What a tetrahedral mesh must fulfil (NUMERICS 7; measured on accepted meshes in brackets)."""
+
+    body_volume_error: float = 1e-3  # [2e-5]
+    plate_volume_error: float = 1e-2  # [1e-12]
+    face_area_error: float = 1e-3  # [1e-5]
+    min_dihedral_deg: float = 5.0  # [7 to 10, after improve]
+    contact_residual_mm: float = 1e-6  # [1e-13]
+    least_jacobian_ratio: float = 0.05  # [0.9]
+
+    def faults(self, report: QualityReport) -> list[str]:
+        """What a mesh fails, in words; empty when it passes."""
+        found = []
+        for name, bound in vars(self).items():
+            value = {
+                "body_volume_error": report.body_volume_error,
+                "plate_volume_error": report.worst_plate_volume_error,
+                "face_area_error": report.worst_face_area_error,
+                "min_dihedral_deg": report.min_dihedral_deg,
+                "contact_residual_mm": report.contact_residual_mm,
+                "least_jacobian_ratio": report.least_jacobian_ratio,
+            }[name]
+            least = name in ("min_dihedral_deg", "least_jacobian_ratio")
+            if not (value >= bound if least else value <= bound):
+                found.append(f"{name} = {value:.3g} ({'below' if least else 'above'} {bound:g})")
+        return found
+
+
+def tetrahedralise(
+    design: Design,
+    zone_half_width_mm: float,
+    symmetric: bool = True,
+    sizes: MeshSizes | None = None,
+    use_cache: bool = True,
+    zone_half_depth_mm: float | None = None,
+) -> Mesh:
+    """Mesh a finger (or its half z >= 0) with quadratic tetrahedra, fine at |x| <= zone half width
+    and, where given, |z| <= zone half depth.
+
+    sizes: by default the design's ``[mesh]`` table. Meshes that passed the gate are kept by content
+    and returned again unless ``use_cache`` is False. MeshError when no attempt passes,
+    DesignError for what cannot be meshed so.
+    """
+    faults = tetwild_faults(design, symmetric)
+    if faults:
+        raise DesignError(faults, design.design.name)
+    zone = (zone_half_width_mm, zone_half_depth_mm)
+    sizes = sizes or MeshSizes.of(design, *zone)
+    key = mesh_key(design, sizes, zone, symmetric)
+    kept = load_mesh(key) if use_cache else None
+    if kept is not None and not Gate().faults(assess(kept, design)):
+        return kept
+    complaints: list[str] = []
+    kept_inputs: list[Path] = []
+    tries = _tries(plate_ways(design, symmetric), int(design.mesh.attempts))
+    for number, (way, attempt) in enumerate(tries, start=1):
+        try:
+            # fTetWild may leave elements without volume: what divides by them has no answer.
+            with np.errstate(divide="raise", invalid="raise"):
+                mesh = _attempted(design, way, attempt, sizes, zone, symmetric)
+        except (MeshError, FloatingPointError) as error:
+            complaints.append(f"attempt {number} ({way.name}): {error}")
+            kept_inputs += [error.kept] if isinstance(error, MesherFailed) else []
+            continue
+        short = Gate().faults(assess(mesh, design))
+        if not short:
+            mesh.notes["attempts"] = number
+            for folder in kept_inputs:  # of no more use: another attempt has passed
+                shutil.rmtree(folder, ignore_errors=True)
+            if complaints:
+                mesh.notes["failed_attempts"] = "; ".join(complaints)
+            if use_cache:
+                keep_mesh(key, mesh)
+            return mesh
+        complaints.append(f"attempt {number} ({way.name}): {', '.join(short)}")
+    raise MeshError(
+        f"no tetrahedral mesh of {design.design.name} passed the gate in {len(tries)} attempts; "
+        + "; ".join(complaints)
+    )
+
+
+def _attempted(
+    design: Design,
+    way: PlateWay,
+    attempt: Attempt,
+    sizes: MeshSizes,
+    zone: tuple[float, float | None],
+    symmetric: bool,
+) -> Mesh:
+    """One try: CAD, fTetWild, and what follows. MeshError says what failed."""
+    scaled = sizes.scaled(attempt.size_factor)
+    field = size_field(design, way.sized, scaled, *zone)
+    most = max(int(MOST_ELEMENTS_RATIO * _expected(design, field, symmetric)), FEW_ELEMENTS)
+    cad = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
+    outside = (cad.outer_vertices, cad.outer_triangles)
+    check_closed(*outside)
+    epsilon = attempt.envelope * envelope_mm(design, way.meshed)
+    points, tets = run_tetwild(
+        cad.vertices,
+        cad.triangles,
+        field,
+        replace(attempt, envelope=epsilon),
+        float(design.mesh.time_limit_s),
+    )
+    mesh = finish(design, way, points, tets, outside, symmetric, replace(field, sizes=scaled), most)
+    if len(mesh.cells) > most:
+        raise MeshError(f"{len(mesh.cells)} tetrahedra, and at most {most} were to be expected")
+    return mesh
+
+
+def envelope_mm(design: Design, frames: tuple[PlateFrame, ...]) -> float:
+    """fTetWild's envelope: a tenth of the thinnest part, at most the chord tolerance.
+
+    At a quarter of the thickness plates still survive; at 1.2 times they vanish without a word.
+    """
+    thin = [frame.thickness for frame in frames]
+    if design.body.core is not None:
+        thin.append(design.body.core.height_mm)
+    return min([chord_mm(design.body), *(0.1 * each for each in thin)])
+
+
+def chord_mm(body: Body) -> float:
+    """Chord tolerance of the triangles to mesh, mm: 0.01 for a finger of 25 mm.
+
+    Snapping takes the chords out again. At 0.002 fTetWild ran for minutes on a finger of 25 mm, at
+    0.01 for a minute on one of 65 mm.
+    """
+    size = float(np.hypot(np.hypot(body.width_mm, body.base_height_mm), body.depth_mm))
+    return 4e-4 * size
+
+
+def size_field(
+    design: Design,
+    frames: tuple[PlateFrame, ...],
+    sizes: MeshSizes,
+    zone_half_width: float,
+    zone_half_depth: float | None = None,
+) -> SizeField:
+    """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
+    asked = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
+    return SizeField(surface_of(design.body), frames, asked, zone_half_width, zone_half_depth)
+
+
+def _expected(design: Design, field: SizeField, symmetric: bool) -> float:
+    """How many tetrahedra the sizes ask for; MeshError where that is beyond MOST_ELEMENTS."""
+    half = 0.5 * np.array([design.body.width_mm, 0.0, design.body.depth_mm])
+    low = np.array([-half[0], 0.0, 0.0 if symmetric else -half[2]])
+    high = np.array([half[0], field.surface.crest, half[2]])
+    expected = expected_elements(field, low, high)
+    if expected > MOST_ELEMENTS:
+        raise MeshError(
+            f"the [mesh] sizes of {design.design.name} ask for about {expected:.2g} tetrahedra, "
+            f"more than {MOST_ELEMENTS}; raise mesh.contact_size_mm, plate_size_mm or far_size_mm"
+        )
+    return expected
+
+
+def _tries(ways: tuple[PlateWay, ...], count: int) -> list[tuple[PlateWay, Attempt]]:
+    """Ways and settings to try in turn; fTetWild is not deterministic: the same again may pass.
+
+    A fifth of the thickness as envelope is faster where plates are very thin (0.02 mm: 60 s, not
+    over 120), but where they are not, snapping may invert tetrahedra. A stop energy above 10 is no
+    remedy: it yields many times the elements.
+    """
+    settings = (
+        Attempt(1.0),
+        Attempt(2.0),
+        Attempt(1.0, size_factor=0.8),
+        Attempt(0.6, iterations=120, stop_energy=8.0),
+        Attempt(0.6, size_factor=0.85),
+    )
+    order = [(way, setting) for setting in settings for way in ways]
+    return [order[i % len(order)] for i in range(max(1, count))]

@@ -1,0 +1,280 @@
+"""MoldPlan -> Built: every part of a mold as an exact solid, closed, in mold space.
+
+The outline is the body's own solid, scaled: its surfaces keep their kinds. Importing this module
+loads the CAD kernel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cadquery as cq
+import numpy as np
+from numpy.typing import NDArray
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBuilderAPI import BRepBuilderAPI_Transform
+from OCP.BRepTools import BRepTools
+from OCP.BRepTopAdaptor import BRepTopAdaptor_FClass2d
+from OCP.gp import gp_Pnt, gp_Pnt2d, gp_Trsf, gp_Vec
+from OCP.TopAbs import TopAbs_IN, TopAbs_Orientation
+
+from fingerdesign.arrays import Array
+from fingerdesign.cad.bodies import outline_solid
+from fingerdesign.cad.kernel import box, one_solid
+from fingerdesign.errors import GeometryError
+from fingerdesign.mold.cad.features import Features, features_of
+from fingerdesign.mold.cad.flat_sides import FlatSide, direction
+from fingerdesign.mold.cad.parting import Blank, Parting, parted, seam, sides_followed
+from fingerdesign.mold.cad.plate_blanks import core_block, core_room, cut_plates
+from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, comb_names, wall_name
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+
+# Faces of the finger that a mold part could not be drawn off from, by their normals.
+#
+# A part forms a face of the outline if it lies against it; it comes off along its draw where no
+# normal there looks against the draw. (What stands in the way further out is for the checks of the
+# meshes.) Importing this module loads the CAD kernel.
+
+AGAINST = -1e-6  # normal . draw below which a face looks against the draw
+SAMPLES = 15  # along each of a face's parameters
+_ORDER: tuple[Side, ...] = ("+x", "-x", "+z", "-z")  # the corners are the end walls'
+_UP = np.array([0.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True)
+class Undercut:
+    """A face (its number in the body, from 1) that looks against the draw of the part that forms
+    it; the place where it does most, and normal . draw there."""
+
+    face: int
+    part: str
+    place: tuple[float, float, float]
+    against: float
+
+
+def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
+    """All faces of an outline in mold space that a planned part could not be drawn off from."""
+    flat = sides_followed(outline, plan)
+    found = []
+    for number, face in enumerate(outline.Faces(), start=1):
+        points, normals = samples(face)
+        names, draws = formed_by(points, normals, plan, flat)
+        along = np.einsum("ij,ij->i", normals, draws)
+        for name in sorted({str(name) for name in names}):
+            rows = np.flatnonzero((names == name) & (along < AGAINST))
+            if len(rows):
+                worst = rows[np.argmin(along[rows])]
+                x, y, z = (float(value) for value in points[worst])
+                found.append(Undercut(number, name, (x, y, z), float(along[worst])))
+    return tuple(found)
+
+
+def refuse_undercuts(design: Design, outline: cq.Solid, plan: MoldPlan) -> None:
+    """GeometryError that names every undercut face, its place and the part that it would hold."""
+    found = undercuts(outline, plan)
+    if not found:
+        return
+    of = "body.step" if design.body.step is not None else "the body"
+    said = [
+        f"face {each.face} of {of} at ({each.place[0]:.2f}, {each.place[1]:.2f}, "
+        f"{each.place[2]:.2f}) mm holds {each.part}"
+        for each in found
+    ]
+    raise GeometryError(
+        f"the mold cannot be opened: {'; '.join(said)}. Give the body no faces that look back "
+        f"toward its base or its middle, or cast it in another way"
+    )
+
+
+def formed_by(
+    points: Array, normals: Array, plan: MoldPlan, flat: dict[Side, FlatSide] | None
+) -> tuple[NDArray[np.str_], Array]:
+    """The part (n,) that forms the outline at points (n, 3) with outward normals (n, 3), and its
+    draw (n, 3); "" and no draw on the base. flat: the sides that the parting follows, or None."""
+    names = np.full(len(points), INSERT, dtype="<U40")
+    draws = np.tile(_UP, (len(points), 1))
+    lower = points[:, 1] < plan.rim
+    if flat is not None:
+        lower = np.any([face.holds(points, normals) for face in flat.values()], axis=0)
+    beyond = {"x": np.zeros(len(points), bool), "z": np.zeros(len(points), bool)}
+    for plug in plan.plugs:
+        place = np.abs(points[:, 0 if plug.axis == "x" else 2])
+        edge = np.array([seam(plan, plug, float(y)) for y in points[:, 1]])
+        beyond[plug.axis] = place > edge
+    for side in _ORDER:
+        away = direction(side)
+        outside = points @ away
+        if flat is not None:
+            mine = flat[side].holds(points, normals)
+        elif side.endswith("z"):
+            mine = lower & (outside > plan.corner)
+        else:
+            mine = lower & (np.abs(points[:, 2]) <= plan.corner) & (outside > 0.0)
+        upper = beyond[side[1]] & (outside > 0.0) & ~lower
+        names[mine | upper], draws[mine | upper] = wall_name(side), away
+    base = (points[:, 1] < 1e-5) & (normals[:, 1] < -1.0 + 1e-9)
+    names[base], draws[base] = "", 0.0
+    return names, draws
+
+
+def samples(face: cq.Face) -> tuple[Array, Array]:
+    """Points (n, 3) within a face and its outward unit normals there (n, 3)."""
+    surface, within = BRepAdaptor_Surface(face.wrapped), BRepTopAdaptor_FClass2d(face.wrapped, 1e-7)
+    u_low, u_high, v_low, v_high = BRepTools.UVBounds_s(face.wrapped)
+    shares = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    sign = -1.0 if face.wrapped.Orientation() == TopAbs_Orientation.TopAbs_REVERSED else 1.0
+    points, normals = [], []
+    for u in u_low + shares * (u_high - u_low):
+        for v in v_low + shares * (v_high - v_low):
+            if within.Perform(gp_Pnt2d(float(u), float(v))) != TopAbs_IN:
+                continue
+            where, along_u, along_v = gp_Pnt(), gp_Vec(), gp_Vec()
+            surface.D1(float(u), float(v), where, along_u, along_v)
+            normal = sign * np.cross(along_u.Coord(), along_v.Coord())
+            size = float(np.linalg.norm(normal))
+            if size > 1e-12:  # not at a pole
+                points.append(where.Coord())
+                normals.append(normal / size)
+    return np.array(points).reshape(-1, 3), np.array(normals).reshape(-1, 3)
+
+
+Direction = tuple[float, float, float]
+
+# Parts come off in this order; base and core stay with the finger.
+INSERT_ORDER, END_ORDER, SIDE_ORDER, STAYS = 0, 1, 3, 9
+OUTLINE = "outline"
+
+
+@dataclass(frozen=True)
+class BuiltPart:
+    """A part's solid with its name, draw, order and making as of ``PartMesh``; ``blank``: what of
+    it fills the block before its features; None: the same solid."""
+
+    name: str
+    solid: cq.Solid
+    draw: Direction | None
+    order: int
+    made: Made
+    blank: cq.Solid | None = None
+
+
+@dataclass(frozen=True)
+class Built:
+    """All solids of a mold, as of ``MoldMeshes``."""
+
+    parts: tuple[BuiltPart, ...]
+    plates: tuple[BuiltPart, ...]
+    rubber: BuiltPart
+    outline: BuiltPart
+    low: Direction
+    high: Direction
+
+
+def build_mold(design: Design, plan: MoldPlan) -> Built:
+    """Build every part of a mold.
+
+    GeometryError where a part could not be drawn off (undercut faces are named), where a part would
+    come out in pieces, or where the kernel fails.
+    """
+    try:
+        outline = enlarged(outline_solid(design.body), plan.scale)
+        refuse_undercuts(design, outline, plan)
+        parting = parted(outline, plan)
+        parts = _parts(design, plan, parting, features_of(design, plan))
+        plates = cut_plates(plan)
+        rubber = _rubber(design, plan, outline, plates)
+    except GeometryError:
+        raise
+    except Exception as error:  # the kernel throws its own kinds
+        raise GeometryError(
+            f"the CAD kernel failed to build the mold of {design.design.name}: {error}"
+        ) from error
+    return Built(
+        parts,
+        tuple(
+            BuiltPart(f"plate_{frame.index}", plate, None, STAYS, "metal")
+            for frame, plate in zip(plan.frames, plates, strict=True)
+        ),
+        BuiltPart(RUBBER, rubber, None, STAYS, "silicone"),
+        BuiltPart(OUTLINE, outline, None, STAYS, "silicone"),
+        parting.low,
+        parting.high,
+    )
+
+
+def enlarged(outline: cq.Solid, scale: float) -> cq.Solid:
+    """A solid scaled about the origin; surfaces keep their kinds."""
+    if scale == 1.0:
+        return outline
+    larger = gp_Trsf()
+    larger.SetScale(gp_Pnt(0.0, 0.0, 0.0), scale)
+    made = BRepBuilderAPI_Transform(outline.wrapped, larger, True).Shape()
+    return one_solid(cq.Shape.cast(made), "the enlarged outline")
+
+
+def _parts(
+    design: Design, plan: MoldPlan, parting: Parting, features: Features
+) -> tuple[BuiltPart, ...]:
+    found = [_formed(parting, features, INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
+    for side in SIDES:
+        sign = 1.0 if side[0] == "+" else -1.0
+        draw = (sign, 0.0, 0.0) if side.endswith("x") else (0.0, 0.0, sign)
+        order = SIDE_ORDER if side.endswith("x") else END_ORDER
+        found.append(_formed(parting, features, wall_name(side), draw, order, "process"))
+        holding = plan.side(side).holding
+        made: Made = "sheet" if holding == "comb" else "process"
+        # Sheets come off after the wall behind them, those of a jig together.
+        found.extend(
+            _formed(parting, features, name, draw, order + 1, made)
+            for name in comb_names(side, holding)
+        )
+    base = box((-plan.reach_x, -plan.base, -plan.reach_z), (plan.reach_x, 0.0, plan.reach_z))
+    found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
+    if design.body.core is not None:
+        core = core_block(design.body, plan.scale)
+        found.append(BuiltPart(CORE, _worked(core, features, CORE), None, STAYS, "metal", core))
+    return tuple(found)
+
+
+def _formed(
+    parting: Parting, features: Features, name: str, draw: Direction, order: int, made: Made
+) -> BuiltPart:
+    blank: Blank = parting.blanks[name]
+    return BuiltPart(name, _worked(blank.part, features, name), draw, order, made, blank.filling)
+
+
+def _worked(blank: cq.Solid, features: Features, name: str) -> cq.Solid:
+    """A blank with its features: what is added first, then all that is cut, each in one go."""
+    solid = blank
+    added = features.added.get(name, [])
+    if added:
+        solid = one_solid(solid.fuse(*added).clean(), name)
+    bounds = solid.BoundingBox()
+    cut = [tool for tool in features.cut.get(name, []) if _meet(bounds, tool.BoundingBox())]
+    return one_solid(solid.cut(*cut).clean(), name) if cut else solid
+
+
+def _meet(one: cq.BoundBox, other: cq.BoundBox) -> bool:
+    """Whether two boxes overlap."""
+    return bool(
+        one.xmin < other.xmax
+        and other.xmin < one.xmax
+        and one.ymin < other.ymax
+        and other.ymin < one.ymax
+        and one.zmin < other.zmax
+        and other.zmin < one.zmax
+    )
+
+
+def _rubber(
+    design: Design, plan: MoldPlan, outline: cq.Solid, plates: tuple[cq.Solid, ...]
+) -> cq.Solid:
+    tools = list(plates)
+    if design.body.core is not None:
+        tools.append(core_room(design.body, plan.scale, plan.half_depth))
+    return one_solid(outline.cut(*tools), RUBBER) if tools else outline

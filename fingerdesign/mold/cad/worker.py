@@ -1,0 +1,198 @@
+"""The process that builds molds: ``python -m fingerdesign.mold.cad.worker FOLDER``.
+
+In FOLDER it finds request.json, {"design", "plan", "folder": for the CAD files}, and leaves
+meshes.npz and meshes.json, or error.txt with the sentence of a GeometryError. It ends with
+MACHINE_FAILED where the disk or the memory is full.
+"""
+
+from __future__ import annotations
+
+import errno
+import json
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cadquery as cq
+import numpy as np
+from OCP.BRepGProp import BRepGProp
+from OCP.GProp import GProp_GProps
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, write_triangles
+from fingerdesign.cad.kernel import volume_of
+from fingerdesign.cad.tessellation import merge_vertices, triangulate_measured
+from fingerdesign.errors import GeometryError
+from fingerdesign.mold.cad.build import Built, BuiltPart
+from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
+from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.products.flat_pattern import flat_patterns
+from fingerdesign.runtime.process import MACHINE_FAILED, die_with_parent
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+
+# Built -> MoldMeshes and files: the parts' triangles, STL and STEP of each, one STEP assembly.
+#
+# All in mold coordinates, mm. Vertices are rounded to the single precision of STL, so that what is
+# checked is what is written. Importing this module loads the CAD kernel.
+
+Rgba = tuple[float, float, float, float]
+
+ASSEMBLY = "assembly.step"
+ROUNDING_MM = 1e-5  # more than single precision takes from places within 100 mm
+ADAPTIVE = (1e-3, 1e-6, 1e-9)  # what the kernel's adaptive rule is asked for
+AGREED = 1e-6  # of the volume: the most by which its three answers may differ
+ANGLE_RAD = 0.17  # of a chord of a round hole: a wall full of holes keeps its volume to 1e-3
+STEEL: Rgba = (0.70, 0.72, 0.75, 1.0)
+COLOURS: dict[str, Rgba] = {
+    INSERT: (0.35, 0.55, 0.80, 1.0),
+    BASE: (0.45, 0.45, 0.48, 1.0),
+    CORE: BONE,
+    RUBBER: SILICONE_GREY,
+    "plate": BRONZE,
+    "end": (0.50, 0.70, 0.55, 1.0),
+    "side": (0.80, 0.68, 0.45, 1.0),
+    "comb": STEEL,
+    "jig": (0.60, 0.50, 0.70, 1.0),
+}
+
+
+def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
+    """A part's triangles within ``chord_mm`` of its solid.
+
+    GeometryError where the kernel yields none or does not keep the chord.
+    """
+    vertices, triangles, chord = _triangles(part.solid, chord_mm)
+    volume = part_volume(part.solid)
+    blank_vertices, blank_triangles, blank_volume = vertices, triangles, volume
+    if part.blank is not None and part.blank is not part.solid:
+        blank_vertices, blank_triangles, _ = _triangles(part.blank, chord_mm)
+        blank_volume = part_volume(part.blank)
+    return PartMesh(
+        part.name,
+        vertices,
+        triangles,
+        part.draw,
+        part.order,
+        part.made,
+        volume,
+        chord,
+        blank_vertices,
+        blank_triangles,
+        blank_volume,
+    )
+
+
+def part_volume(solid: cq.Shape) -> float:
+    """Volume of a part, mm^3, good to 1e-6 of it.
+
+    On extruded faces that curves trim, Gauss-Kronrod's rule takes seconds. There the adaptive rule
+    is asked thrice, ever finer: below splines with breaks it is 1e-4 off, and its answers differ.
+    """
+    if any(face.geomType() == "EXTRUSION" for face in solid.Faces()):
+        found = [_adaptive(solid, share) for share in ADAPTIVE]
+        if max(found) - min(found) <= AGREED * abs(found[-1]):
+            return found[-1]
+    return volume_of(solid)
+
+
+def _adaptive(solid: cq.Shape, share: float) -> float:
+    whole = GProp_GProps()
+    BRepGProp.VolumeProperties_s(solid.wrapped, whole, share, False, True)
+    return float(whole.Mass())
+
+
+def all_meshed(built: Built, chord_mm: float) -> MoldMeshes:
+    """The triangles of every part of a mold."""
+    return MoldMeshes(
+        tuple(meshed(part, chord_mm) for part in built.parts),
+        tuple(meshed(plate, chord_mm) for plate in built.plates),
+        meshed(built.rubber, chord_mm),
+        meshed(built.outline, chord_mm),
+        built.low,
+        built.high,
+    )
+
+
+def write_files(
+    design: Design, plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path
+) -> tuple[str, ...]:
+    """Write NAME.stl and NAME.step of each part and of each different plate ("plate_A", ... as of
+    ``flat_patterns``), and assembly.step. Returns the names of the files.
+
+    GeometryError where triangles are not watertight or enclose another volume than their solid.
+    """
+    solids = {part.name: part.solid for part in (*built.parts, *built.plates)}
+    laid = {mesh.name: mesh for mesh in (*meshes.parts, *meshes.plates)}
+    wanted = {part.name: part.name for part in built.parts}
+    for pattern in flat_patterns(design, plan):
+        wanted[pattern.name] = f"plate_{pattern.plates[0]}"
+    files = []
+    for name, source in wanted.items():
+        solid, mesh = solids[source], laid[source]
+        slack = (mesh.chord + ROUNDING_MM) * float(solid.Area())
+        write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)
+        _exported(solid.exportStep, folder / f"{name}.step")
+        files += [f"{name}.stl", f"{name}.step"]
+    assembly = cq.Assembly(name="mold")
+    for part in (*built.parts, *built.plates, built.rubber):
+        assembly.add(part.solid, name=part.name, color=cq.Color(*colour(part.name)))
+    _exported(lambda path: assembly.export(path, "STEP"), folder / ASSEMBLY)
+    return (*files, ASSEMBLY)
+
+
+def colour(name: str) -> Rgba:
+    """Red, green, blue and opacity of a part in the assembly."""
+    return next((rgba for start, rgba in COLOURS.items() if name.startswith(start)), STEEL)
+
+
+def _exported(write: Callable[[str], object], path: Path) -> None:
+    write(str(path))
+    if not path.is_file() or path.stat().st_size == 0:
+        raise GeometryError(f"{path.name}: the CAD kernel wrote nothing")
+    with path.open("rb") as stream:
+        stream.seek(max(0, path.stat().st_size - 64))
+        if b"END-ISO-10303-21" not in stream.read():  # the kernel is silent about a full disk
+            raise OSError(errno.ENOSPC, "it was not written whole; is the disk full?", path.name)
+
+
+def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:
+    """Vertices in single precision, distinct there, triangles, and the greatest chord, mm."""
+    vertices, triangles, chord = triangulate_measured([solid], chord_mm, ANGLE_RAD)
+    rounded = vertices.astype(np.float32).astype(np.float64)
+    return *merge_vertices(rounded, triangles), chord
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Answer one request; 0 also where the mold cannot be built."""
+    die_with_parent()
+    try:
+        _answer(Path(arguments[0]))
+    except (OSError, MemoryError) as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        return MACHINE_FAILED
+    return 0
+
+
+def _answer(home: Path) -> None:
+    request = json.loads((home / "request.json").read_text("utf-8"))
+    from fingerdesign.design.schema import Design
+    from fingerdesign.errors import DesignError, GeometryError
+    from fingerdesign.mold.cad.build import build_mold
+    from fingerdesign.mold.cad.built import plan_from, save_meshes
+
+    try:
+        design, plan = Design.model_validate(request["design"]), plan_from(request["plan"])
+        built = build_mold(design, plan)
+        meshes = all_meshed(built, design.mold.chord_mm)
+        write_files(design, plan, built, meshes, Path(request["folder"]))
+        save_meshes(meshes, home)
+    except (DesignError, GeometryError) as error:
+        (home / "error.txt").write_text(str(error), "utf-8")
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

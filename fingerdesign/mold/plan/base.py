@@ -1,0 +1,348 @@
+"""Holes through the base plate: vents, gate, riser, locks, and screws into a core; mm.
+
+The mold is cast with its base up and tilted by ``TILT_DEG`` so that the corner of the first vent
+is the highest: level plates and the core's face then let their bubbles go. All air gathers below
+the base plate; each of its free regions gets a vent at its highest place, and one at the opposite
+corner for the way back. Gate, riser and locks are placed where there is most room, and shrunk to
+it down to the least hole. Gate, riser and locks are wider outside: cured, they hold the finger.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.errors import Fault
+from fingerdesign.mold.plan.extent import Extent
+from fingerdesign.mold.plan.frames import core_in_mold
+from fingerdesign.mold.plan.plan import BaseHole, CorePin, MoldPlan, Side, SidePlan
+from fingerdesign.mold.plan.slots import openings_corners
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.plan.profiles import Limits
+
+
+Kind = Literal["gate", "riser", "vent", "lock", "screw"]
+
+TILT_DEG = 5.0
+VENT_MM = 1.0  # of vents that are not given
+UNDERCUT = 1.3  # outer diameter of gate, riser and locks over that at y = 0
+_EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
+_GRID = 81  # places along each axis that are tried
+_LOCKS: tuple[Kind, ...] = ("lock", "lock", "lock", "lock", "lock", "lock")
+_OPENINGS: tuple[Kind, ...] = ("gate", "riser", *_LOCKS)
+_SHARES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2)  # of the gate's diameter that are tried
+# Clearance hole and pilot hole of a core's screws, mm (ISO 273, medium; drill for cut threads).
+_SCREWS = ((2.4, 1.6), (1.8, 1.25))
+
+
+@dataclass(frozen=True)
+class _Base:
+    """Places (n, 2) in the finger's base, how far each is from edge and core, (n,), what is full.
+
+    region: the number (n,) of the connected region beside the core that each lies in
+    """
+
+    places: Array
+    room: Array
+    region: NDArray[np.int64]
+    web: float
+
+    def free(self, holes: list[BaseHole]) -> Array:
+        """The greatest radius (n,) of a hole's outer end at each place, beside ``holes``."""
+        free = self.room.copy()
+        for hole in holes:
+            apart = np.hypot(self.places[:, 0] - hole.x, self.places[:, 1] - hole.z)
+            outer = 0.5 * max(hole.diameter, hole.outer_diameter)
+            free = np.minimum(free, apart - outer - self.web)
+        return free
+
+
+def up(first: BaseHole) -> Array:
+    """Unit vector (3,) that points up while casting: the base up, tilted toward the first vent."""
+    angle = np.radians(TILT_DEG)
+    away = np.array([np.sign(first.x) or 1.0, 0.0, np.sign(first.z) or 1.0]) / np.sqrt(2.0)
+    return np.asarray(np.sin(angle) * away - np.cos(angle) * np.array([0.0, 1.0, 0.0]))
+
+
+def pour_up(plan: MoldPlan) -> Array:
+    """Unit vector (3,) that points up while a mold is filled and cures."""
+    return up(next(hole for hole in plan.base_holes if hole.kind == "vent"))
+
+
+def core_box(design: Design, scale: float) -> tuple[Array, Array] | None:
+    """Corners (3,) of the core in mold space, mm; None without one."""
+    if design.body.core is None:
+        return None
+    core = core_in_mold(design.body.core, scale)
+    depth = design.body.depth_mm if core.depth_mm is None else core.depth_mm
+    low = np.array([-0.5 * core.width_mm, core.bottom_mm, -0.5 * depth])
+    return low, np.array([-low[0], core.bottom_mm + core.height_mm, -low[2]])
+
+
+def base_holes_of(
+    design: Design, extent: Extent, scale: float, limits: Limits
+) -> tuple[tuple[BaseHole, ...], list[Fault]]:
+    """Every hole of the base plate, the highest vent first, and the fault of what has no room."""
+    mold = design.mold
+    base = _base(design, extent, scale, limits.wall_mm)
+    vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
+    screws = _screws(design, scale)
+    holes: list[BaseHole] = []
+    openings: list[BaseHole] | None = None
+    for corners in (3, 1):  # on a small base the gate comes before further vents
+        vents = _vents(base, vent, limits.hole_mm, corners)
+        holes = [*vents, *screws]
+        openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
+        if openings is not None:
+            break
+    faults = []
+    if sum(hole.kind == "vent" for hole in holes) < 2:
+        faults.append(_no_room(design, "mold.vent_mm", vent, limits, "two vents"))
+    if openings is None:
+        faults.append(_no_room(design, "mold.gate_mm", mold.gate_mm, limits, "gate and riser"))
+    return (*holes, *(openings or ())), faults
+
+
+def _openings(
+    base: _Base, holes: list[BaseHole], gate: float, lock: float, least: float
+) -> list[BaseHole] | None:
+    """Gate, riser and locks; the gate is shrunk until a riser half as wide and two locks fit.
+
+    None where there is no room for both gate and riser.
+    """
+    best: list[BaseHole] | None = None
+    for share in _SHARES:
+        found: list[BaseHole] = []
+        for kind in _OPENINGS:
+            diameter = lock if kind == "lock" else max(share * gate, least)
+            hole = _largest(base, [*holes, *found], kind, diameter, least)
+            if hole is None:
+                break
+            found.append(hole)
+        if len(found) < 2:
+            continue
+        if best is None or (len(found), found[1].diameter) > (len(best), best[1].diameter):
+            best = found
+        if len(found) >= 4 and found[1].diameter >= 0.5 * found[0].diameter:
+            return found
+    return best
+
+
+def _no_room(design: Design, key: str, value: float, limits: Limits, what: str) -> Fault:
+    core = design.body.core is not None and design.body.core.bottom_mm == 0.0
+    beside = "core, vents" if core else "vents"
+    bound = (
+        f"of {what} with room on the finger's base: even {at_most(limits.hole_mm)} mm, the least "
+        f"hole of '{limits.name}', is too wide beside {beside} and walls of {limits.wall_mm:g} mm"
+    )
+    remedy = "take a process with smaller holes (mold.limits.hole_mm), or a wider finger"
+    return Fault(key, value, bound, f"{remedy} or narrower core" if core else remedy)
+
+
+def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
+    x, z = np.meshgrid(
+        np.linspace(-extent.half_width, extent.half_width, _GRID),
+        np.linspace(-extent.half_depth, extent.half_depth, _GRID),
+        indexing="ij",
+    )
+    places = np.column_stack([x.ravel(), z.ravel()])
+    room = _inside(design, extent, scale, places)
+    box = core_box(design, scale)
+    if box is not None and box[0][1] == 0.0:
+        away = np.abs(places) - box[1][[0, 2]]
+        outside = np.linalg.norm(np.maximum(away, 0.0), axis=1) + np.minimum(away.max(axis=1), 0.0)
+        room = np.minimum(room, outside)
+    from scipy.ndimage import label
+
+    region = label(room.reshape(x.shape) > 0.0)[0].ravel().astype(np.int64)
+    return _Base(places, room - _EDGE_MM, region, web)
+
+
+def _inside(design: Design, extent: Extent, scale: float, places: Array) -> Array:
+    """How far (n,) places of the plane y = 0 lie inside the finger's base; negative outside."""
+    body = design.body
+    if body.shape == "revolved":
+        return np.asarray(extent.half_width - np.hypot(*places.T))
+    half = np.array([extent.half_width, extent.half_depth])
+    within = (half - np.abs(places)).min(axis=1)
+    if body.step is None:
+        return np.asarray(within)
+    from fingerdesign.design.step import step_facts
+
+    points = np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1]]) / scale
+    faces = [face for face in step_facts(body.step).faces if face.name == "base"]
+    outside = np.min([face.border.beyond(points) for face in faces], axis=0) > 0.0
+    border = np.min([face.border.distance(points) for face in faces], axis=0)
+    return np.asarray(np.minimum(within, scale * np.where(outside, -border, border)))
+
+
+def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[BaseHole]:
+    """At the highest place of each region, then at further corners, as many as have room."""
+    found: list[BaseHole] = []
+    ways = [np.array(way) for way in ((1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0))]
+    wanted = [(ways[0], number) for number in range(1, int(base.region.max(initial=0)) + 1)]
+    # The highest of all regions first: the mold is tilted toward it.
+    height = base.places @ ways[0]
+    wanted.sort(key=lambda w: -float(height[base.region == w[1]].max()))
+    wanted += [(way, 0) for way in ways[1 : 1 + corners]]
+    sizes = [diameter] if diameter <= least else [diameter, 0.5 * (diameter + least), least]
+    for way, number in wanted:
+        for size in sizes:
+            fits = base.free(found) >= 0.5 * size
+            fits &= (base.region == number) if number else (base.places * way > 0.0).all(axis=1)
+            if fits.any():
+                best = np.flatnonzero(fits)[np.argmax(base.places[fits] @ way)]
+                x, z = (float(value) for value in base.places[best])
+                found.append(BaseHole("vent", x, z, size, size))
+                break
+    return found
+
+
+def _largest(
+    base: _Base, holes: list[BaseHole], kind: Kind, diameter: float, least: float
+) -> BaseHole | None:
+    """A hole where it is largest, up to ``diameter``; among those the farthest from its kind."""
+    free = base.free(holes)
+    size = np.minimum(diameter, 2.0 * free / UNDERCUT)
+    if not len(size) or not size.max() >= least - 1e-9:
+        return None
+    good = np.flatnonzero(size >= size.max() - 1e-6)
+    others = [hole for hole in holes if hole.kind in ("gate", "riser", "lock")]
+    apart = np.full(len(good), np.inf)
+    for hole in others:
+        from_it = base.places[good] - np.array([hole.x, hole.z])
+        apart = np.minimum(apart, np.linalg.norm(from_it, axis=1))
+    score = apart if others else -np.linalg.norm(base.places[good], axis=1)
+    best = good[int(np.argmax(np.round(score, 6)))]
+    x, z = (float(value) for value in base.places[best])
+    wide = float(np.floor(1000.0 * size[best]) / 1000.0)
+    return BaseHole(kind, x, z, wide, UNDERCUT * wide)
+
+
+def _screws(design: Design, scale: float) -> list[BaseHole]:
+    """One or two holes for screws into a core that stands on the base."""
+    box = core_box(design, scale)
+    if box is None or box[0][1] != 0.0:
+        return []
+    wide, deep = float(box[1][0]), float(box[1][2])
+    for hole, pilot in _SCREWS:
+        if min(wide, deep) < pilot:  # half a diameter of core at each side of the pilot hole
+            continue
+        most = max(wide, deep) - 1.5 * pilot
+        places = [-0.9 * most, 0.9 * most] if 1.8 * most >= hole + 1.0 else [0.0]
+        along = wide >= deep
+        return [
+            BaseHole("screw", p if along else 0.0, 0.0 if along else p, hole, hole) for p in places
+        ]
+    return []
+
+
+# Straight pins through the walls that hold a core while the rubber cures around it; mm.
+#
+# For a core that is clear of the base: two pins on either side where it is wide enough, else one.
+# They are drawn with their walls; what they leave in the rubber is filled afterwards.
+
+DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that are sold
+_MOST_DEPTH_MM = 3.0
+_DEPTH_SHARE = 0.3  # of the core's length
+_STEP_MM = 0.1
+_WEB_MM = 0.3  # of the core around a pin's hole, which is drilled
+_AXES: tuple[tuple[Side, Side], ...] = (("+z", "-z"), ("+x", "-x"))
+
+
+def core_pins_of(
+    design: Design, scale: float, sides: tuple[SidePlan, ...], limits: Limits
+) -> tuple[tuple[CorePin, ...], list[Fault]]:
+    """The core's pins, and the fault of a core that none can hold."""
+    box = core_box(design, scale)
+    if box is None or box[0][1] == 0.0:
+        return (), []
+    low, high = box
+    height = float(high[1] - low[1])
+    y = 0.5 * float(low[1] + high[1])
+    sizes = [
+        d
+        for d in DIAMETERS_MM
+        if d >= limits.hole_mm and d + 2.0 * (limits.clearance_mm + _WEB_MM) <= height + 1e-9
+    ]
+    # Thinner pins where the wall's foot below their holes would be too low.
+    footed = [d for d in sizes if 0.5 * d + limits.clearance_mm + limits.wall_mm <= y + 1e-9]
+    sizes = footed or sizes
+    for axis, diameter in product(_AXES, sizes):
+        hole = diameter + 2.0 * limits.clearance_mm
+        half, end = (high[0], high[2]) if axis[0].endswith("z") else (high[2], high[0])
+        places = _places(float(half), y, hole, [s for s in sides if s.side in axis], limits)
+        if places:
+            depth = min(_MOST_DEPTH_MM, _DEPTH_SHARE * 2.0 * float(end))
+            pins = [
+                CorePin(side, place, y, diameter, float(end) - depth, depth)
+                for side in axis
+                for place in places
+            ]
+            return tuple(pins), []
+    return (), [_fault(design, height, limits)]
+
+
+def _places(
+    half: float, y: float, hole: float, sides: list[SidePlan], limits: Limits
+) -> list[float]:
+    """Places across the core, alike on both sides: two far apart, else one, else none."""
+    most = half - 0.5 * hole - _WEB_MM
+    if most < 0.0:
+        return []
+    places = np.arange(0.0, most + 1e-9, _STEP_MM)
+    room = 0.5 * hole + limits.wall_mm
+    free = {sign: np.ones(len(places), dtype=bool) for sign in (1.0, -1.0)}
+    for planned in sides:
+        for low, high, bottom, top in _side_openings(planned):
+            if not (bottom - room < y < top + room):
+                continue
+            for sign, fits in free.items():
+                fits &= (sign * places < low - room) | (sign * places > high + room)
+    both = places[free[1.0] & free[-1.0]]
+    if len(both) and both[-1] >= hole + 0.5 * limits.wall_mm:
+        return [-float(both[-1]), float(both[-1])]
+    for sign, fits in free.items():
+        if fits.any():
+            return [sign * float(places[fits][0])]
+    return []
+
+
+def _side_openings(planned: SidePlan) -> list[tuple[float, float, float, float]]:
+    """Rectangles (low, high, bottom, top) of a side's window or slots."""
+    if planned.window is not None:
+        low, high, bottom = planned.window
+        return [(low, high, bottom, np.inf)]
+    if not planned.slots:
+        return []
+    corners = openings_corners(planned.slots)
+    least, most = corners.min(axis=1), corners.max(axis=1)
+    return [
+        (float(a[0]), float(b[0]), float(a[1]), float(b[1]))
+        for a, b in zip(least, most, strict=True)
+    ]
+
+
+def _fault(design: Design, height: float, limits: Limits) -> Fault:
+    core = design.body.core
+    assert core is not None
+    pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
+    least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
+    if height < least:
+        bound = (
+            f"at least {at_least(least)} for a mold: a pin of {pin:g} mm holds the core, with "
+            f"{_WEB_MM:g} mm of core above and below its hole"
+        )
+        remedy = "thicken it or stand it on the base (body.core.bottom_mm = 0)"
+        return Fault("body.core.height_mm", core.height_mm, bound, remedy)
+    bound = "where pins through the walls reach the core clear of the plates' slots and windows"
+    remedy = "move it away from them or stand it on the base (body.core.bottom_mm = 0)"
+    return Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy)

@@ -1,0 +1,375 @@
+"""Bolts, pins and keys: what clamps the mold's parts and brings them to their places; mm.
+
+z-bolts clamp end wall, side walls and end wall; where the side walls are too low for one (or a
+window is in its way), y-bolts clamp them between insert and base plate. y-bolts go through insert,
+end walls and base plate. Tapered pins along z stand on the side walls' ends, others below the
+insert; where a pin along z does not fit, the insert's pins locate the side walls, too. Keys on the
+base plate run along the end walls' draw; the side walls have none, for its groove would open into
+the finger. One pin and one side's keys differ in size: parts fit one way only.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.errors import Fault
+from fingerdesign.mold.part import INSERT, wall_name
+from fingerdesign.mold.plan.plan import Bolt, Key, Pin, Side
+from fingerdesign.mold.plan.walls import (
+    ENDS,
+    FLANKS,
+    SLENDER,
+    SPARE_MM,
+    Columns,
+    Walls,
+    bolt_place,
+    most_draft,
+    pin_height,
+    pin_place,
+    tip_of,
+    z_bolt_height,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.design.mold import Mold
+    from fingerdesign.mold.plan.plan import Side
+    from fingerdesign.mold.plan.profiles import Limits
+
+
+KEY_MM = 2.0  # most height of a key
+_PASSING_MM = 0.2  # between a key and a pin that passes over it
+_LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
+
+
+@dataclass(frozen=True)
+class Fasteners:
+    """What holds a mold together."""
+
+    bolts: tuple[Bolt, ...]
+    pins: tuple[Pin, ...]
+    keys: tuple[Key, ...]
+
+
+def tapered(
+    walls: Walls,
+    columns: Columns,
+    root: tuple[float, float, float],
+    direction: tuple[float, float, float],
+    small: bool,
+    length: float,
+    on: str,
+    into: str,
+) -> Pin:
+    """A pin of the small or the big size that reaches ``length`` into its socket."""
+    diameter = columns.small if small else columns.big
+    if walls.dowels:
+        wide, whole = diameter, 2.0 * length
+    else:
+        wide, whole = tip_of(diameter, length, walls.draft_deg), length
+    clearance = columns.clearance
+    return Pin(root, direction, diameter, wide, whole, clearance, on, into, walls.dowels)
+
+
+def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
+    """Every bolt, pin and key; what cannot be had is told by :mod:`fastener_faults`."""
+    bolts, pins = list[Bolt](), list[Pin]()
+    reach_z = walls.extent.half_depth + columns.wall_z
+
+    def upright(x: float, z: float) -> None:
+        bolts.append(Bolt("y", x, z, -walls.base, walls.top, columns.size, columns.hole))
+
+    height, level = z_bolt_height(walls, columns), pin_height(walls, columns)
+    both = pin_height(walls, columns, small=False)
+    if height is not None:
+        for _, sign in FLANKS:
+            x = sign * columns.x1
+            bolts.append(Bolt("z", x, height, -reach_z, reach_z, columns.size, columns.hole))
+    if level is not None:
+        for end, way in ENDS:
+            for flank, sign in FLANKS:
+                small = both is None or (end == "+z" and flank == "+x")
+                middle = level if both is None else both
+                root = (sign * columns.x2, middle, way * walls.extent.corner)
+                away = (0.0, 0.0, way)
+                on, into = wall_name(flank), wall_name(end)
+                pins.append(tapered(walls, columns, root, away, small, columns.reach, on, into))
+    for _, way in ENDS:
+        for _, sign in FLANKS:
+            upright(sign * columns.x2, way * columns.deep)
+    for _, at_x, at_z in insert_bolts(walls, columns, height is None):
+        if at_x is not None and at_z is not None:
+            upright(at_x, at_z)
+    for side, at_x, at_z, small in insert_pins(walls, columns, level is None):
+        if at_x is not None and at_z is not None:
+            pins.append(_insert_pin(walls, columns, at_x, at_z, small, wall_name(side)))
+    return Fasteners(tuple(bolts), tuple(pins), _keys(walls, columns))
+
+
+def insert_bolts(
+    walls: Walls, columns: Columns, low: bool
+) -> list[tuple[Side, float | None, float | None]]:
+    """Where upright bolts (side, x, z) are beside those at the end walls' ears: through the side
+    walls where these are too ``low`` for bolts along z, or where the insert ends short of the end
+    walls; through the end walls where it ends short of the side walls. None: no room."""
+    found: list[tuple[Side, float | None, float | None]] = []
+    if walls.plug("x") is not None:
+        for end, way in ENDS:
+            x = bolt_place(walls, columns, end, columns.bar_bolt)
+            found.append((end, x, way * columns.bar_bolt))
+    if low or walls.plug("z") is not None:
+        for flank, sign in FLANKS:
+            z = bolt_place(walls, columns, flank, columns.x2)
+            found.append((flank, sign * columns.x2, z))
+    return found
+
+
+def insert_pins(
+    walls: Walls, columns: Columns, low: bool
+) -> list[tuple[Side, float | None, float | None, bool]]:
+    """Where the insert has pins: (side of the wall, x, z, small). None: no room.
+
+    Beside windows they are all small where the big ones have no room.
+    """
+    found: list[tuple[Side, float | None, float | None, bool]] = []
+    if walls.plug("x") is not None:
+        for end, way in ENDS:
+            x, small = _small_or_big(walls, columns, end, end == "+z")
+            found.append((end, x, way * columns.bar_pin, small))
+        return found
+    narrow = walls.plug("z") is not None
+    if not narrow:
+        for end, way in ENDS:
+            for flank, sign in FLANKS:
+                one = end == "+z" and flank == "+x"
+                found.append((end, sign * columns.x3, way * columns.deep, one))
+    if narrow or low:
+        for flank, sign in FLANKS:
+            z, small = _small_or_big(walls, columns, flank, narrow and flank == "+x")
+            found.append((flank, sign * columns.x3, z, small))
+    return found
+
+
+def _small_or_big(
+    walls: Walls, columns: Columns, side: Side, small: bool
+) -> tuple[float | None, bool]:
+    place = pin_place(walls, columns, side, small)
+    if place is None and not small:
+        return pin_place(walls, columns, side, True), True
+    return place, small
+
+
+def _insert_pin(walls: Walls, columns: Columns, x: float, z: float, small: bool, into: str) -> Pin:
+    """A pin below the insert: its root is at the greatest height of the walls' top around it."""
+    reach = columns.socket
+    around = [walls.seam(x + i * reach, z + k * reach) for i in (-1, 0, 1) for k in (-1, 0, 1)]
+    diameter = columns.small if small else columns.big
+    root = (x, max(around), z)
+    length = insert_pin_length(columns, diameter, min(around), walls)
+    length += max(around) - min(around)
+    return tapered(walls, columns, root, (0.0, -1.0, 0.0), small, length, INSERT, into)
+
+
+def insert_pin_length(columns: Columns, diameter: float, seam: float, walls: Walls) -> float:
+    """How deep a pin below the insert reaches into a wall that is ``seam`` high."""
+    most = seam - columns.gap - columns.clearance
+    if walls.dowels:
+        most = min(most, walls.top - walls.extent.crest - columns.gap)
+    return min(SLENDER * diameter, most)
+
+
+def least_rim(columns: Columns, diameter: float) -> float:
+    """Height of wall that an insert's pin needs, mm."""
+    return _LEAST_PIN * diameter + columns.gap + columns.clearance
+
+
+def key_height(walls: Walls, columns: Columns) -> float:
+    """Height of the keys: half the wall's at most, with a wall left above the groove, and below the
+    pins along z, which pass over them when the side walls are drawn."""
+    rim = walls.extent.rim
+    most = min(KEY_MM, 0.5 * rim, rim - columns.gap - columns.clearance)
+    both, level = pin_height(walls, columns, small=False), pin_height(walls, columns)
+    if both is not None:
+        return min(most, both - 0.5 * columns.big - _PASSING_MM)
+    return most if level is None else min(most, level - 0.5 * columns.small - _PASSING_MM)
+
+
+def _keys(walls: Walls, columns: Columns) -> tuple[Key, ...]:
+    """Ribs beside the side walls, from the end walls' inner faces to the insert's pins' sockets."""
+    found = []
+    height = key_height(walls, columns)
+    start = walls.extent.corner + 0.5 * columns.clearance
+    end = columns.deep - columns.socket - columns.gap - columns.clearance
+    for side, way in ENDS:
+        half = 0.5 * (columns.small if way > 0 else columns.big)
+        for _, sign in FLANKS:
+            z = sorted((way * start, way * end))
+            low = (sign * columns.x3 - half, 0.0, z[0])
+            high = (sign * columns.x3 + half, height, z[1])
+            into = wall_name(side)
+            found.append(Key(low, high, walls.draft_deg, columns.clearance, into))
+    return tuple(found)
+
+
+# What keeps a mold's fasteners from being made: each with key, value, bound and remedy.
+
+_LEAST_KEY_MM = 0.3
+
+
+def limit_faults(mold: Mold, limits: Limits, reach: float) -> list[Fault]:
+    """Limits that contradict each other, and plates of the mold below the process's wall; pins
+    reach as far as ``reach`` into their sockets."""
+    faults = []
+    name = f"of mold.process = '{limits.name}'"
+    given = mold.limits.model_dump(exclude_none=True)
+    if limits.feature_mm > limits.wall_mm:
+        remedy = "a web that can be made is no thicker than a wall that can"
+        if "feature_mm" in given or "wall_mm" not in given:
+            bound = f"at most mold.limits.wall_mm = {limits.wall_mm:g}"
+            faults.append(Fault("mold.limits.feature_mm", limits.feature_mm, bound, remedy))
+        else:
+            bound = f"at least mold.limits.feature_mm = {limits.feature_mm:g}"
+            faults.append(Fault("mold.limits.wall_mm", limits.wall_mm, bound, remedy))
+    thick = _least_pin(mold, limits, reach)
+    if limits.pin_mm < thick:
+        bound = (
+            f"at least {at_least(thick)}: sockets are {limits.clearance_mm:g} wider all round, and "
+            f"tips at a draft of {mold.draft_deg:g} degrees at least {limits.feature_mm:g}"
+        )
+        remedy = "thicken the pins, or lower mold.draft_deg or mold.limits.clearance_mm"
+        if "pin_mm" in given:
+            faults.append(Fault("mold.limits.pin_mm", limits.pin_mm, bound, remedy))
+    if limits.clearance_mm > 0.25 * limits.pin_mm and "pin_mm" not in given:
+        bound = f"at most a quarter of mold.limits.pin_mm, {at_most(0.25 * limits.pin_mm)}"
+        remedy = "pins in wider sockets locate nothing: lower it or take thicker pins"
+        faults.append(Fault("mold.limits.clearance_mm", limits.clearance_mm, bound, remedy))
+    for key, value in (("insert_mm", mold.insert_mm), ("base_mm", mold.base_mm)):
+        if value < limits.wall_mm:
+            bound = f"at least the least wall {name}, {at_least(limits.wall_mm)}"
+            faults.append(Fault(f"mold.{key}", value, bound, "thicken it or take another process"))
+    for key, hole in (("gate", mold.gate_mm), ("vent", mold.vent_mm), ("lock", mold.lock_mm)):
+        if hole is not None and hole < limits.hole_mm:
+            bound = f"at least the least hole {name}, {at_least(limits.hole_mm)}"
+            faults.append(Fault(f"mold.{key}_mm", hole, bound, "widen it or take another process"))
+    return faults
+
+
+def _least_pin(mold: Mold, limits: Limits, reach: float) -> float:
+    """Least diameter of the small pins, mm: four clearances, and a tip that can be made.
+
+    Pins get shorter as they get thinner: ``reach`` moves with the big pins' diameter.
+    """
+    least = 4.0 * limits.clearance_mm
+    if limits.dowels:
+        return max(least, limits.feature_mm)
+    lean = 2.0 * math.tan(math.radians(mold.draft_deg))
+    slope = 1.0 - SLENDER * lean
+    if slope <= 0.0:  # no diameter helps: the draft itself is refused
+        return least
+    rest = max(reach - SLENDER * limits.pin_mm, 0.0)
+    key = limits.feature_mm + lean * KEY_MM
+    return max(least, key, (limits.feature_mm + lean * rest) / slope)
+
+
+def fastener_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> list[Fault]:
+    """What of bolts, pins and keys does not fit the walls of a mold."""
+    return [
+        *_wall_faults(mold, limits, columns),
+        *_height_faults(mold, limits, walls, columns),
+        *_draft_faults(mold, limits, walls, columns),
+        *_room_faults(mold, limits, walls, columns),
+    ]
+
+
+def _wall_faults(mold: Mold, limits: Limits, columns: Columns) -> list[Fault]:
+    if mold.wall_mm is None or mold.wall_mm >= columns.wall_z - 1e-9:
+        return []
+    dowels = "dowels" if limits.dowels else "pins"
+    bound = (
+        f"at least {at_least(columns.wall_z)}: {columns.size} bolts, {dowels} of "
+        f"{columns.big:g} mm and walls of {limits.wall_mm:g} mm ('{limits.name}') between them"
+    )
+    remedy = "leave it out: it is then computed"
+    if columns.size != "M2":
+        remedy += "; or set mold.bolt = 'M2'"
+    return [Fault("mold.wall_mm", mold.wall_mm, bound, remedy)]
+
+
+def _height_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> list[Fault]:
+    """Walls too low for the bolt that was asked for, or for anything."""
+    faults = []
+    rim = walls.extent.rim
+    if mold.bolt != "auto" and z_bolt_height(walls, columns) is None:
+        low = rim < columns.rise
+        where = f"the walls' height, {at_most(rim)}" if low else "what the slots leave of the walls"
+        bound = f"a bolt that fits {where}: {mold.bolt} needs {at_least(columns.rise)} mm"
+        faults.append(Fault("mold.bolt", mold.bolt, bound, "set mold.bolt = 'auto'"))
+    most = rim - least_rim(columns, columns.big) + columns.gap - SPARE_MM
+    most = min(most, rim - _LEAST_KEY_MM - columns.clearance - SPARE_MM)
+    if limits.wall_mm > most + 1e-9:
+        higher = limits.wall_mm - most
+        bound = (
+            f"at most {at_most(most)}: the mold's walls are {at_most(rim)} mm high"
+            if most > 0.0
+            else f"a wall with room above and below pins of {columns.big:g} mm: the mold's walls, "
+            f"{at_most(rim)} mm high, are {at_least(higher)} mm too low"
+        )
+        remedy = f"take another mold.process or make the finger {at_least(higher)} mm higher"
+        faults.append(Fault("mold.limits.wall_mm", limits.wall_mm, bound, remedy))
+    return faults
+
+
+def _draft_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> list[Fault]:
+    least = limits.feature_mm
+    bounds = [most_draft(columns.small, max(key_height(walls, columns), 1e-3), least)]
+    if not limits.dowels:
+        longest = insert_pin_length(columns, columns.small, walls.extent.rim, walls)
+        if pin_height(walls, columns) is not None:
+            longest = max(longest, columns.reach)
+        bounds.append(most_draft(columns.small, max(longest, 1e-3), least))
+    most = min(bounds)
+    if mold.draft_deg <= most or (most <= 0.0 and mold.limits.pin_mm is not None):
+        return []  # the pin that is too thin is refused
+    if most <= 0.0:
+        bound = f"at most mold.limits.pin_mm = {columns.small:g}: pins end in webs that can be made"
+        remedy = "lower it or raise mold.limits.pin_mm"
+        return [Fault("mold.limits.feature_mm", limits.feature_mm, bound, remedy)]
+    what = "keys" if most == bounds[0] else "pins"
+    bound = f"at most {at_most(most)}: {what} of {columns.small:g} mm end thinner than {least:g}"
+    remedy = "lower it or raise mold.limits.pin_mm"
+    return [Fault("mold.draft_deg", mold.draft_deg, bound, remedy)]
+
+
+def _room_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> list[Fault]:
+    """No place for an upright bolt or pin beside what the walls hold."""
+    faults = []
+    low = z_bolt_height(walls, columns) is None
+    if mold.bolt == "auto" or not low:
+        for side, x, z in insert_bolts(walls, columns, low):
+            if x is None or z is None:
+                bound = _bolt_bound(side, walls, columns, low)
+                remedy = "move the plates' legs, or take a higher or deeper finger"
+                faults.append(Fault("mold.bolt", mold.bolt, bound, remedy))
+                break
+    for side, x, z, _ in insert_pins(walls, columns, pin_height(walls, columns) is None):
+        if x is None or z is None:
+            room = 2.0 * (0.5 * columns.small + columns.clearance + columns.gap)
+            bound = (
+                f"a pin with room in the {side} wall, beside plates and seams: with its walls it "
+                f"takes {at_least(room)} mm"
+            )
+            remedy = "lower it, or move the plates' legs"
+            faults.append(Fault("mold.limits.pin_mm", limits.pin_mm, bound, remedy))
+            break
+    return faults
+
+
+def _bolt_bound(side: Side, walls: Walls, columns: Columns, low: bool) -> str:
+    along = f"along z it needs walls {at_least(columns.rise)} mm high"
+    along += f", they are {at_most(walls.extent.rim)}" if walls.extent.rim < columns.rise else ""
+    reach = walls.extent.corner if side.endswith("x") else walls.extent.half_width
+    upright = f"upright it needs {at_least(columns.rise)} of the {side} wall's {2.0 * reach:.4g} mm"
+    upright += "" if 2.0 * reach < columns.rise else " beside what it holds"
+    return f"a bolt with room: for {columns.size}, " + (f"{along}; {upright}" if low else upright)

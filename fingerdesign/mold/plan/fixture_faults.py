@@ -1,0 +1,376 @@
+"""What of a design's legs and slots is worst, and changed designs that are tried for remedies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.checks.design import is_sound
+from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.errors import Fault
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import PlateRow, plate_rows, with_key
+from fingerdesign.mold.plan import slots
+from fingerdesign.mold.plan.fixture import in_walls, leg_exits, legs_above, slots_on
+from fingerdesign.mold.plan.frames import frames_in_mold, leg_bar, scale_of
+from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg
+from fingerdesign.mold.plan.profiles import limits_of
+
+if TYPE_CHECKING:
+    from fingerdesign.design.mold import Comb, MoldLimits
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.plan.profiles import Limits
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.plan.profiles import Limits
+
+CLOSE = 2e-6  # mm; rounding
+TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre
+
+Frames = tuple[PlateFrame, ...]
+Legs = tuple[Leg, ...]
+Web = tuple[Holding, int, int, float, float]  # how they are held, two plates, web, least web
+
+
+def row_of(design: Design, plate: int) -> PlateRow:
+    """The row that a plate stands in; KeyError for a number that no plate has."""
+    for row in plate_rows(design):
+        if any(frame.index == plate for frame in row.frames):
+            return row
+    raise KeyError(plate)
+
+
+def again(design: Design, limits: Limits, thorough: bool = False) -> tuple[Frames, Legs]:
+    """Plates and legs, in mold space, of a changed design."""
+    from fingerdesign.mold.plan.legs import legs_of
+
+    scale = scale_of(design)
+    return frames_in_mold(design, scale), legs_of(design, scale, limits, thorough)
+
+
+def least_value(
+    design: Design, key: str, low: float, high: float, holds: Callable[[Design], bool]
+) -> float | None:
+    """About the least value of a key in (low, high] from which a sound design ``holds``."""
+
+    def does(value: float) -> bool:
+        trial = with_key(design, key, value)
+        return trial is not None and holds(trial)
+
+    found = next((v for v in np.linspace(low, high, 9)[1:] if does(float(v))), None)
+    if found is None:
+        return None
+    under, over = float(found) - (high - low) / 8.0, float(found)
+    for _ in range(TRIALS - 3):
+        middle = 0.5 * (under + over)
+        under, over = (under, middle) if does(middle) else (middle, over)
+    over = float(at_least(over))
+    trial = with_key(design, key, over)
+    return over if trial is not None and holds(trial) and is_sound(trial) else None
+
+
+def worst_exit(
+    design: Design, frames: Frames, legs: Legs, limits: Limits
+) -> tuple[Leg, Room, float] | None:
+    """The leg that leaves most too near to the contact zone, its nearest exit; None: none does."""
+    room, above = legs_above(design, frames, legs, limits)
+    worst: tuple[float, Leg, float] | None = None
+    for leg, nearest in above:
+        short = room.least_exit(leg.side) - nearest
+        if short > CLOSE and (worst is None or short > worst[0]):
+            worst = (short, leg, nearest)
+    return None if worst is None else (worst[1], room, worst[2])
+
+
+def worst_web(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Web | None:
+    """The two slots that lack most of a web; None: all webs are held."""
+    worst: Web | None = None
+    for side in SIDES:
+        openings = slots_on(design, frames, legs, limits, side)
+        holding = slots.holding_of(design, slots.on_side(legs, side))
+        web = slots.least_web(design, holding, limits)
+        first, second, distance = slots.webs(openings)
+        if not len(distance):
+            continue
+        k = int(np.argmin(distance))
+        lack = web - distance[k]
+        if lack > CLOSE and (worst is None or lack > worst[4] - worst[3]):
+            one, two = openings[first[k]].plate, openings[second[k]].plate
+            worst = (holding, one, two, float(distance[k]), web)
+    return worst
+
+
+_SMALLEST_MM = 0.02  # slot or web
+
+
+def no_web(design: Design, limits: Limits, worst: Web) -> Fault:
+    """The fault of two slots between which no web can stand."""
+    holding, one, two, distance, web = worst
+    between = "they overlap" if distance == 0.0 else f"{distance:.3g}"
+    own = "mold.comb.web_mm" if holding == "comb" else "mold.limits.feature_mm"
+    bound = (
+        f"such that webs of {own} = {web:g} mm stand between slots of at least "
+        f"{slots.least_slot(design, holding, limits):g} mm (plates {one} and {two}: {between})"
+    )
+    row = row_of(design, two)
+    same = any(frame.index == one for frame in row.frames)
+    key, value = row.blame(two, "pitch_mm" if same else "cover_mm")
+    return Fault(key, value, bound, _wider(design, limits, row, holding, same, one, key))
+
+
+def _wider(
+    design: Design,
+    limits: Limits,
+    row: PlateRow,
+    holding: Holding,
+    same: bool,
+    other: int,
+    key: str,
+) -> str:
+    """The remedy of slots that lack webs: changes that were tried."""
+
+    def holds(trial: Design, thorough: bool = False) -> bool:
+        own = limits_of(trial.mold)
+        return worst_web(trial, *again(trial, own, thorough), own) is None
+
+    found = []
+    if row.placed:
+        found.append(f"move it away from plate {other}")
+    elif same:
+        pitch = row.table.pitch_mm
+        wider = least_value(design, key, pitch, 3.0 * pitch + 1.0, holds)
+        if wider is not None:
+            found.append(f"raise {key} to at least {wider:g}")
+    else:
+        found.append(f"move the rows apart by {key}")
+    changes: list[tuple[str, object, str]] = []
+    if holding != "comb" and design.mold.plate_fixture != "comb":
+        words = "set mold.plate_fixture = 'comb', whose slots are cut finer"
+        changes.append(("plate_fixture", "comb", words))
+    if design.mold.leg_mm is not None:
+        changes.append(("leg_mm", None, "remove mold.leg_mm"))
+    if design.mold.wire_mm > 0.0:
+        changes.append(("wire_mm", 0.0, "set mold.wire_mm = 0 and lead the wires out elsewhere"))
+    for name, value, words in changes:
+        mold = design.mold.model_copy(update={name: value})
+        if holds(design.model_copy(update={"mold": mold}), thorough=True):
+            found.append(words)
+    return " or ".join(found) or "space the plates out, or lower plates.count"
+
+
+def demanded(
+    design: Design, worst: Web | None, high: tuple[Leg, Room, float] | None
+) -> Fault | None:
+    """The slot or web that the file itself asks for, if that is why plates cannot be held.
+
+    None: they could not be held without it either.
+    """
+    mold = design.mold
+    tables: list[tuple[str, Comb | MoldLimits, tuple[str, ...]]]
+    tables = [("limits", mold.limits, ("slot_mm", "feature_mm", "clearance_mm"))]
+    if mold.plate_fixture == "comb":
+        tables.insert(0, ("comb", mold.comb, ("slot_mm", "web_mm", "clearance_mm")))
+    for where, table, names in tables:
+        for name in names:
+            value = getattr(table, name)
+            if value is None or name not in table.model_fields_set:
+                continue
+            most = _most(design, where, name, float(value))
+            if most is None:
+                continue
+            if worst is not None:
+                why = f"webs stand between the slots of plates {worst[1]} and {worst[2]}"
+            else:
+                assert high is not None
+                why = f"plate {high[0].plate}'s slot stays below the contact surface"
+            key = f"mold.{where}.{name}"
+            remedy = "lower it, or space the plates out by plates.pitch_mm and plates.cover_mm"
+            return Fault(key, value, f"at most {at_most(most)}, such that {why}", remedy)
+    return None
+
+
+def _most(design: Design, where: str, name: str, high: float) -> float | None:
+    """The greatest value of one of the mold's sizes at which its plates are held; None: at none."""
+    mold = design.mold
+
+    def holds(size: float) -> bool:
+        table = getattr(mold, where).model_copy(update={name: size})
+        trial = design.model_copy(update={"mold": mold.model_copy(update={where: table})})
+        limits = limits_of(trial.mold)
+        given = (trial, *again(trial, limits), limits)
+        return worst_web(*given) is None and worst_exit(*given) is None
+
+    low = min(_SMALLEST_MM, 0.5 * high)
+    if not holds(low):
+        return None
+    for _ in range(TRIALS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if holds(middle) else (low, middle)
+    return low
+
+
+_ONE_ANGLE = 0.01  # degrees
+
+
+def fixture_faults(
+    design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float | None
+) -> list[Fault]:
+    """Every fault of a design's legs and slots, the worst of each kind."""
+    found = [*_leg_width(design), *_crossings(design, frames, legs)]
+    draft = _draft(design, frames, legs, limits)
+    worst = worst_web(design, frames, legs, limits)
+    high = worst_exit(design, frames, legs, limits)
+    if draft is not None:
+        found.append(draft)
+    elif worst is not None or high is not None:
+        given = demanded(design, worst, high)
+        if given is not None:
+            found.append(given)
+        else:
+            found += [] if high is None else [_too_high(design, limits, *high)]
+            found += [] if worst is None else [no_web(design, limits, worst)]
+    found += _jig(design, frames, legs, limits)
+    found += _blocked(design, frames, legs, limits, corner)
+    unique: dict[str, Fault] = {}
+    for fault in found:
+        unique.setdefault(fault.key, fault)
+    return list(unique.values())
+
+
+def _leg_width(design: Design) -> list[Fault]:
+    given = design.mold.leg_mm
+    lengths = [row.table.length_mm for row in plate_rows(design)]
+    if given is None or not lengths or given <= min(lengths):
+        return []
+    bound = f"at most plates.length_mm = {min(lengths):g}"
+    return [Fault("mold.leg_mm", given, bound, "narrow the legs, or remove it")]
+
+
+def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
+    if not legs:
+        return []
+    least = least_gap_mm(design)
+    by_index = {frame.index: frame for frame in frames}
+    bars = tuple(leg_bar(by_index[leg.plate], leg, leg.exit) for leg in legs)
+    gaps = leg_gaps(design, scale_of(design), legs, bars, frames)
+    worst = int(np.argmin(gaps))
+    told: tuple[int, str, float] | None = None
+    if gaps[worst] < least - CLOSE:
+        told = (legs[worst].plate, "other plates or the core", float(gaps[worst]))
+    for one, two, distance in crossing_legs(design, legs, frames):
+        if told is None or distance < told[2]:
+            told = (two.plate, f"the legs of plate {one.plate}", distance)
+    if told is None:
+        return []
+    plate, what, distance = told
+    key, value = row_of(design, plate).blame(plate, "cover_mm")
+    near = "cross them" if distance == 0.0 else f"come within {distance:.3g}"
+    bound = f"such that legs stay {least:g} mm from {what} (those of plate {plate} {near})"
+    return [Fault(key, value, bound, "move the rows apart, or the plates out of the legs' way")]
+
+
+def _draft(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Fault | None:
+    """The draft that alone makes a plug narrower than the contact zone."""
+    worst = worst_exit(design, frames, legs, limits)
+    if worst is None:
+        return None
+    leg, room, nearest = worst
+    draft = room.greatest_draft(leg.side, nearest)
+    if draft is None:
+        return None
+    bound = (
+        f"at most {math.floor(100.0 * draft) / 100.0:g}, such that the seam beside the contact "
+        f"insert, which ends short of plate {leg.plate}'s legs, stays outside {_zone(room, leg)}"
+    )
+    remedy = "lower it, or lower mold.insert_mm"
+    return Fault("mold.draft_deg", design.mold.draft_deg, bound, remedy)
+
+
+def _zone(room: Room, leg: Leg) -> str:
+    zone = room.zone(leg.side)
+    if not math.isfinite(zone):
+        return "the contact zone, which reaches the body's ends"
+    return f"the contact zone and its margin, |{leg.side[1]}| = {zone:.3g}"
+
+
+def _too_high(design: Design, limits: Limits, leg: Leg, room: Room, nearest: float) -> Fault:
+    row = row_of(design, leg.plate)
+    key, value = row.blame(leg.plate, "cover_mm")
+
+    def holds(trial: Design) -> bool:
+        return worst_exit(trial, *again(trial, limits), limits) is None
+
+    remedy = "lower the plates, mold.contact_margin_mm or grip.max_approach_mm"
+    if not row.placed:
+        cover = row.table.cover_mm
+        deeper = least_value(design, key, cover, cover + row.frames[0].y, holds)
+        if deeper is not None:
+            remedy = f"raise {key} to at least {deeper:g}"
+    bound = (
+        f"such that legs' slots stay {room.web:g} mm below the contact surface, or leave the "
+        f"finger beyond the seam outside {_zone(room, leg)} (plate {leg.plate}'s: {nearest:.3g})"
+    )
+    return Fault(key, value, bound, remedy)
+
+
+def _jig(design: Design, frames: Frames, legs: Legs, limits: Limits) -> list[Fault]:
+    for side in SIDES:
+        here = slots.on_side(legs, side)
+        if slots.holding_of(design, here) != "jig":
+            continue
+        openings = slots_on(design, frames, legs, limits, side)
+        turns = [slot.angle_deg for slot in openings]
+        worst = int(np.argmax(np.abs(np.array(turns) - turns[0])))
+        if abs(turns[worst] - turns[0]) > _ONE_ANGLE:
+            bound = (
+                "'comb' or 'slots' where the plates of a side differ in angle: a jig clamps all of "
+                f"them by one shift (plates {openings[0].plate} and {openings[worst].plate}: "
+                f"{turns[0]:.4g} and {turns[worst]:.4g} degrees)"
+            )
+            remedy = "change it, or set plates.follow = 'level' with one angle"
+            return [Fault("mold.plate_fixture", "jig", bound, remedy)]
+    return []
+
+
+def _blocked(
+    design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float | None
+) -> list[Fault]:
+    """Legs that would run through a wall which is drawn across them, or too near to the base."""
+    loose = in_walls(design, legs)
+    if not loose:
+        return []
+    room = Room.of(design, scale_of(design), limits)
+    if corner is not None:
+        room = replace(room, corner=corner)
+    exits, openings = leg_exits(design, frames, loose, limits)
+    found = []
+    sunk = room.sunk(openings)
+    worst = int(np.argmax(sunk))
+    if sunk[worst] > CLOSE:
+        plate = loose[worst].plate
+        key, value = row_of(design, plate).blame(plate, "cover_mm")
+        bound = (
+            f"such that legs' slots stay {room.web:g} mm above the base "
+            f"(plate {plate}'s: {float(openings.bottom[worst]):.3g})"
+        )
+        found.append(Fault(key, value, bound, "raise the plates: lower it"))
+    into = room.blocked([leg.side for leg in loose], openings, exits)
+    worst = int(np.argmax(into))
+    if into[worst] > CLOSE:
+        leg = loose[worst]
+        row = row_of(design, leg.plate)
+        key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
+        wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")
+        bound = (
+            f"such that legs leave through the {wall} walls (those of plate {leg.plate} would run "
+            f"through the {other} walls, which are drawn across them: they meet at |z| = "
+            f"{room.corner:.3g}, {into[worst]:.3g} from there)"
+        )
+        found.append(Fault(key, value, bound, "move the plates inward: lower it or the count"))
+    return found

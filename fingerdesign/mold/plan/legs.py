@@ -1,0 +1,308 @@
+"""Legs of plates: how wide they are and where along the plate they stand, so that they can be held.
+
+Wide tabs on plates that reach the finger's end, thin legs on those embedded in it. They are moved
+along the plate and narrowed until they leave the finger outside its contact zone, clear of other
+plates, and their slots keep the webs; what cannot be had is a fault of fixture_faults.py. Numbers
+only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.rows import plate_rows
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mold.plan import slots
+from fingerdesign.mold.plan.extent import Exits, exits_of, half_extent
+from fingerdesign.mold.plan.frames import (
+    end_of,
+    frames_in_mold,
+    leg_bar,
+    sides_of_plate,
+    turned_bar,
+)
+from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.plan.profiles import Limits
+
+
+# The search for legs: every plate end's leg at a few widths and places, the best of each kept.
+#
+# Numbers only; lengths in mm.
+
+_LEAST_WIDTH_MM = 0.3  # a thinner strip of thin metal buckles when the rubber is poured
+_TAB = 0.6  # of the plate's length: the most of a tab's width
+# What is worst about legs: for each, and for each millimetre of web that lacks.
+_CROSSED, _LEFT, _NOT_FLAT, _LACK = 1000.0, 100.0, 1e-5, 100.0
+CLOSE = 1e-6  # mm; rounding
+SLOTS: Holding = "slots"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Every plate end's leg at one width and place, and what is wrong with each."""
+
+    legs: tuple[Leg, ...]
+    penalty: dict[Holding, Array]
+
+
+@dataclass(frozen=True)
+class Search:
+    """What legs are tried for: a design in mold space, and what its process can make."""
+
+    design: Design
+    scale: float
+    limits: Limits
+    frames: tuple[PlateFrame, ...]
+
+    @cached_property
+    def room(self) -> Room:
+        """Where legs may leave."""
+        return Room.of(self.design, self.scale, self.limits)
+
+    @cached_property
+    def by_index(self) -> dict[int, PlateFrame]:
+        """The plates by their numbers."""
+        return {frame.index: frame for frame in self.frames}
+
+    @cached_property
+    def ends(self) -> tuple[tuple[PlateFrame, Side], ...]:
+        """The two ends of every plate."""
+        return tuple((frame, side) for frame in self.frames for side in sides_of_plate(frame))
+
+    @cached_property
+    def full(self) -> NDArray[np.bool_]:
+        """Whether each plate end lies in the finger's end, (ends,)."""
+        body = self.design.body
+        found = []
+        for frame, side in self.ends:
+            shift = (1.0 - 1.0 / self.scale) * frame.middle * (1.0 if side[0] == "+" else -1.0)
+            found.append(end_of(frame, side) - shift > half_extent(body, side) - 1e-6)
+        return np.array(found, dtype=bool)
+
+    def width(self, frame: PlateFrame, full: bool, share: float) -> float:
+        """A leg's width, ``share`` of the way from the least to the most."""
+        least = min(frame.length, max(2.0 * frame.thickness, _LEAST_WIDTH_MM))
+        if not full:
+            given = self.design.mold.leg_mm
+            return least if given is None else min(given, frame.length)
+        return least + share * max(_TAB * frame.length - least, 0.0)
+
+    def trial(self, share: float, place: float) -> Trial:
+        """All legs at one width and place."""
+        asked = self.design.mold.plate_fixture
+        body, sides = self.design.body, [side for _, side in self.ends]
+        drafts = []
+        for (frame, side), full in zip(self.ends, self.full, strict=True):
+            width = round(self.width(frame, bool(full), share), 4)
+            offset = round(place * 0.5 * (frame.length - width), 4)
+            start = end_of(frame, side)
+            drafts.append(Leg(frame.index, side, width, offset, start, start, start, False))
+        starts = [leg.start for leg in drafts]
+        bars = [self.bar(leg) for leg in drafts]
+        exits = exits_of(body, self.scale, bars, sides, starts)
+        openings = {
+            way: self._exits(way, drafts, bars, starts) for way in dict.fromkeys((asked, SLOTS))
+        }
+        web = slots.least_web(self.design, asked, self.limits)
+        flat = openings[asked].face_margin >= web - CLOSE
+        if asked != SLOTS:
+            flat &= self.room.framed(sides, openings[asked])
+        legs = []
+        for k, leg in enumerate(drafts):
+            out = float(max(exits.farthest[k], leg.start))
+            legs.append(replace(leg, exit=out, tip=out, flat=bool(flat[k])))
+        wrong = self._wrong(tuple(legs))
+        short = self.room.wanting(sides, openings[SLOTS], exits)
+        short = np.where(np.isfinite(short), short, 1e3 - exits.nearest)
+        short += self.room.blocked(sides, openings[SLOTS], exits)
+        short += self.room.sunk(openings[SLOTS])
+        penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
+        if asked != SLOTS:
+            penalty[asked] = wrong + _NOT_FLAT * ~flat
+        return Trial(tuple(legs), penalty)
+
+    def bar(self, leg: Leg) -> PlateFrame:
+        """The bar that just holds a leg's section."""
+        return turned_bar(self.by_index[leg.plate], leg.width, leg.offset)
+
+    def _exits(
+        self, holding: Holding, legs: list[Leg], bars: list[PlateFrame], starts: list[float]
+    ) -> Exits:
+        """How the legs' slots leave, with their reliefs."""
+        sides = [leg.side for leg in legs]
+        openings, reliefs = [], []
+        for bar, leg in zip(bars, legs, strict=True):
+            slot = slots.slot_of_bar(self.design, holding, self.limits, bar, leg)
+            openings.append(slots.as_bar(bar, slot))
+            reliefs.append(slots.as_relief(bar, slot))
+        body, scale = self.design.body, self.scale
+        found = exits_of(body, scale, openings, sides, starts, follow=False)
+        if self.design.mold.wire_mm <= 0.0:
+            return found
+        return found.with_others(exits_of(body, scale, reliefs, sides, starts, follow=False))
+
+    def _wrong(self, legs: tuple[Leg, ...]) -> Array:
+        """Of each leg, whether it meets other metal, or a hole of its own plate."""
+        bars = tuple(leg_bar(self.by_index[leg.plate], leg) for leg in legs)
+        gaps = leg_gaps(self.design, self.scale, legs, bars, self.frames)
+        crossed = gaps < least_gap_mm(self.design) - CLOSE
+        crossed |= np.array([meets_hole(self.by_index[leg.plate], leg) for leg in legs])
+        return np.asarray(_CROSSED * crossed)
+
+    @cached_property
+    def ranks(self) -> dict[int, tuple[int, float]]:
+        """Of each plate: its number in its row, and its rank there from -1 to 1."""
+        found = {}
+        for row in plate_rows(self.design):
+            last = 0.5 * (len(row.frames) - 1)
+            for k, frame in enumerate(row.frames):
+                found[frame.index] = (k, (k - last) / last if last else 0.0)
+        return found
+
+    def choose(
+        self, trials: dict[float, Trial], pattern: tuple[float, float]
+    ) -> tuple[tuple[Leg, ...], float]:
+        """The best place of each leg, near to a pattern's; and what is wrong in the end."""
+        asked = self.design.mold.plate_fixture
+        legs, wrong = self._chosen(trials, pattern, dict.fromkeys(SIDES, asked))
+        ways = {side: slots.holding_of(self.design, slots.on_side(legs, side)) for side in SIDES}
+        if any(way == SLOTS for way in ways.values()):
+            legs, wrong = self._chosen(trials, pattern, ways)
+        return legs, wrong + self._together(legs)
+
+    def _chosen(
+        self,
+        trials: dict[float, Trial],
+        pattern: tuple[float, float],
+        ways: dict[Side, Holding],
+    ) -> tuple[tuple[Leg, ...], float]:
+        chosen, total = [], 0.0
+        for k, (frame, side) in enumerate(self.ends):
+            way = SLOTS if ways[side] == "wall" else ways[side]
+            number, rank = self.ranks[frame.index]
+            wanted = pattern[0] * (-1.0 if number % 2 else 1.0) + pattern[1] * rank
+            ranked = [
+                (float(trial.penalty[way][k]), abs(place - wanted), place)
+                for place, trial in trials.items()
+            ]
+            best = min(ranked)[2]
+            chosen.append(trials[best].legs[k])
+            total += float(trials[best].penalty[way][k])
+            total += 0.0 if chosen[-1].flat else _NOT_FLAT
+        return tuple(chosen), total
+
+    def _together(self, legs: tuple[Leg, ...]) -> float:
+        """What is wrong between legs: webs that are not held (their lack), legs that cross."""
+        wrong = _CROSSED * len(crossing_legs(self.design, legs, self.frames))
+        for side in SIDES:
+            here = slots.on_side(legs, side)
+            holding = slots.holding_of(self.design, here)
+            web = slots.least_web(self.design, holding, self.limits)
+            openings = [
+                slots.slot_of(self.design, holding, self.limits, self.by_index[leg.plate], leg)
+                for leg in here
+            ]
+            lack = web - slots.webs(openings)[2]
+            wrong += float((0.1 + _LACK * lack[lack > CLOSE]).sum())
+        return wrong
+
+
+def meets_hole(frame: PlateFrame, leg: Leg) -> bool:
+    """Whether a hole at the plate's end would keep the leg from standing on solid metal."""
+    end = frame.high if leg.side[0] == "+" else frame.low
+    for hole in frame.holes:
+        beside = max(abs(hole.s - leg.offset) - 0.5 * leg.width, 0.0)
+        if np.hypot(beside, hole.w - end) - hole.radius < frame.thickness:
+            return True
+    return False
+
+
+_SHARES = (1.0, 0.8, 0.6, 0.45, 0.3, 0.0)  # of the way from the least width to the most
+# Of the way from the plate's centre to its end: the first ones are tried for all, then every one.
+_COARSE = (0.0, 0.5, -0.5, 1.0, -1.0)
+_FINE = (*_COARSE, 0.25, -0.25, 0.75, -0.75)
+# How legs stand along a row: neighbours on either side of their plates' centres; or fanned out
+# from one end of the row to the other.
+_ZIGZAGS: tuple[tuple[float, float], ...] = ((0.0, 0.0), (0.5, 0.0), (1.0, 0.0))
+_FANS: tuple[tuple[float, float], ...] = ((0.0, 1.0), (0.0, -1.0), (0.0, 0.5), (0.0, -0.5))
+_GOOD = 1e-2  # sides held by slots where a comb was asked for: no fault
+
+
+def legs_of(design: Design, scale: float, limits: Limits, thorough: bool = True) -> tuple[Leg, ...]:
+    """The legs of every plate, two each, plate by plate: the best that can be had.
+
+    ``scale``: the outline's enlargement; ``limits``: of the mold's process. What still is wrong
+    with them (webs, crossings, exits in the contact zone) is told by ``fixture.sides_of``.
+    Not ``thorough``: only the likeliest widths and places are tried.
+    """
+    frames = frames_in_mold(design, scale)
+    if not frames:
+        return ()
+    search = Search(design, scale, limits, frames)
+    best: tuple[Leg, ...] = ()
+    least = np.inf
+    shares: tuple[float, ...] = _SHARES if search.full.any() else _SHARES[:1]
+    rounds: list[tuple[tuple[float, ...], tuple[tuple[float, float], ...]]]
+    rounds = [(_COARSE, _ZIGZAGS), (_FINE, _FANS)]
+    if not thorough:
+        shares, rounds = tuple(dict.fromkeys((shares[0], shares[-1]))), rounds[:1]
+    for places, patterns in rounds:
+        for share in shares:
+            trials = {place: search.trial(share, place) for place in places}
+            for pattern in patterns:
+                legs, wrong = search.choose(trials, pattern)
+                if wrong < least:
+                    best, least = legs, wrong
+            if least == 0.0:
+                break
+        if least < _GOOD:
+            break
+    return _with_tips(design, limits, best, frames)
+
+
+def _with_tips(
+    design: Design, limits: Limits, legs: tuple[Leg, ...], frames: tuple[PlateFrame, ...]
+) -> tuple[Leg, ...]:
+    """The legs with their tips: past the face and its sheets by a tab; of plates that are alike the
+    longest leg's length, so that they are cut alike."""
+    tips = []
+    for leg in legs:
+        holding = slots.holding_of(design, slots.on_side(legs, leg.side))
+        sheets = slots.sheets_thickness(design, holding, limits) * (2 if holding == "jig" else 1)
+        tips.append(leg.exit + sheets + design.mold.tab_mm)
+    by_index = {frame.index: frame for frame in frames}
+    longest: dict[tuple[object, ...], float] = {}
+
+    def kind(leg: Leg) -> tuple[object, ...]:
+        frame = by_index[leg.plate]
+        sizes = (frame.length, frame.span, frame.bend_radius, leg.width, leg.offset)
+        return (leg.side, frame.along, *(None if s is None else round(s, 6) for s in sizes))
+
+    for leg, tip in zip(legs, tips, strict=True):
+        longest[kind(leg)] = max(longest.get(kind(leg), 0.0), tip - leg.start)
+    return tuple(replace(leg, tip=leg.start + longest[kind(leg)]) for leg in legs)
+
+
+def legs_volume(plan: MoldPlan) -> float:
+    """Volume of the legs that stay in the rubber, from the plates' ends to the exits, mm^3.
+
+    At most: where a leg leaves through a slanted face, to its farthest point.
+    """
+    thick = {frame.index: frame.thickness for frame in plan.frames}
+    return sum(leg.width * thick[leg.plate] * (leg.exit - leg.start) for leg in plan.legs)
+
+
+def legs_share(design: Design, plan: MoldPlan) -> float:
+    """The legs' volume over that of the finger's outline in mold space, 0 to 1."""
+    return legs_volume(plan) / (plan.scale**3 * outline_volume(design.body))

@@ -1,0 +1,241 @@
+"""The plan of a mold: every number that its parts are built from, before any CAD.
+
+Mold space: the finger's axes (base plane y = 0, contact surface toward +y, plates along z), the
+elastomer's outline enlarged by ``scale`` for its shrinkage about the origin; metal is not enlarged.
+Lengths in mm. Cast with the base up: gravity points along +y.
+
+Parts: the contact insert above the contact surface (drawn along +y), two end walls (drawn along
++-z), two side walls between them (drawn along +-x), a comb or jig where plates leave the finger
+through a flat face, and the base plate below y = 0, which stays on the finger.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from fingerdesign.layout.frames import PlateFrame
+
+Side = Literal["+z", "-z", "+x", "-x"]
+SIDES: tuple[Side, ...] = ("+z", "-z", "+x", "-x")
+Holding = Literal["wall", "comb", "jig", "slots"]
+LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the finger
+JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
+
+
+@dataclass(frozen=True)
+class Leg:
+    """What of a plate reaches out of the finger at one end of its span, to be held there.
+
+    In the plate's frame: ``width`` along its axis, centred ``offset`` from its centre, as thick as
+    the plate; from ``start`` (the plate's end) past ``exit`` (the farthest place where it passes
+    the finger's surface) to ``tip``, all distances from the mid-plane along ``side``'s direction.
+    flat: it leaves through a flat face of the finger that is normal to the side.
+    """
+
+    plate: int
+    side: Side
+    width: float
+    offset: float
+    start: float
+    exit: float
+    tip: float
+    flat: bool
+
+
+@dataclass(frozen=True)
+class Slot:
+    """The opening in a comb, jig or wall for one leg, a rectangle drawn through it along the side.
+
+    Centre (``place``, ``y``): place is x for sides +-z, z for sides +-x. ``length`` along the
+    direction ``angle_deg`` (as of a plate's frame), ``width`` across it. ``wire``: diameter of the
+    bundle of the plate's leads that passes here (0: none), through a round hole of diameter
+    ``relief`` joined to the slot's end away from the contact surface. ``shim``: thickness of the
+    stock that fills the width beyond the plate, 0 where the opening fits the plate.
+    """
+
+    plate: int
+    side: Side
+    place: float
+    y: float
+    angle_deg: float
+    length: float
+    width: float
+    wire: float
+    shim: float
+    relief: float = 0.0
+
+    @property
+    def joined(self) -> float:
+        """How far the relief's centre lies beyond the slot's end, mm: it takes all of that end."""
+        half = 0.5 * min(self.width, self.relief)
+        return math.sqrt(0.25 * self.relief**2 - half**2) - JOINED_MM
+
+    @property
+    def relief_centre(self) -> tuple[float, float]:
+        """Centre (place, y) of the relief: down along the slot; along it where it lies level."""
+        angle = math.radians(self.angle_deg)
+        way = -1.0 if math.sin(angle) > 1e-9 else 1.0
+        out = way * (0.5 * self.length + self.joined)
+        return self.place + out * math.cos(angle), self.y + out * math.sin(angle)
+
+
+@dataclass(frozen=True)
+class SidePlan:
+    """How one side is closed and how it holds plates.
+
+    holding "wall": no plate leaves here. "comb": a sheet of ``sheet`` thickness is the finger's
+    face, backed by the wall. "jig": two such sheets, shifted by ``shift`` each against the other
+    along the plates' normal, clamp the plates. "slots": the wall itself has slots, through all of
+    its thickness. ``window``: (place low, place high, y low) of the opening behind a comb or jig,
+    open toward the insert and outward; None without one.
+    """
+
+    side: Side
+    holding: Holding
+    sheet: float
+    shift: float
+    window: tuple[float, float, float] | None
+    slots: tuple[Slot, ...]
+
+
+@dataclass(frozen=True)
+class Plug:
+    """An insert narrower than the finger: it ends at |x| or |z| = ``at_surface`` on the contact
+    surface and widens by the draft to ``at_top`` at the block's top; what is beyond belongs to
+    the walls of that axis."""
+
+    axis: Literal["x", "z"]
+    at_surface: float
+    at_top: float
+
+
+@dataclass(frozen=True)
+class Bolt:
+    """A straight through hole: axis "y" or "z", its place in the other two, from ``low`` to
+    ``high``; ``size`` as "M3", ``diameter`` of the clearance hole."""
+
+    axis: Literal["y", "z"]
+    first: float
+    second: float
+    low: float
+    high: float
+    size: str
+    diameter: float
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A tapered pin and its socket.
+
+    Root centre ``root``, unit ``direction`` along which it stands out of ``on`` (a part's name)
+    into the socket of ``into``; ``diameter`` at the root, ``tip_diameter`` at ``length``; the
+    socket is larger by ``clearance`` all round and deeper by it. dowel: both parts have a hole of
+    a straight steel pin instead, half the length each, with the clearance in ``into`` alone.
+    """
+
+    root: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    diameter: float
+    tip_diameter: float
+    length: float
+    clearance: float
+    on: str
+    into: str
+    dowel: bool
+
+
+@dataclass(frozen=True)
+class Key:
+    """A drafted rib on the base plate and its groove in a wall, running along the wall's draw.
+
+    Box from ``low`` to ``high`` (three coordinates each), standing up from y = 0; its sides lean
+    by ``draft_deg``. ``into``: the wall's name; ``clearance`` all round.
+    """
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    draft_deg: float
+    clearance: float
+    into: str
+
+
+@dataclass(frozen=True)
+class BaseHole:
+    """A hole through the base plate at (x, z). kind: "gate" (silicone is poured in), "riser",
+    "vent", "lock" (silicone or primer holds the finger; wider outside, an undercut), "screw" (to
+    the core). ``diameter`` at y = 0, ``outer_diameter`` at the plate's back."""
+
+    kind: Literal["gate", "riser", "vent", "lock", "screw"]
+    x: float
+    z: float
+    diameter: float
+    outer_diameter: float
+
+
+@dataclass(frozen=True)
+class CorePin:
+    """A straight pin through a wall that holds the core while the rubber cures; drawn with it.
+
+    At (place, y) on ``side``; ``diameter``; from the wall's outside to ``tip`` (distance from the
+    mid-plane), ``depth`` of it inside the core."""
+
+    side: Side
+    place: float
+    y: float
+    diameter: float
+    tip: float
+    depth: float
+
+
+@dataclass(frozen=True)
+class MoldPlan:
+    """All of a mold. Half sizes are the enlarged outline's; ``top`` is the insert's far face.
+
+    scale         the outline's enlargement, 1 / (1 - shrinkage)
+    frames        the plates in mold space: middles moved with the rubber, metal not enlarged
+    half_width, half_depth   of the outline's footprint, mm
+    corner        end walls hold |z| > corner, side walls what is between (half_depth of a body
+                  with flat ends; less where it is round or narrows)
+    rim           height up to which the walls reach where the contact surface meets them lowest
+    crest, top    heights of the outline and of the block, mm
+    wall_x, wall_z, ear   thickness of side and end walls; how much farther than the side walls the
+                  end walls, the insert and the base plate reach along x
+    base          thickness of the base plate
+    """
+
+    scale: float
+    frames: tuple[PlateFrame, ...]
+    legs: tuple[Leg, ...]
+    sides: tuple[SidePlan, ...]
+    plugs: tuple[Plug, ...]
+    half_width: float
+    half_depth: float
+    corner: float
+    rim: float
+    crest: float
+    top: float
+    wall_x: float
+    wall_z: float
+    ear: float
+    base: float
+    bolts: tuple[Bolt, ...]
+    pins: tuple[Pin, ...]
+    keys: tuple[Key, ...]
+    base_holes: tuple[BaseHole, ...]
+    core_pins: tuple[CorePin, ...]
+
+    @property
+    def reach_x(self) -> float:
+        """|x| of the block's faces: insert, end walls and base plate."""
+        return self.half_width + self.wall_x + self.ear
+
+    @property
+    def reach_z(self) -> float:
+        """|z| of the block's faces."""
+        return self.half_depth + self.wall_z
+
+    def side(self, side: Side) -> SidePlan:
+        """The plan of one side."""
+        return next(each for each in self.sides if each.side == side)

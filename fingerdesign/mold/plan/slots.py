@@ -1,0 +1,199 @@
+"""Openings that hold the plates' legs: their sizes by how a side holds, the webs between them.
+
+Numbers only; mm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.gaps import pair_distances
+from fingerdesign.mold.plan.frames import turned_bar
+from fingerdesign.mold.plan.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Side, Slot
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.mold.plan.profiles import Limits
+
+_LEAST_SHIM_MM = 0.02  # the thinnest shim stock; less is left as play
+_SLIDES_MM = 0.01  # a shim is thinner than its room by this at least
+_THREADED_MM = 0.05  # leads are threaded through a hole wider by this at least
+_WIDER = 1.1  # a relief is wider than its slot
+_SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
+
+def least_web(design: Design, holding: Holding, limits: Limits) -> float:
+    """Least web between slots, and from a slot to an edge, mm: the sheet's or the process's."""
+    return design.mold.comb.web_mm if holding == "comb" else limits.feature_mm
+
+
+def least_slot(design: Design, holding: Holding, limits: Limits) -> float:
+    """Least width of a slot, mm: the sheet's or the process's."""
+    return design.mold.comb.slot_mm if holding == "comb" else limits.slot_mm
+
+
+def sheets_thickness(design: Design, holding: Holding, limits: Limits) -> float:
+    """Thickness of one sheet of a comb or jig, mm; 0 without one."""
+    if holding == "comb":
+        return design.mold.comb.sheet_mm
+    return limits.wall_mm if holding == "jig" else 0.0
+
+
+def opening_sizes(
+    design: Design, holding: Holding, limits: Limits, bar: PlateFrame
+) -> tuple[float, float]:
+    """Length and width of the slot of a leg whose section ``bar`` just holds, mm."""
+    play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
+    width = max(bar.thickness + play, least_slot(design, holding, limits))
+    return bar.length + play, width
+
+
+def relief_diameter(
+    design: Design, holding: Holding, limits: Limits, side: Side, width: float, thickness: float
+) -> float:
+    """Diameter of the hole for a plate's leads beside its slot of a ``width``, mm; 0: none here.
+
+    A jig's two holes are shifted against each other as its slots are. The leg's end stands in the
+    hole's edge, as deep as the slot's corners reach into it: beside it the leads still pass.
+    """
+    wire = design.mold.wire_mm
+    if wire <= 0.0 or side not in LEAD_SIDES:
+        return 0.0
+    apart = width - thickness if holding == "jig" else 0.0
+    clear = wire + apart + JOINED_MM
+    # r + sqrt(r^2 - (width / 2)^2) = clear
+    beside = max((clear**2 + 0.25 * width**2) / clear, _WIDER * width)
+    if holding == "comb":
+        return max(wire + max(design.mold.comb.clearance_mm, _THREADED_MM), beside)
+    needed = wire + max(limits.clearance_mm, _THREADED_MM) + apart
+    # The rounded end of a slot, not a hole by itself: what makes slots makes it.
+    return max(needed, limits.slot_mm, beside)
+
+
+def stock_shim(play: float) -> float:
+    """The thickest shim of stock that slides into ``play``, mm: in steps of 0.01 up to 0.1, of 0.05
+    beyond; 0 where none does.
+
+    >>> stock_shim(0.2), stock_shim(0.075), stock_shim(0.02)
+    (0.15, 0.06, 0.0)
+    """
+    room = play - _SLIDES_MM + 1e-9
+    step = 0.05 if room >= 0.1 else 0.01
+    thick = round(math.floor(room / step) * step, 2)
+    return thick if thick >= _LEAST_SHIM_MM else 0.0
+
+
+def slot_of(design: Design, holding: Holding, limits: Limits, frame: PlateFrame, leg: Leg) -> Slot:
+    """The slot of a leg; the leads' hole lies on the side away from the contact surface."""
+    bar = turned_bar(frame, leg.width, leg.offset)
+    return slot_of_bar(design, holding, limits, bar, leg)
+
+
+def slot_of_bar(
+    design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg
+) -> Slot:
+    """The slot of a leg whose section ``bar`` just holds."""
+    length, width = opening_sizes(design, holding, limits, bar)
+    relief = relief_diameter(design, holding, limits, leg.side, width, bar.thickness)
+    return Slot(
+        plate=leg.plate,
+        side=leg.side,
+        place=float(bar.place),
+        y=float(bar.y),
+        angle_deg=bar.angle_deg,
+        length=length,
+        width=width,
+        wire=design.mold.wire_mm if relief else 0.0,
+        shim=stock_shim(width - bar.thickness) if holding == "slots" else 0.0,
+        relief=relief,
+    )
+
+
+def as_bar(bar: PlateFrame, slot: Slot) -> PlateFrame:
+    """A leg's bar in section, widened to its slot."""
+    return replace(bar, place=slot.place, y=slot.y, length=slot.length, thickness=slot.width)
+
+
+def as_relief(bar: PlateFrame, slot: Slot) -> PlateFrame:
+    """The square around a slot's relief, as a bar; the slot itself where it has none."""
+    if not slot.relief:
+        return as_bar(bar, slot)
+    place, y = slot.relief_centre
+    return replace(bar, place=place, y=y, length=slot.relief, thickness=slot.relief)
+
+
+def slot_corners(slots: Sequence[Slot]) -> Array:
+    """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise; no reliefs."""
+    values = np.array([[o.place, o.y, o.angle_deg, o.length, o.width] for o in slots])
+    place, y, angle, length, width = values.reshape(-1, 5).T[..., None]
+    s = 0.5 * length * np.array([-1.0, 1.0, 1.0, -1.0])
+    v = 0.5 * width * np.array([-1.0, -1.0, 1.0, 1.0])
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.stack([place + s * cosine - v * sine, y + s * sine + v * cosine], axis=-1)
+
+
+def openings_corners(slots: Sequence[Slot]) -> Array:
+    """Corners (m, 4, 2) of slots and of the squares around their reliefs."""
+    corners = slot_corners(slots)
+    squares = [
+        (np.array(slot.relief_centre) + 0.5 * slot.relief * _SQUARE)[None]
+        for slot in slots
+        if slot.relief
+    ]
+    return np.concatenate([corners, *squares])
+
+
+def _relief_gaps(
+    slots: Sequence[Slot], first: NDArray[np.int64], second: NDArray[np.int64]
+) -> Array:
+    """Least distance of the first slots' reliefs from the second slots and their reliefs, mm."""
+    centres = np.array([slot.relief_centre for slot in slots])
+    values = np.array([[o.place, o.y, o.angle_deg, o.length, o.width, o.relief] for o in slots])
+    radius = 0.5 * values[:, 5]
+    place, y, angle, length, width, _ = values[second].T
+    dx, dy = centres[first, 0] - place, centres[first, 1] - y
+    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    along = np.maximum(np.abs(dx * cosine + dy * sine) - 0.5 * length, 0.0)
+    over = np.maximum(np.abs(dy * cosine - dx * sine) - 0.5 * width, 0.0)
+    apart = np.linalg.norm(centres[first] - centres[second], axis=1) - radius[second]
+    gaps = np.hypot(along, over)
+    gaps = np.where(radius[second] > 0.0, np.minimum(gaps, apart), gaps) - radius[first]
+    return np.where(radius[first] > 0.0, np.maximum(gaps, 0.0), np.inf)
+
+
+def webs(slots: Sequence[Slot]) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Every pair of slots (first, second) of one side, and the distance between them with their
+    reliefs, mm."""
+    first, second = np.triu_indices(len(slots), 1)
+    if not len(first):
+        return first, second, np.zeros(0)
+    corners = slot_corners(slots)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    apart = np.maximum(low[second] - high[first], low[first] - high[second])
+    distance = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
+    near = np.flatnonzero(distance < 2.0)  # a bound from below: enough for those far apart
+    distance[near] = pair_distances(corners[first[near]], corners[second[near]])
+    if any(slot.relief for slot in slots):
+        distance = np.minimum(distance, _relief_gaps(slots, first, second))
+        distance = np.minimum(distance, _relief_gaps(slots, second, first))
+    return first, second, distance
+
+
+def on_side(legs: Sequence[Leg], side: Side) -> tuple[Leg, ...]:
+    """The legs that leave on one side."""
+    return tuple(leg for leg in legs if leg.side == side)
+
+
+def holding_of(design: Design, legs: Sequence[Leg]) -> Holding:
+    """How a side holds its legs: as asked where all leave through one flat face, else by slots."""
+    if not legs:
+        return "wall"
+    return design.mold.plate_fixture if all(leg.flat for leg in legs) else "slots"

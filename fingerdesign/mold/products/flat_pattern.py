@@ -1,0 +1,141 @@
+"""Flat patterns of the plates, as they are cut from sheet: with legs, holes and gage places.
+
+Numbers only; mm. Each is drawn in (s, w): s along the plate's axis from its centre (of a bent plate
+along its mid-surface), w across it, along +z or +x, from the middle of its span.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mold.plan.frames import end_of
+from fingerdesign.mold.plan.plan import Leg, MoldPlan
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+Face = Literal["upper", "lower"]
+_ALIKE = 3  # digits of a millimetre by which plates are told apart
+
+
+@dataclass(frozen=True)
+class GageMark:
+    """Where a gage is bonded: the face, and the rectangle (4, 2) that it averages over."""
+
+    face: Face
+    corners: Array
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPattern:
+    """One kind of plate.
+
+    name         "plate_A", "plate_B", ...
+    plates       numbers of the plates that are cut so
+    outline      polygon (n, 2) of what is cut, legs in full, anticlockwise
+    holes        (s, w, radius) of each round hole
+    gages        their places on the face or faces that carry them
+    bend_radius  of the mid-surface after cutting, its centre on the lower side; None: flat
+    thickness, material   of the sheet
+    seen         the face that a reader of (s to the right, w up) looks on
+    """
+
+    name: str
+    plates: tuple[int, ...]
+    outline: Array
+    holes: tuple[tuple[float, float, float], ...]
+    gages: tuple[GageMark, ...]
+    bend_radius: float | None
+    thickness: float
+    material: str
+    seen: Face
+
+    @property
+    def count(self) -> int:
+        """How many are needed."""
+        return len(self.plates)
+
+
+def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
+    """One pattern for each different plate of a mold, in the order of their first plates."""
+    kinds: dict[tuple[object, ...], list[PlateFrame]] = {}
+    for frame in plan.frames:
+        kinds.setdefault(_kind(frame, _legs(plan, frame)), []).append(frame)
+    found = []
+    for number, alike in enumerate(kinds.values()):
+        first = alike[0]
+        found.append(
+            FlatPattern(
+                f"plate_{_letters(number)}",
+                tuple(frame.index for frame in alike),
+                outline_of(first, _legs(plan, first)),
+                tuple((hole.s, hole.w - first.middle, hole.radius) for hole in first.holes),
+                _gages(design),
+                first.bend_radius,
+                first.thickness,
+                design.plates.material,
+                # Seen from above, s and w turn anticlockwise for plates along z only.
+                "lower" if first.along == "x" else "upper",
+            )
+        )
+    return tuple(found)
+
+
+def outline_of(frame: PlateFrame, legs: tuple[Leg, ...]) -> Array:
+    """The polygon (n, 2) of one plate with its legs, in (s, w), anticlockwise."""
+    s, w = 0.5 * frame.length, 0.5 * frame.span
+    sides: dict[str, list[tuple[float, float]]] = {"+": [], "-": []}
+    for leg in legs:
+        low, high = leg.offset - 0.5 * leg.width, leg.offset + 0.5 * leg.width
+        out = w + leg.tip - leg.start
+        sides[leg.side[0]] = [(low, w), (low, out), (high, out), (high, w)]
+    lower = [(a, -b) for a, b in sides["-"]]
+    upper = list(reversed(sides["+"]))
+    points = [(-s, -w), *lower, (s, -w), (s, w), *upper, (-s, w)]
+    kept = [p for p, q in zip(points, [*points[1:], points[0]], strict=True) if not _same(p, q)]
+    return np.array(kept)
+
+
+def _same(first: tuple[float, float], second: tuple[float, float]) -> bool:
+    return max(abs(first[0] - second[0]), abs(first[1] - second[1])) < 1e-9
+
+
+def _legs(plan: MoldPlan, frame: PlateFrame) -> tuple[Leg, ...]:
+    return tuple(leg for leg in plan.legs if leg.plate == frame.index)
+
+
+def _kind(frame: PlateFrame, legs: tuple[Leg, ...]) -> tuple[object, ...]:
+    """What plates that are cut alike have in common."""
+    sizes: list[object] = [frame.along]
+    bend = 0.0 if frame.bend_radius is None else frame.bend_radius
+    numbers = [frame.length, frame.thickness, frame.span, bend]
+    for hole in frame.holes:
+        numbers += [hole.s, hole.w - frame.middle, hole.radius]
+    for leg in legs:
+        sizes.append(leg.side)
+        numbers += [leg.width, leg.offset, leg.tip - end_of(frame, leg.side)]
+    return (*sizes, *(round(number, _ALIKE) + 0.0 for number in numbers))
+
+
+def _gages(design: Design) -> tuple[GageMark, ...]:
+    gages = design.gages
+    s, w = 0.5 * gages.length_mm, 0.5 * gages.width_mm
+    low, high = gages.z_mm - w, gages.z_mm + w
+    corners = np.array([[-s, low], [s, low], [s, high], [-s, high]])
+    faces: tuple[Face, ...] = ("upper", "lower") if gages.face == "both" else (gages.face,)
+    return tuple(GageMark(face, corners) for face in faces)
+
+
+def _letters(number: int) -> str:
+    """A, B, ..., Z, AA, AB, ... of 0, 1, ..."""
+    text = ""
+    number += 1
+    while number:
+        number, rest = divmod(number - 1, 26)
+        text = chr(ord("A") + rest) + text
+    return text

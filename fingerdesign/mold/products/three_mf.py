@@ -1,0 +1,239 @@
+"""3MF: all printed parts in one file that carries its unit, written and read back.
+
+Importing this module is light; lib3mf (the format's own library) loads when a file is written.
+"""
+
+from __future__ import annotations
+
+import locale
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.errors import GeometryError
+from fingerdesign.mold.part import PartMesh
+
+# How parts lie on a printer's bed: a flat face down, side by side. Lengths in mm, bed z = 0.
+
+GAP_MM = 5.0  # between neighbours on the bed
+FLAT = 1e-6  # mm; how far from its plane a face may lie
+OUTSIDE = 1.5  # how much more a face that is drawn away from the finger counts: its other side
+# forms the finger, and prints best when it looks up
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A part turned for printing: vertices (n, 3) from its own corner (0, 0, 0), and its place.
+
+    place: where that corner lies on the bed. flat_area: of the face it lies on, mm^2. down: that
+    face's outward normal in mold space.
+    """
+
+    name: str
+    vertices: Array
+    triangles: IntArray
+    place: tuple[float, float]
+    flat_area: float
+    down: tuple[float, float, float]
+
+    @property
+    def size(self) -> tuple[float, float, float]:
+        """Extent along x, y, z of the bed."""
+        x, y, z = np.ptp(self.vertices, axis=0).tolist()
+        return x, y, z
+
+
+def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
+    """Each part with its largest flat outer face down, in rows that make about a square.
+
+    Outer: nothing of the part reaches beyond the face's plane. A face that looks away from the
+    finger counts half as much again, so that the side that forms it looks up.
+    """
+    posed = [_posed(part) for part in parts]
+    posed.sort(key=lambda each: (-each.size[1], each.name))
+    area = sum((each.size[0] + GAP_MM) * (each.size[1] + GAP_MM) for each in posed)
+    widest = max((each.size[0] for each in posed), default=0.0)
+    limit = max(widest, 1.2 * float(np.sqrt(area)))
+    placed, x, y, row = [], 0.0, 0.0, 0.0
+    for each in posed:
+        wide, deep, _ = each.size
+        if x > 0.0 and x + wide > limit:
+            x, y, row = 0.0, y + row + GAP_MM, 0.0
+        placed.append(_at(each, x, y))
+        x, row = x + wide + GAP_MM, max(row, deep)
+    return tuple(placed)
+
+
+def flat_faces(part: PartMesh, most: int = 60) -> list[tuple[float, Array]]:
+    """(area, outward normal) of the flat faces that a part can lie on, largest first."""
+    corners = part.vertices[part.triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    double = np.linalg.norm(across, axis=1)
+    sound = double > 0.0
+    normals, areas = across[sound] / double[sound, None], 0.5 * double[sound]
+    corners = corners[sound]
+    _, kinds = np.unique(np.round(normals, 4) + 0.0, axis=0, return_inverse=True)
+    kinds = kinds.reshape(-1)
+    sums = np.bincount(kinds, areas)
+    found = []
+    for kind in np.argsort(-sums)[:most]:
+        members = kinds == kind
+        normal = areas[members] @ normals[members]
+        normal /= np.linalg.norm(normal)
+        reach = float((part.vertices @ normal).max())
+        on = np.abs(corners[members] @ normal - reach).max(axis=1) < FLAT
+        if on.any():
+            found.append((float(areas[members][on].sum()), normal))
+    return sorted(found, key=lambda each: -each[0])
+
+
+def _posed(part: PartMesh) -> Posed:
+    faces = flat_faces(part)
+    outward = np.array(part.draw if part.draw is not None else (0.0, -1.0, 0.0))
+    if faces:
+        area, down = max(faces, key=lambda f: f[0] * (OUTSIDE if f[1] @ outward > 0.999 else 1.0))
+    else:  # no flat face: as it stands in the mold
+        area, down = 0.0, np.array([0.0, -1.0, 0.0])
+    turned = part.vertices @ _turn_down(down).T
+    if np.ptp(turned[:, 1]) > np.ptp(turned[:, 0]):
+        turned = turned[:, [1, 0, 2]] * np.array([-1.0, 1.0, 1.0])
+    turned = turned - turned.min(axis=0)
+    x, y, z = down.tolist()
+    return Posed(part.name, turned, part.triangles, (0.0, 0.0), area, (x, y, z))
+
+
+def _turn_down(normal: Array) -> Array:
+    """The rotation (3, 3) that takes a unit vector to -z."""
+    target = np.array([0.0, 0.0, -1.0])
+    axis, cosine = np.cross(normal, target), float(normal @ target)
+    if cosine < -1.0 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    x, y, z = axis
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + cosine))
+
+
+def _at(posed: Posed, x: float, y: float) -> Posed:
+    return Posed(posed.name, posed.vertices, posed.triangles, (x, y), posed.flat_area, posed.down)
+
+
+DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices
+
+
+@dataclass(frozen=True)
+class Held:
+    """What a 3MF file was found to hold of one part; volume in mm^3."""
+
+    name: str
+    vertices: int
+    triangles: int
+    volume: float
+
+
+def write_3mf(posed: Sequence[Posed], path: Path, title: str) -> tuple[Held, ...]:
+    """Write parts in millimetres at their places on the bed, and hold the file against them.
+
+    GeometryError where it can't be written, or holds another unit, other names, counts or volumes
+    than were given.
+    """
+    import lib3mf
+
+    try:
+        wrapper = lib3mf.get_wrapper()
+        model = wrapper.CreateModel()
+        model.SetUnit(lib3mf.ModelUnit.MilliMeter)
+        model.GetMetaDataGroup().AddMetaData("", "Title", title, "xs:string", True)
+        for each in posed:
+            made = model.AddMeshObject()
+            made.SetName(each.name)
+            made.SetGeometry(*_buffers(lib3mf, each))
+            model.AddBuildItem(made, _moved(lib3mf, each.place))
+        writer = model.QueryWriter("3mf")
+        writer.SetDecimalPrecision(DECIMALS)
+        with _locale_kept():
+            writer.WriteToFile(str(path))
+    except lib3mf.ELib3MFException as error:
+        raise GeometryError(f"{path.name} could not be written: {error}") from error
+    held = read_3mf(path)
+    _compare(path.name, posed, held)
+    return held
+
+
+def read_3mf(path: Path) -> tuple[Held, ...]:
+    """What a file holds, in the order of its build items; GeometryError unless it is in mm."""
+    import lib3mf
+
+    try:
+        model = lib3mf.get_wrapper().CreateModel()
+        reader = model.QueryReader("3mf")
+        reader.SetStrictModeActive(True)
+        with _locale_kept():
+            reader.ReadFromFile(str(path))
+    except lib3mf.ELib3MFException as error:
+        raise GeometryError(f"{path.name} could not be read back: {error}") from error
+    if model.GetUnit() != lib3mf.ModelUnit.MilliMeter:
+        raise GeometryError(f"{path.name}: its unit is not the millimetre")
+    items = model.GetBuildItems()
+    held = []
+    while items.MoveNext():
+        mesh = items.GetCurrent().GetObjectResource()
+        vertices = _array(mesh.GetVertices(), np.float32).astype(np.float64)
+        triangles = _array(mesh.GetTriangleIndices(), np.uint32).astype(np.int64)
+        if not mesh.IsManifoldAndOriented():
+            raise GeometryError(f"{path.name}: {mesh.GetName()} is not one closed surface there")
+        volume = _volume(vertices, triangles)
+        held.append(Held(mesh.GetName(), len(vertices), len(triangles), volume))
+    return tuple(held)
+
+
+@contextmanager
+def _locale_kept() -> Iterator[None]:
+    """lib3mf sets the process's locale to "C", in which other code then reads text as ASCII."""
+    before = locale.setlocale(locale.LC_ALL)
+    try:
+        yield
+    finally:
+        locale.setlocale(locale.LC_ALL, before)
+
+
+def _compare(name: str, posed: Sequence[Posed], held: Sequence[Held]) -> None:
+    wanted = [(each.name, len(each.vertices), len(each.triangles)) for each in posed]
+    found = [(each.name, each.vertices, each.triangles) for each in held]
+    if wanted != found:
+        raise GeometryError(f"{name} holds {found}, and was given {wanted}")
+    for part, back in zip(posed, held, strict=True):
+        volume = _volume(part.vertices, part.triangles)
+        # Single precision: each face is off by its size times 1e-7 at most.
+        if abs(back.volume - volume) > 1e-5 * abs(volume) + 1e-9:
+            raise GeometryError(
+                f"{name}: {part.name} has {back.volume:.8g} mm^3, and was given {volume:.8g} mm^3"
+            )
+
+
+def _volume(vertices: Array, triangles: IntArray) -> float:
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def _buffers(lib3mf: Any, posed: Posed) -> tuple[Any, Any]:
+    points = np.ascontiguousarray(posed.vertices, dtype=np.float32)
+    corners = np.ascontiguousarray(posed.triangles, dtype=np.uint32)
+    positions = (lib3mf.Position * len(points)).from_buffer_copy(points.tobytes())
+    return positions, (lib3mf.Triangle * len(corners)).from_buffer_copy(corners.tobytes())
+
+
+def _array(structures: Sequence[Any], kind: Any) -> NDArray[Any]:
+    """lib3mf's list of three-number structures as an array (n, 3)."""
+    raw = b"".join(bytes(each) for each in structures)
+    return np.frombuffer(raw, dtype=kind).reshape(-1, 3)
+
+
+def _moved(lib3mf: Any, place: tuple[float, float]) -> Any:
+    rows = np.vstack([np.eye(3), [*place, 0.0]]).astype(np.float32)
+    return lib3mf.Transform.from_buffer_copy(rows.tobytes())

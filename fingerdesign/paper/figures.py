@@ -1,0 +1,111 @@
+"""What the remade figures share: a drawing as PNG, SVG and inline, its data as CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.report.style import PAPER, ReportFigure, inlined
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+
+Cell = float | int | str | None
+
+
+_DIGITS = 6  # of a number in a CSV file
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """One remade figure and its data.
+
+    shown: the figure on the page; png, svg: files that stand alone; columns, rows: of the CSV file,
+    units in the names, None where there is no value.
+    """
+
+    shown: ReportFigure
+    png: bytes
+    svg: str
+    columns: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+    @property
+    def key(self) -> str:
+        """The files' name."""
+        return self.shown.key
+
+    def write(self, folder: Path) -> list[Path]:
+        """KEY.png, KEY.svg and KEY.csv in an existing folder; returns the files."""
+        paths = [folder / f"{self.key}.{kind}" for kind in ("png", "svg", "csv")]
+        paths[0].write_bytes(self.png)
+        paths[1].write_text(self.svg, encoding="utf-8")
+        with paths[2].open("w", encoding="utf-8", newline="") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            writer.writerow(self.columns)
+            writer.writerows([_text(cell) for cell in row] for row in self.rows)
+        return paths
+
+
+def paper_figure(
+    canvas: Canvas,
+    key: str,
+    title: str,
+    reading: str,
+    alternative: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+) -> PaperFigure:
+    """Save a drawing in all its forms; inside the house style."""
+    canvas.draw_without_rendering()  # lays out once for both
+    canvas.set_layout_engine("none")
+    picture, drawing = io.BytesIO(), io.StringIO()
+    canvas.savefig(picture, format="png", dpi=160, facecolor=PAPER, metadata={"Software": None})
+    canvas.savefig(drawing, format="svg", facecolor=PAPER, metadata={"Date": None})
+    image = inlined(drawing.getvalue(), key, alternative)
+    shown = ReportFigure(key, title, image, reading, alternative)
+    cells = tuple(tuple(_cell(value) for value in row) for row in rows)
+    return PaperFigure(shown, picture.getvalue(), drawing.getvalue(), tuple(columns), cells)
+
+
+def shared_legend(axes: Sequence[Axes], columns: int, below: bool = True) -> None:
+    """One legend for several panels, each name once."""
+    seen: dict[str, Any] = {}
+    for each in axes:
+        handles, labels = each.get_legend_handles_labels()
+        seen = dict(zip(labels, handles, strict=True)) | seen
+    where = "outside lower center" if below else "outside upper right"
+    axes[0].figure.legend(seen.values(), seen.keys(), loc=where, ncols=columns)
+
+
+def shades(count: int) -> list[tuple[float, float, float, float]]:
+    """Colours of an ordered set (friction coefficients), dark to light; viridis' first 90 %."""
+    from matplotlib import colormaps
+
+    most = max(count - 1, 1)
+    made = (colormaps["viridis"](0.9 * k / most) for k in range(count))
+    return [(float(r), float(g), float(b), float(a)) for r, g, b, a in made]
+
+
+def _cell(value: Any) -> Cell:
+    if value is None or isinstance(value, str):
+        return value
+    number = value.item() if hasattr(value, "item") else value
+    if isinstance(number, bool):
+        return int(number)
+    if isinstance(number, int):
+        return number
+    return float(number) if math.isfinite(number) else None
+
+
+def _text(cell: Cell) -> str:
+    if cell is None:
+        return ""
+    return f"{cell:.{_DIGITS}g}" if isinstance(cell, float) else str(cell)

@@ -1,0 +1,247 @@
+"""Figures 3, 6 and 7 of the paper: rectangles near the surface, eight steps, stick map."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.page.contact import STATUS_LOOK, STATUS_NAMES, touched_reach
+from fingerdesign.paper.figures import PaperFigure, paper_figure
+from fingerdesign.records.result import OPEN, SLIP, STICK
+from fingerdesign.report.style import (
+    BLUE,
+    GRID,
+    INK,
+    MUTED,
+    OPEN_COLOUR,
+    PAPER,
+    SERIES,
+    VERMILION,
+    canvas,
+    whole_numbers,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+    from fingerdesign.paper.rectangles import Rectangles
+    from fingerdesign.records.result import ContactHistory, IncrementResult
+
+_LOOK = {"stick": (BLUE, ""), "slip": (VERMILION, "////"), "open": (OPEN_COLOUR, "")}
+_DRAWN_TURN = 14.0  # degrees: how far the most turned rectangle of a panel is drawn
+
+
+def rectangles_figure(turned: Rectangles) -> PaperFigure:
+    """Fig. 3: pressed, sheared, and what a short time more changes; shear angles below."""
+    figure = canvas(7.2, 4.6)
+    grid = figure.subplots(3, 2, width_ratios=(9, 4), sharex="col")
+    zero = np.zeros_like(turned.moved["pressed"])
+    panels = (
+        ("(a) pressed", "pressed", zero),
+        ("(b) sheared, since (a)", "added", turned.moved["pressed"]),
+        ("(c) a short time more, since (b)", "change", turned.moved["sheared"]),
+    )
+    ends = {"pressed": "pressed", "added": "sheared", "change": "changed"}
+    number = np.arange(1, len(turned.status) + 1)
+    for (drawn, bars), (title, state, before) in zip(grid, panels, strict=True):
+        moved = turned.moved[ends[state]] - before
+        pressed_only = state == "pressed"
+        most = float(np.abs(turned.angle[state]).max())
+        scale = _DRAWN_TURN / max(most, 1e-9)
+        if pressed_only:  # on the scale of (b), so that "nearly square" is seen as such
+            scale = _DRAWN_TURN / max(float(np.abs(turned.angle["added"]).max()), 1e-9)
+        _draw_rectangles(drawn, turned, moved, scale, pressed_only)
+        drawn.set_title(f"{title}; drawn {scale:.{0 if scale >= 10.0 else 1}f} times")
+        colours = [MUTED if pressed_only else _LOOK[s][0] for s in turned.status]
+        hatches = ["" if pressed_only else _LOOK[s][1] for s in turned.status]
+        bars.bar(
+            number,
+            turned.angle[state],
+            color=colours,
+            hatch=hatches,
+            edgecolor=PAPER,
+            linewidth=0,
+            width=0.78,
+        )
+        bars.axhline(0.0, color=MUTED, lw=0.8)
+        bars.set_ylabel("turned (degrees)")
+        bars.xaxis.set_major_locator(whole_numbers(6))
+        bars.grid(visible=False, axis="x")
+    grid[-1][1].set_xlabel("rectangle")
+    grid[-1][0].set_xlabel("x (mm)")
+    _legend(grid[1][0], ("stick", "slip"))
+    means = {s: [turned.mean(k, s) for k in ("added", "change")] for s in ("stick", "slip")}
+    alternative = (
+        f"{len(turned.status)} rectangles under the contact at friction coefficient "
+        f"{turned.friction:g}: {turned.status.count('stick')} lie under the sticking surface. "
+        f"Since the pressing they have turned by {means['stick'][0]:.2f} degrees on average there, "
+        f"by {means['slip'][0]:.2f} under the slipping surface; in a short time "
+        f"more by {means['stick'][1]:.3f} and {means['slip'][1]:.3f} degrees."
+    )
+    corner_names = ("lower_left", "lower_right", "upper_right", "upper_left")
+    columns = ["rectangle", "x_mm", "surface_above"]
+    columns += [f"angle_{name}_deg" for name in ("pressed", "since_pressed", "short_time_more")] + [
+        "angle_change_per_force_deg_per_N"
+    ]
+    for state in ("undeformed", "pressed", "sheared", "changed"):
+        columns += [f"{state}_{corner}_{axis}_mm" for corner in corner_names for axis in "xy"]
+    rows = []
+    for k, status in enumerate(turned.status):
+        row: list[object] = [k + 1, turned.corners[k, :, 0].mean(), status]
+        row += [turned.angle[state][k] for state in ("pressed", "added", "change")]
+        row.append(turned.change_per_N[k])
+        row += turned.corners[k].ravel().tolist()
+        for state in ("pressed", "sheared", "changed"):
+            row += (turned.corners[k] + turned.moved[state][k]).ravel().tolist()
+        rows.append(row)
+    return paper_figure(
+        figure,
+        "fig03",
+        "Fig. 3: rectangles near the surface, from a real solution",
+        "Rectangles cut into the finger without plates, under the contact, moved with the solved "
+        "displacements (magnified). The paper draws those under the slipping surface as not "
+        "rhomboidal. In (b) they are as much turned as the others: friction shears them too. What "
+        "tells them apart is (c), the change over a short time.",
+        alternative,
+        columns,
+        rows,
+    )
+
+
+def _draw_rectangles(
+    axes: Axes, turned: Rectangles, moved: np.ndarray, scale: float, plain: bool
+) -> None:
+    from matplotlib.patches import Polygon
+
+    # What all rectangles share is no turning: without it the magnified ones stay in place.
+    middle = moved.mean(axis=1, keepdims=True)
+    for corners, step, mean, status in zip(
+        turned.corners, moved, middle, turned.status, strict=True
+    ):
+        colour, hatch = (OPEN_COLOUR, "") if plain else _LOOK[status]
+        axes.add_patch(Polygon(corners, closed=True, fill=False, ec=GRID, lw=0.8))
+        axes.add_patch(
+            Polygon(
+                corners + scale * (step - mean),
+                closed=True,
+                facecolor=colour,
+                edgecolor=INK,
+                hatch=hatch,
+                alpha=0.75,
+                lw=0.9,
+            )
+        )
+    low, high = turned.corners.reshape(-1, 2).min(0), turned.corners.reshape(-1, 2).max(0)
+    room = 0.45 * (high[1] - low[1])
+    axes.set_xlim(low[0] - room, high[0] + room)
+    axes.set_ylim(low[1] - room, high[1] + room)
+    axes.set_aspect("equal")
+    axes.grid(visible=False)
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+
+
+def steps_figure(increments: Sequence[IncrementResult]) -> PaperFigure:
+    """Fig. 6: normal and tangential force of the eight steps."""
+    step = np.arange(1, len(increments) + 1)
+    normal = np.array([row.normal_force_N for row in increments])
+    tangential = np.array([row.tangential_force_N for row in increments])
+    figure = canvas(7.2, 3.0)
+    over, path = figure.subplots(1, 2)
+    for values, name, (colour, dashes, marker) in (
+        (normal, "normal force F_n", SERIES[0]),
+        (tangential, "tangential force F_t", SERIES[1]),
+    ):
+        over.plot(step, values, color=colour, ls=dashes, marker=marker, label=name)
+    over.set(xlabel="time step", ylabel="force on the finger (N)", title="Forces by step")
+    over.set_ylim(bottom=0.0)
+    over.xaxis.set_major_locator(whole_numbers(len(step)))
+    over.legend(loc="upper left", bbox_to_anchor=(0.3, 0.72))
+    path.plot(normal, tangential, color=INK, marker="o", ms=4)
+    for k in range(len(step)):
+        path.annotate(
+            str(k + 1), (normal[k], tangential[k]), textcoords="offset points", xytext=(-10, 1)
+        )
+    path.set(xlabel="F_n (N)", ylabel="F_t (N)", title="The same in the plane of Fig. 2")
+    path.set_xlim(0.0, 1.1 * float(normal.max()))
+    path.set_ylim(0.0, 1.1 * float(tangential.max()))
+    return paper_figure(
+        figure,
+        "fig06",
+        "Fig. 6: normal and tangential force of the fundamental case",
+        "Eight steps of the object's displacement, as in the paper. The paper does not give them: "
+        "these are the shipped scene's.",
+        f"Over {len(step)} steps the normal force goes from {normal[0]:.2f} to {normal[-1]:.2f} N "
+        f"(largest {normal.max():.2f}), the tangential force from {tangential[0]:.2f} to "
+        f"{tangential[-1]:.2f} N.",
+        ("step", "approach_mm", "shear_mm", "normal_force_N", "tangential_force_N"),
+        [
+            (k + 1, r.approach_mm, r.shear_mm, r.normal_force_N, r.tangential_force_N)
+            for k, r in enumerate(increments)
+        ],
+    )
+
+
+def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResult]) -> PaperFigure:
+    """Fig. 7: what each node of the surface does at each step."""
+    line = contact.mid_line()
+    x = contact.points[line, 0]
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    figure = canvas(7.2, 3.6)
+    axes = figure.subplots()
+    for row, status in enumerate(contact.status[:, line], start=1):
+        starts = np.flatnonzero(np.diff(status, prepend=-1))
+        for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
+            colour, hatch = STATUS_LOOK[int(status[begin])]
+            axes.bar(
+                row,
+                edges[end] - edges[begin],
+                bottom=edges[begin],
+                width=0.72,
+                color=colour,
+                hatch=hatch,
+                edgecolor=PAPER,
+                linewidth=0,
+            )
+    axes.set_ylim(*touched_reach(contact, line))
+    axes.set_xlim(0.4, len(contact.status) + 0.6)
+    axes.set(xlabel="time step", ylabel="x on the surface (mm)")
+    axes.grid(visible=False, axis="x")
+    axes.xaxis.set_major_locator(whole_numbers(len(contact.status)))
+    _legend(axes, tuple(STATUS_NAMES[s] for s in (STICK, SLIP, OPEN)), above=True)
+    lengths = [r.contact_width_mm * (r.stick_ratio or 0.0) for r in increments]
+    widest = int(np.argmax(lengths))
+    names = [STATUS_NAMES[s] for s in range(3)]
+    rows = [
+        (step + 1, node + 1, x[node], names[int(status[line[node]])])
+        for step, status in enumerate(contact.status)
+        for node in range(len(line))
+    ]
+    return paper_figure(
+        figure,
+        "fig07",
+        "Fig. 7: contact condition of each node at each step",
+        f"Each column is a step; along it, what the {len(line)} nodes of the surface do. The "
+        "paper: the contact grows with the normal force, slip comes in from both edges as the "
+        "tangential force grows, and at the last step all slips.",
+        f"The sticking length is largest at step {widest + 1} ({lengths[widest]:.2f} mm) and "
+        f"{lengths[-1]:.2f} mm at the last.",
+        ("step", "node", "x_mm", "status"),
+        rows,
+    )
+
+
+def _legend(axes: Axes, names: tuple[str, ...], above: bool = False) -> None:
+    from matplotlib.patches import Patch
+
+    handles = [
+        Patch(facecolor=_LOOK[name][0], hatch=_LOOK[name][1], edgecolor=PAPER, label=name)
+        for name in names
+    ]
+    if above:
+        axes.legend(handles=handles, loc="lower right", ncols=len(names), bbox_to_anchor=(1.0, 1.0))
+    else:
+        axes.figure.legend(handles=handles, loc="outside lower center", ncols=len(names))

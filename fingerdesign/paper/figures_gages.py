@@ -1,0 +1,322 @@
+"""Figure 8 of the paper, and what it rests on: plates feel what rubber would shear."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
+from fingerdesign.records.result import STICK
+from fingerdesign.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    SERIES,
+    VERMILION,
+    canvas,
+    small_multiples,
+    spread,
+    whole_numbers,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fingerdesign.paper.places import Likeness, Verdicts
+    from fingerdesign.paper.relation import Relation
+    from fingerdesign.records.result import ContactHistory, SlipStudy
+
+
+# What the gages tell of sticking: one relation for every friction? each of the surface near it?
+
+_PATH_TITLES = {
+    "similar": "Shear in proportion to μ",
+    "same": "One motion for all",
+    "growing": "Approach growing to the end",
+}
+
+
+def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
+    """Fig. 8's claim: gage area against stick length at every friction, a panel a path."""
+    figure = canvas(7.2, 3.5)
+    panels = small_multiples(figure, len(relations), len(relations), sharey=True)
+    colours = shades(len(relations[0].frictions))
+    marks = "osD^v<>Ph"
+    for axes, each in zip(panels, relations, strict=True):
+        for k, (friction, colour) in enumerate(zip(each.frictions, colours, strict=True)):
+            own = each.friction == friction
+            axes.plot(
+                each.area[own],
+                each.stick[own],
+                ls="none",
+                marker=marks[k % len(marks)],
+                ms=3.2,
+                color=colour,
+                label=f"μ = {friction:g}",
+            )
+        axes.set_xlabel("gage area A (mm)")
+        axes.set_title(
+            f"{_PATH_TITLES[each.path]}\nrank correlation {each.pooled_rank:.3f},\n"
+            f"error {100 * each.other_share:.1f} %",
+            fontsize=8.5,
+        )
+    panels[0].set_ylabel("stick length (mm)")
+    panels[0].set_ylim(bottom=-0.1)
+    shared_legend(panels[:1], 5)
+    rows = [
+        (each.path, each.friction[k], each.area[k], each.stick[k])
+        for each in relations
+        for k in range(len(each.area))
+    ]
+    return paper_figure(
+        figure,
+        "fig08_relation",
+        "Fig. 8's claim: one relation for every friction coefficient?",
+        "A point an increment, of rows cut into finer ones. If the relation did not depend on the "
+        "friction, all points of a panel would lie on one curve. Error: of the stick length told "
+        "from A by the relation of the other friction coefficients.",
+        " ".join(
+            f"{_PATH_TITLES[each.path]}: rank correlation of all {each.pooled_rank:.3f}, error of "
+            f"the stick length {100 * each.other_share:.1f} % of {each.largest_mm:.2f} mm."
+            for each in relations
+        ),
+        ("path", "friction_coefficient", "gage_area_mm", "stick_length_mm"),
+        rows,
+    )
+
+
+def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
+    """2.3: does each gage tell whether the surface near it sticks?"""
+    figure = canvas(7.2, 4.1)
+    depth, roc, by_gage = figure.subplots(1, 3, width_ratios=(5, 4, 4))
+    rubber = [v for v in places if v.reading.startswith("rubber,")]
+    plates = places[0].reading
+    for touching, name, (colour, dashes, marker) in (
+        (False, "all gages", SERIES[0]),
+        (True, "under the contact", SERIES[1]),
+    ):
+        own = sorted((v for v in rubber if v.touching == touching), key=lambda v: v.depth_mm)
+        depths = [v.depth_mm for v in own]
+        right = [100 * v.right for v in own]
+        depth.plot(depths, right, color=colour, ls=dashes, marker=marker, label=f"rubber, {name}")
+        gage = next(v for v in places if v.reading == plates and v.touching == touching)
+        depth.plot(
+            [gage.depth_mm],
+            [100 * gage.right],
+            color=colour,
+            marker="*",
+            ms=12,
+            ls="none",
+            label=f"plates, {name}",
+        )
+        depth.axhline(100 * gage.constant, color=colour, lw=0.9, ls=(0, (1, 2)))
+        roc.plot(*gage.roc, color=colour, ls=dashes, label=f"plates, {name}: {gage.auc:.2f}")
+    depth.set(xlabel="depth under the surface (mm)", ylabel="right (%)", title="Right answers")
+    depth.set_ylim(45, 101)
+    skin = min(v.depth_mm for v in rubber)
+    shallow = next(v for v in rubber if v.depth_mm == skin and v.touching)
+    felt = f"rubber {skin:g} mm, contact: {shallow.auc:.2f}"
+    roc.plot(*shallow.roc, color=GREEN, ls=(0, (1.5, 1.5)), label=felt)
+    roc.plot([0, 1], [0, 1], color=MUTED, lw=0.8)
+    roc.set(xlabel="slip called stick", ylabel="stick called stick", title="ROC, and area under it")
+    deep = next(v for v in places if v.reading == plates and v.touching)
+    for verdict, name, colour, marker in (
+        (deep, "plates", VERMILION, "s"),
+        (shallow, f"rubber, {skin:g} mm", GREEN, "^"),
+    ):
+        by_gage.plot(
+            x,
+            100 * verdict.by_place,
+            color=colour,
+            marker=marker,
+            ms=4,
+            label=f"{name}, by gage",
+        )
+    by_gage.set(xlabel="x of the gage (mm)", ylabel="right (%)", title="Under the contact")
+    by_gage.set_ylim(-3, 103)
+    for axes in (depth, roc, by_gage):
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), fontsize=7)
+    rows = []
+    for each in places:
+        head: list[object] = [each.reading, each.depth_mm]
+        head += ["contact" if each.touching else "all", each.threshold, each.right]
+        head += [each.constant, each.sticking, each.slipping, each.auc]
+        rows.append([*head, *each.by_place.tolist()])
+    return paper_figure(
+        figure,
+        "each_gage",
+        "Does each gage tell whether the surface near it sticks?",
+        "Left: share of right answers over the depth at which strain is felt; dotted, what always "
+        "giving the commoner answer gets. The threshold was chosen at other friction coefficients. "
+        "All gages: does the surface above stick, or not (slip or open)? Under the contact: stick "
+        "or slip? Middle: over all thresholds, with the area under each curve (0.5: a guess). "
+        "Right: gage by gage.",
+        " ".join(
+            f"{each.reading}, {'under the contact' if each.touching else 'all'}: right in "
+            f"{100 * each.right:.0f} % (constant answer {100 * each.constant:.0f} %)."
+            for each in places
+        ),
+        (
+            *("reading", "depth_mm", "asked_of", "threshold", "right", "constant_answer_right"),
+            *("right_where_sticking", "right_where_not", "area_under_roc"),
+            *(f"right_gage_{k}" for k in range(len(x))),
+        ),
+        rows,
+    )
+
+
+_PANELS = 4  # steps of the comparison of plates and rubber that are drawn
+
+
+def likeness_figure(alike: Likeness) -> PaperFigure:
+    """Plates' normal strain beside the shear strain of the finger without plates."""
+    slope = alike.overall_slope
+    chosen = spread(len(alike.shear), _PANELS)
+    figure = canvas(7.2, 4.6)
+    panels = small_multiples(figure, len(chosen) + 1 + (len(chosen) + 1) % 2, 3)
+    for axes, step in zip(panels, chosen, strict=False):
+        axes.plot(
+            alike.x, alike.membrane[step], color=BLUE, marker="o", ms=3, label="plates, both faces"
+        )
+        axes.plot(
+            alike.x,
+            slope * alike.shear[step],
+            color=VERMILION,
+            ls=(0, (6, 2)),
+            marker="s",
+            ms=3,
+            label="rubber's shear strain, scaled",
+        )
+        axes.axhline(0.0, color=MUTED, lw=0.8)
+        axes.set_title(f"step {step + 1}: r = {alike.correlation[step]:.2f}")
+        axes.set_xlabel("x (mm)")
+    panels[0].set_ylabel("microstrain")
+    steps = np.arange(1, len(alike.correlation) + 1)
+    last = panels[len(chosen)]
+    for values, name, (colour, dashes, marker) in (
+        (alike.correlation, "both faces", SERIES[0]),
+        (alike.change_correlation, "their changes", SERIES[2]),
+        (alike.upper_correlation, "upper face alone", SERIES[3]),
+    ):
+        last.plot(steps, values, color=colour, ls=dashes, marker=marker, ms=3.5, label=name)
+    last.set_ylim(-1.08, 1.08)
+    last.set(xlabel="step", title="correlation")
+    last.axhline(0.0, color=MUTED, lw=0.8)
+    last.xaxis.set_major_locator(whole_numbers(8))
+    last.legend(loc="center right", fontsize=7, bbox_to_anchor=(1.0, 0.66))
+    for spare in panels[len(chosen) + 1 :]:
+        spare.plot(
+            1e-3 * alike.shear.ravel(),
+            alike.membrane.ravel(),
+            ls="none",
+            marker="o",
+            ms=2.5,
+            color=GREEN,
+        )
+        reach = np.array([alike.shear.min(), alike.shear.max()])
+        spare.plot(1e-3 * reach, slope * reach, color=INK, lw=1.0)
+        spare.set(xlabel="shear of rubber (1e-3)", ylabel="plates (microstrain)")
+        spare.set_title(f"all: r = {alike.overall_correlation:.2f}")
+    shared_legend(panels[:1], 3)
+    rows = [
+        (
+            step + 1,
+            gage,
+            alike.x[gage],
+            alike.membrane[step, gage],
+            alike.upper[step, gage],
+            alike.shear[step, gage],
+        )
+        for step in range(len(alike.shear))
+        for gage in range(len(alike.x))
+    ]
+    return paper_figure(
+        figure,
+        "likeness",
+        "Plates' normal strain and a homogeneous finger's shear strain",
+        "At the gages' places and at equal motion. The rubber's shear strain is scaled by one "
+        f"number for all steps, {slope:.2g}; the strain of rubber along 45 degrees would be 0.5 of "
+        "it. A gage on one face feels the plate bend, and is not like it at all.",
+        f"Correlation over the gages from {alike.correlation.min():.2f} to "
+        f"{alike.correlation.max():.2f} at the steps; of one face alone from "
+        f"{alike.upper_correlation.min():.2f} to {alike.upper_correlation.max():.2f}.",
+        (
+            *("step", "gage", "x_mm", "plate_membrane_microstrain"),
+            *("plate_upper_face_microstrain", "rubber_shear_microstrain"),
+        ),
+        rows,
+    )
+
+
+def responses_figure(
+    studies: Sequence[SlipStudy], friction: float, contact: ContactHistory
+) -> PaperFigure:
+    """Fig. 8: change of strain per change of F_t, gage by gage and step by step.
+
+    contact: of the same steps at ``friction``, for where the surface sticks.
+    """
+    study = next(s for s in studies if s.friction_coefficient == friction)
+    count = len(study.stick_ratio)
+    figure = canvas(7.2, 0.8 + 1.85 * -(-count // 4))
+    panels = small_multiples(figure, count, 4, sharex=True, sharey=True)
+    x = study.gage_x_mm
+    fine = np.linspace(x[0], x[-1], 12 * (len(x) - 1) + 1)
+    for step, axes in enumerate(panels):
+        values = study.response[step]
+        axes.plot(x, values, color=BLUE, marker="o", ms=2.8, label="this finger")
+        axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
+        height = np.interp(fine, x, np.nan_to_num(values))
+        over = height > study.threshold
+        axes.fill_between(fine, study.threshold, height, where=over, color=BLUE, alpha=0.25, lw=0)
+        sticking = contact.points[contact.status[step] == STICK, 0]
+        ends = [sticking.min(), sticking.max()] if len(sticking) else [np.nan, np.nan]
+        axes.plot(ends, [0.0, 0.0], color=GREEN, lw=4, label="here the surface sticks")
+        axes.set_title(
+            f"step {step + 1}: A {study.gage_area_mm[step]:.1f}, "
+            f"stick {study.stick_length_mm[step]:.1f}",
+            fontsize=8,
+            fontweight="normal",
+        )
+    top = float(np.nanmax(study.response)) if np.isfinite(study.response).any() else 1.0
+    panels[0].set_ylim(-0.04 * top, 1.1 * max(top, study.threshold))
+    for axes in panels[-4:]:
+        axes.set_xlabel("x (mm)")
+    for axes in panels[::4]:
+        axes.set_ylabel("microstrain/N")
+    shared_legend(panels[:1], 3)
+    rows = [
+        (
+            each.friction_coefficient,
+            step + 1,
+            gage,
+            x[gage],
+            each.response[step, gage],
+            each.response_raw[step, gage],
+            each.threshold,
+            each.gage_area_mm[step],
+            each.stick_length_mm[step],
+            each.stick_ratio[step],
+        )
+        for each in studies
+        for step in range(len(each.stick_ratio))
+        for gage in range(len(x))
+    ]
+    areas = ", ".join(f"{area:.1f}" for area in study.gage_area_mm)
+    sticks = ", ".join(f"{length:.1f}" for length in study.stick_length_mm)
+    return paper_figure(
+        figure,
+        "fig08",
+        f"Fig. 8: change of strain per tangential force, μ = {friction:g}",
+        "Where the curve is over the threshold (shaded) is the area A that the paper's controller "
+        "goes by; lengths in mm. The normal force's part is taken out. All friction coefficients "
+        "are in the data file.",
+        f"Gage area by step: {areas} mm; true stick length: {sticks} mm.",
+        (
+            *("friction_coefficient", "step", "gage", "x_mm", "response_microstrain_per_N"),
+            *("response_raw_microstrain_per_N", "threshold_microstrain_per_N", "gage_area_mm"),
+            *("stick_length_mm", "stick_ratio"),
+        ),
+        rows,
+    )

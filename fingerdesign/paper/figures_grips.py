@@ -1,0 +1,378 @@
+"""Figures 2 and 10 of the paper: the way of the forces to the lift."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
+from fingerdesign.report.style import (
+    BLUE,
+    INK,
+    MUTED,
+    PAPER,
+    PURPLE,
+    SERIES,
+    VERMILION,
+    canvas,
+    small_multiples,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+    from fingerdesign.paper.lifts import Lift, Measured, Rig, Route
+    from fingerdesign.records.result import GripTrace
+
+
+def route_figure(lift: Lift, route: Route) -> PaperFigure:
+    """Fig. 2: the path of the forces, its target point, and two other routes."""
+    trace, free = lift.ruled.trace, lift.free.trace
+    weight, mu = trace.weight_per_finger_N, lift.friction
+    figure = canvas(7.2, 3.8)
+    axes = figure.subplots()
+    squeezed = float(route.normal_force.max(initial=0.0)) * mu / weight
+    reach = 1.06 * max(
+        float(route.normal_force.max(initial=0.0)), float(trace.normal_force.max(initial=0.0))
+    )
+    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.3, label="F_t = μ F_n: it slips")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2: it lifts")
+    axes.plot(
+        free.normal_force,
+        free.tangential_force,
+        color=PURPLE,
+        ls=(0, (4, 2)),
+        lw=1.4,
+        label="never holding: " + ("slips" if lift.free.result.gross_slip else "lifts"),
+    )
+    axes.plot(
+        route.normal_force,
+        route.tangential_force,
+        color=VERMILION,
+        ls=(0, (6, 2, 1.5, 2)),
+        lw=1.4,
+        label="pressing first: " + ("slips" if route.slips else f"{squeezed:.1f} times the least"),
+    )
+    axes.plot(trace.normal_force, trace.tangential_force, color=BLUE, lw=2.0, label="paper's rule")
+    mark_holds(axes, trace)
+    if lift.free.result.gross_slip:
+        axes.plot(
+            free.normal_force[-1:], free.tangential_force[-1:], color=PURPLE, marker="X", ms=7
+        )
+    axes.plot(
+        [weight / mu],
+        [weight],
+        color=INK,
+        ls="none",
+        marker="x",
+        ms=8,
+        mew=1.8,
+        label="target (mg/2μ, mg/2)",
+    )
+    axes.annotate(
+        f"({weight / mu:.2f}, {weight:.2f}) N",
+        (weight / mu, weight),
+        textcoords="offset points",
+        xytext=(-4, 9),
+        ha="right",
+    )
+    axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
+    axes.set_xlim(0.0, reach)
+    axes.set_ylim(0.0, 1.35 * weight)
+    shared_legend([axes], 3)
+    rows: list[tuple[object, ...]] = [("target", 1, weight / mu, weight)]
+    for name, normal, tangential in (
+        ("paper", trace.normal_force, trace.tangential_force),
+        ("never_holding", free.normal_force, free.tangential_force),
+        ("squeeze", route.normal_force, route.tangential_force),
+    ):
+        rows += [
+            (name, k + 1, n, t) for k, (n, t) in enumerate(zip(normal, tangential, strict=True))
+        ]
+    return paper_figure(
+        figure,
+        "fig02",
+        f"Fig. 2: the way of the forces and its target, μ = {mu:g}, {trace.object_mass_g:g} g",
+        "The paper leaves the route open. Three are solved here: the paper's rule, the same path "
+        "that never holds, and pressing first. A good one ends at the weight line, close to the "
+        "target and right of the dotted line.",
+        f"The target is F_n = {weight / mu:.2f} N, F_t = {weight:.2f} N. The rule ends at F_n = "
+        f"{trace.normal_force[-1]:.2f} N; squeezing first at {route.normal_force[-1]:.2f} N.",
+        ("route", "step", "normal_force_N", "tangential_force_N"),
+        rows,
+    )
+
+
+def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
+    """Fig. 10: controlled lifts at several friction coefficients, all in one plane."""
+    figure = canvas(7.2, 4.2)
+    axes = figure.subplots()
+    weight = lifts[0].ruled.trace.weight_per_finger_N
+    reach = 1.05 * max(float(lift.ruled.trace.normal_force.max(initial=0.0)) for lift in lifts)
+    marks = "osD^v<>Ph"
+    top = 1.25 * max(
+        weight, max(float(x.ruled.trace.tangential_force.max(initial=0.0)) for x in lifts)
+    )
+    for k, (lift, colour) in enumerate(zip(lifts, shades(len(lifts)), strict=True)):
+        trace = lift.ruled.trace
+        axes.plot(
+            trace.normal_force,
+            trace.tangential_force,
+            color=colour,
+            marker=marks[k % len(marks)],
+            ms=3.2,
+            lw=1.6,
+            label=f"μ = {lift.friction:g}",
+        )
+        axes.plot([0, reach], [0, lift.friction * reach], color=colour, ls=":", lw=1.1)
+        at = min(0.97 * reach, 0.97 * top / lift.friction)
+        axes.text(at, lift.friction * at, f"{lift.friction:g}", color=INK, fontsize=8, ha="right")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    for lift in lifts:
+        mark_holds(axes, lift.ruled.trace)
+        if lift.ruled.result.gross_slip:
+            mark_slip(axes, lift.ruled.trace)
+    axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
+    axes.set_xlim(0.0, reach)
+    axes.set_ylim(0.0, top)
+    shared_legend([axes], 4)
+    return paper_figure(
+        figure,
+        "fig10",
+        f"Fig. 10: lifts by the paper's rule, {lifts[0].ruled.trace.object_mass_g:g} g",
+        "The controller is told neither friction nor mass. Dotted: the limit at which the object "
+        "slips, with its friction coefficient; triangles: the rule sets the slope to zero.",
+        " ".join(_lift_words(lift) for lift in lifts),
+        (
+            *("friction_coefficient", "rule", "step", "normal_force_N", "tangential_force_N"),
+            *("friction_limit_N", "stick_ratio", "gage_area_mm", "hold"),
+        ),
+        [
+            row
+            for lift in lifts
+            for name, trace in (("paper", lift.ruled.trace), ("never_holding", lift.free.trace))
+            for row in trace_rows((lift.friction, name), trace)
+        ],
+    )
+
+
+def mark_slip(axes: Axes, trace: GripTrace) -> None:
+    """A cross where the object slipped."""
+    axes.plot(
+        trace.normal_force[-1:],
+        trace.tangential_force[-1:],
+        color=INK,
+        marker="X",
+        ms=8,
+        ls="none",
+        zorder=5,
+        label="slipped",
+    )
+
+
+def mark_holds(axes: Axes, trace: GripTrace) -> None:
+    """Triangles where the rule begins to hold."""
+    starts = np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0) == 1)
+    if len(starts):
+        before = np.maximum(starts - 1, 0)  # the sample on which the rule decided
+        axes.plot(
+            trace.normal_force[before],
+            trace.tangential_force[before],
+            color=VERMILION,
+            markeredgecolor=PAPER,
+            markeredgewidth=0.6,
+            ls="none",
+            marker="^",
+            ms=7.5,
+            zorder=4,
+            label="rule holds",
+        )
+
+
+def trace_rows(head: tuple[object, ...], trace: GripTrace) -> list[tuple[object, ...]]:
+    """Rows of a data file, one a step: ``head``, step, F_n, F_t, limit, stick ratio, A, hold."""
+    columns = (
+        trace.normal_force,
+        trace.tangential_force,
+        trace.limit,
+        trace.stick_ratio,
+        trace.gage_area_mm,
+        trace.hold.astype(int),
+    )
+    return [(*head, k + 1, *row) for k, row in enumerate(zip(*columns, strict=True))]
+
+
+def _lift_words(lift: Lift) -> str:
+    result = lift.ruled.result
+    how = f"μ = {lift.friction:g}: {result.ending}"
+    if result.safety_margin is not None:
+        how += f", {result.safety_margin:.2f} times the least"
+    return f"{how}, {result.holds} holds."
+
+
+# Figure 12 of the paper: lifts on a rig with noise, and what noise does to them.
+
+
+def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> PaperFigure:
+    """Fig. 12: grips on the rig at both friction coefficients, a row a finger, a line a seed."""
+    frictions = sorted({each.friction for each in rigs[0].grips})
+    figure = canvas(7.2, 0.8 + 2.6 * len(rigs))
+    panels = small_multiples(figure, len(rigs) * len(frictions), len(frictions), sharey=True)
+    chosen = [(rig, friction) for rig in rigs for friction in frictions]
+    for axes, (rig, friction) in zip(panels, chosen, strict=True):
+        _draw_measured(axes, rig.at(samples, friction), friction)
+        axes.set_title(f"{rig.finger}, μ = {friction:g}")
+    for axes in panels[-len(frictions) :]:
+        axes.set_xlabel("normal force F_n (N)")
+    for axes in panels[:: len(frictions)]:
+        axes.set_ylabel("F_t (N)")
+    shared_legend(panels, 4)
+    pause = "no noise" if samples is None else f"each step the mean of {samples:,} samples"
+    return paper_figure(
+        figure,
+        "fig12",
+        "Fig. 12: lifts on a rig with noise",
+        f"Noise of a step's readings {noise:.2g} microstrain ({pause}): the most at which one of "
+        "the fingers works, or the least tried. A line a seed; triangles: the rule sets the slope "
+        "to zero; the cross: the least force. The data file holds the grips at all levels.",
+        " ".join(_measured_words(rig, each) for rig in rigs for each in rig.at(samples)),
+        _MEASURED_COLUMNS,
+        [
+            row
+            for rig in rigs
+            for each in rig.grips
+            for row in trace_rows(_measured_head(rig, each), each.episode.trace)
+        ],
+    )
+
+
+def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> None:
+    weight = grips[0].episode.trace.weight_per_finger_N
+    furthest = max(float(each.episode.trace.normal_force.max(initial=0.0)) for each in grips)
+    reach = 1.08 * max(weight / friction, furthest)
+    axes.plot([0, reach], [0, friction * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    for each, (colour, dashes, _) in zip(grips, SERIES, strict=False):
+        trace = each.episode.trace
+        axes.plot(
+            trace.normal_force,
+            trace.tangential_force,
+            color=colour,
+            ls=dashes,
+            lw=1.3,
+            label=f"seed {each.seed}",
+        )
+        mark_holds(axes, trace)
+        if each.outcome == "slipped":
+            mark_slip(axes, trace)
+    axes.plot([weight / friction], [weight], color=INK, marker="x", ms=8, mew=1.8, ls="none")
+    axes.set_xlim(0.0, reach)
+    axes.set_ylim(0.0, 1.35 * weight)
+
+
+_MEASURED_COLUMNS = (
+    *("finger", "samples_a_step", "friction_coefficient", "seed", "outcome", "step"),
+    *("normal_force_N", "tangential_force_N", "friction_limit_N", "stick_ratio", "gage_area_mm"),
+    "hold",
+)
+
+
+def noise_figure(rigs: Sequence[Rig], sample_noise: float) -> PaperFigure:
+    """Fig. 12's ground: the force at the lift over the noise, a panel a finger."""
+    figure = canvas(7.2, 3.5)
+    panels = small_multiples(figure, len(rigs), max(len(rigs), 2), sharey=True)
+    frictions = sorted({each.friction for each in rigs[0].grips})
+    for axes, rig in zip(panels, rigs, strict=True):
+        levels = rig.levels
+        for k, (friction, (colour, dashes, marker)) in enumerate(
+            zip(frictions, SERIES, strict=False)
+        ):
+            weight = rig.at(None, friction)[0].episode.trace.weight_per_finger_N
+            axes.axhline(weight / friction, color=colour, ls=":", lw=1.1)
+            middles = []
+            for place, samples in enumerate(levels):
+                grips = rig.at(samples, friction)
+                good = [_force(each) for each in grips if each.outcome == "lifted"]
+                bad = [_force(each) for each in grips if each.outcome == "slipped"]
+                at = place + 0.12 * (k - 0.5)
+                axes.plot([at] * len(good), good, color=colour, ls="none", marker=marker, ms=4.5)
+                axes.plot(
+                    [at] * len(bad),
+                    bad,
+                    color=INK,
+                    ls="none",
+                    marker="X",
+                    ms=7,
+                    label="slipped",
+                )
+                middles.append(float(np.median(good)) if good else np.nan)
+            axes.plot(
+                np.arange(len(levels)) + 0.12 * (k - 0.5),
+                middles,
+                color=colour,
+                ls=dashes,
+                marker=marker,
+                ms=4.5,
+                label=f"μ = {friction:g}",
+            )
+        axes.set_xticks(
+            range(len(levels)),
+            ["none" if s is None else f"{sample_noise / s**0.5:.2g}\n({s:,})" for s in levels],
+        )
+        axes.set_title(rig.finger)
+        axes.set_xlabel("noise, microstrain (samples a step)")
+    panels[0].set_ylabel("F_n at the lift (N)")
+    panels[0].set_ylim(bottom=0.0)
+    shared_legend(panels, 3)
+    words = [
+        f"{rig.finger}, {'no noise' if s is None else f'{s:,} samples a step'}: F_n as "
+        f"{rig.force_ratio(s):.1f} to 1, {sum(g.outcome == 'slipped' for g in rig.at(s))} of "
+        f"{len(rig.at(s))} slip."
+        for rig in rigs
+        for s in rig.levels
+    ]
+    rows = [
+        (
+            rig.finger,
+            each.samples,
+            0.0 if each.samples is None else sample_noise / each.samples**0.5,
+            each.friction,
+            each.seed,
+            each.outcome,
+            _force(each),
+            each.episode.result.safety_margin,
+            each.episode.result.holds,
+            each.episode.result.steps,
+        )
+        for rig in rigs
+        for each in rig.grips
+    ]
+    return paper_figure(
+        figure,
+        "fig12_noise",
+        "Fig. 12's ground: what noise does to the force at the lift",
+        "Dotted: the least force at each friction coefficient. A rule that feels the friction "
+        "lifts the slippery object with about twice the force; one that is blind lifts both alike, "
+        "safely or not. The number of samples is the mean of how many a step's readings are.",
+        " ".join(words),
+        (
+            *("finger", "samples_a_step", "noise_microstrain", "friction_coefficient", "seed"),
+            *("outcome", "final_normal_force_N", "safety_margin", "holds", "steps"),
+        ),
+        rows,
+    )
+
+
+def _force(each: Measured) -> float:
+    return each.episode.result.final_normal_force_N
+
+
+def _measured_head(rig: Rig, each: Measured) -> tuple[object, ...]:
+    return (rig.finger, each.samples, each.friction, each.seed, each.outcome)
+
+
+def _measured_words(rig: Rig, each: Measured) -> str:
+    return f"{rig.finger}, μ = {each.friction:g}, seed {each.seed}: {each.episode.reason}."

@@ -1,0 +1,270 @@
+"""Figures 2 and 10: lifts by the paper's rule.
+
+Fig. 10  the rule at several friction coefficients, unknown to it, and the same path without it
+Fig. 2   one of these lifts, its target point (mg/2mu, mg/2), and two other routes to the weight:
+         the path that never holds, and a squeeze that needs no feeling, SQUEEZE times the least
+         force and then shear alone
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.checks.load import with_values
+from fingerdesign.contact.measures import completely_slips
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion
+from fingerdesign.control.calibration import Calibration, calibrate
+from fingerdesign.control.controllers.flow_chart import PaperController
+from fingerdesign.control.controllers.roster import paper_settings
+from fingerdesign.control.episode import Bounds, Episode, run_episode
+from fingerdesign.control.judge import weight_per_finger
+from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
+from fingerdesign.control.plants.plant import CondensedPlant, Plant
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fingerdesign.paper.case import PaperCase
+
+
+RigMaker = Callable[[Plant], Plant]
+
+LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+ROUTE_FRICTION = 0.3
+SQUEEZE = 4.0
+_SHEAR_PART = 0.25  # of the controller's largest shear step: a step of the squeeze
+_MOST_SHEARS = 400
+
+
+@dataclass(frozen=True)
+class Lift:
+    """One grip by the rule, and the same path without it."""
+
+    friction: float
+    ruled: Episode
+    free: Episode
+
+
+@dataclass(frozen=True)
+class Route:
+    """A way to the weight that feels nothing: forces (k,) N; slips: it ended in complete slip."""
+
+    normal_force: Array
+    tangential_force: Array
+    slips: bool
+
+
+def lifts(case: PaperCase, frictions: tuple[float, ...] = LIFTED_FRICTIONS) -> list[Lift]:
+    """Fig. 10: one calibration, one set of parameters, a lift at each friction coefficient."""
+    learnt = calibration(case)
+    return [
+        Lift(friction, *(grip(case, learnt, friction, rule=rule) for rule in (True, False)))
+        for friction in frictions
+    ]
+
+
+def squeeze(case: PaperCase, friction: float = ROUTE_FRICTION) -> Route:
+    """Press to SQUEEZE times the least force, or as far as the stage goes, then shear alone."""
+    hand = case.design.grip
+    weight = weight_per_finger(hand.object_mass_g)
+    moves = max(1, round(hand.max_approach_mm / hand.approach_step_mm))
+    forces: list[tuple[float, float]] = [(0.0, 0.0)]
+    slips = False
+
+    def path() -> Iterator[Motion]:
+        approach = 0.0
+        for k in range(1, moves + 1):
+            approach = hand.max_approach_mm * k / moves
+            yield Motion(approach, 0.0)
+            if forces[-1][0] >= SQUEEZE * weight / friction:
+                break
+        for k in range(1, _MOST_SHEARS + 1):
+            yield Motion(approach, _SHEAR_PART * hand.shear_step_mm * k)
+
+    for step in follow(case.finger.with_friction(friction), path()):
+        measures = step.measures
+        forces.append((measures.normal_force, measures.tangential_force))
+        slips = completely_slips(measures, 2)
+        if slips or measures.tangential_force > weight:
+            break
+    both = np.array(forces)
+    return Route(both[:, 0], both[:, 1], slips)
+
+
+def _as_it_is(plant: Plant) -> Plant:
+    return plant
+
+
+def _bounds(case: PaperCase) -> Bounds:
+    hand = case.design.grip
+    return Bounds(hand.preload_mm, hand.approach_step_mm, hand.max_approach_mm, hand.max_steps)
+
+
+def calibration(case: PaperCase, rig: RigMaker = _as_it_is) -> Calibration:
+    """What a rig learns of the finger; ``rig`` is the hardware around the plant."""
+    bounds = _bounds(case)
+    bench = case.finger.with_friction(case.design.grip.bench_friction_coefficient)
+    return calibrate(
+        lambda: rig(CondensedPlant(bench, case.face)),
+        case.gage_x,
+        bounds.preload,
+        bounds.approach_step,
+        bounds.max_approach,
+    )
+
+
+def grip(
+    case: PaperCase,
+    learnt: Calibration,
+    friction: float,
+    rig: RigMaker = _as_it_is,
+    rule: bool = True,
+) -> Episode:
+    """One grip by the design's ``[grip]`` table."""
+    problem = case.finger.with_friction(friction)
+    return run_episode(
+        rig(CondensedPlant(problem, case.face)),
+        PaperController(paper_settings(case.design.grip), rule),
+        learnt,
+        _bounds(case),
+        friction,
+        case.design.grip.object_mass_g,
+    )
+
+
+# Figure 12: the paper's measurement, as a rig would make it.
+#
+# Gages and force cells with noise and a stage of whole steps (control/plants/hardware.py), at the
+# paper's friction coefficients 0.3 and 0.6, several seeds. The paper tells nothing of its noise.
+# Here one sample of a gage has SAMPLE_NOISE, that of a good strain amplifier at 100 Hz, and the
+# hand stands still at each step for so many samples (SAMPLES) and takes their mean.
+#
+# A noisy gage area falls now and then by chance, and a rule that then holds is safe but blind: it
+# lifts every object with the same force. So beside slip it is told by how much the forces at the
+# lift differ between the two frictions: as 2 to 1 if each is the least, as 1 to 1 if nothing was
+# felt. The rig's rule asks for a larger change of F_t and a larger fall of A than the design's own
+# (RIG_SETTINGS): of the pairs tried (falls of 0.05 to 0.4 mm, changes of 0.1 to 0.8 N) the one that
+# tells the frictions apart at the most noise; larger ones come too late at a friction of 0.3.
+
+Outcome = Literal["lifted", "slipped", "not lifted"]
+
+MEASURED_FRICTIONS = (0.3, 0.6)
+SAMPLE_NOISE = 0.5  # microstrain
+SAMPLE_FORCE_NOISE = 0.01  # N, of both force cells
+SAMPLES = (10_000, 1_000, 100, 1)  # a step; from 100 s to 0.01 s at 100 Hz
+SEEDS = 5
+RIG_SETTINGS = {"grip.dead_band_mm": 0.1, "grip.force_floor_N": 0.4}
+TOLD_APART = 1.5  # ratio of forces: halfway between blind and the least forces' 2
+_CALIBRATION_SAMPLES = 10_000  # at each point, once in a finger's life
+_STAGE_STEP_MM = 0.0005
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A grip on the rig; samples: that each step is the mean of, None without any noise."""
+
+    friction: float
+    samples: int | None
+    seed: int
+    episode: Episode
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended."""
+        if self.episode.result.gross_slip:
+            return "slipped"
+        return "lifted" if self.episode.result.lifted else "not lifted"
+
+
+@dataclass(frozen=True)
+class Rig:
+    """All grips of one finger on the rig: every number of samples, friction and seed."""
+
+    finger: str
+    grips: tuple[Measured, ...]
+
+    @property
+    def levels(self) -> tuple[int | None, ...]:
+        """Numbers of samples a step, from no noise to the most."""
+        return tuple(dict.fromkeys(each.samples for each in self.grips))
+
+    def at(self, samples: int | None, friction: float | None = None) -> list[Measured]:
+        """The grips at one level, of one friction coefficient or of all."""
+        return [
+            each
+            for each in self.grips
+            if each.samples == samples and friction in (None, each.friction)
+        ]
+
+    def force_ratio(self, samples: int | None) -> float:
+        """Median F_n at the lift at the lower friction over that at the higher; NaN without."""
+        low, high = (_lift_forces(self.at(samples, mu)) for mu in sorted(MEASURED_FRICTIONS))
+        return float(np.median(low) / np.median(high)) if low and high else float("nan")
+
+    def works(self, samples: int | None) -> bool:
+        """Every object lifted, none slipped, and the frictions told apart."""
+        every = self.at(samples)
+        return all(g.outcome == "lifted" for g in every) and self.force_ratio(samples) >= TOLD_APART
+
+    @property
+    def least_samples(self) -> tuple[int | None, ...]:
+        """The levels that work, from no noise on up to the first that does not."""
+        found = []
+        for samples in self.levels:
+            if not self.works(samples):
+                break
+            found.append(samples)
+        return tuple(found)
+
+
+def noise_of(samples: int | None) -> float:
+    """Noise of one step's readings, microstrain.
+
+    >>> noise_of(100), noise_of(None)
+    (0.05, 0.0)
+    """
+    return 0.0 if samples is None else SAMPLE_NOISE / samples**0.5
+
+
+def rig_of(case: PaperCase, name: str, levels: Sequence[int] = SAMPLES, seeds: int = SEEDS) -> Rig:
+    """Fig. 12 for one finger: without noise (one seed: they would be the same), then each level."""
+    tried = replace(case, design=with_values(case.design, RIG_SETTINGS))
+    grips = measured(tried, None, 0)
+    for samples in levels:
+        for seed in range(seeds):
+            grips += measured(tried, samples, seed)
+    return Rig(name, tuple(grips))
+
+
+def measured(case: PaperCase, samples: int | None, seed: int) -> list[Measured]:
+    """A grip a friction coefficient on the rig, calibrated on itself."""
+    rng = np.random.default_rng([case.design.grip.seed, seed, samples or 0])
+    hardware = Hardware(stage_step_mm=_STAGE_STEP_MM)
+    resting = calibrating = hardware
+    if samples is not None:
+        noisy = replace(
+            hardware, gage_noise_microstrain=SAMPLE_NOISE, force_noise_N=SAMPLE_FORCE_NOISE
+        )
+        resting = noisy.at_rest(samples)
+        calibrating = noisy.at_rest(max(samples, _CALIBRATION_SAMPLES))
+    learnt = calibration(case, partial(_around, hardware=calibrating, rng=rng))
+    rig = partial(_around, hardware=resting, rng=rng)
+    return [
+        Measured(friction, samples, seed, grip(case, learnt, friction, rig))
+        for friction in MEASURED_FRICTIONS
+    ]
+
+
+def _around(plant: Plant, hardware: Hardware, rng: np.random.Generator) -> Plant:
+    return ImperfectPlant(plant, hardware, rng)
+
+
+def _lift_forces(grips: list[Measured]) -> list[float]:
+    return [g.episode.result.final_normal_force_N for g in grips if g.outcome == "lifted"]

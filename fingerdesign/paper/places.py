@@ -1,0 +1,366 @@
+"""Does each gage tell whether the surface near it sticks (paper 2.2 and 2.3)?
+
+"When the change in the shear strain at one point inside the finger reaches a certain value, then
+the surface near the point sticks": a classifier with one threshold. A place is the surface straight
+above a gage; it sticks or not by the contact's own fields; the score is the change of the gage's
+reading per change of tangential force, rid of the normal force's part (control/signals.py). The
+threshold is the one with the fewest errors at TRAIN friction coefficients; errors are told at the
+others, over all paths of paper_case.py.
+
+Two questions are asked apart. Of all gages: does the surface stick above it, or does it slip or not
+touch at all? And of those under the contact alone: stick or slip? Each beside the share of right
+answers that the more common answer gives, always said.
+
+The same is asked of the shear strain of the finger without plates, at the gages' places and at some
+depths under the surface: that tells what the plates' depth costs and what the plates do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.contact.measures import level_sets
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import Motion
+from fingerdesign.control.signals import NormalCalibration, Sample, gage_readings, response
+from fingerdesign.paper.case import FRICTIONS, PATHS, follow_rows, path_rows, surface_heights
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.measures import Measures
+    from fingerdesign.contact.path import Step
+    from fingerdesign.contact.problem import ContactProblem
+    from fingerdesign.paper.case import PaperCase
+
+
+# Is a plate's normal strain like the shear strain of a homogeneous finger (paper 3.1)?
+#
+# The finger and its twin without plates follow the fundamental scene. At each increment the gages'
+# strains (g,) are held against the twin's engineering shear strain at the same places (g,), by
+# Pearson's correlation over the places and by the slope through zero: the strain of a plate per
+# shear strain of the rubber. Rubber itself, nearly incompressible and in plane strain, is strained
+# along 45 degrees by half of its shear strain: a slope of 0.5. The same is asked of the increments'
+# changes, on which the paper's method rests, and of a gage on the upper face alone, which feels
+# bending too.
+
+
+@dataclass(frozen=True)
+class Likeness:
+    """Plates and rubber over the scene's k increments at g places.
+
+    x (g,) mm; membrane (k, g), upper (k, g): the mean of both faces, and the upper face,
+    microstrain; shear (k, g): the twin's engineering shear strain, microstrain.
+    correlation (k,), slope (k,): of the membrane strain with it; upper_correlation (k,); face, what
+    the design's gages read, and read_correlation (k,): of that;
+    change_correlation (k,): of the increments' changes. tangential_force (k, 2): finger, twin; N.
+    """
+
+    x: Array
+    membrane: Array
+    upper: Array
+    shear: Array
+    correlation: Array
+    slope: Array
+    upper_correlation: Array
+    face: str
+    read_correlation: Array
+    change_correlation: Array
+    tangential_force: Array
+    stick_ratio: Array
+
+    @property
+    def overall_slope(self) -> float:
+        """Least squares over all increments and places."""
+        return float((self.membrane * self.shear).sum() / (self.shear**2).sum())
+
+    @property
+    def overall_correlation(self) -> float:
+        """Over all increments and places at once."""
+        return correlation(self.membrane.ravel(), self.shear.ravel())
+
+
+def likeness(case: PaperCase) -> Likeness:
+    """Follow the scene with both fingers and compare."""
+    motions = [Motion(*row) for row in case.rows]
+    count = len(case.gage_x)
+    plates = [step.measures for step in follow(case.finger, motions)]
+    rubber = [step.measures for step in follow(case.twin, motions)]
+    membrane = np.array([gage_readings(m.gages, "both") for m in plates])
+    upper = np.array([gage_readings(m.gages, "upper") for m in plates])
+    read = np.array([gage_readings(m.gages, case.face) for m in plates])
+    shear = np.array([1e6 * m.points[:count, 3] for m in rubber])
+    changes = zip(_changes(membrane), _changes(shear), strict=True)
+    return Likeness(
+        x=case.gage_x,
+        membrane=membrane,
+        upper=upper,
+        shear=shear,
+        correlation=_each(membrane, shear),
+        slope=np.sum(membrane * shear, axis=1) / np.sum(shear**2, axis=1),
+        upper_correlation=_each(upper, shear),
+        face=case.face,
+        read_correlation=_each(read, shear),
+        change_correlation=np.array([correlation(a, b) for a, b in changes]),
+        tangential_force=np.array(
+            [(a.tangential_force, b.tangential_force) for a, b in zip(plates, rubber, strict=True)]
+        ),
+        stick_ratio=np.array(
+            [np.nan if m.stick_ratio is None else m.stick_ratio for m in plates], dtype=float
+        ),
+    )
+
+
+def correlation(first: Array, second: Array) -> float:
+    """Pearson's; NaN where one does not vary.
+
+    >>> round(correlation(np.array([1.0, 2.0, 4.0]), np.array([-1.0, -2.0, -4.0])), 6)
+    -1.0
+    """
+    if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return float("nan")
+    return float(np.corrcoef(first, second)[0, 1])
+
+
+def _each(first: Array, second: Array) -> Array:
+    return np.array([correlation(a, b) for a, b in zip(first, second, strict=True)])
+
+
+def _changes(values: Array) -> Array:
+    return np.diff(values, axis=0, prepend=np.zeros((1, values.shape[1])))
+
+
+Reader = Callable[["Measures"], Array]
+
+TRAIN = (0.2, 0.4, 0.6, 0.8, 1.0)
+_CALIBRATION_POINTS = 16
+_REACH = 1.05  # of the largest approach: friction changes F_n a little
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """One kind of reading as a classifier, judged at the frictions that are not in TRAIN.
+
+    reading: its name; depth_mm: of its places under the surface. threshold: microstrain/N. right:
+    share of right answers; constant: share right if the more common answer were always given;
+    sticking, slipping: shares right where the surface sticks, and where it does not. auc: that a
+    sticking place scores higher than one that does not. by_place (g,): share right at each gage,
+    NaN where it is never asked. roc (2, n): false and true positive rates over all thresholds.
+    touching: places under the contact alone.
+    """
+
+    reading: str
+    depth_mm: float
+    touching: bool
+    threshold: float
+    right: float
+    constant: float
+    sticking: float
+    slipping: float
+    auc: float
+    by_place: Array
+    roc: Array
+
+    @property
+    def gain(self) -> float:
+        """Of the errors of the constant answer, the share that the reading saves (< 0: adds)."""
+        return (self.right - self.constant) / max(1.0 - self.constant, 1e-12)
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Of one reading: score, sticks, touches (n, g) and the friction of each row."""
+
+    score: Array
+    sticks: BoolArray
+    touches: BoolArray
+    friction: Array
+
+
+def gage_verdicts(
+    case: PaperCase, floor: float, frictions: Sequence[float] = FRICTIONS
+) -> list[Verdicts]:
+    """The gages as they are read, and a gage on the upper face alone where both are read.
+
+    floor: N, changes of F_t that are too small to say anything. frictions: some of TRAIN and some
+    others.
+    """
+    faces = [case.face, *(["upper"] if case.face == "both" else [])]
+    names = {
+        "both": "plate, both faces",
+        "upper": "plate, upper face",
+        "lower": "plate, lower face",
+    }
+
+    def reader(face: str) -> Reader:
+        return lambda m: gage_readings(m.gages, face)
+
+    readers = [reader(face) for face in faces]
+    depth = _mean_depth(case)
+    made = _samples(case, case.finger, readers, floor, frictions)
+    return [
+        _verdicts(samples, names[face], depth, touching)
+        for face, samples in zip(faces, made, strict=True)
+        for touching in (False, True)
+    ]
+
+
+def rubber_verdicts(
+    case: PaperCase, floor: float, frictions: Sequence[float] = FRICTIONS
+) -> list[Verdicts]:
+    """The shear strain of the finger without plates, where the gages are and at each depth."""
+    count = len(case.gage_x)
+
+    def reader(block: int) -> Reader:
+        return lambda m: 1e6 * m.points[block * count : (block + 1) * count, 3]
+
+    depths = (_mean_depth(case), *case.depths)
+    readers = [reader(block) for block in range(len(depths))]
+    names = ["rubber, at the gages", *(f"rubber, {depth:g} mm deep" for depth in case.depths)]
+    made = _samples(case, case.twin, readers, floor, frictions)
+    return [
+        _verdicts(samples, name, depth, touching)
+        for name, depth, samples in zip(names, depths, made, strict=True)
+        for touching in (False, True)
+    ]
+
+
+def _samples(
+    case: PaperCase,
+    problem: ContactProblem,
+    readers: Sequence[Reader],
+    floor: float,
+    frictions: Sequence[float],
+) -> list[_Samples]:
+    """Scores and truths of all frictions and paths, one set a reading."""
+    calibrations = _calibrations(case, problem, readers)
+    scores: list[list[Array]] = [[] for _ in readers]
+    sticks, touches, labels = [], [], []
+    for friction in frictions:
+        own = problem.with_friction(friction)
+        for path in PATHS:
+            before = [Sample(np.zeros(len(case.gage_x)), 0.0, 0.0) for _ in readers]
+            for step in follow_rows(own, path_rows(case, path, friction)):
+                now = [_sample(step.measures, reader) for reader in readers]
+                if abs(now[0].tangential_force - before[0].tangential_force) >= floor:
+                    for found, a, b, c in zip(scores, before, now, calibrations, strict=True):
+                        found.append(response(a, b, c))
+                    contact, stick = _above(own, step, case.gage_x)
+                    sticks.append(stick)
+                    touches.append(contact)
+                    labels.append(friction)
+                before = now
+    truth, contact_all = np.array(sticks), np.array(touches)
+    return [_Samples(np.array(found), truth, contact_all, np.array(labels)) for found in scores]
+
+
+def _calibrations(
+    case: PaperCase, problem: ContactProblem, readers: Sequence[Reader]
+) -> list[NormalCalibration]:
+    """Readings against F_n of a pure approach, at the scene's friction."""
+    steps = range(1, _CALIBRATION_POINTS + 1)
+    depth = _REACH * case.approach
+    rows = [(depth * k / _CALIBRATION_POINTS, 0.0) for k in steps]
+    zero = np.zeros(len(case.gage_x))
+    taken: list[list[Array]] = [[zero] for _ in readers]
+    forces = [0.0]
+    for step in follow_rows(problem, rows):
+        forces.append(step.measures.normal_force)
+        for values, reader in zip(taken, readers, strict=True):
+            values.append(reader(step.measures))
+    return [NormalCalibration(np.array(forces), np.array(values)) for values in taken]
+
+
+def _sample(measures: Measures, reader: Reader) -> Sample:
+    return Sample(reader(measures), measures.normal_force, measures.tangential_force)
+
+
+def _above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, BoolArray]:
+    """Whether the surface straight above each of ``x`` touches, and whether it sticks."""
+    contact, stick = level_sets(problem, step.increment)
+    order = np.argsort(problem.model.points[:, 0])
+    places = problem.model.points[order, 0]
+    # Beyond the candidates nothing touches.
+    touching = np.interp(x, places, contact[order], left=-1.0, right=-1.0) > 0.0
+    sticking = np.interp(x, places, stick[order], left=-1.0, right=-1.0) > 0.0
+    return touching, touching & sticking
+
+
+def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Verdicts:
+    asked = samples.touches if touching else np.ones_like(samples.touches)
+    training = asked & np.isin(samples.friction, TRAIN)[:, None]
+    testing = asked & ~np.isin(samples.friction, TRAIN)[:, None]
+    threshold = best_threshold(samples.score[training], samples.sticks[training])
+    correct = (samples.score > threshold) == samples.sticks
+    truth, scores = samples.sticks[testing], samples.score[testing]
+    share = _share(truth)
+    asked_here = testing.sum(axis=0)
+    by_place = np.where(testing, correct, False).sum(axis=0) / np.maximum(asked_here, 1)
+    return Verdicts(
+        reading=name,
+        depth_mm=depth,
+        touching=touching,
+        threshold=threshold,
+        right=_share(correct[testing]),
+        constant=max(share, 1.0 - share),
+        sticking=_share(scores[truth] > threshold),
+        slipping=_share(scores[~truth] <= threshold),
+        auc=area_under_curve(scores, truth),
+        by_place=np.where(asked_here > 0, by_place, np.nan),
+        roc=np.array(roc_curve(scores, truth)),
+    )
+
+
+def best_threshold(scores: Array, truth: BoolArray) -> float:
+    """The threshold with the fewest errors of ``score > threshold``, midway between two scores.
+
+    NaN without scores.
+
+    >>> best_threshold(np.array([1.0, 2.0, 4.0, 5.0]), np.array([False, False, True, True]))
+    3.0
+    """
+    if not len(scores):
+        return float("nan")
+    order = np.argsort(scores, kind="stable")
+    ranked, sticks = scores[order], truth[order]
+    # Errors when the k lowest are called "does not stick": sticking ones among them, and the rest.
+    missed = np.concatenate([[0], np.cumsum(sticks)])
+    false_alarms = int((~sticks).sum()) - np.concatenate([[0], np.cumsum(~sticks)])
+    errors = missed + false_alarms
+    edges = np.concatenate([[ranked[0] - 1.0], 0.5 * (ranked[1:] + ranked[:-1]), [ranked[-1] + 1]])
+    apart = np.concatenate([[True], ranked[1:] > ranked[:-1], [True]])
+    errors = np.where(apart, errors, len(scores) + 1)
+    return float(edges[int(np.argmin(errors))])
+
+
+def roc_curve(scores: Array, truth: BoolArray) -> tuple[Array, Array]:
+    """False and true positive rates over all thresholds, both rising from 0 to 1."""
+    order = np.argsort(-scores, kind="stable")
+    hits = np.concatenate([[0.0], np.cumsum(truth[order]) / max(int(truth.sum()), 1)])
+    misses = np.concatenate([[0.0], np.cumsum(~truth[order]) / max(int((~truth).sum()), 1)])
+    return misses, hits
+
+
+def area_under_curve(scores: Array, truth: BoolArray) -> float:
+    """Area under :func:`roc_curve`; NaN where all answers are the same.
+
+    >>> area_under_curve(np.array([1.0, 3.0, 2.0]), np.array([False, True, False]))
+    1.0
+    """
+    if truth.all() or not truth.any():
+        return float("nan")
+    misses, hits = roc_curve(scores, truth)
+    return float(np.trapezoid(hits, misses))
+
+
+def _share(answers: BoolArray) -> float:
+    return float(answers.mean()) if len(answers) else float("nan")
+
+
+def _mean_depth(case: PaperCase) -> float:
+    """Mean depth of the gages under the surface, mm."""
+    heights = surface_heights(case.design, case.gage_x)
+    return float(np.mean(heights - case.finger.model.gage_positions[:, 1]))

@@ -1,0 +1,215 @@
+"""Figure 8 and its claim: does one relation of gage area and stick area serve every friction?
+
+The gage area A is where the change of strain per change of tangential force exceeds a threshold
+(control/slip_study.py). The paper says of its relation with the stick area that it "was almost the
+same for all cases" of friction (3.1). Measured here, on each of the paths of paper_case.py:
+
+- the rank correlation of A with the stick area, at each friction and over all of them at once;
+- the spread over the frictions of the stick length at equal A, after the largest stick length (in a
+  grip this is where A decides);
+- the error of the stick length that is told from A by a rising relation learnt at the *other*
+  frictions, beside that of a relation learnt at its own: what not knowing the friction costs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.control.slip_study import (
+    FORCE_FLOOR_N,
+    FORCE_FLOOR_SHARE,
+    full_stick_threshold,
+    normal_calibration,
+    rank_correlation,
+    slip_study,
+)
+from fingerdesign.paper.case import FRICTIONS, PIECES, follow_rows, path_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from fingerdesign.control.signals import NormalCalibration
+    from fingerdesign.paper.case import PaperCase
+    from fingerdesign.records.arrays import SlipStudy
+
+
+_REACH = 1.05  # of the largest approach: friction changes F_n a little
+_SPREAD_AT = 25  # values of A at which the spread is taken
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What all studies share: calibration, threshold (microstrain/N), and the floor (N) of an
+    increment of a row cut into PIECES."""
+
+    calibration: NormalCalibration
+    threshold: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Relation:
+    """Gage area A and stick length on one path; friction, area, stick (n,), mm, pooled.
+
+    rank (f,), pooled_rank: Spearman's. spread_mm, spread_median_mm: the largest and the median
+    over A of the range of stick lengths at equal A, NaN where no A is common to all. own_rms_mm
+    (f,), other_rms_mm (f,): error of the stick length told from A, by the relation of its own
+    friction and by that of all others. before_rms_mm (f,): the same by the others',
+    complete slip left out.
+    """
+
+    path: str
+    frictions: tuple[float, ...]
+    friction: Array
+    area: Array
+    stick: Array
+    rank: Array
+    pooled_rank: float
+    spread_mm: float
+    spread_median_mm: float
+    own_rms_mm: Array
+    other_rms_mm: Array
+    before_rms_mm: Array
+
+    @property
+    def largest_mm(self) -> float:
+        """The largest stick length of all."""
+        return float(self.stick.max())
+
+    @property
+    def other_share(self) -> float:
+        """RMS over the frictions of the error by the others' relation, over the largest length."""
+        return float(np.sqrt(np.mean(self.other_rms_mm**2))) / self.largest_mm
+
+    @property
+    def before_share(self) -> float:
+        """As :attr:`other_share`, complete slip left out."""
+        return float(np.sqrt(np.mean(self.before_rms_mm**2))) / self.largest_mm
+
+    @property
+    def own_share(self) -> float:
+        """The same by each friction's own relation."""
+        return float(np.sqrt(np.mean(self.own_rms_mm**2))) / self.largest_mm
+
+
+def make_bench(case: PaperCase) -> Bench:
+    """Calibration and threshold at the scene's friction, as a rig would find them once."""
+    problem, face = case.finger, case.face
+    calibration = normal_calibration(problem, face, _REACH * case.approach)
+    limit = case.friction * float(calibration.normal_force[-1])
+    floor = min(FORCE_FLOOR_N, FORCE_FLOOR_SHARE * limit)
+    threshold = full_stick_threshold(problem, face, case.approach)
+    return Bench(calibration, threshold, floor / PIECES)
+
+
+def relation(
+    case: PaperCase, bench: Bench, path: str, frictions: Sequence[float] = FRICTIONS
+) -> Relation:
+    """A against the stick length on one of the paths, at two friction coefficients or more."""
+    areas, sticks, ranks = [], [], []
+    for friction in frictions:
+        study = _told(_study(case, bench, path, friction))
+        areas.append(study.gage_area_mm)
+        sticks.append(study.stick_length_mm)
+        ranks.append(_or_nan(rank_correlation(areas[-1], sticks[-1])))
+    label = np.repeat(frictions, [len(area) for area in areas])
+    area, stick = np.concatenate(areas), np.concatenate(sticks)
+    spread = spread_at_equal_area(areas, sticks)
+    own, other = relation_errors(label, area, stick)
+    loaded = stick > 0.0
+    return Relation(
+        path=path,
+        frictions=tuple(frictions),
+        friction=label,
+        area=area,
+        stick=stick,
+        rank=np.array(ranks),
+        pooled_rank=_or_nan(rank_correlation(area, stick)),
+        spread_mm=float(spread.max()) if len(spread) else float("nan"),
+        spread_median_mm=float(np.median(spread)) if len(spread) else float("nan"),
+        own_rms_mm=own,
+        other_rms_mm=other,
+        before_rms_mm=relation_errors(label[loaded], area[loaded], stick[loaded])[1],
+    )
+
+
+def _study(case: PaperCase, bench: Bench, path: str, friction: float) -> SlipStudy:
+    """The slip study of one path, up to complete slip."""
+    problem = case.finger.with_friction(friction)
+    rows = path_rows(case, path, friction)
+    end = sum(1 for _ in follow_rows(problem, rows))
+    return slip_study(
+        problem,
+        rows[:end],
+        case.face,
+        case.gage_x,
+        bench.threshold,
+        bench.floor,
+        bench.calibration,
+    )
+
+
+def _told(study: SlipStudy) -> SlipStudy:
+    """The increments whose change of F_t says something."""
+    used = np.isfinite(study.response).all(axis=1) & np.isfinite(study.stick_ratio)
+    kept = (
+        *("stick_ratio", "stick_length_mm", "gage_area_raw_mm", "gage_area_mm"),
+        *("response_raw", "response", "tangential_force", "normal_force"),
+    )
+    return replace(study, **{name: getattr(study, name)[used] for name in kept})
+
+
+def spread_at_equal_area(areas: Sequence[Array], sticks: Sequence[Array]) -> Array:
+    """Range over the frictions of the stick length at equal A, while both fall, mm.
+
+    areas, sticks: one pair a friction, in the order of its increments. At values of A that all
+    have; none where they have none in common.
+    """
+    falling = []
+    for area, stick in zip(areas, sticks, strict=True):
+        after = slice(int(np.argmax(stick)), None)
+        # A may wobble while the stick length falls: its running minimum is a relation.
+        falling.append((np.minimum.accumulate(area[after]), stick[after]))
+    low = max(float(area.min()) for area, _ in falling)
+    high = min(float(area.max()) for area, _ in falling)
+    if high <= low:
+        return np.empty(0)
+    at = np.linspace(low, high, _SPREAD_AT)
+    lengths = np.array([np.interp(at, area[::-1], stick[::-1]) for area, stick in falling])
+    return np.asarray(np.ptp(lengths, axis=0))
+
+
+def relation_errors(label: Array, area: Array, stick: Array) -> tuple[Array, Array]:
+    """RMS errors (f,) by each friction's own rising relation and by that of all others, mm.
+
+    label (n,): the friction of each (area, stick).
+    """
+    own, other = [], []
+    for friction in np.unique(label):
+        here = label == friction
+        truth = stick[here]
+        own.append(_rms(_rising(area[here], truth, area[here]) - truth))
+        other.append(_rms(_rising(area[~here], stick[~here], area[here]) - truth))
+    return np.array(own), np.array(other)
+
+
+def _rising(area: Array, stick: Array, at: Array) -> Array:
+    """Values ``at`` of the rising relation that fits (area, stick) best: isotonic regression."""
+    from scipy.optimize import isotonic_regression
+
+    places, inverse, count = np.unique(area, return_inverse=True, return_counts=True)
+    mean = np.bincount(inverse, stick) / count
+    fitted = isotonic_regression(mean, weights=count).x
+    return np.asarray(np.interp(at, places, fitted))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _or_nan(value: float | None) -> float:
+    return float("nan") if value is None else value

@@ -1,0 +1,360 @@
+"""Result folders: written aside and renamed, so that each is there whole or not at all."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import fnmatch
+import os
+import re
+import secrets
+import shutil
+import time
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.records.result import GripTrace, IncrementResult, PointStrain, Result, ResultError
+
+try:
+    import fcntl
+except ImportError:  # Windows: two writers of one folder are not kept apart there
+    fcntl = None  # type: ignore[assignment]
+
+RESULT_FILE = "result.json"
+# What a result is made of: a folder that holds anything else is not replaced.
+PRODUCTS = ("result.json", "report.html", "*.csv", "fields_*.vtu", "*.step", "*.stl")
+
+
+@contextmanager
+def result_folder(target: Path | str) -> Iterator[Path]:
+    """A temporary folder beside ``target`` that takes its place when the block ends well.
+
+    An older whole result (a folder with a result.json) is replaced, and is put back should the
+    renaming fail; an empty folder is too. Anything else in the way is a ResultError before any work
+    is done: what is not ours is not deleted. When the block raises, nothing is left.
+    """
+    target = Path(target).absolute()
+    refuse_foreign(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        aside = sibling(target, "partial")
+        aside.mkdir()
+    except OSError as error:
+        raise ResultError(f"cannot write beside {target}: {error}") from error
+    try:
+        yield aside
+        if not (aside / RESULT_FILE).is_file():
+            raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
+        with _locked(target):
+            refuse_foreign(target)
+            take_place(aside, target)
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def write_result_folder(
+    target: Path | str,
+    result: Result,
+    grip_traces: Iterable[GripTrace] = (),
+    texts: dict[str, str] | None = None,
+) -> Path:
+    """Write a whole result folder at once: result.json, history.csv, grip_*.csv and other texts.
+
+    texts: file name -> content (report.html, say). For files made by other programs use
+    :func:`result_folder` and :func:`write_result_files`. Returns the folder.
+    """
+    with result_folder(target) as folder:
+        for name, text in (texts or {}).items():
+            (folder / name).write_text(text, encoding="utf-8")
+        write_result_files(folder, result, grip_traces)
+    return Path(target)
+
+
+def write_result_files(folder: Path, result: Result, grip_traces: Iterable[GripTrace] = ()) -> None:
+    """result.json, history.csv and a grip_*.csv for each trace into an existing folder."""
+    write_history_csv(folder / "history.csv", result)
+    for name, trace in _grip_names(grip_traces):
+        write_grip_csv(folder / name, trace)
+    (folder / RESULT_FILE).write_text(result.to_json(), encoding="utf-8")
+
+
+def read_result(folder: Path | str) -> Result:
+    """The result in a folder (or at the path of its result.json).
+
+    Raises ResultError when there is none, DesignError when the file is not a result.
+    """
+    path = Path(folder)
+    path = path / RESULT_FILE if path.is_dir() else path
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"no result can be read at {path}: {error}") from error
+    return Result.from_json(text, str(path))
+
+
+def write_history_csv(path: Path, result: Result) -> None:
+    """A row an increment; units in the column names; empty where there is no value.
+
+    Readout points are numbered from 1 in the scene's order; xy, xz and yz are engineering shear.
+    """
+    names = [
+        item.name
+        for item in dataclasses.fields(IncrementResult)
+        if item.name not in ("gages", "points")
+    ]
+    plates = [gage.plate for gage in result.increments[0].gages] if result.increments else []
+    header = ["increment", *names, *(f"gage_{plate}_reading_microstrain" for plate in plates)]
+    parts = [item.name for item in dataclasses.fields(PointStrain)]
+    points = range(1, len(result.increments[0].points) + 1) if result.increments else ()
+    header += [f"point_{point}_strain_{part}_microstrain" for point in points for part in parts]
+    rows = (
+        [
+            *(number, *(getattr(row, name) for name in names)),
+            *(gage.reading for gage in row.gages),
+            *(getattr(point, part) for point in row.points for part in parts),
+        ]
+        for number, row in enumerate(result.increments, start=1)
+    )
+    _write_csv(path, header, rows)
+
+
+def write_grip_csv(path: Path, trace: GripTrace) -> None:
+    """A row a step of one grip; units in the column names; empty where there is no value."""
+    columns = {
+        "approach_mm": trace.approach,
+        "shear_mm": trace.shear,
+        "normal_force_N": trace.normal_force,
+        "tangential_force_N": trace.tangential_force,
+        "friction_limit_N": trace.limit,
+        "stick_ratio": trace.stick_ratio,
+        "gage_area_mm": trace.gage_area_mm,
+        "command_dx_mm": trace.dx,
+        "command_dy_mm": trace.dy,
+        "hold": trace.hold.astype(int),
+    }
+    if trace.rise is not None:
+        columns["rise_mm"] = trace.rise
+    gages = trace.gage_readings
+    for plate in range(gages.shape[1]):
+        columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    _write_csv(path, ["step", *columns], ([i, *row] for i, row in enumerate(rows, start=1)))
+
+
+def _write_csv(path: Path, header: list[str], rows: Iterable[list[Any]]) -> None:
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(header)
+        for row in rows:
+            writer.writerow("" if _absent(cell) else cell for cell in row)
+
+
+def _absent(cell: Any) -> bool:
+    return cell is None or (isinstance(cell, float) and bool(np.isnan(cell)))
+
+
+def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
+    """Distinct file names: grip_CONTROLLER_muMU_MASSg.csv, beside it the path without the rule."""
+    taken: dict[str, int] = {}
+    for trace in traces:
+        parts = f"{trace.controller}_mu{trace.friction_coefficient:g}_{trace.object_mass_g:g}g"
+        stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
+        taken[stem] = taken.get(stem, 0) + 1
+        stem += f"_{taken[stem]}" if taken[stem] > 1 else ""
+        yield f"{stem}.csv", trace
+        if trace.without_rule is not None:
+            yield f"{stem}_without_rule.csv", trace.without_rule
+
+
+def refuse_foreign(target: Path) -> None:
+    """ResultError where ``target`` is no place for a result: what is not ours is not deleted."""
+    try:
+        if target.is_symlink() or (target.exists() and not target.is_dir()):
+            raise ResultError(f"{target} is in the way and not a folder; choose another --out")
+        names = sorted(entry.name for entry in target.iterdir())
+        holds_result = RESULT_FILE in names and not (target / RESULT_FILE).is_dir()
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise ResultError(f"cannot look into {target}: {error}") from error
+    if not names:
+        return
+    if not holds_result:
+        raise ResultError(
+            f"{target} holds files but no {RESULT_FILE}, so it is not an older result and is left "
+            "alone; choose another --out or move it away"
+        )
+    foreign = [
+        name for name in names if not any(fnmatch.fnmatch(name, pattern) for pattern in PRODUCTS)
+    ]
+    if foreign:
+        raise ResultError(
+            f"{target} holds {', '.join(foreign[:5])} beside an older result; move what is not a "
+            "result away, or choose another --out"
+        )
+
+
+def take_place(aside: Path, target: Path) -> None:
+    """Rename; the older folder is deleted only once the new one is in its place."""
+    older = sibling(target, "older")
+    try:
+        try:
+            if target.is_dir():
+                target.rename(older)
+            aside.rename(target)
+        except BaseException:  # an interruption between the two as well
+            if older.is_dir() and not target.exists():
+                older.rename(target)
+            raise
+    except OSError as error:
+        kept = f"; the older result is in {older}" if older.is_dir() else ""
+        raise ResultError(f"cannot put the result in place at {target}: {error}{kept}") from error
+    shutil.rmtree(older, ignore_errors=True)
+
+
+@contextmanager
+def _locked(target: Path) -> Iterator[None]:
+    """Keep other writers of ``target`` waiting; the hidden lock beside it goes at the end."""
+    path = target.with_name(f".{target.name}.lock")
+    try:
+        stream = None if fcntl is None else _lock_file(path)
+    except OSError:  # a file system without locks: finished work is not lost for that
+        stream = None
+    try:
+        yield
+    finally:
+        if stream is not None:
+            path.unlink(missing_ok=True)  # whoever waits for it finds it gone and makes another
+            os.close(stream)
+
+
+def _lock_file(path: Path) -> int:
+    while True:
+        stream = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX)
+            if os.path.samestat(os.fstat(stream), path.stat()):
+                return stream
+        except FileNotFoundError:
+            pass  # its holder is done and took it away
+        except BaseException:
+            os.close(stream)
+            raise
+        os.close(stream)
+
+
+def sibling(target: Path, role: str) -> Path:
+    """A hidden name beside ``target`` that nothing else has."""
+    return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
+
+
+# A folder of files made together: written aside and renamed, so it is there whole or not at all.
+#
+#     VALIDATION = RecordFolder("validation", "validation.json", ("validation.json", "*.png"))
+#     with VALIDATION.written(out / name) as folder:
+#         ...
+#
+# What is not an older folder of the same kind is not replaced. Results of analyses have a folder of
+# their own kind (result_folder.py).
+
+DAY_S = 86400.0
+
+
+@dataclass(frozen=True)
+class RecordFolder:
+    """A kind of folder: what it is called, the file that it must hold, patterns of all it may.
+
+    filled: it is written into in place, and may hold folders, or not yet its record.
+    """
+
+    kind: str
+    record: str
+    products: tuple[str, ...]
+    filled: bool = False
+
+    @contextmanager
+    def written(self, target: Path | str) -> Iterator[Path]:
+        """A temporary folder beside ``target`` that takes its place when the block ends well.
+
+        An older one is replaced, and put back should the renaming fail. Anything else in the way is
+        a ResultError before any work. When the block raises, nothing is left.
+        """
+        target = Path(target).absolute()
+        self.refuse_foreign(target)
+        aside = sibling(target, "partial")
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            aside.mkdir()
+        except OSError as error:
+            raise ResultError(f"cannot write beside {target}: {error}") from error
+        try:
+            yield aside
+            if not (aside / self.record).is_file():
+                raise ResultError(f"{target} was not written: it was made without {self.record}")
+            self.refuse_foreign(target)
+            take_place(aside, target)
+        finally:
+            shutil.rmtree(aside, ignore_errors=True)
+
+    def refuse_foreign(self, target: Path) -> None:
+        """ResultError where ``target`` is no place for such a folder."""
+        try:
+            if target.is_symlink() or (target.exists() and not target.is_dir()):
+                raise ResultError(f"{target} is in the way and not a folder; choose another --out")
+            names = sorted(os.listdir(target))
+        except FileNotFoundError:
+            return
+        except OSError as error:
+            raise ResultError(f"cannot look into {target}: {error}") from error
+        foreign = [name for name in names if self._foreign(target / name)]
+        if foreign:
+            raise ResultError(
+                f"{target} holds {', '.join(foreign[:5])}, which is no {self.kind}; choose another "
+                "--out"
+            )
+        if names and not self.filled and self.record not in names:
+            raise ResultError(
+                f"{target} holds {', '.join(names[:5])} but no {self.record}, so it is no older "
+                f"{self.kind}; choose another --out"
+            )
+
+    def _foreign(self, path: Path) -> bool:
+        if not any(fnmatch.fnmatch(path.name, pattern) for pattern in self.products):
+            return True
+        return not self.filled and path.is_dir()
+
+
+def sweep_abandoned(target: Path, older_than_s: float = DAY_S) -> tuple[Path, ...]:
+    """Remove the temporary folders beside ``target`` that killed processes left; which they were.
+
+    For kinds that are made in minutes: nothing in such a folder was changed for ``older_than_s``.
+    """
+    pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
+    return swept(target.absolute().parent, pattern, older_than_s)
+
+
+def swept(parent: Path, pattern: re.Pattern[str], older_than_s: float) -> tuple[Path, ...]:
+    """Remove this user's folders in ``parent`` of names that ``pattern`` matches, where they and
+    what lies in them are older; which they were. What cannot be looked into stays."""
+    gone = []
+    try:
+        found = [path for path in parent.iterdir() if pattern.fullmatch(path.name)]
+    except OSError:
+        return ()
+    for path in found:
+        try:
+            mine = not hasattr(os, "getuid") or path.lstat().st_uid == os.getuid()
+            if not mine or path.is_symlink() or not path.is_dir():
+                continue
+            last = max(each.lstat().st_mtime for each in (path, *path.rglob("*")))
+        except OSError:
+            continue
+        if time.time() - last > older_than_s:
+            shutil.rmtree(path, ignore_errors=True)
+            gone.append(path)
+    return tuple(gone)

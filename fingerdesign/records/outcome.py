@@ -1,0 +1,269 @@
+"""What came of one finger in a study: metrics, and the little that a comparison shows of it.
+
+Units stand in the names; forces are those on the finger, strains microstrain. JSON in and out, NaN
+never written. The standard library only.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, is_dataclass
+from itertools import zip_longest
+from typing import Any, Literal
+
+from fingerdesign.errors import FingerDesignError, cell_text
+from fingerdesign.runtime.child import FailureKind
+
+SCHEMA_VERSION = 1
+_DEEPEST = 30  # of tables in tables; designs are 4 deep
+MOST = 1e30  # of any number's size: sums and squares of what is shown stay finite
+Numbers = tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class Failure:
+    """Why there is no result.
+
+    kind "invalid": no finger (the design's faults); "refused": no analysis of it; "failed": the
+    work ended with a reason; "crashed": its process died; "timeout"; "memory".
+    """
+
+    kind: FailureKind
+    sentence: str
+
+
+@dataclass(frozen=True)
+class GripOutcome:
+    """One grip: the result's own keys, and its path of forces, thinned to at most 60 points."""
+
+    controller: str
+    friction_coefficient: float
+    object_mass_g: float
+    lifted: bool
+    gross_slip: bool
+    safety_margin: float | None
+    peak_normal_force_N: float
+    minimum_stick_ratio: float | None
+    normal_force_N: Numbers = ()
+    tangential_force_N: Numbers = ()
+
+
+@dataclass(frozen=True)
+class Traces:
+    """The path of the scene, increment by increment (lists of one length).
+
+    gage_x_mm: place of each gage; gages: readings of every increment, microstrain. contact_x_mm,
+    contact_z_mm (empty in plane strain): the candidate points; status: of every increment one
+    character a point, "." open, "#" stick, "/" slip.
+    """
+
+    approach_mm: Numbers = ()
+    shear_mm: Numbers = ()
+    normal_force_N: Numbers = ()
+    tangential_force_N: Numbers = ()
+    stick_ratio: Numbers = ()
+    contact_width_mm: Numbers = ()
+    gage_x_mm: Numbers = ()
+    gages: tuple[Numbers, ...] = ()
+    contact_x_mm: Numbers = ()
+    contact_z_mm: Numbers = ()
+    status: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Validity:
+    """How far the numbers may be believed.
+
+    plane_strain_error: forecast of what plane strain overstates F_n by, a share; None where it was
+    not used or no section tells. mesh_error: estimated, a share; None where not estimated.
+    """
+
+    plane_strain_error: float | None = None
+    mesh_error: float | None = None
+    sentences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One variant of a study, analysed or failed.
+
+    digest    of design, scene, fidelity and version: what the store keeps it by
+    name      of the variant (the user's text: escape it wherever it is shown)
+    values    the studied keys and their values; design: the whole design as TOML data
+    metrics   by name (search/study/metrics.py), None where one does not apply
+    failure   None where status is "ok"
+    """
+
+    digest: str
+    name: str
+    values: dict[str, Any]
+    design: dict[str, Any]
+    scene: str
+    fidelity: str
+    status: Literal["ok", "failed"]
+    failure: Failure | None = None
+    metrics: dict[str, float | None] = field(default_factory=dict)
+    traces: Traces = Traces()
+    grips: tuple[GripOutcome, ...] = ()
+    validity: Validity = Validity()
+    warnings: tuple[str, ...] = ()
+    versions: dict[str, str] = field(default_factory=dict)
+    seeds: dict[str, int] = field(default_factory=dict)
+    seconds: float = 0.0
+    core_seconds: float = 0.0
+    peak_memory_MB: float = 0.0
+    schema_version: int = SCHEMA_VERSION
+
+    def to_json(self) -> str:
+        """One line of JSON; ValueError for a number that is not finite."""
+        return json.dumps(asdict(self), allow_nan=False, separators=(",", ":"))
+
+    @classmethod
+    def from_json(cls, text: str) -> Outcome:
+        """Read back, strictly; :class:`OutcomeError` for what is no whole outcome."""
+        from pydantic import ConfigDict, TypeAdapter, ValidationError, with_config
+
+        try:
+            adapter = TypeAdapter(with_config(ConfigDict(extra="forbid"))(cls))
+            found: Outcome = adapter.validate_json(text)
+        except (ValidationError, RecursionError, ValueError) as error:
+            why = error.errors()[0]["msg"] if isinstance(error, ValidationError) else str(error)
+            raise OutcomeError(f"no outcome: {why}") from error
+        if found.schema_version != SCHEMA_VERSION:
+            raise OutcomeError(f"schema version {found.schema_version}, not {SCHEMA_VERSION}")
+        if (found.failure is None) != (found.status == "ok"):
+            raise OutcomeError(f"no outcome: status {found.status} and failure {found.failure}")
+        refuse_endless(vars(found))
+        return found
+
+
+class OutcomeError(FingerDesignError):
+    """A text is no whole outcome."""
+
+
+def bounded(number: float | None) -> bool:
+    """Whether it is no number at all, or a finite one of at most ``MOST`` in size."""
+    return number is None or abs(number) <= MOST
+
+
+def refuse_endless(value: Any) -> None:
+    """OutcomeError where a number in plain data or dataclasses is endless, or the data too deep."""
+    level: list[Any] = [value]
+    for _ in range(_DEEPEST):
+        inner: list[Any] = []
+        for each in level:
+            if isinstance(each, int | float):
+                if not bounded(each):
+                    raise OutcomeError(f"no outcome: a number beyond {MOST:g} in size")
+            elif isinstance(each, dict):
+                inner += each.values()
+            elif isinstance(each, list | tuple):
+                inner += each
+            elif is_dataclass(each):
+                inner += vars(each).values()
+        if not inner:
+            return
+        level = inner
+    raise OutcomeError(f"no outcome: data more than {_DEEPEST} deep")
+
+
+# Outcomes as CSV for pandas and spreadsheets: a row a design, an increment, a step of a grip.
+#
+# Numbers are exact, an empty cell has no value, a line is one row. Texts are without control
+# characters, and those that a spreadsheet would take for a formula begin with an apostrophe.
+
+_FACTS = ("name", "digest", "scene", "fidelity", "status")
+_WORK = ("seconds", "core_seconds", "peak_memory_MB")
+_PATH = (
+    *("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio"),
+    "contact_width_mm",
+)
+
+
+def designs_csv(outcomes: Sequence[Outcome]) -> str:
+    """A row an outcome, in order: facts, studied values by their keys, metrics, validity, work.
+
+    A metric that has the name of a fact of the work (core_seconds) stands once, as the fact.
+    """
+    keys = dict.fromkeys(key for outcome in outcomes for key in outcome.values)
+    metrics = dict.fromkeys(
+        name for outcome in outcomes for name in outcome.metrics if name not in _WORK
+    )
+    checks = [name for name in ("plane_strain_error", "mesh_error") if name not in metrics]
+    header = [*_FACTS, "failure_kind", "failure", *keys, *metrics, *checks, *_WORK]
+    rows = (
+        [
+            *(getattr(outcome, name) for name in _FACTS),
+            *(("", "") if outcome.failure is None else _failure(outcome)),
+            *(outcome.values.get(key) for key in keys),
+            *(outcome.metrics.get(name) for name in metrics),
+            *(getattr(outcome.validity, name) for name in checks),
+            *(getattr(outcome, name) for name in _WORK),
+        ]
+        for outcome in outcomes
+    )
+    return _text(header, rows)
+
+
+def increments_csv(outcomes: Sequence[Outcome]) -> str:
+    """A row an increment of every outcome's path, with its gages' readings, microstrain."""
+    most = max((len(o.traces.gage_x_mm) for o in outcomes), default=0)
+    gages = [f"gage_{number}_microstrain" for number in range(most)]
+    header = ["name", "digest", "increment", *_PATH, *gages]
+    return _text(header, (row for outcome in outcomes for row in _increments(outcome, most)))
+
+
+def grips_csv(outcomes: Sequence[Outcome]) -> str:
+    """A row a kept step of every grip: forces beside the grip's own facts."""
+    facts = ("controller", "friction_coefficient", "object_mass_g", "lifted", "gross_slip")
+    forces = ("normal_force_N", "tangential_force_N")
+    header = ["name", "digest", "grip", *facts, "safety_margin", "step", *forces]
+    rows = (
+        [
+            *(outcome.name, outcome.digest, number, *(getattr(grip, fact) for fact in facts)),
+            *(grip.safety_margin, step, normal, tangential),
+        ]
+        for outcome in outcomes
+        for number, grip in enumerate(outcome.grips)
+        for step, (normal, tangential) in enumerate(
+            zip_longest(grip.normal_force_N, grip.tangential_force_N)
+        )
+    )
+    return _text(header, rows)
+
+
+def _failure(outcome: Outcome) -> tuple[str, str]:
+    return (outcome.failure.kind, outcome.failure.sentence) if outcome.failure else ("", "")
+
+
+def _increments(outcome: Outcome, gages: int) -> Iterator[list[Any]]:
+    traces = outcome.traces
+    for number in range(len(traces.normal_force_N)):
+        path = (getattr(traces, name) for name in _PATH)
+        readings = traces.gages[number] if number < len(traces.gages) else ()
+        yield [
+            *(outcome.name, outcome.digest, number + 1),
+            *(column[number] if number < len(column) else None for column in path),
+            *readings,
+            *[None] * (gages - len(readings)),
+        ]
+
+
+def _text(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow([cell_text(name) for name in header])
+    for row in rows:
+        writer.writerow([_cell(value) for value in row])
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    if isinstance(value, bool | int | float):
+        return value
+    return cell_text(value if isinstance(value, str) else json.dumps(value))

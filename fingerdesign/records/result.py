@@ -1,0 +1,351 @@
+"""What an analysis found: the content of ``result.json`` and the arrays that its report needs.
+
+Units stand in the names: mm, N, MPa, s; strains are microstrain (1e-6), tension positive. Forces
+are those on the finger: normal > 0 in compression, tangential > 0 toward +x. numpy and the standard
+library only (pydantic is imported where JSON is read).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.records.arrays import (
+    OPEN,
+    SLIP,
+    STICK,
+    ContactHistory,
+    FieldHistory,
+    GageLayout,
+    GripTrace,
+    SlipStudy,
+)
+
+if TYPE_CHECKING:
+    pass
+
+__all__ = [
+    "OPEN",
+    "SCHEMA_VERSION",
+    "SLIP",
+    "STAGES",
+    "STICK",
+    "ContactHistory",
+    "FieldHistory",
+    "GageLayout",
+    "GageResult",
+    "GripResult",
+    "GripTrace",
+    "IncrementResult",
+    "LadderSummary",
+    "MeshSummary",
+    "ModelSummary",
+    "PointStrain",
+    "Result",
+    "ResultError",
+    "SlipStudy",
+    "SlipStudySummary",
+    "TriedModel",
+    "result_json_schema",
+]
+
+SCHEMA_VERSION = 1
+STAGES = ("geometry", "mesh", "assemble", "condense", "increments", "grips", "report")
+
+_STRICT = {"extra": "forbid", "strict": True}  # what pydantic holds a file to
+
+
+class ResultError(FingerDesignError):
+    """A result cannot be written: it holds a value that is no number, or the folder is not ours."""
+
+
+@dataclass(frozen=True)
+class ModelSummary:
+    """The mechanical model: how large it is and why it is the one that was used.
+
+    symmetry: True for the half z >= 0 of a finger that mirrors in z = 0.
+    reasons: sentences, one for each choice that the program made by itself.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    dimension: Literal[2, 3]
+    element: str
+    dofs: int
+    contact_nodes: int
+    symmetry: bool
+    reasons: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MeshSummary:
+    """The mesh and how far it is from the CAD solid; volume errors are relative, unsigned.
+
+    min_dihedral_deg: least dihedral angle of the tetrahedra; in plane strain the least angle of the
+    triangles. worst_plate_volume_error: None without plates.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    mesher: str
+    elements: int
+    min_dihedral_deg: float
+    body_volume_error: float
+    worst_plate_volume_error: float | None
+
+
+@dataclass(frozen=True)
+class GageResult:
+    """One plate's gage, microstrain, tension positive.
+
+    membrane = (upper + lower) / 2, bending = (upper - lower) / 2; reading: that of ``gages.face``.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    plate: int
+    upper: float
+    lower: float
+    membrane: float
+    bending: float
+    reading: float
+
+
+@dataclass(frozen=True)
+class PointStrain:
+    """Strain at one readout point, microstrain; xy, xz and yz are engineering shear."""
+
+    __pydantic_config__ = _STRICT
+
+    xx: float
+    yy: float
+    zz: float
+    xy: float
+    xz: float
+    yz: float
+
+
+@dataclass(frozen=True)
+class IncrementResult:
+    """One row of the path, solved and checked. Forces are those on the finger, whole.
+
+    normal_force_N: along -y, > 0 in compression; tangential_force_N: along +x, which is what a
+    shear of the object toward +x causes; also where the object slopes.
+    stick_ratio: stick area / contact area by quadrature, None without contact. In 3-D the contact
+    width is taken at z = 0. residual: the contact solver's own, as it defines it. force_z_N: on the
+    finger, > 0 toward +z; twist_moment_Nmm: on the finger about +y through x = z = 0.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    approach_mm: float
+    shear_mm: float
+    normal_force_N: float
+    tangential_force_N: float
+    contact_width_mm: float
+    stick_ratio: float | None
+    open_nodes: int
+    stick_nodes: int
+    slip_nodes: int
+    peak_pressure_MPa: float
+    iterations: int
+    residual: float
+    gages: tuple[GageResult, ...] = ()
+    points: tuple[PointStrain, ...] = ()
+    shear_z_mm: float = 0.0
+    twist_deg: float = 0.0
+    force_z_N: float = 0.0
+    twist_moment_Nmm: float = 0.0
+
+
+@dataclass(frozen=True)
+class GripResult:
+    """One grip: two like fingers, each with F_t = m g / 2 once the object is lifted.
+
+    safety_margin: F_n / (F_t / mu) at the first lifted increment, None if it was not lifted.
+    minimum_stick_ratio: over the increments with F_t > 0, None if there is none.
+    slip_distance_mm: least accumulated slip over the points in contact.
+    holds: how often the rule set dx to zero. slips_without_rule: whether the same path without the
+    rule slips completely; None if that was not tried. steps: control steps after the
+    preload. ending: a sentence, why the grip ended.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    controller: str
+    friction_coefficient: float
+    object_mass_g: float
+    lifted: bool
+    gross_slip: bool
+    final_normal_force_N: float
+    final_tangential_force_N: float
+    safety_margin: float | None
+    minimum_stick_ratio: float | None
+    peak_normal_force_N: float
+    slip_distance_mm: float
+    steps: int
+    holds: int = 0
+    slips_without_rule: bool | None = None
+    ending: str = ""
+
+
+@dataclass(frozen=True)
+class SlipStudySummary:
+    """How well the gage area followed the stick area at one friction coefficient (Fig. 8).
+
+    Rank correlations (Spearman) of the gage area with the true stick length, with and without the
+    normal force's part taken out; None where not defined. The area is held where F_t changes by
+    less than force_floor_N.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    friction_coefficient: float
+    rank_correlation: float | None
+    rank_correlation_raw: float | None
+    threshold_microstrain_per_N: float
+    force_floor_N: float
+
+
+@dataclass(frozen=True)
+class TriedModel:
+    """A rung of the fidelity ladder. error_estimates: by quantity, parts of one; None where nothing
+    stood to judge it by (normal_force, tangential_force, stick_ratio, gage)."""
+
+    __pydantic_config__ = _STRICT
+
+    name: str
+    dimension: Literal[2, 3]
+    dofs: int
+    contact_nodes: int
+    seconds: float
+    error_estimates: dict[str, float] | None
+    why: str
+
+
+@dataclass(frozen=True)
+class LadderSummary:
+    """How --fidelity auto came to its model: the last one tried that stands in ``chosen``.
+
+    reached: the greatest of error_estimates is at most the tolerance; why_ended: a sentence where
+    it is not.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    tolerance: float
+    reached: bool
+    chosen: str
+    error_estimates: dict[str, float]
+    why_ended: str
+    models: tuple[TriedModel, ...]
+
+
+@dataclass(frozen=True)
+class Result:
+    """The record of one analysis; ``to_json`` is the content of ``result.json``.
+
+    design, scene: names. digest: of the design, the scene and what else decides the numbers.
+    parameters: the design's keys in dotted form with their values; assumed: those of them that the
+    source did not give. timings_s: seconds by stage, 0 for a stage that was not run. ladder: with
+    --fidelity auto only; fidelity is then that of the model chosen.
+    """
+
+    __pydantic_config__ = _STRICT
+
+    design: str
+    scene: str
+    digest: str
+    versions: dict[str, str]
+    fidelity: Literal["plane-strain", "3d"]
+    status: Literal["ok", "failed"] = "ok"
+    failure: str | None = None
+    warnings: tuple[str, ...] = ()
+    model: ModelSummary | None = None
+    mesh: MeshSummary | None = None
+    increments: tuple[IncrementResult, ...] = ()
+    grips: tuple[GripResult, ...] = ()
+    slip_studies: tuple[SlipStudySummary, ...] = ()
+    schema_version: int = SCHEMA_VERSION
+    seeds: dict[str, int] = field(default_factory=dict)
+    timings_s: dict[str, float] = field(default_factory=dict)
+    peak_memory_MB: float = 0.0
+    parameters: dict[str, Any] = field(default_factory=dict)
+    assumed: tuple[str, ...] = ()
+    ladder: LadderSummary | None = None
+
+    def __post_init__(self) -> None:
+        if (self.status == "failed") != bool(self.failure):
+            raise ValueError("failure must hold a sentence exactly when status is 'failed'")
+        if self.status == "ok" and (self.model is None or self.mesh is None):
+            raise ValueError("a result that is 'ok' must say its model and its mesh")
+        every_stage = dict.fromkeys(STAGES, 0.0) | dict(self.timings_s)
+        object.__setattr__(self, "timings_s", every_stage)
+
+    def to_json(self) -> str:
+        """JSON text, keys in the order of the class. Raises ResultError on a NaN or an infinity."""
+        content = _plain(dataclasses.asdict(self), "")
+        return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str, source: str = "result.json") -> Result:
+        """The result that ``to_json`` wrote. Raises DesignError with every fault found."""
+        from pydantic import TypeAdapter, ValidationError
+
+        try:
+            loaded = json.loads(text, parse_constant=_refuse_constant)
+        except (ValueError, RecursionError) as error:
+            fault = Fault("JSON", str(error), "the text of a result.json", "run analyse again")
+            raise DesignError([fault], source) from error
+        version = loaded.get("schema_version") if isinstance(loaded, dict) else None
+        if version != SCHEMA_VERSION:
+            remedy = "read it with the fingerdesign that wrote it, or run analyse again"
+            fault = Fault("schema_version", version, f"{SCHEMA_VERSION}", remedy)
+            raise DesignError([fault], source)
+        try:
+            result: Result = TypeAdapter(cls).validate_json(text)
+        except ValidationError as error:
+            raise DesignError([_fault(item) for item in error.errors()], source) from error
+        return result
+
+
+def result_json_schema() -> dict[str, Any]:
+    """JSON schema of ``result.json``; shipped as ``fingerdesign/data/result.schema.json``."""
+    from pydantic import TypeAdapter
+
+    return TypeAdapter(Result).json_schema() | {
+        "$schema": "https://json-schema.org/draft/2020-12/schema"
+    }
+
+
+def _plain(value: Any, key: str) -> Any:
+    """The value in JSON's own types; refuses what is no finite number, naming its key."""
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {str(k): _plain(v, f"{key}.{k}" if key else str(k)) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v, f"{key}[{i}]") for i, v in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        raise ResultError(f"{key} = {value} is not a finite number; the result is not written")
+    return value
+
+
+def _fault(item: Any) -> Fault:
+    """One of pydantic's errors as a fault."""
+    bounds = {"missing": "present", "unexpected_keyword_argument": "a key of this schema version"}
+    value = "{...}" if isinstance(item["input"], dict | list) else item["input"]
+    value = "nothing" if item["type"] == "missing" else value
+    key = ".".join(str(part) for part in item["loc"]) or "result"
+    bound = bounds.get(item["type"], item["msg"].removeprefix("Value error, "))
+    return Fault(key, value, bound, "run analyse again")
+
+
+def _refuse_constant(name: str) -> float:
+    raise ValueError(f"{name} is not a number of JSON")

@@ -1,0 +1,206 @@
+"""What this machine can do: arithmetic a second, cores, memory that is free."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import hashlib
+import json
+import os
+import platform
+import resource
+import secrets
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+import numpy as np
+
+from fingerdesign.runtime.cache import cache_folder
+
+# What work costs this process and all that it has started: processor seconds, memory.
+
+_PEAK = Path("/proc/self/clear_refs")
+
+
+def processor_seconds() -> float:
+    """Of this process and of all below it, living or ended, since they began.
+
+    Only differences mean something. The system counts a process that has ended with its parent and
+    not before, so the mesher, which stays, is asked itself; each is counted once either way.
+    """
+    import psutil
+
+    own, ended = (resource.getrusage(w) for w in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    total = own.ru_utime + own.ru_stime + ended.ru_utime + ended.ru_stime
+    for child in psutil.Process().children(recursive=True):
+        with contextlib.suppress(psutil.Error):  # it ended just now
+            times = child.cpu_times()
+            total += times.user + times.system + times.children_user + times.children_system
+    return total
+
+
+def forget_peak_memory() -> None:
+    """Let the peak of this process's memory count from now on, where the system can (Linux)."""
+    with contextlib.suppress(OSError):
+        _PEAK.write_text("5", encoding="ascii")
+
+
+def peak_memory_MB() -> float:
+    """Peak of this process's resident memory since :func:`forget_peak_memory`, and what the
+    processes that it started and that live take now."""
+    import psutil
+
+    total = _own_peak_MB()
+    for child in psutil.Process(os.getpid()).children(recursive=True):
+        with contextlib.suppress(psutil.Error):
+            total += child.memory_info().rss / 2**20
+    return total
+
+
+def _own_peak_MB() -> float:
+    with contextlib.suppress(OSError):
+        for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines():
+            if line.startswith("VmHWM:"):
+                return float(line.split()[1]) / 1024.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+
+
+_SIZE, _REPEATS = 640, 5  # of the matrix products: 0.1 s in all
+_KEPT_S = 86_400.0  # a measured speed is believed for a day
+_CGROUP = Path("/sys/fs/cgroup")
+_UNLIMITED = 1 << 60  # bytes: what cgroups say where there is no limit
+
+
+@dataclass(frozen=True)
+class Machine:
+    """one_core, all_cores: double-precision matrix products, GFLOP/s, on one core and on ``cores``;
+    cores: how many this process may use."""
+
+    one_core: float
+    all_cores: float
+    cores: int
+
+
+@functools.cache
+def this_machine() -> Machine:
+    """The machine as measured once a process, or within the last day by another one."""
+    path = _file()
+    known = _read(path)
+    if known is not None:
+        return known
+    found = measure_machine()
+    if not busy(found.cores):
+        _keep(path, found)
+    return found
+
+
+def busy(cores: int) -> bool:
+    """Whether more wants to run than there are cores: speeds measured now are not the machine's."""
+    return hasattr(os, "getloadavg") and os.getloadavg()[0] > cores
+
+
+def measure_machine() -> Machine:
+    """Measure now: what is running beside counts. A fifth of a second."""
+    from threadpoolctl import threadpool_limits
+
+    cores = usable_cores()
+    with threadpool_limits(limits=1, user_api="blas"):
+        one = _gigaflops()
+    if cores == 1:
+        return Machine(one, one, 1)
+    with threadpool_limits(limits=cores, user_api="blas"):
+        every = _gigaflops()
+    return Machine(one, max(every, one), cores)
+
+
+def slower(first: Machine, second: Machine) -> Machine:
+    """What two measurements come to for work that ran between them: the mean time of a product."""
+    one, every = (
+        2.0 / (1.0 / a + 1.0 / b)
+        for a, b in ((first.one_core, second.one_core), (first.all_cores, second.all_cores))
+    )
+    return Machine(one, every, first.cores)
+
+
+def _gigaflops() -> float:
+    """Median speed of a few products: one that is interrupted does not count."""
+    a = np.random.default_rng(0).random((_SIZE, _SIZE))
+    a @ a
+    seconds = []
+    for _ in range(_REPEATS):
+        start = time.perf_counter()
+        a @ a
+        seconds.append(time.perf_counter() - start)
+    return float(2e-9 * _SIZE**3 / np.median(seconds))
+
+
+def usable_cores() -> int:
+    """Cores that this process may use: its affinity, and the quota of its control group."""
+    if hasattr(os, "sched_getaffinity"):
+        cores = len(os.sched_getaffinity(0))
+    else:
+        cores = os.cpu_count() or 1
+    quota = _quota()
+    return max(1, min(cores, cores if quota is None else round(quota)))
+
+
+def _quota() -> float | None:
+    """Cores that the control group grants; None without a limit."""
+    with contextlib.suppress(OSError, ValueError):
+        given, period = (_CGROUP / "cpu.max").read_text("ascii").split()
+        return None if given == "max" else int(given) / int(period)
+    with contextlib.suppress(OSError, ValueError):
+        given = (_CGROUP / "cpu/cpu.cfs_quota_us").read_text("ascii")
+        period = (_CGROUP / "cpu/cpu.cfs_period_us").read_text("ascii")
+        return None if int(given) <= 0 else int(given) / int(period)
+    return None
+
+
+def available_memory_MB() -> float | None:
+    """Memory that can be had now without swapping, within the control group's limit; None where
+    the system does not tell."""
+    found = []
+    with contextlib.suppress(OSError, ValueError, IndexError, StopIteration):
+        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
+        told = next(line for line in lines if line.startswith("MemAvailable:"))
+        found.append(1024.0 * int(told.split()[1]))
+    if not found:
+        with contextlib.suppress(AttributeError, OSError, ValueError):
+            pages = os.sysconf("SC_AVPHYS_PAGES")
+            found.append(float(os.sysconf("SC_PAGE_SIZE") * pages))
+    for limit, used in (
+        ("memory.max", "memory.current"),
+        ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+    ):
+        with contextlib.suppress(OSError, ValueError):
+            most = int((_CGROUP / limit).read_text("ascii"))
+            if most < _UNLIMITED:
+                found.append(float(most - int((_CGROUP / used).read_text("ascii"))))
+    return max(0.0, min(found)) / 2**20 if found else None
+
+
+def _file() -> Path:
+    """Where this machine's speed is kept: by its name, processor, cores and numpy."""
+    about = [platform.node(), platform.machine(), platform.processor(), str(usable_cores())]
+    name = hashlib.sha256("\n".join([*about, np.__version__]).encode()).hexdigest()[:16]
+    return cache_folder("meshes").parent / f"machine-{name}.json"
+
+
+def _read(path: Path) -> Machine | None:
+    try:
+        if not 0.0 <= time.time() - path.stat().st_mtime < _KEPT_S:
+            return None
+        found = Machine(**json.loads(path.read_text("utf-8")))
+        sound = min(found.one_core, found.all_cores) > 0.0 and found.cores == usable_cores()
+    except (OSError, ValueError, TypeError):
+        return None
+    return found if sound else None
+
+
+def _keep(path: Path, found: Machine) -> None:
+    aside = path.with_name(f".{secrets.token_hex(8)}.json")
+    with contextlib.suppress(OSError):  # not to be written: measured again next time
+        path.parent.mkdir(parents=True, exist_ok=True)
+        aside.write_text(json.dumps(asdict(found)), encoding="utf-8")
+        os.replace(aside, path)

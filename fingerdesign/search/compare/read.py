@@ -1,0 +1,401 @@
+"""Outcomes to compare, read from wherever they are: studies, lists of outcomes, analyses."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.records.folder import RESULT_FILE, read_result
+from fingerdesign.records.outcome import (
+    Failure,
+    GripOutcome,
+    Numbers,
+    Outcome,
+    OutcomeError,
+    Traces,
+    Validity,
+    bounded,
+    refuse_endless,
+)
+from fingerdesign.records.result import GripResult, Result, ResultError
+from fingerdesign.search.compare.facts import (
+    Bound,
+    StudyFacts,
+    Wanted,
+    known_metrics,
+    read_constraints,
+    read_objectives,
+    usual_objectives,
+)
+from fingerdesign.search.run.measured import grip_metrics, metrics_of, traces_of
+from fingerdesign.search.study.file import Cost
+
+# A result of `analyse` as an outcome, so that single analyses stand beside studies.
+
+MOST_POINTS = 60  # of a grip's path, as in every outcome
+_SCENE = "scene."
+_WRONG = (ValueError, TypeError, AttributeError)
+
+
+def outcome_of_result(folder: Path) -> Outcome:
+    """The outcome that a result folder tells of: metrics of its grips and of its path's end.
+
+    What the record does not hold is left out: contact maps, and metrics that ask for the model
+    (the gage error of the stick ratio). Raises DesignError for what is no result.
+    """
+    try:
+        result = read_result(folder)
+    except ResultError as error:
+        fault = Fault("RESULT", folder, "a result that can be read", str(error))
+        raise DesignError([fault]) from error
+    try:
+        found = _outcome_of(result, folder)
+        Outcome.from_json(found.to_json())  # nor numbers that no page could bear
+        return found
+    except DesignError:
+        raise
+    except (OutcomeError, ArithmeticError, LookupError, RecursionError, *_WRONG) as error:
+        why = f"{type(error).__name__}: {error}"[:200]
+        bound = "a result whose numbers can be compared"
+        raise DesignError([Fault("RESULT", folder, bound, f"{why}; run analyse again")]) from error
+
+
+def _outcome_of(result: Result, folder: Path) -> Outcome:
+    failed = result.status == "failed"
+    data = _design(result)
+    design = None if failed else _read_design(data)
+    return Outcome(
+        digest=result.digest,
+        name=result.design,
+        values={},
+        design=data,
+        scene=result.scene,
+        fidelity=result.fidelity,
+        status=result.status,
+        failure=Failure("failed", result.failure or "") if failed else None,
+        metrics={} if failed else _metrics(result, design),
+        traces=_traces(result, design),
+        grips=tuple(_grip(grip, folder) for grip in result.grips),
+        validity=_validity(result),
+        warnings=result.warnings,
+        versions=result.versions,
+        seeds=result.seeds,
+        seconds=sum(result.timings_s.values()),
+        peak_memory_MB=result.peak_memory_MB,
+    )
+
+
+def _design(result: Result) -> dict[str, Any]:
+    """The design's tables from the dotted keys of the record."""
+    design: dict[str, Any] = {}
+    for key, value in result.parameters.items():
+        if key.startswith(_SCENE) or value is None:
+            continue
+        *tables, last = key.split(".")
+        place = design
+        for table in tables:
+            place = place.setdefault(table, {})
+        place[last] = value
+    if result.assumed:
+        design["assumed"] = list(result.assumed)
+    return design
+
+
+def _metrics(result: Result, design: Design | None) -> dict[str, float | None]:
+    """As every outcome's, of what the record holds; no cost, since no prices were given."""
+    found: dict[str, float | None] = {}
+    if result.increments and design is not None:
+        path = Analysis(replace(result, grips=(), slip_studies=()), plates=plate_frames(design))
+        found = metrics_of(design, Cost(), path)
+        del found["cost"]
+    return found | grip_metrics(result.grips)
+
+
+def _traces(result: Result, design: Design | None) -> Traces:
+    """The path; none where the design is of a version that this one cannot place gages of."""
+    if not result.increments or design is None:
+        return Traces()
+    return traces_of(Analysis(result, plates=plate_frames(design)))
+
+
+def _read_design(data: dict[str, Any]) -> Design | None:
+    from pydantic import ValidationError
+
+    try:
+        return Design.model_validate(data)
+    except (ValidationError, DesignError):
+        return None
+
+
+def _grip(grip: GripResult, folder: Path) -> GripOutcome:
+    normal, tangential = _path(grip, folder)
+    return GripOutcome(
+        grip.controller,
+        grip.friction_coefficient,
+        grip.object_mass_g,
+        grip.lifted,
+        grip.gross_slip,
+        grip.safety_margin,
+        grip.peak_normal_force_N,
+        grip.minimum_stick_ratio,
+        normal,
+        tangential,
+    )
+
+
+def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
+    """Forces of a grip from its grip_*.csv, thinned; none where the folder has no such file."""
+    parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
+    stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
+    path = folder / f"{stem}.csv"
+    if not path.is_file():
+        return (), ()
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            rows = list(_forces(csv.DictReader(stream)))
+    except (OSError, KeyError, csv.Error, *_WRONG) as error:
+        fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
+        raise DesignError([fault]) from error
+    kept = _thinned(rows)
+    return tuple(row[0] for row in kept), tuple(row[1] for row in kept)
+
+
+def _forces(rows: Iterator[dict[str, str]] | csv.DictReader[str]) -> Iterator[tuple[float, float]]:
+    for row in rows:
+        forces = float(row["normal_force_N"]), float(row["tangential_force_N"])
+        if not all(bounded(each) for each in forces):
+            raise ValueError("a force that is no finite number")
+        yield forces
+
+
+def _thinned(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    if len(rows) <= MOST_POINTS:
+        return list(rows)
+    last = len(rows) - 1
+    return [rows[round(i * last / (MOST_POINTS - 1))] for i in range(MOST_POINTS)]
+
+
+def _validity(result: Result) -> Validity:
+    ladder = result.ladder
+    if ladder is None:
+        return Validity()
+    worst = max(ladder.error_estimates.values(), default=None)
+    return Validity(mesh_error=worst, sentences=(ladder.why_ended,) if ladder.why_ended else ())
+
+
+OUTCOMES_FILE, STUDY_FILE = "outcomes.jsonl", "study.json"
+DIGITS = 8  # of a digest, where nothing else tells designs apart
+LEAST_ALIKE = 2
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Outcomes, none twice, and the facts of the study or studies that they are of."""
+
+    outcomes: tuple[Outcome, ...]
+    facts: StudyFacts
+
+
+@dataclass(frozen=True)
+class _Source:
+    place: Path
+    outcomes: tuple[Outcome, ...]
+    record: dict[str, Any] | None = None  # study.json
+
+    @property
+    def name(self) -> str:
+        """The study's, or the folder's or file's."""
+        return str((self.record or {}).get("name", self.place.name))
+
+
+def read_comparison(
+    paths: Sequence[Path],
+    objectives: Sequence[Wanted] = (),
+    name: str = "",
+) -> Comparison:
+    """The outcomes of all ``paths``, in their order.
+
+    A path is a study's folder (outcomes.jsonl, study.json), a file of outcomes (a line each), a
+    result of `analyse` (its folder or result.json), or a folder of any of these folders. Given
+    ``objectives`` replace those of the studies. Raises DesignError with every path that is none of
+    these, and for a line that is no whole outcome. Different outcomes of one name are renamed: by
+    their source, else by scene or fidelity, else by digest.
+    """
+    sources: list[_Source] = []
+    faults: list[DesignError] = []
+    for path in paths:
+        try:
+            sources += _sources(path)
+        except DesignError as error:
+            faults.append(error)
+    if faults:
+        every = DesignError([fault for each in faults for fault in each.faults])
+        every.args = ("\n".join(str(each) for each in faults),)
+        raise every
+    every_one = (outcome for source in sources for outcome in source.outcomes)
+    outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
+    outcomes = _told_apart(outcomes, sources)
+    return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
+
+
+def read_outcomes(paths: Sequence[Path]) -> tuple[Outcome, ...]:
+    """As :func:`read_comparison`, the outcomes alone."""
+    return read_comparison(paths).outcomes
+
+
+def facts_of(
+    name: str,
+    outcomes: Sequence[Outcome],
+    objectives: Sequence[Wanted] = (),
+    constraints: Sequence[Bound] = (),
+    record: dict[str, str] | None = None,
+    sources: Sequence[str] = (),
+) -> StudyFacts:
+    """Facts of outcomes; without ``objectives`` the usual ones, and the page says so."""
+    metrics = known_metrics(outcomes)
+    wanted = tuple(objectives) or tuple(usual_objectives(metrics, outcomes))
+    return StudyFacts(
+        name,
+        wanted,
+        tuple(constraints),
+        metrics,
+        not objectives,
+        record or {},
+        tuple(sources),
+    )
+
+
+def _told_apart(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
+    """The outcomes; where a name stands for several, each with what tells it from the others."""
+    place = {
+        (each.digest, each.name): source.name for source in sources for each in source.outcomes
+    }
+    alike: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        alike.setdefault(outcome.name, []).append(outcome)
+    names: dict[tuple[str, str], str] = {}
+    for name, many in alike.items():
+        if len(many) < LEAST_ALIKE:
+            continue
+        ways = (
+            [place[each.digest, each.name] for each in many],
+            [each.scene for each in many],
+            [each.fidelity for each in many],
+            [each.digest[:DIGITS] for each in many],
+        )
+        marks = next((way for way in ways if len(set(way)) == len(many)), ways[-1])
+        for each, mark in zip(many, marks, strict=True):
+            names[each.digest, name] = f"{name} ({mark})"
+    return tuple(
+        replace(each, name=names.get((each.digest, each.name), each.name)) for each in outcomes
+    )
+
+
+def _sources(path: Path) -> list[_Source]:
+    if path.is_file():
+        if path.name == RESULT_FILE:
+            return [_Source(path, (outcome_of_result(path.parent),))]
+        return [_Source(path, _lines(path))]
+    found = _folder(path)
+    if not found:
+        inside = sorted(p for p in path.glob("*/") if not p.name.startswith("."))
+        found = [source for place in inside for source in _folder(place)]
+    if not found:
+        bound = f"a folder with {OUTCOMES_FILE} or {RESULT_FILE}, or a file of outcomes"
+        fault = Fault("RESULT", path, bound, "give what sweep, optimise or analyse got as --out")
+        raise DesignError([fault])
+    return found
+
+
+def _folder(path: Path) -> list[_Source]:
+    if (path / OUTCOMES_FILE).is_file():
+        return [_Source(path, _lines(path / OUTCOMES_FILE), _record(path / STUDY_FILE))]
+    if (path / RESULT_FILE).is_file():
+        return [_Source(path, (outcome_of_result(path),))]
+    return []
+
+
+def _lines(path: Path) -> tuple[Outcome, ...]:
+    found = []
+    try:
+        with path.open(encoding="utf-8", newline="\n") as stream:
+            for number, line in enumerate(stream, 1):
+                if line.strip():
+                    found.append(_outcome(line, f"{path}, line {number}"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise DesignError([Fault("RESULT", path, "a file of outcomes", str(error))]) from error
+    return tuple(found)
+
+
+def _outcome(line: str, source: str) -> Outcome:
+    try:
+        found = Outcome.from_json(line)
+        found.to_json()  # what is infinite cannot be written again
+        return found
+    except (OutcomeError, ValueError) as error:
+        bound, remedy = "an outcome as JSON", f"{error}; run the study again"
+        raise DesignError([Fault("outcome", line[:60], bound, remedy)], source) from error
+
+
+def _record(path: Path) -> dict[str, Any] | None:
+    if not path.is_file():
+        return None
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        refuse_endless(found)
+    except (OSError, ValueError, OutcomeError, RecursionError) as error:
+        fault = Fault("study", path.name, "the record of a study", f"{error}; run it again")
+        raise DesignError([fault], str(path)) from error
+    if not isinstance(found, dict):
+        fault = Fault("study", path.name, "the record of a study", "run it again")
+        raise DesignError([fault], str(path))
+    return found
+
+
+def _facts(
+    sources: Sequence[_Source],
+    outcomes: Sequence[Outcome],
+    objectives: Sequence[Wanted],
+    name: str,
+) -> StudyFacts:
+    """Those of the studies: objectives of the first that has any, constraints of all."""
+    wanted, bounds = tuple(objectives), dict[str, Bound]()
+    record: dict[str, str] = {}
+    names = []
+    for source in sources:
+        told = source.record or {}
+        names.append(source.name)
+        where = str(source.place / STUDY_FILE)
+        if not wanted and told.get("objectives"):
+            wanted = read_objectives(told["objectives"], where)
+        if told.get("constraints"):
+            bounds |= {each.metric: each for each in read_constraints(told["constraints"], where)}
+        prefix = f"{names[-1]}: " if len(sources) > 1 else ""
+        record |= {f"{prefix}{key}": text for key, text in _texts(told)}
+    several = f"{len(names)} sources" if len(names) > 1 else "".join(names)
+    places = [str(source.place) for source in sources]
+    heading = name or several
+    return facts_of(heading, outcomes, wanted, tuple(bounds.values()), record, places)
+
+
+def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:
+    """A record's facts as text, a table's one by one; without what stands elsewhere on the page."""
+    skip = ("name", "objectives", "constraints", "versions", "schema_version")
+    found = []
+    for key, value in record.items():
+        if key in skip or value is None or value in ({}, []):
+            continue
+        inner = value.items() if isinstance(value, dict) else [("", value)]
+        found += [
+            (f"{key}: {name}" if name else key, each if isinstance(each, str) else json.dumps(each))
+            for name, each in inner
+        ]
+    return found

@@ -1,0 +1,159 @@
+"""The comparison page's tables: every design, every failure; as text, before any script runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from fingerdesign.errors import shown
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.report.table import value_text
+from fingerdesign.search.compare.data import parameters_of
+from fingerdesign.search.compare.facts import StudyFacts
+from fingerdesign.search.compare.recommend import Recommendation
+
+NONE = "–"
+DIGITS = 4  # significant, of a column's largest value
+MOST_DECIMALS = 6
+STANDINGS = ("recommended", "front", "feasible", "not feasible")
+_MARKS = {name: f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)}
+_UNITS = {
+    **{"_N_per_mm": "N/mm", "_N": "N", "_mm": "mm", "_MPa": "MPa", "_ml": "ml", "_MB": "MB"},
+    **{"_g": "g", "_s": "s"},
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table: where its value stands in a design's data, and how it is headed.
+
+    path: keys into the design's data on the page; help: the heading's explanation.
+    """
+
+    path: tuple[str, ...]
+    title: str
+    unit: str = ""
+    numeric: bool = True
+    goal: Literal["min", "max"] | None = None
+    wanted: bool = False
+    help: str = ""
+
+
+@dataclass(frozen=True)
+class DesignTable:
+    """Columns; a row of texts for each analysed outcome, by its number, the best standing first."""
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[int, tuple[str, ...]], ...]
+
+
+def design_table(
+    outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
+) -> DesignTable:
+    """A row a design that was analysed; first what was varied, objectives, other metrics."""
+    good = [number for number, outcome in enumerate(outcomes) if outcome.status == "ok"]
+    good.sort(key=lambda number: STANDINGS.index(standing(number, found)))
+    columns = [
+        column
+        for column in _columns(outcomes, facts)
+        if column.path[0] not in ("scene", "fidelity")
+        or len({getattr(outcomes[number], column.path[0]) for number in good}) > 1
+    ]
+    texts = [
+        _texts([value_at(outcomes[number], column.path) for number in good], column)
+        for column in columns
+    ]
+    rows = tuple(
+        (number, (_MARKS[standing(number, found)], *(column[place] for column in texts)))
+        for place, number in enumerate(good)
+    )
+    return DesignTable(tuple(columns), rows)
+
+
+def standing(number: int, found: Recommendation) -> str:
+    """One of STANDINGS."""
+    if number == found.chosen:
+        return "recommended"
+    if number in found.front:
+        return "front"
+    return "feasible" if number in found.feasible else "not feasible"
+
+
+def value_at(outcome: Outcome, path: tuple[str, ...]) -> Any:
+    """The value of a column in an outcome; None where it has none."""
+    first, *rest = path
+    found = getattr(outcome, first)
+    if not rest:
+        return found
+    return found.get(rest[0]) if isinstance(found, dict) else getattr(found, rest[0])
+
+
+def metric_title(name: str) -> str:
+    """A metric's name in words, without its unit: "peak_force_N" is "peak force"."""
+    return name_and_unit(name)[0]
+
+
+def name_and_unit(name: str, unit: str = "") -> tuple[str, str]:
+    """Words and unit of a metric's name.
+
+    >>> name_and_unit("peak_force_N"), name_and_unit("core_seconds", "s")
+    (('peak force', 'N'), ('core seconds', ''))
+    """
+    for ending, known in _UNITS.items():
+        if name.endswith(ending):
+            return shown(name.removesuffix(ending).replace("_", " ")), unit or known
+    if name.endswith("_seconds"):
+        unit = ""  # it is said already
+    return shown(name.replace("_", " ")), unit
+
+
+def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
+    goals = {each.metric: each.goal for each in facts.objectives}
+    place = {name: number for number, name in enumerate(goals)}
+    metrics = sorted(facts.metrics, key=lambda metric: place.get(metric.name, len(place)))
+    found = [Column(("scene",), "scene", numeric=False)]
+    found.append(Column(("fidelity",), "fidelity", numeric=False))
+    for key in parameters_of(outcomes):
+        given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
+        numeric = bool(given) and all(is_number(value) for value in given)
+        found.append(Column(("values", key), shown(key), "", numeric))
+    for metric in metrics:
+        title, unit = name_and_unit(metric.name, metric.unit)
+        goal = goals.get(metric.name, metric.better)
+        wanted = metric.name in goals
+        path = ("metrics", metric.name)
+        found.append(Column(path, title, unit, True, goal, wanted, shown(metric.words)))
+    named = {metric.name for metric in metrics}
+    for name, title in (
+        ("plane_strain_error", "plane-strain error"),
+        ("mesh_error", "mesh error"),
+    ):
+        if name not in named:
+            found.append(Column(("validity", name), title, "share", True, "min"))
+    if "core_seconds" not in named:
+        found.append(Column(("seconds",), "time", "s"))
+    found.append(Column(("digest",), "digest", numeric=False))
+    return found
+
+
+def is_number(value: Any) -> bool:
+    """Whether a value is a finite number; true and false are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _texts(values: Sequence[Any], column: Column) -> list[str]:
+    if not column.numeric:
+        return [_word(value, column.path[0] == "digest") for value in values]
+    numbers = [value for value in values if is_number(value)]
+    decimals = 0
+    if any(number != int(number) for number in numbers):
+        most = max(abs(number) for number in numbers)
+        decimals = min(MOST_DECIMALS, max(0, DIGITS - 1 - math.floor(math.log10(most))))
+    return [f"{value:.{decimals}f}" if is_number(value) else NONE for value in values]
+
+
+def _word(value: Any, digest: bool) -> str:
+    text = NONE if value is None else shown(value_text(value))
+    return text[:12] if digest else text

@@ -1,0 +1,403 @@
+"""From quick trials to fingers that are believed: which are analysed again, and what stands then.
+
+The search runs at the study's fidelity. Of its front, those that together dominate most beyond the
+reference (the study's base) are analysed at ``confirm_fidelity``, and so is the reference: a
+finger is better only where it is better than the reference by the same model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.search.compare.recommend import dominated
+from fingerdesign.search.optimise.optimise import Evaluator, Search, Tried, reference_plan
+from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
+from fingerdesign.search.optimise.trials import told
+from fingerdesign.search.run.evaluate import Job
+
+if TYPE_CHECKING:
+    from fingerdesign.records.outcome import Outcome
+    from fingerdesign.search.study.file import Study
+
+
+# How much better one set of fingers is than another: dominance and hypervolume.
+#
+# Rows are designs, columns losses (less is better, see recommend.losses). The front itself is
+# recommend.dominated's.
+
+
+def beats(own: Array, other: Array) -> bool:
+    """Whether ``own`` (losses of one design) is nowhere worse and somewhere better.
+
+    >>> beats(np.array([1.0, 2.0]), np.array([1.0, 3.0]))
+    True
+    """
+    return bool((own <= other).all() and (own < other).any())
+
+
+def strictly_beats(own: Array, other: Array) -> bool:
+    """Whether ``own`` is better in every objective.
+
+    >>> strictly_beats(np.array([1.0, 2.0]), np.array([1.0, 3.0]))
+    False
+    """
+    return bool((own < other).all())
+
+
+def hypervolume(losses: Array, corner: Array) -> float:
+    """The volume that the rows dominate below ``corner``; rows not below it add nothing.
+
+    The exclusive volumes of the rows one after the other (L. While, L. Bradstreet and L. Barone, A
+    fast way of calculating exact hypervolumes, IEEE Trans. Evol. Comput. 16, 2012).
+
+    >>> hypervolume(np.array([[0.0, 1.0], [1.0, 0.0]]), np.array([2.0, 2.0]))
+    3.0
+    """
+    inside = losses[(losses < corner).all(axis=1)]
+    return _volume(_front(inside), corner)
+
+
+def most_volume(losses: Array, corner: Array, count: int) -> tuple[int, ...]:
+    """Rows taken one by one, each the one that adds most volume to those before it.
+
+    Fewer than ``count`` where no other row adds any. It is the usual greedy choice of a few that
+    stand for a front: its volume is at least 1 - 1/e of the best choice's.
+    """
+    taken: list[int] = []
+    volume = 0.0
+    while len(taken) < count:
+        gains = [
+            -np.inf if row in taken else hypervolume(losses[[*taken, row]], corner) - volume
+            for row in range(len(losses))
+        ]
+        best = int(np.argmax(gains)) if gains else -1
+        if best < 0 or gains[best] <= 1e-12 * max(volume, 1e-300):
+            break
+        taken.append(best)
+        volume += float(gains[best])
+    return tuple(taken)
+
+
+def _volume(points: Array, corner: Array) -> float:
+    if len(points) == 0:
+        return 0.0
+    # The worst first: what it leaves to the others is soon empty.
+    points = points[np.argsort(-points[:, -1], kind="stable")]
+    total = 0.0
+    for row, own in enumerate(points):
+        shared = _front(np.maximum(points[row + 1 :], own))
+        total += float(np.prod(corner - own)) - _volume(shared, corner)
+    return total
+
+
+def _front(points: Array) -> Array:
+    """The rows that no other dominates, none twice."""
+    if len(points) < 2:
+        return points
+    kept: Array = np.unique(points[~dominated(points)], axis=0)
+    return kept
+
+
+MARGIN = 0.1  # of the front's range, beyond its worst end, where no reference bounds the volume
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One finger against the study: losses (less is better) in the objectives' order.
+
+    metrics: of each objective and constraint, the worst scene's. failure: "" where it was analysed.
+    """
+
+    name: str
+    losses: Array
+    metrics: dict[str, float | None]
+    feasible: bool
+    failure: str = ""
+
+    def dominates(self, other: Judged) -> bool:
+        """Nowhere worse and somewhere better, and it meets the constraints."""
+        return self.feasible and not other.failure and beats(self.losses, other.losses)
+
+    def better_in_all(self, other: Judged) -> bool:
+        """Better in every objective, and it meets the constraints."""
+        return self.feasible and not other.failure and strictly_beats(self.losses, other.losses)
+
+
+@dataclass(frozen=True)
+class Confirmed:
+    """A finger by the quick model and by the thorough one."""
+
+    number: int
+    quick: Judged
+    thorough: Judged
+
+
+@dataclass(frozen=True)
+class Confirmation:
+    """What the search found, and what stands of it.
+
+    fidelity: of the thorough model, "" where nothing was confirmed. reference: by the quick model,
+    and by the thorough one (None where nothing was confirmed). front, dominating: numbers of trials
+    that none dominates, and that dominate the reference. volumes: hypervolume that the trials up to
+    each one dominate, over that of all. outcomes: of the reference and of all confirmations.
+    """
+
+    reference: Judged
+    front: tuple[int, ...]
+    dominating: tuple[int, ...]
+    volumes: tuple[float, ...]
+    fidelity: str = ""
+    thorough_reference: Judged | None = None
+    confirmed: tuple[Confirmed, ...] = ()
+    outcomes: tuple[Outcome, ...] = ()
+
+    @property
+    def standing(self) -> tuple[Confirmed, ...]:
+        """Those that dominate the reference by the thorough model, too."""
+        known = self.thorough_reference
+        return tuple(c for c in self.confirmed if known and c.thorough.dominates(known))
+
+
+def judged(study: Study, name: str, outcomes: Sequence[Outcome]) -> Judged:
+    """The outcomes of a finger, a scene each, as what the study asks."""
+    values, broken = told(study, outcomes)
+    signs = [1.0 if each.direction == "min" else -1.0 for each in study.objectives]
+    failures = [each.failure.sentence for each in outcomes if each.failure is not None]
+    wanted = {each.metric: value for each, value in zip(study.objectives, values, strict=True)}
+    metrics: dict[str, float | None] = {}
+    for metric in (*wanted, *study.constraints):
+        found = [each.metrics.get(metric) for each in outcomes]
+        absent = None in found or broken["failed"] > 0.0
+        metrics[metric] = None if absent else wanted.get(metric, found[0])
+    return Judged(
+        name,
+        np.array(values) * signs,
+        metrics,
+        feasible=all(excess <= 0.0 for excess in broken.values()),
+        failure="; ".join(failures) or ("misses an objective" if broken["failed"] else ""),
+    )
+
+
+def confirm(
+    search: Search,
+    tried: Sequence[Tried],
+    evaluated: Evaluator,
+    tell: Callable[[str], None] = lambda message: None,
+) -> Confirmation:
+    """Analyse the reference and the best trials again. Raises what ``evaluated`` raises."""
+    study, table = search.study, search.study.optimise
+    name = reference_plan(search)[0].name
+    tell("the reference")
+    outcomes = list(evaluated(reference_plan(search)))
+    reference = judged(study, name, outcomes)
+    every = [judged(study, each.outcomes[0].name, each.outcomes) for each in tried]
+    front = front_of(every)
+    found = Confirmation(
+        reference,
+        tuple(tried[k].number for k in front),
+        tuple(
+            each.number for each, own in zip(tried, every, strict=True) if own.dominates(reference)
+        ),
+        volumes(every, reference),
+        outcomes=tuple(outcomes),
+    )
+    chosen = promising(every, front, reference, table.confirm)
+    fidelity = table.confirm_fidelity
+    if not chosen or fidelity == study.study.fidelity:
+        return found
+    plans = [reference_plan(search, fidelity)]
+    plans += [_again(search, tried[k], fidelity) for k in chosen]
+    tell(f"{len(chosen)} trials and the reference, {fidelity}")
+    again = list(evaluated([replace(j, name=f"{j.name}-{fidelity}") for p in plans for j in p]))
+    deep, rest = [], list(again)
+    for plan in plans:
+        deep.append(judged(study, rest[0].name, rest[: len(plan)]))
+        del rest[: len(plan)]
+    return replace(
+        found,
+        fidelity=fidelity,
+        thorough_reference=deep[0],
+        confirmed=tuple(
+            Confirmed(tried[k].number, every[k], own)
+            for k, own in zip(chosen, deep[1:], strict=True)
+        ),
+        outcomes=(*again, *outcomes),
+    )
+
+
+def front_of(every: Sequence[Judged]) -> tuple[int, ...]:
+    """Places of the feasible fingers that no other feasible one dominates."""
+    feasible = [k for k, own in enumerate(every) if own.feasible]
+    if not feasible:
+        return ()
+    worse = dominated(np.array([every[k].losses for k in feasible]))
+    return tuple(k for k, out in zip(feasible, worse, strict=True) if not out)
+
+
+def promising(
+    every: Sequence[Judged], front: Sequence[int], reference: Judged, count: int
+) -> tuple[int, ...]:
+    """Up to ``count`` of the front, that together dominate most; then any others of it.
+
+    The volume ends at the reference where one of them dominates it, else beyond the front.
+    """
+    if not front or count < 1:
+        return ()
+    losses = np.array([every[k].losses for k in front])
+    low, high = losses.min(axis=0), losses.max(axis=0)
+    scale = np.where(high > low, high - low, 1.0)
+    corner = (high - low) / scale + MARGIN
+    if any(every[k].dominates(reference) for k in front):
+        corner = (reference.losses - low) / scale + 1e-9
+    scaled = (losses - low) / scale
+    taken = most_volume(scaled, corner, count)
+    left = sorted(set(range(len(front))) - set(taken), key=lambda k: float(np.sum(scaled[k] ** 2)))
+    return tuple(front[k] for k in (*taken, *left)[:count])
+
+
+def volumes(every: Sequence[Judged], reference: Judged) -> tuple[float, ...]:
+    """After each trial, the volume that is dominated so far, over the one at the end.
+
+    0 throughout where none is feasible. It ends where the reference does, or beyond the front.
+    """
+    front = front_of(every)
+    if not front:
+        return (0.0,) * len(every)
+    losses = np.array([every[k].losses for k in front])
+    low, high = losses.min(axis=0), losses.max(axis=0)
+    corner = high + MARGIN * np.where(high > low, high - low, 1.0)
+    if any(every[k].dominates(reference) for k in front):
+        corner = np.maximum(corner, reference.losses)
+    whole = hypervolume(losses, corner)
+    found, so_far, value = [], np.empty((0, losses.shape[1])), 0.0
+    for own in every:
+        if own.feasible and not any(beats(each, own.losses) for each in so_far):
+            so_far = np.vstack([so_far, own.losses])
+            value = hypervolume(so_far, corner)
+        found.append(value / whole)
+    return tuple(found)
+
+
+def _again(search: Search, tried: Tried, fidelity: str) -> list[Job]:
+    from fingerdesign.search.optimise.trials import Trial
+
+    trial = Trial(tried.number, tried.outcomes[0].values)
+    return [replace(j, fidelity=fidelity) for j in search.plan(trial) if isinstance(j, Job)]
+
+
+@dataclass(frozen=True)
+class Optimised:
+    """A search that is done."""
+
+    search: Search
+    tried: tuple[Tried, ...]
+    confirmation: Confirmation
+
+    @property
+    def outcomes(self) -> tuple[Outcome, ...]:
+        """All: the reference and confirmations first, then trials; of one digest the first."""
+        trials = (outcome for each in self.tried for outcome in each.outcomes)
+        every = (*self.confirmation.outcomes, *trials)
+        kept: dict[str, Outcome] = {}
+        for outcome in every:
+            kept.setdefault(outcome.digest, outcome)
+        return tuple(kept.values())
+
+    @cached_property
+    def sensitivities(self) -> tuple[Sensitivity, ...]:
+        """Of each objective to each parameter, over the trials of the first scene."""
+        return sensitivities(self.search.study, [each.outcomes[0] for each in self.tried])
+
+    def counts(self) -> dict[str, int]:
+        """Trials, and of them those that are no finger, that failed, and that are feasible."""
+        failures = [
+            next((o.failure.kind for o in each.outcomes if o.failure is not None), None)
+            for each in self.tried
+        ]
+        invalid = sum(kind == "invalid" for kind in failures)
+        return {
+            "trials": len(self.tried),
+            "invalid": invalid,
+            "failed": sum(kind is not None for kind in failures) - invalid,
+            "front": len(self.confirmation.front),
+            "dominate_reference": len(self.confirmation.dominating),
+            "confirmed": len(self.confirmation.standing),
+        }
+
+    def sentences(self) -> tuple[str, ...]:
+        """What came out, in words."""
+        found, counts = self.confirmation, self.counts()
+        objectives = " and ".join(
+            f"{'lowest' if each.direction == 'min' else 'highest'} {each.metric}"
+            for each in self.search.study.objectives
+        )
+        said = [
+            f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
+            f"{counts['failed']} failed) for {objectives}: {counts['front']} on the front, "
+            f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} "
+            f"{found.reference.name}."
+        ]
+        if found.reference.failure:
+            said.append(f"The reference could not be analysed: {found.reference.failure}")
+        elif not found.reference.feasible:
+            said.append("The reference itself misses a constraint.")
+        if found.thorough_reference is None:
+            return (*said, "Nothing was confirmed by a more thorough model.")
+        dominate = "dominates" if len(found.standing) == 1 else "dominate"
+        better = sum(_all_better(each.thorough, found) for each in found.standing)
+        said.append(
+            f"Analysed again by {found.fidelity}, as the reference was, {len(found.standing)} of "
+            f"{len(found.confirmed)} {dominate} it there too, {better} in every objective."
+        )
+        return tuple(said)
+
+    def data(self) -> dict[str, Any]:
+        """For study.json and scripts."""
+        found = self.confirmation
+        names = {each.number: each.outcomes[0].name for each in self.tried}
+        deep = found.thorough_reference
+        return {
+            **self.counts(),
+            "reference": _judged(found.reference),
+            "front_names": [names[number] for number in found.front],
+            "dominating_names": [names[number] for number in found.dominating],
+            "confirm_fidelity": found.fidelity,
+            "thorough_reference": None if deep is None else _judged(deep),
+            "confirmations": [
+                {
+                    "trial": each.number,
+                    "quick": _judged(each.quick),
+                    "thorough": _judged(each.thorough),
+                    "dominates": deep is not None and each.thorough.dominates(deep),
+                    "better_in_all": deep is not None and each.thorough.better_in_all(deep),
+                }
+                for each in found.confirmed
+            ],
+            "volumes": [round(each, 6) for each in found.volumes],
+            "sensitivities": [asdict(each) | {"words": each.words} for each in self.sensitivities],
+            "sentences": list(self.sentences()),
+        }
+
+
+def _many(count: int, one: str, more: str) -> str:
+    return f"{count} {one if count == 1 else more}"
+
+
+def _all_better(own: Judged, found: Confirmation) -> bool:
+    return found.thorough_reference is not None and own.better_in_all(found.thorough_reference)
+
+
+def _judged(own: Judged) -> dict[str, Any]:
+    return {
+        "name": own.name,
+        "metrics": own.metrics,
+        "feasible": own.feasible,
+        "failure": own.failure or None,
+    }

@@ -1,0 +1,179 @@
+"""What each objective hangs on: how much each parameter decides of it, and which way.
+
+share      of the metric's variance that goes with the parameter, alone or in concert: half the
+           growth of a forest's squared error when the parameter's values are shuffled, on trials
+           that it was not taught (permutation importance, L. Breiman, Random forests, Machine
+           Learning 45, 2001; the half makes it the total effect of M. J. W. Jansen, Comput. Phys.
+           Commun. 117, 1999)
+direction  rank correlation with the metric, the other parameters' ranks held (partial rank
+           correlation); None for choices without an order
+
+Trials of a search lie thick where fingers are good: what decides there is told, not what decides
+everywhere. ``explained`` says how far to believe it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array
+from fingerdesign.search.study.file import Choice, Range, Study
+
+if TYPE_CHECKING:
+    from fingerdesign.records.outcome import Outcome
+
+LEAST = 20  # trials: below, nothing is told
+TREES, FOLDS, SHUFFLES = 60, 5, 4
+WEAK = 0.3  # explained: below, shares are no more than hints
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Of one parameter on one metric; ``spread``: standard error of ``share`` over folds."""
+
+    parameter: str
+    share: float
+    spread: float
+    direction: float | None
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Of one metric; ``explained``: R2 on trials that were not taught; effects: largest first."""
+
+    metric: str
+    count: int
+    explained: float | None
+    effects: tuple[Effect, ...] = ()
+
+    @property
+    def words(self) -> str:
+        """How far it may be believed."""
+        if self.explained is None:
+            return f"{self.metric}: {self.count} trials tell nothing (at least {LEAST} that differ)"
+        much = f"{100 * max(self.explained, 0.0):.0f} % of its variance is foretold"
+        hint = "; the shares are hints at best" if self.explained < WEAK else ""
+        return f"{self.metric}: over {self.count} trials {much}{hint}"
+
+
+def sensitivities(
+    study: Study, outcomes: Sequence[Outcome], metrics: Sequence[str] | None = None
+) -> tuple[Sensitivity, ...]:
+    """Of each of ``metrics`` (None: the study's objectives) to each parameter; seeded."""
+    names = [each.metric for each in study.objectives] if metrics is None else list(metrics)
+    return tuple(_of(study, outcomes, name) for name in dict.fromkeys(names))
+
+
+def _of(study: Study, outcomes: Sequence[Outcome], metric: str) -> Sensitivity:
+    keys = list(study.parameters)
+    known = [
+        (outcome, float(value))
+        for outcome in outcomes
+        if (value := outcome.metrics.get(metric)) is not None
+        and all(key in outcome.values for key in keys)
+    ]
+    truth = np.array([value for _, value in known])
+    if len(known) < LEAST or np.ptp(truth) <= 1e-9 * float(np.abs(truth).max()):
+        return Sensitivity(metric, len(known), None)
+    inputs, of_key = _columns(study, [outcome.values for outcome, _ in known])
+    explained, shares = _importance(inputs, of_key, truth, study.study.seed)
+    directions = _directions(study, inputs, of_key, truth)
+    effects = [
+        Effect(
+            key,
+            float(shares[:, place].mean()),
+            float(shares[:, place].std(ddof=1) / np.sqrt(len(shares))),
+            directions[place],
+        )
+        for place, key in enumerate(keys)
+    ]
+    return Sensitivity(
+        metric, len(known), explained, tuple(sorted(effects, key=lambda e: -e.share))
+    )
+
+
+def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, NDArray[np.int64]]:
+    """A column a number, a column for each choice that has no order; and whose each column is."""
+    columns: list[Array] = []
+    of_key: list[int] = []
+    for place, (key, parameter) in enumerate(study.parameters.items()):
+        found = [each[key] for each in values]
+        if _ordered(parameter):
+            columns.append(np.array([float(value) for value in found]))
+            of_key.append(place)
+            continue
+        assert not isinstance(parameter, Range)
+        for choice in parameter:
+            columns.append(np.array([float(value == choice) for value in found]))
+            of_key.append(place)
+    return np.column_stack(columns), np.array(of_key)
+
+
+def _ordered(parameter: Range | tuple[Choice, ...]) -> bool:
+    return isinstance(parameter, Range) or all(
+        isinstance(each, int | float) and not isinstance(each, bool) for each in parameter
+    )
+
+
+def _importance(
+    inputs: Array, of_key: NDArray[np.int64], truth: Array, seed: int
+) -> tuple[float, Array]:
+    """R2 on held-out trials; and (folds, parameters) shares of the variance."""
+    from sklearn.ensemble import RandomForestRegressor
+
+    rng = np.random.default_rng([seed, 3])
+    fold = rng.permutation(np.arange(len(truth)) % FOLDS)
+    told = np.empty_like(truth)
+    shares = np.zeros((FOLDS, int(of_key.max()) + 1))
+    variance = float(truth.var())
+    for k in range(FOLDS):
+        out = fold == k
+        forest = RandomForestRegressor(TREES, min_samples_leaf=2, random_state=seed)
+        forest.fit(inputs[~out], truth[~out])
+        told[out] = forest.predict(inputs[out])
+        error = float(((told[out] - truth[out]) ** 2).mean())
+        for place in range(shares.shape[1]):
+            worse = []
+            for _ in range(SHUFFLES):
+                mixed = inputs[out].copy()
+                columns = np.flatnonzero(of_key == place)
+                # From all trials, not of these few alone: a fold's own shuffles are few.
+                mixed[:, columns] = inputs[rng.integers(len(truth), size=len(mixed))][:, columns]
+                worse.append(float(((forest.predict(mixed) - truth[out]) ** 2).mean()))
+            shares[k, place] = 0.5 * (np.mean(worse) - error) / variance
+    return 1.0 - float(((told - truth) ** 2).mean()) / variance, shares
+
+
+def _directions(
+    study: Study, inputs: Array, of_key: NDArray[np.int64], truth: Array
+) -> list[float | None]:
+    """Partial rank correlation of each parameter that has an order."""
+    ranks = np.column_stack([_ranks(column) for column in inputs.T])
+    wanted = _ranks(truth)
+    found: list[float | None] = []
+    for place, parameter in enumerate(study.parameters.values()):
+        if not _ordered(parameter):
+            found.append(None)
+            continue
+        own = of_key == place
+        others = np.column_stack([ranks[:, ~own], np.ones(len(truth))])
+        rest = [
+            each - others @ np.linalg.lstsq(others, each, rcond=None)[0]
+            for each in (ranks[:, own][:, 0], wanted)
+        ]
+        size = float(np.linalg.norm(rest[0]) * np.linalg.norm(rest[1]))
+        found.append(float(rest[0] @ rest[1]) / size if size > 1e-9 * len(truth) else 0.0)
+    return found
+
+
+def _ranks(values: Array) -> Array:
+    """Ranks, centred; equal values share theirs."""
+    from scipy.stats import rankdata
+
+    ranks: Array = np.asarray(rankdata(values), dtype=np.float64)
+    return ranks - float(ranks.mean())

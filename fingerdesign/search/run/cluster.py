@@ -1,0 +1,338 @@
+"""Jobs on a Dask cluster: the cores of this machine, or any scheduler that is named.
+
+Dask hands out the work; what evaluates it is a child process of each worker thread
+(search/run/cluster.py), which bears the limits and the crashes. So the local workers are threads of
+this process: no port is opened, and nothing is left when it ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import os
+import queue
+import secrets
+import socket
+import threading
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
+from fingerdesign.runtime.child import Child, ChildFailed
+from fingerdesign.search.run.child_worker import EVALUATE
+
+if TYPE_CHECKING:
+    from fingerdesign.search.run.evaluate import Job
+    from fingerdesign.search.study.file import Limits
+
+
+# What a Dask worker does with a job: hand it to a child process, and hand back what comes of it.
+#
+# Each thread of a worker has a child of its own, kept from one job to the next. Text goes in and
+# out, so that a worker needs nothing of a study but this package.
+
+TRIES = 3  # of a job whose process somebody ended: the system for want of memory, or a user
+_CHILDREN: dict[tuple[str, int], Child] = {}  # by pool and thread
+_ENDED: set[str] = set()
+_LOCK = threading.Lock()
+
+
+def task_text(
+    data: dict[str, Any], evaluator: str, time_s: float, memory_MB: float, pool: str = ""
+) -> str:
+    """A job as :func:`work` takes it; ``pool`` tells children of one process apart."""
+    task = {"data": data, "evaluator": evaluator, "time_s": time_s, "memory_MB": memory_MB}
+    return json.dumps(task | {"pool": pool}, allow_nan=False)
+
+
+def work(text: str) -> str:
+    """One job of :func:`task_text`; JSON {"outcome": its line} or {"failure": [kind, sentence]}."""
+    task = json.loads(text)
+    for tried in range(1, TRIES + 1):
+        child = _child(task["pool"], task["evaluator"])
+        try:
+            line = child.run(task["data"], task["time_s"], task["memory_MB"])
+        except ChildFailed as error:
+            if error.ended_by_others and tried < TRIES and task["pool"] not in _ENDED:
+                continue
+            again = f", tried {tried} times" if tried > 1 else ""
+            return json.dumps({"failure": [error.kind, f"{error}{again}"]})
+        return json.dumps({"outcome": line})
+    raise AssertionError("unreachable")
+
+
+def end_pool(pool: str) -> None:
+    """Kill the children of a pool, whatever they are doing; no more are started in it."""
+    with _LOCK:
+        _ENDED.add(pool)
+        found = [child for (name, _), child in _CHILDREN.items() if name == pool]
+    for child in found:
+        child.kill()
+
+
+def forget_pool(pool: str) -> None:
+    """Clear away the children of a pool that was ended, once no thread uses them any more."""
+    with _LOCK:
+        found = [key for key in _CHILDREN if key[0] == pool]
+        children = [_CHILDREN.pop(key) for key in found]
+    for child in children:
+        child.end()
+
+
+def _child(pool: str, evaluator: str) -> Child:
+    """This thread's child."""
+    key = (pool, threading.get_ident())
+    with _LOCK:
+        if pool in _ENDED:
+            return Child(evaluator, ended=True)
+        child = _CHILDREN.get(key)
+        if child is not None and child.evaluator == evaluator:
+            return child
+        new = _CHILDREN[key] = Child(evaluator)
+    if child is not None:
+        child.end()
+    return new
+
+
+AHEAD = 500  # jobs handed to the scheduler before their turn: enough for it to ask for workers by
+CONNECT_S, CLOSE_S, LOOK_S = 15.0, 10.0, 2.0
+_LOGGERS = ("distributed", "distributed.client", "distributed.scheduler", "distributed.worker")
+
+
+class ClusterError(FingerDesignError):
+    """The cluster cannot work: no scheduler answers, it was lost, its workers cannot evaluate."""
+
+
+class Cluster:
+    """Where jobs are evaluated; started by the first of them. A context manager.
+
+    workers: processes at a time on this machine (None: as many as cores); scheduler: the address
+    of a Dask scheduler instead, or the file that it wrote it to. evaluator: "module:function", see
+    runtime/child.py.
+    """
+
+    def __init__(
+        self,
+        workers: int | None = None,
+        scheduler: str | None = None,
+        evaluator: str = EVALUATE,
+    ) -> None:
+        self._workers, self._evaluator = workers, evaluator
+        self._scheduler = scheduler if scheduler is None else _address(scheduler)
+        self._pool = secrets.token_hex(8) if scheduler is None else ""
+        self._client: Any = None
+        self._stack = ExitStack()
+        self.threads = 0  # that evaluate, when last looked at
+        self.dashboard: str | None = None  # its address, once started
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._stack.close()
+
+    def start(self) -> None:
+        """Connect, or start the local workers; the first job does it too. Raises ClusterError."""
+        if self._client is not None:
+            return
+        self._stack.enter_context(_quiet())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions that differ: results are held to theirs
+            if self._scheduler is None:
+                self._start_here()
+            else:
+                self._connect(self._scheduler)
+        self._count()
+
+    def outcomes(
+        self,
+        jobs: Iterable[tuple[str, Job]],
+        limits: Limits,
+        look: Callable[[], None] = lambda: None,
+    ) -> Iterator[tuple[str, Outcome]]:
+        """Each job's digest and outcome, as they come; what fails is an outcome too.
+
+        jobs: with their digests. look: called every second or two while nothing comes. Raises
+        ClusterError.
+        """
+        self.start()
+        from distributed import Future
+
+        waiting: dict[str, tuple[str, Job, Future]] = {}
+        finished: queue.SimpleQueue[str] = queue.SimpleQueue()
+        source = iter(jobs)
+        try:
+            while True:
+                while len(waiting) < AHEAD and (each := next(source, None)) is not None:
+                    future = self._submit(each[1], limits)
+                    waiting[future.key] = (*each, future)
+                    future.add_done_callback(lambda done: finished.put(done.key))
+                if not waiting:
+                    return
+                try:
+                    key = finished.get(timeout=LOOK_S)
+                except queue.Empty:
+                    self._count()
+                    look()
+                    continue
+                digest, job, future = waiting.pop(key)
+                yield digest, self._outcome(digest, job, future)
+        finally:
+            if waiting:
+                with contextlib.suppress(Exception):
+                    self._client.cancel([future for _, _, future in waiting.values()])
+
+    def _submit(self, job: Job, limits: Limits) -> Any:
+        text = task_text(
+            job.to_data(), self._evaluator, limits.time_s, limits.memory_MB, self._pool
+        )
+        return self._client.submit(work, text, key=f"fingerdesign-{secrets.token_hex(12)}")
+
+    def _outcome(self, digest: str, job: Job, future: Any) -> Outcome:
+        from distributed import CancelledError, KilledWorker
+
+        from fingerdesign.search.run.evaluate import failed
+
+        try:
+            answer = json.loads(self._result(future))
+        except KilledWorker as error:
+            died = f"the workers that had it died, {error.allowed_failures + 1} in turn"
+            return failed(job, Failure("crashed", died))
+        except (CancelledError, OSError) as error:
+            raise self._lost() from error
+        except ClusterError:
+            raise
+        except Exception as error:
+            remedy = "does it have this version of fingerdesign, and what that needs?"
+            kind = type(error).__name__
+            raise ClusterError(f"a worker cannot evaluate: {kind}: {error}; {remedy}") from error
+        if "failure" in answer:
+            return failed(job, Failure(*answer["failure"]))
+        try:
+            found = Outcome.from_json(answer["outcome"])
+        except OutcomeError as error:
+            return failed(job, Failure("crashed", f"its process answered with {error}"))
+        if found.digest != digest:
+            here, there = failed(job, Failure("crashed", "")).versions, found.versions
+            differ = [f"{name} {there.get(name)}" for name in here if here[name] != there.get(name)]
+            told = ", ".join(differ) or "another fingerdesign"
+            raise ClusterError(f"a worker has {told}; install the same everywhere")
+        return found
+
+    def _result(self, future: Any) -> str:
+        """What a task answered; fetched again where the worker died that held it."""
+        while True:
+            try:
+                return str(future.result(timeout=CONNECT_S))
+            except TimeoutError:
+                self._count()  # raises where nobody answers any more
+
+    def _start_here(self) -> None:
+        from distributed import Client, LocalCluster
+
+        from fingerdesign.runtime.machine import usable_cores
+
+        threads = self._workers or usable_cores()
+        cluster = self._stack.enter_context(
+            LocalCluster(
+                n_workers=1,
+                threads_per_worker=threads,
+                processes=False,
+                memory_limit=0,  # the children's memory is what counts
+                dashboard_address="127.0.0.1:0",  # on this machine alone
+                worker_dashboard_address="127.0.0.1:0",
+                silence_logs=False,
+            )
+        )
+        self._client = Client(cluster, set_as_default=False)
+        self._stack.callback(forget_pool, self._pool)
+        self._stack.callback(self._client.close, CLOSE_S)
+        self._stack.callback(end_pool, self._pool)  # first: what runs would be waited for
+        if find_spec("bokeh") is not None:
+            self.dashboard = self._client.dashboard_link
+
+    def _connect(self, address: str) -> None:
+        from distributed import Client
+        from distributed.comm import get_address_host_port
+
+        try:
+            host, port = get_address_host_port(address)
+        except Exception as error:
+            remedy = f"correct it ({type(error).__name__}: {error})"
+            fault = Fault("--scheduler", address, "an address like tcp://host:8786", remedy)
+            raise DesignError([fault]) from error
+        client: Any = None
+        try:
+            # Dask would go on trying, and complain at the end of a client without a connection.
+            socket.create_connection((host, port), CONNECT_S).close()
+            # Before it connects, so that one that cannot is in hand: it would try to end well.
+            client = Client.__new__(Client)
+            client.__init__(address, timeout=CONNECT_S, set_as_default=False)
+            self._client = client
+        except Exception as error:  # Dask takes whatever it is answered for a scheduler's words
+            if client is not None:
+                client.status = "closed"
+            elif isinstance(error, OverflowError | TypeError):  # a port that there is not
+                fault = Fault("--scheduler", address, "an address like tcp://host:8786", f"{error}")
+                raise DesignError([fault]) from error
+            silent = isinstance(error, OSError)
+            told = "no Dask scheduler answers" if silent else "what answers is no Dask scheduler"
+            why = error if silent else f"{type(error).__name__} {error}"
+            remedy = "start one, or leave --scheduler out"
+            raise ClusterError(f"{told} at {address}: {why}; {remedy}") from error
+        self._stack.callback(self._client.close, CLOSE_S)
+        with contextlib.suppress(Exception):  # without bokeh its address is an empty page's
+            self._client.run_on_scheduler(metadata.version, "bokeh")
+            self.dashboard = self._client.dashboard_link
+
+    def _count(self) -> None:
+        try:
+            self.threads = sum(self._client.nthreads().values())
+        except Exception as error:
+            raise self._lost() from error
+
+    def _lost(self) -> ClusterError:
+        at = f" at {self._scheduler}" if self._scheduler else ""
+        told = f"the Dask scheduler{at} is gone; what was done is kept"
+        return ClusterError(f"{told}: run it again, and it goes on")
+
+
+def _address(scheduler: str) -> str:
+    """What a scheduler's file (``dask scheduler --scheduler-file``) says, or the address itself."""
+    if not os.path.isfile(scheduler):
+        return scheduler
+    try:
+        return str(json.loads(Path(scheduler).read_text(encoding="utf-8"))["address"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        remedy = "wait until it is written, or give the address"
+        fault = Fault("--scheduler", scheduler, "a file that a Dask scheduler wrote", remedy)
+        raise DesignError([fault]) from error
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what Dask logs off the terminal: failures are told as outcomes."""
+    import distributed  # noqa: F401 - it sets its loggers' levels when it is loaded
+
+    loggers = [logging.getLogger(name) for name in _LOGGERS]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)

@@ -1,0 +1,267 @@
+"""One variant, analysed: a job in, an outcome out. What fails is an outcome that says how."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.summary import result_digest, versions
+from fingerdesign.errors import DesignError, FingerDesignError
+from fingerdesign.records.outcome import Failure, Outcome, Validity, bounded
+from fingerdesign.runtime.child import FailureKind
+from fingerdesign.runtime.machine import (
+    forget_peak_memory,
+    peak_memory_MB,
+    processor_seconds,
+)
+from fingerdesign.search.study.metrics import METRICS_VERSION
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.search.study.file import Choice, Cost
+
+
+# How far the numbers of an outcome may be believed.
+
+
+def validity_of(case: Case, analysis: Analysis) -> Validity:
+    """The forecast of plane strain's error, and what the ladder estimated of the mesh's.
+
+    A sentence says why there is none, of either.
+    """
+    sentences, plane, mesh = [], None, None
+    if analysis.result.model is not None and analysis.result.model.dimension == 2:
+        from fingerdesign.validate.plane_strain import plane_strain_error
+
+        try:
+            estimate = plane_strain_error(case.design, case.path_scene)
+        except DesignError as error:
+            sentences.append(f"no forecast of plane strain's error: {error}")
+        else:
+            plane = estimate.errors["normal_force"]
+            sentences.append(estimate.words)
+    ladder = analysis.result.ladder
+    if ladder is not None:
+        mesh = max(ladder.error_estimates.values(), default=None)
+        sentences += [ladder.why_ended] if ladder.why_ended else []
+    else:
+        remedy = "fidelity 'auto' estimates it"
+        sentences.append(f"no estimate of the mesh's own error: {remedy}")
+    return Validity(plane, mesh, tuple(sentences))
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be analysed, and what its cost is added up from.
+
+    scene None: the fundamental case and the grips of the design's ``[grip]`` table. values: the
+    studied keys, told in the outcome.
+    """
+
+    name: str
+    design: Design
+    cost: Cost
+    values: dict[str, Choice]
+    scene: Scene | None = None
+    scene_name: str = "fundamental"
+    fidelity: str = "plane-strain"
+    tolerance: float = 0.02
+
+    @property
+    def case(self) -> Case:
+        """The analysis."""
+        from fingerdesign.analysis.case import Case
+
+        scene_name = "" if self.scene is None else self.scene_name
+        return Case(
+            self.design,
+            self.scene,
+            self.fidelity,
+            scene_name,
+            grips=self.scene is None,
+            fields=False,
+            tolerance=self.tolerance,
+            studied=False,
+        )
+
+    def digest(self) -> str:
+        """SHA-256 of all that decides the outcome: not of names, of the studied keys or prices.
+
+        The design's name does not count: two studies that meet in a finger share its outcome.
+        """
+        case = self.case
+        decided = result_digest(_nameless(self.design), case.path_scene, case.asked)
+        gripped = "" if self.scene is not None else "with grips"
+        told = "\n".join((decided, gripped, f"metrics {METRICS_VERSION}"))
+        return hashlib.sha256(told.encode()).hexdigest()
+
+    def to_data(self) -> dict[str, Any]:
+        """Plain values that a worker elsewhere makes the job from; see :meth:`from_data`."""
+        return {
+            "name": self.name,
+            "design": self.design.model_dump(mode="json"),
+            "cost": self.cost.model_dump(),
+            "values": self.values,
+            "scene": None if self.scene is None else self.scene.model_dump(mode="json"),
+            "scene_name": self.scene_name,
+            "fidelity": self.fidelity,
+            "tolerance": self.tolerance,
+        }
+
+    @classmethod
+    def from_data(cls, data: dict[str, Any]) -> Job:
+        """The job of :meth:`to_data`."""
+        from fingerdesign.design.scene import Scene
+        from fingerdesign.design.schema import Design
+        from fingerdesign.search.study.file import Cost
+
+        scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
+        made = {
+            "design": Design.model_validate(data["design"]),
+            "cost": Cost.model_validate(data["cost"]),
+            "scene": scene,
+        }
+        return cls(**(data | made))
+
+
+def evaluate(job: Job) -> Outcome:
+    """Analyse one variant in this process. A failure of the work is an outcome, never raised.
+
+    What is no failure of the work, a fault of this program, is raised.
+    """
+    forget_peak_memory()
+    started, used = time.perf_counter(), processor_seconds()
+    try:
+        found = _analysed(job)
+    except DesignError as error:
+        found = failed(job, Failure(_refusal(job), str(error)))
+    except FingerDesignError as error:
+        found = failed(job, Failure("failed", str(error)))
+    except MemoryError as error:
+        found = failed(job, Failure("memory", f"this process got no more memory: {error}"))
+    used = processor_seconds() - used
+    return replace(
+        found,
+        seconds=time.perf_counter() - started,
+        core_seconds=used,
+        peak_memory_MB=peak_memory_MB(),
+        metrics={**found.metrics, "core_seconds": used} if found.status == "ok" else {},
+    )
+
+
+def relabelled(outcome: Outcome, job: Job) -> Outcome:
+    """The outcome with what the job's digest leaves out: its own names, values and prices.
+
+    An outcome may have been computed for another study that met the same finger. Raises ValueError
+    for an outcome of another finger.
+    """
+    if outcome.digest != job.digest():
+        raise ValueError(f"{outcome.name} is not an outcome of {job.name}: their digests differ")
+    metrics = outcome.metrics
+    if "cost" in metrics:
+        from fingerdesign.search.run.measured import own_metrics
+
+        cost = own_metrics(job.design, job.cost)["cost"]
+        metrics = metrics | finite_metrics({"cost": cost})[0]
+    return replace(
+        outcome,
+        name=job.name,
+        values=dict(job.values),
+        design=job.design.model_dump(mode="json", exclude_none=True),
+        scene=job.scene_name,
+        metrics=metrics,
+    )
+
+
+def failed(job: Job, failure: Failure) -> Outcome:
+    """The outcome of a job that came to nothing."""
+    try:
+        digest = job.digest()
+    except DesignError as error:  # a file that it names is gone: nothing to keep it by
+        digest = hashlib.sha256(f"{job.name}\n{error}".encode()).hexdigest()
+    return Outcome(
+        digest=digest,
+        name=job.name,
+        values=dict(job.values),
+        design=job.design.model_dump(mode="json", exclude_none=True),
+        scene=job.scene_name,
+        fidelity=job.fidelity,
+        status="failed",
+        failure=failure,
+        versions=versions(),
+        seeds=_seeds(job),
+    )
+
+
+def _analysed(job: Job) -> Outcome:
+    from fingerdesign.pipeline import run
+    from fingerdesign.search.run.measured import grips_of, metrics_of, stick_error_of, traces_of
+
+    # Nameless, since another study's job may be given the outcome: its sentences name no design.
+    case = replace(job.case, design=_nameless(job.design))
+    analysis = run(case)
+    result = analysis.result
+    told, unheard = stick_error_of(case, analysis)
+    validity = validity_of(case, analysis)
+    metrics, endless = finite_metrics(
+        {
+            **metrics_of(job.design, job.cost, analysis),
+            "stick_error": told,
+            "plane_strain_error": validity.plane_strain_error,
+        }
+    )
+    return Outcome(
+        digest=job.digest(),
+        name=job.name,
+        values=dict(job.values),
+        design=job.design.model_dump(mode="json", exclude_none=True),
+        scene=job.scene_name,
+        fidelity=job.fidelity,
+        status="ok",
+        metrics=metrics,
+        traces=traces_of(analysis),
+        grips=grips_of(analysis),
+        validity=validity,
+        warnings=result.warnings + unheard + endless,
+        versions=result.versions,
+        seeds=_seeds(job),
+    )
+
+
+def finite_metrics(
+    metrics: dict[str, float | None],
+) -> tuple[dict[str, float | None], tuple[str, ...]]:
+    """The metrics, None in the place of what is no finite number; and a warning of each such."""
+    endless = [name for name, value in metrics.items() if not bounded(value)]
+    told = tuple(f"no {name}: its value is no finite number" for name in endless)
+    return metrics | dict.fromkeys(endless), told
+
+
+def _nameless(design: Design) -> Design:
+    """The design without what decides no number: its name, and which values its source gave."""
+    meta = design.design.model_copy(update={"name": "finger"})
+    return design.model_copy(update={"design": meta, "assumed": ()})
+
+
+def _seeds(job: Job) -> dict[str, int]:
+    seed = job.design.grip.seed
+    return {"grip": seed, "stick_error": seed}
+
+
+def _refusal(job: Job) -> FailureKind:
+    """The kind of a refusal: "memory" where a machine with more of it would not refuse."""
+    from fingerdesign.analysis.forecast.limits import memory_faults
+    from fingerdesign.pipeline import refuse
+
+    if job.fidelity == "auto":
+        return "refused"  # the ladder ends where memory does, and says so
+    try:
+        refuse(replace(job.case, go_on=True), job.case.path_scene)
+        return "memory" if memory_faults(job.case) else "refused"
+    except DesignError:
+        return "refused"

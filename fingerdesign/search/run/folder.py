@@ -1,0 +1,123 @@
+"""OUT/NAME of a study: outcomes, tables and the comparison page, whole or not at all.
+
+study.json  the study, what repeats it, counts    study.toml  its file, as it was read
+outcomes.jsonl  an outcome a line, all of it      outcomes.csv, failures.csv    for pandas
+report.html  the designs compared
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.errors import cell_text
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.outcome import Outcome, designs_csv
+from fingerdesign.search.compare.facts import bounds_of, wanted_of
+from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
+
+if TYPE_CHECKING:
+    from fingerdesign.search.compare.read import Comparison
+    from fingerdesign.search.study.file import Study
+
+REPORT_FILE = "report.html"
+FILES = (*(STUDY_FILE, "study.toml", OUTCOMES_FILE, "outcomes.csv", "failures.csv", REPORT_FILE),)
+FOLDER = RecordFolder("study", STUDY_FILE, FILES)
+
+
+def write_study(
+    folder: Path,
+    study: Study,
+    outcomes: Sequence[Outcome],
+    source: str,
+    more: dict[str, Any] | None = None,
+) -> Comparison:
+    """Write the files of a study into ``folder``; what its page compares.
+
+    source: the text of the study's file; more: further facts for study.json.
+    """
+    record = study_record(study, outcomes) | (more or {})
+    lines = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    texts = {
+        STUDY_FILE: json.dumps(record, indent=2, allow_nan=False) + "\n",
+        "study.toml": source,
+        OUTCOMES_FILE: lines,
+        "outcomes.csv": designs_csv(outcomes),
+        "failures.csv": failures_csv(outcomes),
+    }
+    for name, text in texts.items():
+        _write(folder / name, text)
+    found = read_comparison([folder])  # what `compare` will say of it
+    from dataclasses import replace
+
+    from fingerdesign.search.compare.page import compare_html
+
+    facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
+    _write(folder / REPORT_FILE, compare_html(found.outcomes, facts))
+    return found
+
+
+def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """What study.json says: all that repeats the study, and how many outcomes of each kind."""
+    from fingerdesign.analysis.summary import versions
+
+    table = study.study
+    kinds = Counter(
+        outcome.failure.kind if outcome.failure is not None else "ok" for outcome in outcomes
+    )
+    return {
+        "schema_version": 1,
+        "name": study.name,
+        "digest": study.digest(),
+        "base": table.base,
+        "sampling": table.sampling,
+        "count": table.count,
+        "seed": table.seed,
+        "fidelity": table.fidelity,
+        "tolerance": table.tolerance if table.fidelity == "auto" else None,
+        "scenes": list(table.scenes),
+        "fixed": study.fixed,
+        "parameters": {
+            key: list(parameter) if isinstance(parameter, tuple) else parameter.model_dump()
+            for key, parameter in study.parameters.items()
+        },
+        "limits": study.limits.model_dump(),
+        "cost": study.cost.model_dump(),
+        "objectives": [{"metric": each.metric, "goal": each.goal} for each in wanted_of(study)],
+        "constraints": {
+            each.metric: {"at_least": each.at_least, "at_most": each.at_most}
+            for each in bounds_of(study)
+        },
+        "outcomes": {"all": len(outcomes), **dict(sorted(kinds.items()))},
+        "versions": versions(),
+    }
+
+
+def failures_csv(outcomes: Sequence[Outcome]) -> str:
+    """A row a failed outcome: its kind, its cause in a sentence, its values."""
+    failed = [outcome for outcome in outcomes if outcome.failure is not None]
+    keys = list(dict.fromkeys(key for outcome in failed for key in outcome.values))
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["name", "scene", "kind", "cause", *(cell_text(key) for key in keys), "digest"])
+    for outcome in failed:
+        assert outcome.failure is not None
+        values = [outcome.values.get(key, "") for key in keys]
+        writer.writerow(
+            [
+                *(cell_text(outcome.name), cell_text(outcome.scene), outcome.failure.kind),
+                cell_text(outcome.failure.sentence),
+                *(cell_text(each) if isinstance(each, str) else each for each in values),
+                outcome.digest,
+            ]
+        )
+    return stream.getvalue()
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")

@@ -1,0 +1,242 @@
+"""From an analysis to what an outcome keeps of it: metrics, thinned traces, grips."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.errors import SolverError
+from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
+from fingerdesign.records.result import (
+    OPEN,
+    SLIP,
+    ContactHistory,
+    GripResult,
+    GripTrace,
+    IncrementResult,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.design.schema import Design
+    from fingerdesign.search.study.file import Cost
+
+MOST_INCREMENTS, MOST_CONTACT, MOST_STEPS = 40, 120, 60
+_GRAVITY = 9.80665  # m/s^2
+_PULLED = 0.01  # of the normal force: what pressing an uneven finger gives is no pull
+_ROOM = 0.15  # of what is touched, shown around it
+MARKS = {OPEN: ".", SLIP: "/"}  # what sticks is "#"
+_FIRST_SLIP = 0.9  # of the greatest stick ratio of the pull: pressing alone slips at the rims
+
+
+def metrics_of(design: Design, cost: Cost, analysis: Analysis) -> dict[str, float | None]:
+    """The metrics that this analysis tells; "core_seconds" is the caller's."""
+    rows = analysis.result.increments
+    found: dict[str, float | None] = grip_metrics(analysis.result.grips)
+    last = rows[-1]
+    deepest = max(rows, key=lambda row: row.approach_mm)
+    found["normal_force_N"] = last.normal_force_N
+    found["tangential_force_N"] = last.tangential_force_N
+    found["stiffness_N_per_mm"] = (
+        deepest.normal_force_N / deepest.approach_mm if deepest.approach_mm > 0.0 else None
+    )
+    found["peak_pressure_MPa"] = max(row.peak_pressure_MPa for row in rows)
+    found["first_slip_N"] = _first_slip(rows)
+    found["gage_response"] = _gage_response(analysis)
+    return found | own_metrics(design, cost)
+
+
+def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[str, ...]]:
+    """The gage error of the stick ratio, and why there is none.
+
+    Grips are as deep as the stage goes, or, where a scene is given, as its path: the model's
+    contact candidates reach no farther. Dead gages are known to be dead, and not heard.
+    """
+    from fingerdesign.analysis.stages import one_thread
+    from fingerdesign.sensing.stick_error import Listening, stick_error
+
+    problem, design = analysis.problem, case.design
+    if problem is None:
+        return None, ()
+    grip = design.grip
+    heard = [k for k, plate in enumerate(case.gage_array) if plate not in grip.hardware.dead_gages]
+    if not heard:
+        return None, ()
+    problem = replace(problem, model=problem.model.with_gages(heard))
+    deepest = max(row.approach_mm for row in analysis.result.increments)
+    reach = deepest if case.scene is not None else grip.max_approach_mm
+    try:
+        with one_thread():
+            listening = Listening.of(grip.hardware)
+            return stick_error(problem, design.gages.face, reach, listening, grip.seed), ()
+    except SolverError as error:
+        return None, (f"no gage error of the stick ratio: {error}",)
+
+
+def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
+    """The metrics that the design alone tells: plates, rubber, cost."""
+    from fingerdesign.layout.frames import plate_frames
+    from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
+
+    plates = design.plates.number
+    inserts = core_volume(design) + sum(plate_volume(frame) for frame in plate_frames(design))
+    rubber = (outline_volume(design.body) - inserts) * 1e-3
+    gages = plates * (2 if design.gages.face == "both" else 1)
+    price = cost.fixed + cost.plate * plates + cost.gage * gages + cost.silicone_per_ml * rubber
+    return {"plates": float(plates), "rubber_volume_ml": rubber, "cost": price}
+
+
+def traces_of(analysis: Analysis) -> Traces:
+    """The path's numbers, gages and contact map, thinned to what a comparison shows."""
+    rows = analysis.result.increments
+    kept = _spread(len(rows), MOST_INCREMENTS)
+    rows = tuple(rows[k] for k in kept)
+    contact = analysis.contact
+    places: dict[str, Numbers] = {}
+    status: tuple[str, ...] = ()
+    if contact is not None:
+        shown = _shown_points(contact)
+        places["contact_x_mm"] = _numbers(contact.points[shown, 0])
+        if contact.dimension == 3:
+            places["contact_z_mm"] = _numbers(contact.points[shown, 2])
+        status = tuple("".join(MARKS.get(s, "#") for s in contact.status[k][shown]) for k in kept)
+    by_index = {frame.index: frame.x for frame in analysis.plates}
+    return Traces(
+        approach_mm=_numbers(row.approach_mm for row in rows),
+        shear_mm=_numbers(row.shear_mm for row in rows),
+        normal_force_N=_numbers(row.normal_force_N for row in rows),
+        tangential_force_N=_numbers(row.tangential_force_N for row in rows),
+        stick_ratio=_numbers(row.stick_ratio for row in rows),
+        contact_width_mm=_numbers(row.contact_width_mm for row in rows),
+        gage_x_mm=_numbers(by_index[gage.plate] for gage in rows[0].gages),
+        gages=tuple(_numbers(gage.reading for gage in row.gages) for row in rows),
+        status=status,
+        **places,
+    )
+
+
+def grips_of(analysis: Analysis) -> tuple[GripOutcome, ...]:
+    """The grips with their paths of forces, thinned."""
+    traces = analysis.grip_traces
+    return tuple(
+        GripOutcome(
+            grip.controller,
+            grip.friction_coefficient,
+            grip.object_mass_g,
+            grip.lifted,
+            grip.gross_slip,
+            grip.safety_margin,
+            grip.peak_normal_force_N,
+            grip.minimum_stick_ratio,
+            *_path(trace),
+        )
+        for grip, trace in zip(analysis.result.grips, traces, strict=True)
+    )
+
+
+def _path(trace: GripTrace) -> tuple[Numbers, Numbers]:
+    kept = _spread(len(trace.normal_force), MOST_STEPS)
+    return _numbers(trace.normal_force[kept]), _numbers(trace.tangential_force[kept])
+
+
+def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
+    """The metrics that grips tell; none without grips.
+
+    Margins and the peak's ratio are of grips that lifted the object: one that lets go at a small
+    force is not gentle.
+    """
+    if not grips:
+        return {}
+    held = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    lifted = [grip for grip in grips if grip.lifted]
+    margins = [grip.safety_margin for grip in lifted if grip.safety_margin is not None]
+    ratios = [grip.peak_normal_force_N / _least_force(grip) for grip in lifted]
+    return {
+        "grip_success": len(held) / len(grips),
+        "safety_margin": statistics.median(margins) if margins else None,
+        "least_margin": min(margins, default=None),
+        "peak_force_N": max(grip.peak_normal_force_N for grip in grips),
+        "peak_ratio": statistics.median(ratios) if ratios else None,
+    }
+
+
+def _least_force(grip: GripResult) -> float:
+    """The least normal force that would hold the object, m g / (2 mu), N."""
+    return 0.5e-3 * grip.object_mass_g * _GRAVITY / grip.friction_coefficient
+
+
+def _first_slip(rows: Sequence[IncrementResult]) -> float | None:
+    """F_t of the first row that sticks on less than ``_FIRST_SLIP`` of what the pull began with."""
+    most = 0.0
+    for row in rows:
+        if row.stick_ratio is None or row.tangential_force_N <= _PULLED * row.normal_force_N:
+            continue
+        most = max(most, row.stick_ratio)
+        if row.stick_ratio < _FIRST_SLIP * most:
+            return row.tangential_force_N
+    return None
+
+
+def _gage_response(analysis: Analysis) -> float | None:
+    """Greatest change of a reading per tangential force while all that touches sticks or slips."""
+    rows = analysis.result.increments
+    if not rows[0].gages:
+        return None
+    readings = np.array([[gage.reading for gage in row.gages] for row in rows])
+    force = np.array([row.tangential_force_N for row in rows])
+    pulled = np.flatnonzero(np.abs(np.diff(force)) > 1e-6)
+    # Steps that press too would mix in what F_n does.
+    still = [int(k) for k in pulled if math.isclose(rows[k].approach_mm, rows[k + 1].approach_mm)]
+    if not still:
+        return None
+    first = still[0]
+    change = np.abs(readings[first + 1] - readings[first]) / abs(force[first + 1] - force[first])
+    return float(change.max())
+
+
+def _spread(count: int, most: int) -> list[int]:
+    """Up to ``most`` numbers from 0 to count - 1, evenly, both ends in."""
+    if count <= most:
+        return list(range(count))
+    return sorted({round(each) for each in np.linspace(0, count - 1, most)})
+
+
+def _shown_points(contact: ContactHistory) -> list[int]:
+    """Numbers of the candidates that the map shows: evenly along x; in 3-D over x and z, about
+    what is ever touched."""
+    if contact.dimension == 2:
+        line = contact.mid_line()
+        return [int(line[k]) for k in _spread(len(line), MOST_CONTACT)]
+    places = contact.points[:, [0, 2]]
+    touched = places[(contact.status != OPEN).any(axis=0)]
+    if not len(touched):
+        return _spread(len(places), MOST_CONTACT)
+    low, high = touched.min(axis=0), touched.max(axis=0)
+    room = np.maximum(_ROOM * (high - low), 1e-9)
+    low, high = low - room, high + room
+    near = np.flatnonzero(((places >= low) & (places <= high)).all(axis=1))
+    # Cells alike in shape and fewer than points may be shown; of each the point next to its middle.
+    side = float(np.sqrt(np.prod(high - low) / MOST_CONTACT))
+    while True:
+        cell = np.floor((places[near] - low) / side)
+        off = ((places[near] - low - (cell + 0.5) * side) ** 2).sum(axis=1)
+        order = np.lexsort((off, cell[:, 1], cell[:, 0]))
+        first = np.any(np.diff(cell[order], axis=0, prepend=np.nan) != 0.0, axis=1)
+        if first.sum() <= MOST_CONTACT:
+            return [int(k) for k in near[order[first]]]
+        side *= 1.05
+
+
+def _numbers(values: object) -> Numbers:
+    """Four digits are what a chart shows; None where there is no number."""
+    found = []
+    for value in values:  # type: ignore[attr-defined]
+        number = None if value is None else float(value)
+        found.append(None if number is None or not bounded(number) else float(f"{number:.5g}"))
+    return tuple(found)

@@ -1,0 +1,338 @@
+"""A study file: a design, the keys that are varied, and what is asked of each variant.
+
+[study] name, base, sampling, count, seed, fidelity, tolerance, scenes      [fixed] design keys
+[parameters] key = [choices] or { low, high, log, step }      [limits]      [cost]
+[[objectives]] metric, goal      [constraints] metric = { at_least, at_most }      [optimise]
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
+from pydantic_core import ErrorDetails
+
+from fingerdesign.design.base import Many, Table, refuse
+from fingerdesign.design.faults import fault_of, shown
+from fingerdesign.design.tables import safe_name
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.search.study.keys import FILE_KEYS, key_faults
+from fingerdesign.search.study.metrics import METRICS, known_metric
+from fingerdesign.search.study.values import (
+    Choice,
+    Key,
+    Parameter,
+    Range,
+    Text,
+    flattened,
+    shallow,
+)
+
+__all__ = [
+    "Bound",
+    "Choice",
+    "Cost",
+    "Limits",
+    "Objective",
+    "Optimise",
+    "Range",
+    "Study",
+    "parse_study",
+    "read_study",
+    "study_path",
+]
+
+
+# Tables of a study file beside its keys: how variants are drawn, limits, prices, what counts.
+
+MOST_VARIANTS = 100_000
+MOST_PRICE = 1e6
+Goal = Literal["min", "max"]
+MetricName = Annotated[str, AfterValidator(known_metric)]
+
+
+class StudyTable(Table):
+    """``[study]``: its name, the design it starts from, how variants are drawn and analysed."""
+
+    name: Annotated[str, AfterValidator(safe_name)] = Field(
+        description="names the folder and the variants: letters, digits, - _ ."
+    )
+    base: Text = Field(description="a shipped design, or a file beside the study's")
+    sampling: Literal["grid", "latin_hypercube", "sobol"] = "sobol"
+    count: int | None = Field(default=None, ge=1, le=MOST_VARIANTS, description="not of a grid")
+    seed: int = Field(default=0, ge=0, le=2**31)
+    fidelity: Literal["plane-strain", "3d", "auto"] = "plane-strain"
+    tolerance: float = Field(default=0.02, ge=1e-3, le=0.5, description="of fidelity auto")
+    scenes: Many[Text] = Field(
+        default=(), max_length=20, description="none: the fundamental case and the design's grips"
+    )
+
+    @field_validator("scenes")
+    @classmethod
+    def _told_apart(cls, scenes: tuple[str, ...]) -> tuple[str, ...]:
+        names = [PurePath(scene).stem for scene in scenes]
+        twice = [scene for at, scene in enumerate(scenes) if names[at] in names[:at]]
+        if twice:
+            bound = "scenes of different names (without folder and ending)"
+            raise refuse(twice[0], bound, "rename its file, or name it once")
+        return scenes
+
+    @model_validator(mode="after")
+    def _counted(self) -> Self:
+        if self.sampling == "grid" and self.count is not None:
+            remedy = "remove it, or set study.sampling = 'sobol'"
+            raise refuse(self.count, "absent where sampling = 'grid'", remedy, "study.count")
+        if self.sampling != "grid" and self.count is None:
+            remedy = "say how many variants are drawn"
+            raise refuse("(absent)", "given where sampling is not 'grid'", remedy, "study.count")
+        return self
+
+
+class Limits(Table):
+    """``[limits]`` of each variant."""
+
+    time_s: float = Field(default=300.0, gt=0, le=1e6)
+    memory_MB: float = Field(default=4000.0, ge=200, le=1e7)
+
+
+class Cost(Table):
+    """``[cost]``: what the metric "cost" adds up, in a currency of the user's."""
+
+    fixed: float = Field(default=0.0, ge=0, le=MOST_PRICE)
+    plate: float = Field(default=2.0, ge=0, le=MOST_PRICE)
+    gage: float = Field(default=8.0, ge=0, le=MOST_PRICE)
+    silicone_per_ml: float = Field(default=0.05, ge=0, le=MOST_PRICE)
+
+
+class Objective(Table):
+    """One of ``[[objectives]]``; ``goal`` absent: what the metric is better by."""
+
+    metric: MetricName
+    goal: Goal | None = None
+
+    @model_validator(mode="after")
+    def _directed(self) -> Self:
+        if self.goal is None and METRICS[self.metric].better is None:
+            bound = f"given for {self.metric}, of which neither end is better by itself"
+            raise refuse("(absent)", bound, "add goal = 'min' or goal = 'max'", "goal")
+        return self
+
+    @property
+    def direction(self) -> Goal:
+        """min or max."""
+        better = self.goal or METRICS[self.metric].better
+        assert better is not None
+        return better
+
+
+class Bound(Table):
+    """What a metric of ``[constraints]`` must keep."""
+
+    at_least: float | None = None
+    at_most: float | None = None
+
+    @model_validator(mode="after")
+    def _said(self) -> Self:
+        if self.at_least is None and self.at_most is None:
+            raise refuse("{}", "at_least or at_most or both", "give one")
+        if None not in (self.at_least, self.at_most) and self.at_least > self.at_most:  # type: ignore[operator]
+            raise refuse(self.at_least, f"at most at_most = {self.at_most}", "correct one")
+        return self
+
+    def excess(self, value: float | None) -> float:
+        """How far a value lies outside, 0 within; infinite for a metric without a value."""
+        if value is None:
+            return math.inf
+        low = -math.inf if self.at_least is None else self.at_least
+        high = math.inf if self.at_most is None else self.at_most
+        return max(low - value, value - high, 0.0)
+
+
+class Optimise(Table):
+    """``[optimise]``: how many trials; the best ``confirm`` are analysed again in 3-D."""
+
+    trials: int = Field(default=100, ge=1, le=MOST_VARIANTS)
+    confirm: int = Field(default=3, ge=0, le=100)
+    confirm_fidelity: Literal["3d", "auto"] = "3d"
+
+
+_TOLD = 200  # faults; a file of more is not mended one by one
+
+
+class Study(Table):
+    """A whole study file."""
+
+    study: StudyTable
+    fixed: dict[Key, Annotated[Any, AfterValidator(shallow)]] = Field(
+        default_factory=dict, max_length=1000
+    )
+    parameters: dict[Key, Parameter] = Field(min_length=1, max_length=100)
+    limits: Limits = Field(default_factory=Limits)
+    cost: Cost = Field(default_factory=Cost)
+    objectives: Many[Objective] = Field(default=(), max_length=10)
+    constraints: dict[MetricName, Bound] = Field(default_factory=dict)
+    optimise: Optimise = Field(default_factory=Optimise)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted(cls, data: Any) -> Any:
+        """``body.depth_mm`` without quotes means the same as with them."""
+        if not isinstance(data, Mapping):
+            return data
+        tables = {name: data[name] for name in ("fixed", "parameters") if name in data}
+        return {**data, **{name: _flat(name, table) for name, table in tables.items()}}
+
+    @field_validator("objectives")
+    @classmethod
+    def _asked_once(cls, objectives: tuple[Objective, ...]) -> tuple[Objective, ...]:
+        names = [objective.metric for objective in objectives]
+        twice = [name for place, name in enumerate(names) if name in names[:place]]
+        if twice:
+            raise refuse(twice[0], "a metric that no other objective has", "remove one of them")
+        return objectives
+
+    @property
+    def name(self) -> str:
+        """The study's name."""
+        return self.study.name
+
+    def digest(self) -> str:
+        """SHA-256 of what decides the variants and their outcomes' selection."""
+        from fingerdesign.design.digest import content_digest
+
+        return content_digest(self)
+
+
+def _flat(name: str, table: Any) -> Any:
+    if not isinstance(table, Mapping):
+        return table
+    pairs = list(flattened(table))
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        keys = [key for key, _ in pairs]
+        twice = next(key for place, key in enumerate(keys) if key in keys[:place])
+        raise refuse(twice, "a key that is given once", "remove one of them", name)
+    return found
+
+
+def read_study(path: Path | str) -> Study:
+    """The study of a file, or the shipped one of that name. DesignError with every fault."""
+    from fingerdesign.checks.load import read_text
+
+    found = study_path(Path(path))
+    return parse_study(read_text(found), str(path), found.parent)
+
+
+def study_path(path: Path) -> Path:
+    """The study's file, or that of the shipped one of that name. DesignError for neither."""
+    import difflib
+
+    from fingerdesign.checks.starter import shipped_path
+
+    shipped = shipped_path("maeno2000").parent / "studies"
+    if path.exists() or path.parent != Path():
+        return path
+    names = {each.stem: each for each in sorted(shipped.glob("*.toml"))}
+    if str(path) in names:
+        return names[str(path)]
+    near = difflib.get_close_matches(path.stem, names, 1)
+    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
+    bound = f"a readable TOML file or a shipped study ({', '.join(names)})"
+    raise DesignError([Fault("file", str(path), bound, remedy)])
+
+
+def parse_study(text: str, source: str = "", folder: Path | None = None) -> Study:
+    """The study that TOML ``text`` says. DesignError with every fault of its keys.
+
+    ``folder``: where files that parameters and [fixed] name lie (None: where ``source`` does if it
+    is a file, else the working directory).
+    """
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        why = "too deeply nested" if isinstance(error, RecursionError) else str(error)[:300]
+        raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
+    if "scene" in data or "also" in data:
+        remedy = "run it by `fingerdesign bench plane-strain --study FILE`"
+        fault = Fault("file", source or "(text)", "a study of fingers, not of plane strain", remedy)
+        raise DesignError([fault], source)
+    try:
+        study = Study.model_validate(data)
+    except ValidationError as error:
+        found = error.errors(include_url=False)
+        faults = list({str(fault): fault for fault in map(_fault, found[:_TOLD])}.values())
+        if len(found) > _TOLD:
+            remedy = "correct those told first"
+            faults.append(Fault("file", f"{len(found)} faults", f"without any of {_TOLD}", remedy))
+        raise DesignError(faults, source) from None
+    faults = key_faults(study.fixed, study.parameters)
+    if faults:
+        raise DesignError(faults, source)
+    return _with_files(study, folder or (Path(source).parent if _is_file(source) else Path.cwd()))
+
+
+def _is_file(source: str) -> bool:
+    try:
+        return Path(source).is_file()
+    except OSError:  # longer than a path may be
+        return False
+
+
+def _with_files(study: Study, folder: Path) -> Study:
+    """The study with the files that keys of designs name made absolute."""
+    fixed = {key: _placed(key, value, folder) for key, value in study.fixed.items()}
+    parameters = {
+        key: parameter
+        if isinstance(parameter, Range)
+        else tuple(_placed(key, value, folder) for value in parameter)
+        for key, parameter in study.parameters.items()
+    }
+    return study.model_copy(update={"fixed": fixed, "parameters": parameters})
+
+
+def _placed(key: str, value: Any, folder: Path) -> Any:
+    named = key in FILE_KEYS and isinstance(value, str) and value
+    return str((folder / value).absolute()) if named else value
+
+
+def _fault(error: ErrorDetails) -> Fault:
+    """In the words of a design's faults, without the marks that pydantic puts into its place."""
+    location = tuple(part for part in error["loc"] if part != "[key]")
+    if location[:1] == ("parameters",):
+        told = _parameter_fault(error, location)
+        if told is not None:
+            return told
+        if location[2:3] in (("range",), ("choices",)):
+            location = (*location[:2], *location[3:])
+    location = tuple(shown(part, 80)[1:-1] if _long(part) else part for part in location)
+    placed = error.copy()
+    placed["loc"] = location
+    own = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
+    if own and location and "." not in own:  # of a table's own key
+        placed["ctx"] = {**error["ctx"], "key": ""}
+        placed["loc"] = (*location, own)
+    found = fault_of(placed, Study)
+    return replace(found, key=found.key.replace("\x7f", "\\x7f"))
+
+
+def _long(part: int | str) -> bool:
+    return isinstance(part, str) and len(part) > 80
+
+
+def _parameter_fault(error: ErrorDetails, location: tuple[int | str, ...]) -> Fault | None:
+    """Of what stands in the place of [parameters] or of a parameter."""
+    if len(location) == 1 and error["type"] in ("missing", "too_short"):
+        remedy = 'add one, such as "plates.pitch_mm" = { low = 0.8, high = 1.2 }'
+        return Fault("parameters", "{}", "a table of at least one key", remedy)
+    if len(location) == 3 and error["type"] == "tuple_type":
+        from fingerdesign.design.faults import dotted
+
+        key = dotted(tuple(shown(p, 80)[1:-1] if _long(p) else p for p in location[:2]))
+        bound = "a list of choices or a range { low = .., high = .. }"
+        return Fault(key, shown(error["input"]), bound, "correct it")
+    return None

@@ -1,0 +1,169 @@
+"""A design's estimator, taught when first wanted and kept by content.
+
+    lesson = lesson_for(design, tell=print)
+    lesson.estimator, lesson.stick_error()
+
+What it is taught on is the plane-strain model that grips run on (grip_model.py). It is kept in the
+user's cache by what it depends on: finger, gages, stage travel, number of grips and seed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fingerdesign.analysis.case import Case
+from fingerdesign.control.estimator import FORMAT, GripEstimator
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.progress import Tell
+from fingerdesign.sensing.model import grip_problem
+from fingerdesign.sensing.teach import Lesson, Settings, teach
+from fingerdesign.version import __version__
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+
+if TYPE_CHECKING:
+    from fingerdesign.contact.problem import ContactProblem
+    from fingerdesign.design.schema import Design
+
+TEACHING = 3  # raise it when what is taught, or how, changes
+
+
+def lesson_for(
+    design: Design,
+    problem: ContactProblem | None = None,
+    tell: Tell = lambda message: None,
+    workers: int = 1,
+) -> Lesson:
+    """The lesson of a design, from the cache where it has been taught before.
+
+    problem: the design's grip_problem, where it has been made already. Raises what
+    :func:`grip_model.grip_problem` and :func:`teach.teach` raise.
+    """
+    settings = settings_of(design)
+    key = lesson_key(design, settings)
+    kept = _folder() / f"{key}.json"
+    if kept.is_file():
+        found = _read(kept)
+        if found is not None:
+            return found
+    problem = grip_problem(design, tell=tell) if problem is None else problem
+    lesson = teach(problem, key, settings, tell, workers=workers)
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    aside = kept.with_suffix(f".{os.getpid()}")
+    aside.write_text(lesson_text(lesson), encoding="utf-8")
+    aside.replace(kept)
+    return lesson
+
+
+def settings_of(design: Design) -> Settings:
+    """How much a design's estimator is taught."""
+    grip = design.grip
+    return Settings(
+        face=design.gages.face,
+        max_approach=grip.max_approach_mm,
+        grips=grip.regulator.taught_grips,
+        seed=grip.seed,
+    )
+
+
+def lesson_key(design: Design, settings: Settings) -> str:
+    """SHA-256 of all that an estimator depends on; of the design without names and controllers."""
+    from fingerdesign.design.digest import content_digest
+
+    grip = design.grip
+    content = [
+        TEACHING,
+        FORMAT,
+        __version__,
+        content_digest(design.body),
+        content_digest(design.plates),
+        content_digest(design.gages),
+        {name: content_digest(each) for name, each in sorted(design.materials.items())},
+        content_digest(design.mesh.section),
+        asdict(settings),
+        grip.bench_friction_coefficient,
+    ]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
+    """What is wrong with gripping by ``estimator`` on a design: it was taught on another finger.
+
+    Empty where it was taught on this one, with the same stage travel, number of grips and seed.
+    """
+    from fingerdesign.analysis.case import gage_array
+
+    remedy = "teach it on this design: fingerdesign teach DESIGN"
+    wanted, gages = len(gage_array(design)), estimator.gages
+    if gages != wanted:
+        value = f"one for {gages} gages"
+        return [Fault("--estimator", value, f"one for the design's {wanted} gages", remedy)]
+    key = lesson_key(design, settings_of(design))
+    if estimator.design != key:
+        value = f"one taught on {estimator.design[:12]}"
+        bound = f"one taught on this design ({key[:12]}: its finger, gages and stage)"
+        return [Fault("--estimator", value, bound, remedy)]
+    return []
+
+
+def lesson_text(lesson: Lesson) -> str:
+    """The lesson as JSON: the estimator, and its errors by noise."""
+    record = {
+        "estimator": json.loads(lesson.estimator.to_json()),
+        "noises_microstrain": lesson.noises,
+        "stick_errors": lesson.stick_errors,
+        "used_errors": lesson.used_errors,
+        "samples": lesson.samples,
+    }
+    return json.dumps(record, allow_nan=False) + "\n"
+
+
+def _read(path: Path) -> Lesson | None:
+    """The kept lesson; None where it is cut short or of another format."""
+    from fingerdesign.control.estimator import EstimatorError
+
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return Lesson(
+            GripEstimator.from_json(json.dumps(record["estimator"])),
+            tuple(record["noises_microstrain"]),
+            tuple(record["stick_errors"]),
+            tuple(record["used_errors"]),
+            int(record["samples"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, EstimatorError):
+        return None
+
+
+def _folder() -> Path:
+    from fingerdesign.runtime.cache import cache_folder
+
+    return cache_folder("lessons")
+
+
+def at_noise(lesson: Lesson, noise: float) -> Lesson:
+    """The same lesson with its estimator set for a rig's noise, microstrain."""
+    return replace(lesson, estimator=lesson.estimator.at_noise(noise))
+
+
+def with_estimator(case: Case, tell: Tell) -> Case:
+    """The case with what its regulator grips by, taught on the design where none is given.
+
+    Raises DesignError for an estimator of another finger.
+    """
+    if not case.runs_grips or case.design.grip.controller != "regulator":
+        return case
+
+    if case.estimator is None:
+        return replace(case, estimator=lesson_for(case.design, tell=tell).estimator)
+    if faults := estimator_faults(case.design, case.estimator):
+        raise DesignError(faults)
+    return case

@@ -1,0 +1,298 @@
+"""Teaching a design's estimator: wanderings on its model, noise upon them, a small network.
+
+    lesson = teach(problem, design, digest)
+    lesson.estimator.to_json(), lesson.stick_error
+
+The network is scikit-learn's multilayer perceptron (a well-kept trainer; what it learns is run by
+numpy alone, control/estimator.py). Every wandering is heard at several noises, so that one network
+serves all amplifiers. Errors are on wanderings, and so on frictions, that were not taught.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.measures import measure
+from fingerdesign.contact.problem import ContactProblem, Motion
+from fingerdesign.control.estimator import (
+    LAGS,
+    LEAST_FORCE,
+    Band,
+    FingerCurves,
+    GripEstimator,
+    Layer,
+    Moment,
+    feature_count,
+    features,
+)
+from fingerdesign.control.signals import gage_readings
+from fingerdesign.control.slip_study import stick_response
+from fingerdesign.errors import SolverError
+from fingerdesign.runtime.progress import Tell
+from fingerdesign.sensing.paths import Wandering, wander
+
+# Of a gage's sample, microstrain. One network for both errs by a sixth more in the quieter band.
+BANDS = ((0.25, 1.6), (1.6, 15.0))
+NOISES = (0.5, 1.0, 2.0, 5.0, 10.0)  # that lessons are judged at
+REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz
+_STEPS = 60
+_HELD_OUT = 0.15  # of the wanderings, judged by and not taught
+_HIDDEN = (128, 64)
+_TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each from the last's end
+_PENALTY = 1e-3
+_CURVE_POINTS = 40
+_PART = 50  # grips that a worker makes at once
+_EDGES = (0.2, 0.4, 0.6, 0.8, 1.0)
+_GAIN_SPREAD = 0.01  # of the gages' gains, drawn anew for each hearing
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How much is taught. face, max_approach (mm) and force_noise (N) are the rig's."""
+
+    face: str
+    max_approach: float
+    grips: int = 3000
+    hearings: int = 2
+    force_noise: float = 0.005
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Lesson:
+    """The estimator and its errors (root mean square) on held-out grips, by noise."""
+
+    estimator: GripEstimator
+    noises: tuple[float, ...]
+    stick_errors: tuple[float, ...]
+    used_errors: tuple[float, ...]
+    samples: int
+
+    def stick_error(self, noise: float = REFERENCE_NOISE) -> float:
+        """Of the stick ratio at a noise that was judged. ValueError for another."""
+        return self.stick_errors[self.noises.index(noise)]
+
+
+def teach(
+    problem: ContactProblem,
+    design: str,
+    settings: Settings,
+    tell: Tell = lambda message: None,
+    grips: Sequence[Wandering] | None = None,
+    workers: int = 1,
+) -> Lesson:
+    """Teach the network. design: the content digest that it is for; grips: instead of wanderings.
+
+    Raises SolverError where the model gives too few grips to teach anything.
+    """
+    if grips is None:
+        grips = wanderings(problem, settings, tell, workers)
+    held = max(1, round(_HELD_OUT * len(grips)))
+    curves = finger_curves(problem, settings.face, settings.max_approach)
+    bands, samples = [], 0
+    for noises in BANDS:
+        inputs, outputs = _heard(grips[held:], curves, settings, noises)
+        if len(inputs) < 10 * inputs.shape[1]:
+            raise SolverError(
+                f"{len(inputs)} samples teach {inputs.shape[1]} features nothing: more grips, or a "
+                "longer way of the stage (grip.max_approach_mm)"
+            )
+        tell(f"teaching {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
+        bands.append(fit(inputs, outputs, noises[1], settings.seed))
+        samples += len(inputs)
+    estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(bands))
+    return judge(estimator, grips[:held], settings, samples)
+
+
+def _heard(
+    grips: Sequence[Wandering],
+    curves: FingerCurves,
+    settings: Settings,
+    noises: tuple[float, float],
+) -> tuple[Array, Array]:
+    """All grips, each with a noise drawn evenly in its logarithm between two."""
+    rng = np.random.default_rng([settings.seed, 1])
+    found = [
+        hear(each, curves, settings, rng, float(np.exp(rng.uniform(*np.log(noises)))))
+        for _ in range(settings.hearings)
+        for each in grips
+    ]
+    return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
+
+
+def wanderings(
+    problem: ContactProblem,
+    settings: Settings,
+    tell: Tell = lambda message: None,
+    workers: int = 1,
+) -> list[Wandering]:
+    """The grips, each from its own seed: the same whatever the number of worker processes."""
+    parts = [range(k, min(k + _PART, settings.grips)) for k in range(0, settings.grips, _PART)]
+    found: list[Wandering] = []
+    if workers <= 1:
+        for part in parts:
+            found += _wander(problem, settings, part)
+            tell(f"grips: {len(found)} of {settings.grips}")
+        return found
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    with ProcessPoolExecutor(
+        workers, get_context("spawn"), initializer=_begin, initargs=(problem, settings)
+    ) as pool:
+        for each in pool.map(_wander_again, parts):
+            found += each
+            tell(f"grips: {len(found)} of {settings.grips}")
+    return found
+
+
+_WORK: list[tuple[ContactProblem, Settings]] = []  # of a worker process
+
+
+def _begin(problem: ContactProblem, settings: Settings) -> None:
+    from fingerdesign.runtime.process import die_with_parent
+
+    die_with_parent()
+    _WORK.append((problem, settings))
+
+
+def _wander_again(part: range) -> list[Wandering]:
+    from threadpoolctl import threadpool_limits
+
+    with threadpool_limits(1):
+        return _wander(*_WORK[0], part)
+
+
+def _wander(problem: ContactProblem, settings: Settings, part: range) -> list[Wandering]:
+    return [
+        wander(
+            problem,
+            settings.face,
+            np.random.default_rng([settings.seed, 0, number]),
+            _STEPS,
+            settings.max_approach,
+        )
+        for number in part
+    ]
+
+
+def finger_curves(problem: ContactProblem, face: str, max_approach: float) -> FingerCurves:
+    """The gages' two curves of a model, up to ``max_approach`` (mm); see FingerCurves."""
+    state, forces, pressed, sticking = ContactState.untouched(problem), [0.0], [], []
+    for k in range(1, _CURVE_POINTS + 1):
+        motion = Motion(max_approach * k / _CURVE_POINTS, 0.0)
+        increment = solve_increment(problem, state, motion)
+        state = increment.state
+        measures = measure(problem, increment)
+        forces.append(measures.normal_force)
+        pressed.append(gage_readings(measures.gages, face))
+        sticking.append(stick_response(problem, increment, face))
+    first = np.zeros_like(pressed[0])
+    return FingerCurves(
+        np.array(forces), np.array([first, *pressed]), np.array([sticking[0], *sticking])
+    )
+
+
+def hear(
+    grip: Wandering,
+    curves: FingerCurves,
+    settings: Settings,
+    rng: np.random.Generator,
+    noise: float,
+) -> tuple[Array, Array]:
+    """Features (k, f) and truths (k, 2): stick ratio, used; of one grip with noise upon it.
+
+    noise: of a gage's sample, microstrain.
+    """
+    gains = 1.0 + _GAIN_SPREAD * rng.standard_normal(len(grip.moments[0].sample.readings))
+    history = [_noisy(each, noise, gains, settings.force_noise, rng) for each in grip.moments]
+    rows, truths = [], []
+    for k, (truth, used) in enumerate(zip(grip.truths, grip.used, strict=True)):
+        if k == 0 or truth.stick_ratio is None or truth.normal_force < 2.0 * LEAST_FORCE:
+            continue
+        rows.append(features(history[max(0, k - max(LAGS)) : k + 1], curves, noise))
+        truths.append([truth.stick_ratio, used])
+    count = feature_count(len(gains))
+    return np.array(rows).reshape(-1, count), np.array(truths).reshape(-1, 2)
+
+
+def _noisy(
+    moment: Moment, noise: float, gains: Array, force_noise: float, rng: np.random.Generator
+) -> Moment:
+    sample = moment.sample
+    readings = gains * sample.readings + noise * rng.standard_normal(len(gains))
+    stir = force_noise * rng.standard_normal(2)
+    return replace(
+        moment,
+        sample=replace(
+            sample,
+            readings=readings,
+            normal_force=sample.normal_force + float(stir[0]),
+            tangential_force=sample.tangential_force + float(stir[1]),
+        ),
+    )
+
+
+def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
+    """Train one network on features (n, f) and truths (n, 2); its spread is not known yet."""
+    from sklearn.exceptions import ConvergenceWarning
+    from sklearn.neural_network import MLPRegressor
+
+    center = inputs.mean(axis=0)
+    scale = np.maximum(inputs.std(axis=0), 1e-9)
+    rows = np.clip((inputs - center) / scale, -5.0, 5.0).astype(np.float32)  # twice as fast
+    network = MLPRegressor(
+        hidden_layer_sizes=_HIDDEN,
+        alpha=_PENALTY,
+        batch_size=256,
+        tol=0.0,
+        n_iter_no_change=10_000,  # its own test of convergence ends it far too early here
+        warm_start=True,
+        random_state=seed,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)  # it ends after its epochs, as meant
+        for rate, epochs in _TEACHING:
+            network.learning_rate_init, network.max_iter = rate, epochs
+            network.fit(rows, outputs.astype(np.float32))
+    layers = tuple(
+        Layer(np.asarray(weight, dtype=float), np.asarray(bias, dtype=float))
+        for weight, bias in zip(network.coefs_, network.intercepts_, strict=True)
+    )
+    return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
+
+
+def judge(
+    estimator: GripEstimator, grips: Sequence[Wandering], settings: Settings, samples: int = 0
+) -> Lesson:
+    """Errors on grips that were not taught, by noise; each band is told its spread."""
+    stick, used = [], []
+    for noise in NOISES:
+        rng = np.random.default_rng([settings.seed, 2])
+        heard = [hear(each, estimator.curves, settings, rng, noise) for each in grips]
+        truths = np.concatenate([each[1] for each in heard])
+        band = estimator.at_noise(noise).band
+        said = np.clip(band.evaluate(np.concatenate([each[0] for each in heard])), 0.0, 1.0)
+        off = said - truths
+        stick.append(float(np.sqrt((off[:, 0] ** 2).mean())))
+        used.append(float(np.sqrt((off[:, 1] ** 2).mean())))
+        known = replace(band, spread=_spread(said[:, 1], off[:, 1]))
+        bands = tuple(known if each is band else each for each in estimator.bands)
+        estimator = replace(estimator, bands=bands)
+    return Lesson(estimator, NOISES, tuple(stick), tuple(used), samples)
+
+
+def _spread(said: Array, off: Array) -> Array:
+    """Standard deviations of ``used`` by what was said of it."""
+    rows, low = [], -1.0
+    for edge in _EDGES:
+        inside = (said > low) & (said <= edge)
+        rows.append([edge, float(np.sqrt((off[inside] ** 2).mean())) if inside.any() else 1.0])
+        low = edge
+    return np.array(rows)

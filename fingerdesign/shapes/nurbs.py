@@ -1,0 +1,353 @@
+"""A NURBS surface: points, derivatives, nearest points, heights (numpy; scipy for first guesses).
+
+S(u, v) = sum N_i(u) N_j(v) w_ij P_ij / sum N_i(u) N_j(v) w_ij with B-spline bases N (Piegl and
+Tiller, The NURBS Book, 2nd ed., eq. 4.15). Nearest points by Newton's method on the squared
+distance, from the nearest of many samples. Lengths in mm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.errors import GeometryError
+from fingerdesign.shapes.quadrics import dot, unit
+
+# B-spline bases with derivatives, for many parameters at once (numpy only).
+#
+# Piegl and Tiller, The NURBS Book (2nd ed.), eqs. 2.5 and 2.7.
+
+
+def basis(knots: Array, degree: int, t: Array, order: int = 2) -> tuple[IntArray, Array]:
+    """The B-splines that are not 0 at t (n,): number of the first, (n,); values and derivatives up
+    to ``order``, (order + 1, n, degree + 1). Beyond the knots the end spans' polynomials go on.
+    """
+    last = len(knots) - degree - 2
+    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
+    while True:  # an empty span at the end
+        empty = (knots[span + 1] <= knots[span]) & (span > degree)
+        if not empty.any():
+            break
+        span = np.where(empty, span - 1, span)
+    values = [np.ones((len(t), 1))]
+    for p in range(1, degree + 1):
+        values.append(_raise(knots, span, p, values[-1], t))
+    found = np.zeros((order + 1, len(t), degree + 1))
+    found[0] = values[degree]
+    for times in range(1, min(order, degree) + 1):
+        lower = values[degree - times]
+        for p in range(degree - times + 1, degree + 1):
+            lower = _slope(knots, span, p, lower)
+        found[times] = lower
+    return np.asarray(span - degree, dtype=np.int64), found
+
+
+def _raise(knots: Array, span: IntArray, p: int, lower: Array, t: Array) -> Array:
+    """Values of degree p (n, p + 1) from those of degree p - 1 (n, p); eq. 2.5."""
+    out = np.zeros((len(t), p + 1))
+    for j in range(p):  # B-spline number span - p + 1 + j of degree p - 1
+        left, right = knots[span - p + 1 + j], knots[span + 1 + j]
+        share = lower[:, j] / (right - left)
+        out[:, j] += (right - t) * share
+        out[:, j + 1] += (t - left) * share
+    return out
+
+
+def _slope(knots: Array, span: IntArray, p: int, lower: Array) -> Array:
+    """Derivatives of degree p (n, p + 1) from those of one order less at degree p - 1; eq. 2.7."""
+    out = np.zeros((len(lower), p + 1))
+    for j in range(p):
+        share = p * lower[:, j] / (knots[span + 1 + j] - knots[span - p + 1 + j])
+        out[:, j] -= share
+        out[:, j + 1] += share
+    return out
+
+
+SAMPLES = 4000  # of a face, from which Newton starts
+BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border
+POLE_MM = 1e-5  # a border smaller than this is a point: CAD files are good to 1e-7 mm
+_PASSES = 300  # six from a near start; more near a centre of curvature
+_FALLS = 40  # along vertical lines; a pole is neared tenfold each time
+_PATIENCE = 4  # passes that bring a line no nearer
+_STARTS = 3
+_STALL = 30  # passes after which a distance that changes no more will do
+_CREEP = 1e-9  # of the size: by so little may a distance fall in the last _STALL passes
+
+
+@dataclass(frozen=True)
+class Nurbs:
+    """A surface of degrees (p, q) with flat knot vectors, poles (m, n, 3) and weights (m, n).
+
+    ``bounds``: (u0, u1, v0, v1), the part that the face needs; ``closed``: whether it runs into
+    itself along u, along v. Outside: along the cross product of the derivatives by u and v.
+    """
+
+    degrees: tuple[int, int]
+    knots_u: Array
+    knots_v: Array
+    poles: Array
+    weights: Array
+    bounds: tuple[float, float, float, float]
+    closed: tuple[bool, bool] = (False, False)
+
+    def at(self, u: Array, v: Array) -> Array:
+        """Points (n, 3) at parameters (n,)."""
+        found = self._sums(u, v, 0)[:, 0, 0]
+        return np.asarray(found[:, :3] / found[:, 3:])
+
+    def derivatives(self, u: Array, v: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+        """S, S_u, S_v, S_uu, S_uv, S_vv, each (n, 3); continued by its end polynomials."""
+        sums = self._sums(u, v, 2)
+        s, w = sums[..., :3], sums[..., 3:]
+        point = s[:, 0, 0] / w[:, 0, 0]
+        wu, wv, weight = w[:, 1, 0], w[:, 0, 1], w[:, 0, 0]
+        by_u, by_v = (s[:, 1, 0] - wu * point) / weight, (s[:, 0, 1] - wv * point) / weight
+        by_uu = (s[:, 2, 0] - 2.0 * wu * by_u - w[:, 2, 0] * point) / weight
+        by_uv = (s[:, 1, 1] - wu * by_v - wv * by_u - w[:, 1, 1] * point) / weight
+        by_vv = (s[:, 0, 2] - 2.0 * wv * by_v - w[:, 0, 2] * point) / weight
+        return point, by_u, by_v, by_uu, by_uv, by_vv
+
+    def _sums(self, u: Array, v: Array, order: int) -> Array:
+        """Derivatives up to ``order`` along u and v of (w S, w), (n, order + 1, order + 1, 4)."""
+        p, q = self.degrees
+        first, in_u = basis(self.knots_u, p, u, order)
+        second, in_v = basis(self.knots_v, q, v, order)
+        rows = first[:, None] + np.arange(p + 1)
+        columns = second[:, None] + np.arange(q + 1)
+        near = self._weighted[rows[:, None, :], columns[:, :, None]]  # (n, q + 1, p + 1, 4)
+        n = len(u)
+        along_v = in_v.transpose(1, 0, 2) @ near.reshape(n, q + 1, 4 * (p + 1))
+        turned = along_v.reshape(n, order + 1, p + 1, 4).transpose(0, 2, 1, 3)
+        both = in_u.transpose(1, 0, 2) @ turned.reshape(n, p + 1, 4 * (order + 1))
+        return np.asarray(both.reshape(n, order + 1, order + 1, 4))
+
+    @cached_property
+    def _weighted(self) -> Array:
+        return np.concatenate([self.weights[..., None] * self.poles, self.weights[..., None]], 2)
+
+    def sampled(self) -> Array:
+        """Points (n, 3) all over the part within ``bounds``."""
+        return self.at(*self._samples[1].T)
+
+    def foot(self, points: Array) -> tuple[Array, Array]:
+        """Parameters (n, 2) and place (n, 3) of the nearest points; the surface is continued a
+        little (``BEYOND``). Raises GeometryError where Newton's method does not end and the
+        distance still falls."""
+        tree, where = self._samples
+        _, nearest = tree.query(points)
+        uv, damping = where[nearest].copy(), np.zeros(len(points))
+        least = self._away(points, uv)
+        late = least
+        size = float(np.ptp(self.poles.reshape(-1, 3), axis=0).max())
+        open_rows = np.arange(len(points))
+        for turn in range(_PASSES):
+            if not len(open_rows):
+                break
+            if turn == _PASSES - _STALL:
+                late = least.copy()
+            here = uv[open_rows]
+            step, slope = self._newton(points[open_rows], here, damping[open_rows])
+            new = self._kept(here, step)
+            after = self._away(points[open_rows], new)
+            worse = after > least[open_rows] * (1.0 + 1e-14) + 1e-15 * size
+            damping[open_rows] = np.where(
+                worse, np.maximum(4.0 * damping[open_rows], 1e-2), 0.25 * damping[open_rows]
+            )
+            moved = np.linalg.norm(step * slope, axis=1)
+            # Near a centre of curvature the foot hardly matters, and is hardly to be found.
+            stalled = (turn > _STALL) & (np.abs(after - least[open_rows]) < 1e-14 * size)
+            uv[open_rows[~worse]], least[open_rows[~worse]] = new[~worse], after[~worse]
+            going = worse & (damping[open_rows] < 1e12) | (moved > 1e-12 * size)
+            open_rows = open_rows[going & ~stalled]
+        # Beside a centre of curvature a foot creeps along what is as near everywhere.
+        open_rows = open_rows[late[open_rows] - least[open_rows] > _CREEP * size]
+        if len(open_rows):
+            raise GeometryError(
+                f"a face of the STEP body has no nearest point found for {len(open_rows)} points, "
+                f"as {np.round(points[open_rows[0]], 4).tolist()}"
+            )
+        return uv, self.at(*uv.T)
+
+    def _away(self, points: Array, uv: Array) -> Array:
+        return np.asarray(np.linalg.norm(points - self.at(*uv.T), axis=1))
+
+    def _newton(self, points: Array, uv: Array, damping: Array) -> tuple[Array, Array]:
+        """The step (n, 2) that lessens the distance, and lengths of the derivatives (n, 2)."""
+        s, su, sv, suu, suv, svv = self.derivatives(*uv.T)
+        away = s - points
+        metric = np.stack([dot(su, su), dot(su, sv), dot(sv, sv)])
+        hessian = metric + np.stack([dot(away, suu), dot(away, suv), dot(away, svv)])
+        low, high = self._limits
+        g, h = dot(away, su), dot(away, sv)
+        # At a limit that the descent pushes against, the step runs along it.
+        held_u = ((uv[:, 0] <= low[0]) & (g > 0)) | ((uv[:, 0] >= high[0]) & (g < 0))
+        held_v = ((uv[:, 1] <= low[1]) & (h > 0)) | ((uv[:, 1] >= high[1]) & (h < 0))
+        held_u, held_v = held_u & (not self.closed[0]), held_v & (not self.closed[1])
+        g, h = np.where(held_u, 0.0, g), np.where(held_v, 0.0, h)
+        hessian[1] = np.where(held_u | held_v, 0.0, hessian[1])
+        metric[1] = np.where(held_u | held_v, 0.0, metric[1])
+        hessian[0] = np.where(held_u, metric[0], hessian[0])
+        hessian[2] = np.where(held_v, metric[2], hessian[2])
+        a, b, c = hessian + (_lift(hessian, metric) + damping) * metric
+        det = np.maximum(a * c - b * b, 1e-300)
+        du, dv = (b * h - c * g) / det, (b * g - a * h) / det
+        step = self._bounded(uv, np.column_stack([du, dv]))
+        return step, np.sqrt(np.column_stack([metric[0], metric[2]]))
+
+    def _bounded(self, uv: Array, step: Array) -> Array:
+        """A step (n, 2) that stays within the limits, and goes nine tenths of the way to a pole at
+        most: in the pole itself one parameter means nothing."""
+        low, high = self._limits
+        longest = 0.25 * (high - low)
+        step = np.clip(step, -longest, longest)
+        share = np.where(self._poles, 0.9, 1.0)
+        inside = np.clip(step, share[0] * (low - uv), share[1] * (high - uv))
+        return np.where(np.array(self.closed), step, inside)
+
+    def _kept(self, uv: Array, step: Array) -> Array:
+        """Parameters (n, 2) after a step, once around where the surface is closed."""
+        start, end = np.array(self.bounds).reshape(2, 2).T
+        around = start + np.mod(uv + step - start, end - start)
+        low, high = self._limits
+        return np.where(np.array(self.closed), around, np.clip(uv + step, low, high))
+
+    def normal_at(self, uv: Array) -> Array:
+        """Unit normals (n, 3) at parameters (n, 2)."""
+        _, su, sv, *_ = self.derivatives(*uv.T)
+        normal = np.cross(su, sv)
+        flat = np.linalg.norm(normal, axis=1) < 1e-9 * np.abs(self.poles).max()
+        if flat.any():  # at a pole of the parameters: just beside it
+            middle = np.array(self.bounds).reshape(2, 2).mean(axis=1)
+            _, su, sv, *_ = self.derivatives(*(uv[flat] + 1e-7 * (middle - uv[flat])).T)
+            normal[flat] = np.cross(su, sv)
+        return unit(normal)
+
+    def distance(self, points: Array) -> Array:
+        """Signed distance (n,), along the normal at the nearest point."""
+        uv, place = self.foot(points)
+        return dot(points - place, self.normal_at(uv))
+
+    def normal(self, points: Array) -> Array:
+        """Unit normals (n, 3) at the nearest points."""
+        return self.normal_at(self.foot(points)[0])
+
+    def heights(self, x: Array, z: Array) -> Array:
+        """Heights (k, n) at which vertical lines meet the surface, by Newton's method from the
+        nearest samples, and from others near that lie at another height (an overhang)."""
+        where, tree, flat = self._seen_from_above
+        targets = np.column_stack([x, z])
+        apart, nearest = tree.query(targets, k=min(_STARTS, len(flat)))
+        spacing = 3.0 * self._spacing
+        found = np.full(nearest.shape, np.nan).T
+        for k in range(len(found)):
+            rows = apart[:, k] < spacing
+            if k:  # the first start's answer will do, unless this one lies on another sheet
+                same = np.abs(flat[nearest[:, k], 1] - found[0]) < spacing
+                rows &= ~same
+            rows = np.flatnonzero(rows)
+            found[k, rows] = self._height_from(where[nearest[rows, k]], targets[rows])
+        return found
+
+    def _height_from(self, uv: Array, targets: Array) -> Array:
+        """Heights (n,) over (x, z) targets (n, 2) from starts uv (n, 2); NaN where none is met."""
+        found = np.full(len(uv), np.nan)
+        alive, uv = np.arange(len(uv)), uv.copy()
+        before, idle = np.full(len(uv), np.inf), np.zeros(len(uv), dtype=int)
+        for _ in range(_FALLS):
+            if not len(alive):
+                break
+            s, su, sv, *_ = self.derivatives(*uv[alive].T)
+            miss = targets[alive] - s[:, [0, 2]]
+            away = np.linalg.norm(miss, axis=1)
+            hit = away < 1e-13 * (1.0 + np.abs(targets[alive]).max(axis=1))
+            idle[alive] = np.where(away > 0.9 * before[alive], idle[alive] + 1, 0)
+            before[alive] = away
+            found[alive[hit]] = s[hit, 1]
+            det = su[:, 0] * sv[:, 2] - su[:, 2] * sv[:, 0]
+            det = np.where(np.abs(det) < 1e-12, np.copysign(1e-12, det), det)
+            du = (miss[:, 0] * sv[:, 2] - miss[:, 1] * sv[:, 0]) / det
+            dv = (su[:, 0] * miss[:, 1] - su[:, 2] * miss[:, 0]) / det
+            step = self._bounded(uv[alive], np.column_stack([du, dv]))
+            new = self._kept(uv[alive], step)
+            # A line that is met comes nearer by half at least; one met 1e-13 mm beside may stay.
+            going = ~hit & (idle[alive] < _PATIENCE)
+            going &= (np.abs(step) > 1e-15 * np.ptp(self.bounds)).any(axis=1)
+            ended = ~hit & ~going & (away < 1e-9)
+            found[alive[ended]] = s[ended, 1]
+            uv[alive] = new
+            alive = alive[going]
+        if len(alive):
+            s = self.at(*uv[alive].T)
+            met = np.linalg.norm(s[:, [0, 2]] - targets[alive], axis=1) < 1e-9
+            found[alive[met]] = s[met, 1]
+        return found
+
+    @cached_property
+    def _seen_from_above(self) -> tuple[Array, Any, Array]:
+        """Parameters (n, 2) of samples, a tree of their (x, z), and their points (n, 3)."""
+        from scipy.spatial import cKDTree
+
+        points = self.sampled()
+        return self._samples[1], cKDTree(points[:, [0, 2]]), points
+
+    @cached_property
+    def _spacing(self) -> float:
+        """Greatest distance of a sample from its eighth neighbour, mm."""
+        tree, where = self._samples
+        return float(tree.query(self.at(*where.T), k=9)[0].max())
+
+    @cached_property
+    def _limits(self) -> tuple[Array, Array]:
+        u0, u1, v0, v1 = self.bounds
+        low, high = np.array([u0, v0]), np.array([u1, v1])
+        margin = BEYOND * (high - low) * ~self._poles  # beyond a pole it would turn inside out
+        return low - margin[0], high + margin[1]
+
+    @cached_property
+    def _poles(self) -> NDArray[np.bool_]:
+        """Whether the surface is a point at least and greatest (rows) u and v (columns)."""
+        u0, u1, v0, v1 = self.bounds
+        u, v, full = np.linspace(u0, u1, 9), np.linspace(v0, v1, 9), np.ones(9)
+        borders = (u0 * full, v), (u, v0 * full), (u1 * full, v), (u, v1 * full)
+        sizes = [float(np.ptp(self.at(*border), axis=0).max()) for border in borders]
+        return np.array(sizes).reshape(2, 2) < POLE_MM
+
+    @cached_property
+    def _samples(self) -> tuple[Any, Array]:
+        """A tree of sampled points, and their parameters (n, 2)."""
+        from scipy.spatial import cKDTree
+
+        u0, u1, v0, v1 = self.bounds
+        middle = np.array([0.5 * (u0 + u1)]), np.array([0.5 * (v0 + v1)])
+        line = np.linspace(0.0, 1.0, 33)
+        wide = self.at(u0 + (u1 - u0) * line, np.broadcast_to(middle[1], 33))
+        tall = self.at(np.broadcast_to(middle[0], 33), v0 + (v1 - v0) * line)
+        lengths = [np.linalg.norm(np.diff(p, axis=0), axis=1).sum() + 1e-9 for p in (wide, tall)]
+        number = int(np.clip(np.sqrt(SAMPLES * lengths[0] / lengths[1]), 16, SAMPLES // 16))
+        across = SAMPLES // number
+        u, v = np.meshgrid(
+            u0 + (u1 - u0) * (np.arange(number) + 0.5) / number,
+            v0 + (v1 - v0) * (np.arange(across) + 0.5) / across,
+            indexing="ij",
+        )
+        where = np.column_stack([u.ravel(), v.ravel()])
+        return cKDTree(self.at(*where.T)), where
+
+
+def _lift(hessian: Array, metric: Array) -> Array:
+    """How much metric (n,) makes a Hessian positive: (3, n) each, the entries 11, 12, 22.
+
+    None where its least eigenvalue, relative to the metric, is positive; else so much that this
+    keeps its size and loses its sign: beyond a centre of curvature Newton's step would climb.
+    """
+    size = np.maximum(metric[0] * metric[2] - metric[1] ** 2, 1e-300)
+    half = hessian[0] * metric[2] - 2.0 * hessian[1] * metric[1] + hessian[2] * metric[0]
+    half = 0.5 * half / size
+    product = (hessian[0] * hessian[2] - hessian[1] ** 2) / size
+    least = half - np.sqrt(np.maximum(half**2 - product, 0.0))
+    return np.where(least > 1e-3, 0.0, np.maximum(np.abs(least), 0.05) - least)

@@ -1,1 +1,0 @@
-"""Searches over designs: what to vary, what to ask of each, which to keep."""

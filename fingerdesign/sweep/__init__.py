@@ -1,1 +1,0 @@
-"""Studies of many fingers: variants, their outcomes, optimisation, comparison."""

@@ -1,0 +1,348 @@
+"""Figures of a control study: success against noise, peak forces, maps of margins, force paths.
+
+Data as in control.json; rows: a dictionary a grip, by the names of Outcome's fields, with crushed.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.records.result import GripTrace
+from fingerdesign.report.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    OPEN_COLOUR,
+    PAPER,
+    PURPLE,
+    VERMILION,
+    ReportFigure,
+    canvas,
+    house_style,
+    small_multiples,
+    spread,
+    to_svg,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+Row = dict[str, Any]
+
+_OCHRE = "#a67c00"  # on light and dark paper alike
+
+# Colour, dashes and marker of each controller, the same in every figure.
+LOOKS: dict[str, tuple[str, Any, str]] = {
+    "paper": (BLUE, "-", "o"),
+    "regulator": (GREEN, "-", "D"),
+    "reactive": (VERMILION, (0, (6, 2)), "s"),
+    "fixed_force": (PURPLE, (0, (1.5, 1.5)), "^"),
+    "fixed_ratio": (_OCHRE, (0, (6, 2, 1.5, 2)), "v"),
+    "oracle_1.2": (INK, (0, (3, 1, 1, 1, 1, 1)), "P"),
+    "oracle_1.5": (MUTED, (0, (4, 2)), "X"),
+}
+_OTHER = (MUTED, "-", "*")
+_MARKS = {  # why a grip did not succeed -> marker, colour
+    "dropped": ("x", INK),
+    "crushed": ("^", VERMILION),
+    "not lifted": ("_", INK),
+    "failed": ("$?$", PURPLE),
+}
+
+
+def look_of(controller: str) -> tuple[str, Any, str]:
+    """Colour, dashes and marker of a controller."""
+    return LOOKS.get(controller, _OTHER)
+
+
+def title_of(controller: str) -> str:
+    """A controller's name as a reader should meet it."""
+    return controller.replace("_", " ")
+
+
+def success_figure(data: dict[str, Any]) -> ReportFigure:
+    """Success against noise, a line a controller, with Wilson's intervals."""
+    with house_style():
+        figure = _success(data)
+        words = []
+        for each in data["controllers"]:
+            rates = ", ".join(
+                f"{row['noise_microstrain']:g} microstrain {_percent(row['success']['rate'])}"
+                for row in each["by_noise"]
+            )
+            words.append(f"{title_of(each['controller'])}: {rates}.")
+        alternative = "Success by noise. " + " ".join(words)
+        image = to_svg(figure, "success", alternative)
+    most = data["criteria"]["most_force_ratio"]
+    return ReportFigure(
+        "success",
+        "Success against noise",
+        image,
+        "Across: standard deviation of one sample of a gage. Up: the part of the grid's grips that "
+        "lifted their object, never let the whole contact slip, and stayed under "
+        f"{most:g} times the least force that holds. Bars: 95 % intervals. Hands that read no "
+        "gages do not feel this noise; oracles are told friction and weight.",
+        alternative,
+    )
+
+
+def chart_png(data: dict[str, Any]) -> bytes:
+    """Success against noise as a PNG on paper's colour."""
+    with house_style():
+        stream = io.BytesIO()
+        figure = _success(data)
+        figure.savefig(stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
+    return stream.getvalue()
+
+
+def _success(data: dict[str, Any]) -> Canvas:
+    figure = canvas(8.4, 4.2)
+    axes = figure.subplots()
+    noises = data["conditions"]["noises_microstrain"]
+    count = len(data["controllers"])
+    for index, each in enumerate(data["controllers"]):
+        colour, dashes, marker = look_of(each["controller"])
+        # Side by side, so that lines that coincide are seen.
+        places = np.arange(len(noises)) + 0.035 * (index - 0.5 * (count - 1))
+        rate = np.array([row["success"]["rate"] for row in each["by_noise"]])
+        low = np.array([row["success"]["low"] for row in each["by_noise"]])
+        high = np.array([row["success"]["high"] for row in each["by_noise"]])
+        axes.vlines(places, 100 * low, 100 * high, color=colour, lw=0.9)
+        axes.plot(
+            places,
+            100 * rate,
+            color=colour,
+            ls=dashes,
+            marker=marker,
+            label=title_of(each["controller"]),
+        )
+    axes.set_xticks(range(len(noises)), [f"{noise:g}" for noise in noises])
+    axes.set_xlabel("gage noise (microstrain, standard deviation of a sample)")
+    axes.set_ylabel("success (%)")
+    axes.set_ylim(0.0, 104.0)
+    figure.legend(loc="outside lower center", ncols=4)
+    return figure
+
+
+def force_figure(data: dict[str, Any], rows: Sequence[Row], noise: float) -> ReportFigure:
+    """Peak forces of every controller at one noise: quartiles and extremes, and each grip."""
+    names = [each["controller"] for each in data["controllers"]]
+    low, high = data["criteria"]["human_margin"]
+    most = data["criteria"]["most_force_ratio"]
+    rng = np.random.default_rng(0)  # of the scatter that parts the dots, nothing else
+    words = []
+    with house_style():
+        figure = canvas(8.4, 0.9 + 0.42 * len(names))
+        axes = figure.subplots()
+        axes.axvspan(low, high, color=GREEN, alpha=0.14, lw=0)
+        axes.axvline(most, color=VERMILION, ls=(0, (4, 3)), lw=1.0)
+        axes.axvline(1.0, color=INK, ls=":", lw=1.0)
+        for place, name in enumerate(names):
+            lifted = [row for row in _at(rows, name, noise) if row["lifted"]]
+            ratios = np.array([row["peak_ratio"] for row in lifted])
+            if not len(ratios):
+                words.append(f"{title_of(name)} lifts nothing.")
+                continue
+            colour, _, _ = look_of(name)
+            jitter = place + rng.uniform(-0.26, 0.26, len(ratios))
+            axes.plot(ratios, jitter, color=colour, ls="none", marker=".", ms=3, alpha=0.55)
+            first, median, third = np.quantile(ratios, [0.25, 0.5, 0.75])
+            axes.plot([first, third], [place, place], color=colour, lw=5, alpha=0.5)
+            axes.plot([median], [place], color=INK, marker="|", ms=13, mew=2, ls="none")
+            words.append(
+                f"{title_of(name)}: median {median:.2f}, half of them from {first:.2f} to "
+                f"{third:.2f}, at most {ratios.max():.2f}."
+            )
+        axes.set_yticks(range(len(names)), [title_of(name) for name in names])
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        axes.set_xscale("log")
+        _plain_log(axes)
+        axes.set_xlabel("peak normal force over the least that holds")
+        alternative = f"Peak forces at {noise:g} microstrain. " + " ".join(words)
+        image = to_svg(figure, "force", alternative)
+    return ReportFigure(
+        "force",
+        f"Peak force at {noise:g} microstrain",
+        image,
+        "A dot is a grip that lifted its object; the tick is their median, the bar their middle "
+        f"half. Shaded: {low:g} to {high:g}, as people grip. Dashed: {most:g} times, from where a "
+        "grip counts as crushing. Left of the dotted line nothing can hold.",
+        alternative,
+    )
+
+
+def map_figure(data: dict[str, Any], rows: Sequence[Row], noise: float) -> ReportFigure:
+    """Margin at lift over friction x weight, a panel a controller, with marks where it failed."""
+    names = [each["controller"] for each in data["controllers"]]
+    frictions = sorted(data["conditions"]["friction_coefficients"])
+    masses = sorted(data["conditions"]["object_masses_g"])
+    columns = 4
+    panels_down = -(-len(names) // columns)
+    words = []
+    with house_style():
+        from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+        figure = canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
+        panels = small_multiples(figure, len(names), columns, sharex=True, sharey=True)
+        colours = LinearSegmentedColormap.from_list("margin", [GREEN, OPEN_COLOUR, BLUE])
+        scale = Normalize(1.0, 3.0, clip=True)
+        for axes, name in zip(panels, names, strict=True):
+            own = _at(rows, name, noise)
+            _draw_map(axes, own, frictions, masses, colours, scale)
+            axes.set_title(title_of(name))
+            counts = {why: sum(_why(row) == why for row in own) for why in ("", *_MARKS)}
+            failed = ", ".join(f"{n} {why}" for why, n in counts.items() if why and n)
+            words.append(f"{title_of(name)}: {counts['']} of {len(own)} succeed; {failed or '-'}.")
+        for axes in panels[::columns]:
+            axes.set_ylabel("weight (g)")
+        for axes in panels[-columns:]:
+            axes.set_xlabel("friction coefficient")
+        from matplotlib.cm import ScalarMappable
+
+        figure.colorbar(
+            ScalarMappable(scale, colours), ax=panels, label="margin at lift", shrink=0.8
+        )
+        _mark_legend(figure)
+        alternative = f"Grips over friction and weight at {noise:g} microstrain. " + " ".join(words)
+        image = to_svg(figure, "maps", alternative)
+    return ReportFigure(
+        "maps",
+        f"Where it works, at {noise:g} microstrain",
+        image,
+        "A field is one grip; its colour is the margin at the lift, the normal force over the "
+        "least that holds. Marks say why a grip is no success; without one it is.",
+        alternative,
+    )
+
+
+def _draw_map(
+    axes: Axes,
+    rows: Sequence[Row],
+    frictions: list[float],
+    masses: list[float],
+    colours: Any,
+    scale: Any,
+) -> None:
+    values = np.full((len(masses), len(frictions)), np.nan)
+    for row in rows:
+        place = masses.index(row["mass_g"]), frictions.index(row["friction"])
+        values[place] = np.nan if row["margin_at_lift"] is None else row["margin_at_lift"]
+    axes.imshow(values, origin="lower", aspect="auto", cmap=colours, norm=scale)
+    for why, (marker, colour) in _MARKS.items():
+        found = [row for row in rows if _why(row) == why]
+        x = [frictions.index(row["friction"]) for row in found]
+        y = [masses.index(row["mass_g"]) for row in found]
+        axes.plot(x, y, color=colour, marker=marker, ms=4, mew=1.2, ls="none")
+    axes.grid(False)
+    for axis, along, decimals in ((axes.xaxis, frictions, 2), (axes.yaxis, masses, 0)):
+        ticks = spread(len(along), 4)
+        axis.set_ticks(ticks, [f"{along[k]:.{decimals}f}" for k in ticks])
+
+
+def _mark_legend(figure: Canvas) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=colour, marker=marker, ls="none", ms=5, label=why)
+        for why, (marker, colour) in _MARKS.items()
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+
+
+def paths_figure(traces: Sequence[GripTrace], noise: float) -> ReportFigure:
+    """F_t over F_n of all controllers on one object a panel, with limit and target."""
+    objects = sorted({(trace.friction_coefficient, trace.object_mass_g) for trace in traces})
+    words = []
+    with house_style():
+        figure = canvas(9.6, 3.6)
+        panels = small_multiples(figure, len(objects), len(objects))
+        for axes, (mu, mass) in zip(panels, objects, strict=True):
+            own = [t for t in traces if (t.friction_coefficient, t.object_mass_g) == (mu, mass)]
+            _draw_paths(axes, own)
+            axes.set_title(f"μ = {mu:g}, {mass:g} g")
+            axes.set_xlabel("normal force (N)")
+            words += [_path_words(trace) for trace in own]
+        panels[0].set_ylabel("tangential force (N)")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        alternative = " ".join(words)
+        image = to_svg(figure, "paths", alternative)
+    return ReportFigure(
+        "paths",
+        f"Paths of the forces at {noise:g} microstrain",
+        image,
+        "Each line is a grip from the preload to the end of the hold. On the dotted line (F_t = μ "
+        "F_n) the whole contact slips; the cross is the least force that holds half the weight. A "
+        "star marks the lift.",
+        alternative,
+    )
+
+
+def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
+    weight, mu = traces[0].weight_per_finger_N, traces[0].friction_coefficient
+    most = max(float(trace.normal_force.max(initial=0.0)) for trace in traces)
+    reach = 1.06 * max(most, weight / mu)
+    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit μ F_n")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
+    for trace in traces:
+        colour, dashes, _ = look_of(trace.controller)
+        normal, tangential = trace.normal_force, trace.tangential_force
+        name = title_of(trace.controller)
+        axes.plot(normal, tangential, color=colour, ls=dashes, lw=1.4, label=name)
+        if trace.lift_step is not None:
+            here = trace.lift_step
+            axes.plot([normal[here]], [tangential[here]], color=colour, marker="*", ms=8)
+    axes.plot([weight / mu], [weight], color=INK, ls="none", marker="x", ms=7, mew=1.6)
+    axes.set_xlim(0, reach)
+    axes.set_ylim(0, 1.3 * weight)
+
+
+def _path_words(trace: GripTrace) -> str:
+    head = (
+        f"{title_of(trace.controller)}, friction {trace.friction_coefficient:g}, "
+        f"{trace.object_mass_g:g} g: "
+    )
+    if trace.lift_step is None:
+        return f"{head}not lifted."
+    normal = float(trace.normal_force[trace.lift_step])
+    least = trace.weight_per_finger_N / trace.friction_coefficient
+    return f"{head}lifted at {normal:.2f} N, {normal / least:.2f} times the least."
+
+
+def _at(rows: Sequence[Row], controller: str, noise: float) -> list[Row]:
+    return [
+        row
+        for row in rows
+        if row["controller"] == controller and row["noise"] == noise and row["tug"] == 0.0
+    ]
+
+
+def _why(row: Row) -> str:
+    """Why a grip is no success; "" where it is."""
+    if row["ending"] == "failed":
+        return "failed"
+    if row["dropped"]:
+        return "dropped"
+    if not row["lifted"]:
+        return "not lifted"
+    return "crushed" if row["crushed"] else ""
+
+
+def _plain_log(axes: Axes) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    low, high = axes.get_xlim()
+    ticks = (0.5, 0.7, 1.0, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+    axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if low <= t <= high]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+
+
+def _percent(rate: float | None) -> str:
+    return "–" if rate is None else f"{100 * rate:.1f} %"

@@ -1,0 +1,186 @@
+"""What control.json and grips.csv hold: every controller's summary by noise, and every grip."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.control.controllers.roster import MARGINS
+from fingerdesign.control.metrics import (
+    MOST_FORCE,
+    Outcome,
+    Share,
+    Spread,
+    Summary,
+    summarise,
+)
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, ControlGrid
+
+if TYPE_CHECKING:
+    from fingerdesign.records.arrays import GripTrace
+
+SCHEMA_VERSION = 1
+RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
+BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westling 1984)
+
+# Column of grips.csv -> field of Outcome; the names of the result's grips where they mean the same.
+COLUMNS = {
+    "controller": "controller",
+    "friction_coefficient": "friction",
+    "object_mass_g": "mass_g",
+    "noise_microstrain": "noise",
+    "tug_share": "tug",
+    "seed": "seed",
+    "success": "success",
+    "lifted": "lifted",
+    "gross_slip": "dropped",
+    "crushed": "crushed",
+    "safety_margin": "margin_at_lift",
+    "peak_ratio": "peak_ratio",
+    "peak_normal_force_N": "peak_normal_force_N",
+    "minimum_stick_ratio": "minimum_stick_ratio",
+    "slip_distance_mm": "slip_distance_mm",
+    "steps": "steps",
+    "reaction_steps": "reaction_steps",
+    "ending": "ending",
+    "reason": "reason",
+}
+
+
+@dataclass(frozen=True)
+class ControlStudy:
+    """The record of one ``fingerdesign study-control``.
+
+    outcomes: every grip, tugged ones among them, in the order of the grid. model, hardware: plain
+    values that say what was gripped with. traces: some grips step by step, in the order of the
+    controllers. seconds: of the grips, and of everything, reports apart.
+    """
+
+    design: str
+    digest: str
+    controllers: tuple[str, ...]
+    grid: ControlGrid
+    outcomes: tuple[Outcome, ...]
+    model: dict[str, Any]
+    hardware: dict[str, Any]
+    traces: tuple[GripTrace, ...] = ()
+    trace_noise: float = GOOD_AMPLIFIER
+    seconds: dict[str, float] = field(default_factory=dict)
+    workers: int = 1
+    versions: dict[str, str] = field(default_factory=dict)
+    peak_memory_MB: float = 0.0
+    warnings: tuple[str, ...] = ()
+
+    def of(
+        self, controller: str, noise: float | None = None, tugged: bool = False
+    ) -> list[Outcome]:
+        """A controller's grips, at one noise or at all; with or without the tug."""
+        return [
+            each
+            for each in self.outcomes
+            if each.controller == controller
+            and (noise is None or each.noise == noise)
+            and (each.tug > 0.0) == tugged
+        ]
+
+    def summary(self, controller: str, noise: float | None = None, tugged: bool = False) -> Summary:
+        """What :meth:`of` amounts to."""
+        return summarise(self.of(controller, noise, tugged))
+
+    def data(self) -> dict[str, Any]:
+        """As in the file; no NaN, null where there is no value."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "design": self.design,
+            "digest": self.digest,
+            "status": "ok",
+            "grips": len(self.outcomes),
+            "criteria": {
+                "most_force_ratio": MOST_FORCE,
+                "human_margin": list(BAND),
+                "good_amplifier_microstrain": GOOD_AMPLIFIER,
+            },
+            "conditions": conditions_data(self.grid),
+            "hardware": self.hardware,
+            "model": self.model,
+            "controllers": [self._controller(name) for name in self.controllers],
+            "seconds": self.seconds,
+            "workers": self.workers,
+            "peak_memory_MB": self.peak_memory_MB,
+            "warnings": list(self.warnings),
+            "versions": self.versions,
+        }
+
+    def to_json(self) -> str:
+        """The text of control.json."""
+        return json.dumps(self.data(), indent=2, allow_nan=False) + "\n"
+
+    def _controller(self, name: str) -> dict[str, Any]:
+        tug = self.grid.tug
+        return {
+            "controller": name,
+            "told": "friction and weight" if name in MARGINS else None,
+            "whole_grid": summary_data(self.summary(name)),
+            "by_noise": [
+                {"noise_microstrain": noise, **summary_data(self.summary(name, noise))}
+                for noise in self.grid.noises
+            ],
+            "tugged": None if tug is None else summary_data(self.summary(name, tugged=True)),
+        }
+
+
+def conditions_data(grid: ControlGrid) -> dict[str, Any]:
+    """The grid's axes as plain values."""
+    tug = grid.tug
+    return {
+        "friction_coefficients": list(grid.frictions),
+        "object_masses_g": list(grid.masses_g),
+        "noises_microstrain": list(grid.noises),
+        "seed": grid.seed,
+        "hold_s": grid.hold_s,
+        "tug": None
+        if tug is None
+        else {
+            **{each.name: getattr(tug, each.name) for each in fields(tug)},
+            "noise_microstrain": grid.tug_noise,
+        },
+    }
+
+
+def summary_data(summary: Summary) -> dict[str, Any]:
+    """A summary as plain values: shares as {count, of, rate, low, high}, spreads as quartiles."""
+    found: dict[str, Any] = {}
+    for each in fields(summary):
+        value = getattr(summary, each.name)
+        if isinstance(value, Share):
+            low, high = value.interval or (None, None)
+            value = {
+                "count": value.count,
+                "of": value.of,
+                "rate": value.rate,
+                "low": low,
+                "high": high,
+            }
+        elif isinstance(value, Spread):
+            value = {name.name: getattr(value, name.name) for name in fields(value)}
+        found[each.name] = value
+    return found
+
+
+def write_csv(path: Path, outcomes: Sequence[Outcome]) -> None:
+    """A row a grip; empty where there is no value, true and false as 1 and 0."""
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        for each in outcomes:
+            writer.writerow(_cell(getattr(each, name)) for name in COLUMNS.values())
+
+
+def _cell(value: Any) -> Any:
+    if value is None:
+        return ""
+    return int(value) if isinstance(value, bool) else value

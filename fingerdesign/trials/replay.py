@@ -1,0 +1,134 @@
+"""A recorded grip put before a design's controller: what it would have asked for, row by row.
+
+The rig's own bench moves are not in the trace, so the controller is calibrated on the design's
+model in plane strain, at rest, with its ``[grip.hardware]``.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.control.controllers.roster import MARGINS, controller
+from fingerdesign.control.plants.recorded import RecordedPlant
+from fingerdesign.control.plants.rig import Rig
+from fingerdesign.control.replay import Replayed, replay
+from fingerdesign.errors import DesignError, Fault
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.schema import Design
+
+
+@dataclass(frozen=True)
+class Replay:
+    """What came of a trace. steps: the samples after the preload, in their order."""
+
+    design: str
+    digest: str
+    trace: str
+    controller: str
+    samples: int
+    steps: tuple[Replayed, ...]
+
+    @property
+    def holds(self) -> int:
+        """How often the controller would have begun to hold the tangential motion."""
+        held = [False, *(step.asked.hold for step in self.steps)]
+        return sum(now and not before for before, now in pairwise(held))
+
+    def record(self) -> dict[str, Any]:
+        """What replay.json holds; lengths in mm."""
+        told = [step.told for step in self.steps if step.told is not None]
+        return {
+            "design": self.design,
+            "digest": self.digest,
+            "trace": self.trace,
+            "controller": self.controller,
+            "samples": self.samples,
+            "first_row": self.steps[0].row,
+            "last_row": self.steps[-1].row,
+            "closed_mm": sum(step.dy for step in self.steps),
+            "asked_closing_mm": sum(step.asked.dy for step in self.steps),
+            "sheared_mm": sum(step.dx for step in self.steps),
+            "asked_shear_mm": sum(step.asked.dx for step in self.steps),
+            "holds": self.holds,
+            "least_stick_ratio_told": min((each.stick_ratio for each in told), default=None),
+            "most_friction_used_told": max((each.used for each in told), default=None),
+        }
+
+    def table(self) -> str:
+        """The text of replay.csv: a row for each sample, empty cells where nothing is told."""
+        names = ["row", "time_s", "normal_force_N", "tangential_force_N", "dx_mm", "dy_mm"]
+        names += ["asked_dx_mm", "asked_dy_mm", "hold", "gage_area_mm"]
+        names += ["stick_ratio_told", "friction_used_told", "friction_told"]
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(names)
+        for step in self.steps:
+            writer.writerow(_cells(step))
+        return text.getvalue()
+
+
+def replay_trace(
+    design: Design,
+    path: Path,
+    name: str = "paper",
+    estimator: GripEstimator | None = None,
+    tell: Callable[[str], None] = lambda message: None,
+) -> Replay:
+    """Put the trace of a file before a controller by its name.
+
+    Raises DesignError for a faulty trace (row and column), for a trace or an estimator of another
+    finger, and for a controller that must be told the object's friction and weight: a trace does
+    not hold them.
+    """
+    from fingerdesign.analysis.case import gage_array
+    from fingerdesign.sensing.lessons import estimator_faults
+    from fingerdesign.sensing.model import grip_problem
+
+    faults = [] if estimator is None else estimator_faults(design, estimator)
+    if faults:
+        raise DesignError(faults)
+    plates = gage_array(design)
+    plant = RecordedPlant(path, len(plates))  # a faulty one is refused before any work
+    if name in MARGINS:
+        remedy = "take one that feels its way"
+        bound = "a controller that is told neither friction nor weight: a trace holds neither"
+        raise DesignError([Fault("--controller", name, bound, remedy)])
+    hand = controller(name, design.grip, estimator=estimator)
+    problem = grip_problem(design, tell=tell)
+    tell("calibrating")
+    calibration = Rig(problem, design.gages.face, design.grip, plates).calibration()
+    tell("replaying")
+    try:
+        steps = tuple(replay(plant, calibration, design.grip.preload_mm, hand, estimator))
+    except DesignError as error:
+        raise DesignError(error.faults, error.source or str(path)) from None
+    return Replay(
+        design=design.design.name,
+        digest=design.digest(),
+        trace=path.name,
+        controller=hand.name,
+        samples=len(plant.trace),
+        steps=steps,
+    )
+
+
+def _cells(step: Replayed) -> list[str]:
+    sample, asked, told = step.sample, step.asked, step.told
+    values = [step.time, sample.normal_force, sample.tangential_force, step.dx, step.dy]
+    values += [asked.dx, asked.dy]
+    cells = [str(step.row), *(f"{value:.9g}" for value in values), str(int(asked.hold))]
+    cells.append("" if asked.area is None else f"{asked.area:.6g}")
+    if told is None:
+        return [*cells, "", "", ""]
+    loaded = told.used > 0.0 and sample.normal_force > 0.0
+    friction = sample.tangential_force / (told.used * sample.normal_force) if loaded else None
+    last = "" if friction is None else f"{friction:.4g}"
+    return [*cells, f"{told.stick_ratio:.4f}", f"{told.used:.4f}", last]

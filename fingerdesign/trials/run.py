@@ -1,0 +1,412 @@
+"""``fingerdesign study-control``: controllers over friction x weight x noise, on one design.
+
+study = study_control(design, ("paper", "oracle_1.2"), ControlGrid.quick(), journal=...)
+study.summary("paper", noise=0.5).success.rate
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.stages import one_thread
+from fingerdesign.analysis.summary import versions
+from fingerdesign.control.controllers.roster import NAMES
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.sensing.lessons import estimator_faults, lesson_for
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, Lot
+from fingerdesign.trials.record import (
+    CSV_FILE,
+    RECORD_FILE,
+    ControlStudy,
+    conditions_data,
+    write_csv,
+)
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.schema import Design
+    from fingerdesign.records.arrays import GripTrace
+
+
+# The lots of a grid over processes; what is done is kept, line by line, and not done again.
+#
+# A line of the file is one grip. Its first line names what decides every grip beside its own
+# conditions: a study that was interrupted goes on where it stopped, also with other frictions,
+# weights, noises or controllers than before (one that is taught anew apart).
+
+Tell = Callable[[str, float], None]
+Key = tuple[str, float, float, float, float]
+
+_HEAD = '{"control_study": "'
+_OUTCOME = TypeAdapter(Outcome)
+
+
+def key_of(cell: Cell | Outcome) -> Key:
+    """What tells one grip of a study from another."""
+    return cell.controller, cell.friction, cell.mass_g, cell.noise, cell.tug
+
+
+class Journal:
+    """Outcomes in a JSON-lines file, those of an earlier run first.
+
+    digest: of all that decides a grip beside its cell. A file of another digest, or one that is no
+    journal, is a ResultError: it is somebody's work. A last line cut short is left out.
+    """
+
+    def __init__(self, path: Path, digest: str) -> None:
+        self._path, self._digest = path, digest
+        self.outcomes: dict[Key, Outcome] = {}
+        if path.exists():
+            self._read()
+
+    def add(self, outcomes: Iterable[Outcome]) -> None:
+        """Keep outcomes, in memory and in the file."""
+        found = list(outcomes)
+        new = not self._path.exists()
+        with self._path.open("a", encoding="utf-8") as stream:
+            if new:
+                stream.write(json.dumps({"control_study": self._digest}) + "\n")
+            stream.writelines(json.dumps(asdict(each), allow_nan=False) + "\n" for each in found)
+        self.outcomes |= {key_of(each): each for each in found}
+
+    def discard(self) -> None:
+        """Remove the file: its outcomes stand elsewhere."""
+        self._path.unlink(missing_ok=True)
+
+    def _read(self) -> None:
+        try:
+            text = self._path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ResultError(f"{self._path} cannot be read: {error}") from error
+        whole = text[: text.rfind("\n") + 1]
+        lines = whole.splitlines()
+        remedy = "move it away, or choose another --out"
+        if not lines and not _HEAD.startswith(text[: len(_HEAD)]):
+            raise ResultError(f"{self._path} is no journal of a control study; {remedy}")
+        for number, line in enumerate(lines, start=1):
+            try:
+                record = json.loads(line, parse_constant=_not_finite)
+                if number > 1:
+                    Outcome(**record)  # no key too many
+                    each = _OUTCOME.validate_json(line, strict=True)
+                    self.outcomes[key_of(each)] = each
+                    continue
+                found = record["control_study"]
+            except (ValueError, TypeError, KeyError, RecursionError) as error:
+                what = f"{self._path}, line {number}: not a grip of a control study"
+                raise ResultError(f"{what}; {remedy}") from error
+            if found != self._digest:
+                what = f"{self._path} is of another design, setting or version"
+                raise ResultError(f"{what}; {remedy}")
+        if whole != text or not lines:  # go on behind the last whole line
+            self._path.write_text(whole, encoding="utf-8") if lines else self._path.unlink()
+
+
+def _not_finite(text: str) -> float:
+    raise ValueError(f"{text} is not a finite number")
+
+
+def run_lots(
+    bench: GripBench,
+    lots: Sequence[Lot],
+    journal: Journal,
+    workers: int,
+    tell: Tell = lambda message, fraction: None,
+) -> None:
+    """Run the cells that the journal does not hold, into it; ``workers`` 1: in this process.
+
+    An interruption waits for the lots that are running, a second or two; what the journal was told
+    by then is kept. Raises SolverError where a process died.
+    """
+    left = [rest for lot in lots if (rest := _left(lot, journal)).cells]
+    total = sum(len(lot.cells) for lot in lots)
+    done = total - sum(len(lot.cells) for lot in left)
+    with _results(bench, left, workers) as results:
+        for found in results:
+            journal.add(found)
+            done += len(found)
+            tell(f"gripping: {found[0].controller}", done / total)
+
+
+def _left(lot: Lot, journal: Journal) -> Lot:
+    cells = tuple(cell for cell in lot.cells if key_of(cell) not in journal.outcomes)
+    return replace(lot, cells=cells)
+
+
+@contextmanager
+def _results(
+    bench: GripBench, lots: Sequence[Lot], workers: int
+) -> Iterator[Iterator[list[Outcome]]]:
+    if workers <= 1 or len(lots) <= 1:
+        yield (bench.run_lot(lot) for lot in lots)
+        return
+    pool = ProcessPoolExecutor(
+        min(workers, len(lots)), get_context("spawn"), initializer=_begin, initargs=(bench,)
+    )
+    waiting = {pool.submit(_run, lot) for lot in lots}
+    try:
+        yield _as_they_come(waiting)
+    except BrokenProcessPool as error:
+        raise SolverError(
+            "a process of the study ended; was there memory enough? Run it again: it goes on where "
+            "it stopped"
+        ) from error
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _as_they_come(waiting: set[Future[list[Outcome]]]) -> Iterator[list[Outcome]]:
+    while waiting:
+        done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
+        for future in done:
+            yield future.result()
+
+
+_bench: GripBench | None = None  # of a process of the pool
+
+
+def _begin(bench: GripBench) -> None:
+    """Start a process of the pool: one BLAS thread, the bench, and no ear for Ctrl-C."""
+    import signal
+
+    from threadpoolctl import threadpool_limits
+
+    global _bench
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    die_with_parent()
+    threadpool_limits(limits=1, user_api="blas")
+    _bench = bench
+
+
+def _run(lot: Lot) -> list[Outcome]:
+    assert _bench is not None
+    return _bench.run_lot(lot)
+
+
+VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
+PAGE_FILE, CHART_FILE = "control.html", "control.png"
+# path_*.csv: the grips that the page draws, one each.
+FOLDER = RecordFolder(
+    "control study", RECORD_FILE, (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE, "path_*.csv")
+)
+
+
+def study_control(
+    design: Design,
+    controllers: Sequence[str],
+    grid: ControlGrid,
+    journal: Path,
+    *,
+    estimator: GripEstimator | None = None,
+    workers: int = 1,
+    contact_size_mm: float = CONTACT_SIZE_MM,
+    tell: Tell = lambda message, fraction: None,
+) -> ControlStudy:
+    """Run every grip that ``journal`` (JSON lines) does not hold yet, and sum up.
+
+    estimator: the regulator's; without one it is taught on this design, or taken from the cache.
+    The journal stays: whoever has written the study's files may delete it. Raises DesignError for
+    wrong input, ResultError for a journal of something else, SolverError where a process died.
+    """
+    names = tuple(dict.fromkeys(controllers))
+    _refuse(names, grid)
+    faults = [] if estimator is None else estimator_faults(design, estimator)
+    if faults:
+        raise DesignError(faults)
+    start = time.perf_counter()
+
+    def say(message: str) -> None:
+        tell(message, 0.0)
+
+    problem = grip_problem(design, contact_size_mm, say)
+    opposite = opposite_problem(design, contact_size_mm, say)
+    modelled = time.perf_counter()
+    if "regulator" in names and estimator is None:
+        estimator = lesson_for(design, problem, say, workers).estimator
+    taught = time.perf_counter()
+    hardware, plates = hardware_of(design), gage_array(design)
+    face = design.gages.face
+    bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
+    digest = study_digest(design, grid, estimator, contact_size_mm)
+    kept = Journal(journal, digest)
+    lots = list(grid.lots(names))
+    with one_thread():
+        run_lots(bench, lots, kept, workers, tell)
+        gripped = time.perf_counter()
+        tell("drawing the paths", 1.0)
+        noise = shown_noise(grid)
+        traces = tuple(_traces(bench, names, noise))
+    outcomes = [kept.outcomes[key_of(cell)] for lot in lots for cell in lot.cells]
+    done = time.perf_counter()
+    from fingerdesign.analysis.summary import peak_memory_MB
+
+    return ControlStudy(
+        design=design.design.name,
+        digest=digest,
+        controllers=names,
+        grid=grid,
+        outcomes=tuple(outcomes),
+        model=_model_data(bench, contact_size_mm),
+        hardware={name: value for name, value in asdict(hardware).items() if name != VARIED},
+        traces=traces,
+        trace_noise=noise,
+        seconds={
+            "model": modelled - start,
+            "teaching": taught - modelled,
+            "grips": gripped - taught,
+            "whole": done - start,
+        },
+        workers=workers,
+        versions=versions(),
+        peak_memory_MB=peak_memory_MB(),
+        warnings=tuple(_warnings(bench, outcomes)),
+    )
+
+
+def hardware_of(design: Design) -> Hardware:
+    """The rig of the design's ``[grip.hardware]`` table; its gage noise is the grid's to vary."""
+    return Hardware(**design.grip.hardware.model_dump())
+
+
+def journal_beside(target: Path) -> Path:
+    """The JSON-lines file that keeps the grips of an unfinished study for the folder ``target``."""
+    return target.with_name(f"{target.name}.unfinished.jsonl")
+
+
+def shown_noise(grid: ControlGrid) -> float:
+    """The noise whose grips are drawn: a good amplifier's, or the grid's nearest to it."""
+    return min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
+
+
+def study_digest(
+    design: Design, grid: ControlGrid, estimator: GripEstimator | None, contact_size_mm: float
+) -> str:
+    """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
+    from fingerdesign.version import __version__
+
+    conditions = conditions_data(grid)
+    shared = {key: conditions[key] for key in ("seed", "hold_s", "tug")}
+    taught = None if estimator is None else estimator.to_json()
+    parts = [design.digest(), __version__, shared, contact_size_mm, taught]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+
+def write_study(study: ControlStudy, folder: Path) -> None:
+    """All products into a folder that exists; the record comes last."""
+    from fingerdesign.records.folder import write_grip_csv
+    from fingerdesign.trials.figures import chart_png
+    from fingerdesign.trials.page import control_html
+
+    rows = [{**asdict(each), "crushed": each.crushed} for each in study.outcomes]
+    data = study.data()
+    (folder / CHART_FILE).write_bytes(chart_png(data))
+    (folder / PAGE_FILE).write_text(
+        control_html(data, rows, study.traces, study.trace_noise), encoding="utf-8"
+    )
+    write_csv(folder / CSV_FILE, study.outcomes)
+    for trace in study.traces:
+        mu, mass = trace.friction_coefficient, trace.object_mass_g
+        write_grip_csv(folder / f"path_{trace.controller}_mu{mu:g}_{mass:g}g.csv", trace)
+    (folder / RECORD_FILE).write_text(study.to_json(), encoding="utf-8")
+
+
+def _refuse(names: Sequence[str], grid: ControlGrid) -> None:
+    from difflib import get_close_matches
+
+    faults = grid.faults()
+    for name in names:
+        if name not in NAMES:
+            near = get_close_matches(name, NAMES, 1, 0.5)
+            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+            faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
+    if faults:
+        raise DesignError(faults)
+
+
+def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTrace]:
+    """Grips for the page: every controller on the most, a middling and the least slippery object.
+
+    Of a middling weight; run again, for the grid keeps no steps.
+    """
+    frictions, masses = sorted(bench.grid.frictions), sorted(bench.grid.masses_g)
+    chosen = sorted({frictions[0], frictions[len(frictions) // 2], frictions[-1]})
+    mass = masses[len(masses) // 2]
+    return [
+        bench.episode(Cell(name, friction, mass, noise)).trace
+        for name in names
+        for friction in chosen
+    ]
+
+
+def _model_data(bench: GripBench, contact_size_mm: float) -> dict[str, Any]:
+    return {
+        "fidelity": "plane-strain",
+        "contact_size_mm": contact_size_mm,
+        "contact_nodes": bench.problem.model.nodes,
+        "gages": len(bench.plates),
+        "face": bench.face,
+        "opposite": bench.grip.opposite,
+        "preload_mm": bench.bounds.preload,
+        "max_approach_mm": bench.bounds.max_approach,
+        "largest_bench_force_N": float(bench.calibration(0.0).normal.normal_force[-1]),
+        "preload_force_N": _preload_force(bench),
+    }
+
+
+def _preload_force(bench: GripBench) -> float:
+    """Normal force at the preload, N, by the bench's press in equal steps."""
+    forces = bench.calibration(0.0).normal.normal_force
+    share = bench.bounds.preload / bench.bounds.max_approach
+    return float(np.interp(share, np.linspace(0.0, 1.0, len(forces)), forces))
+
+
+def _warnings(bench: GripBench, outcomes: Sequence[Outcome]) -> list[str]:
+    """What stands in the way of any controller on this grid, and what failed."""
+    from fingerdesign.control.judge import weight_per_finger
+    from fingerdesign.control.metrics import MOST_FORCE
+
+    found = []
+    grid, strongest = bench.grid, float(bench.calibration(0.0).normal.normal_force[-1])
+    need = weight_per_finger(max(grid.masses_g)) / min(grid.frictions)
+    if strongest < need:
+        found.append(
+            f"the heaviest, most slippery object needs {need:.1f} N, and grip.max_approach_mm = "
+            f"{bench.bounds.max_approach:g} presses with {strongest:.1f} N at most: nothing can "
+            "lift it"
+        )
+    least = weight_per_finger(min(grid.masses_g)) / max(grid.frictions)
+    preload = _preload_force(bench)
+    if preload >= MOST_FORCE * least:
+        found.append(
+            f"the lightest, roughest object may be pressed with {MOST_FORCE * least:.2f} N, and "
+            f"grip.preload_mm = {bench.bounds.preload:g} presses with {preload:.2f} N already: "
+            "nothing can lift it without crushing"
+        )
+    failed = [each for each in outcomes if each.ending == "failed"]
+    if failed:
+        found.append(
+            f"{len(failed)} of {len(outcomes)} grips failed in the model and count as failures; "
+            f"the first: {failed[0].reason}"
+        )
+    return found

@@ -1,0 +1,272 @@
+"""``fingerdesign tune``: every controller of a design tuned alike, and the design that comes of it.
+
+record = tune_controllers(design, ("paper", "reactive"), journal)
+tuned = tuned_design(design, record.to_json())
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.summary import versions
+from fingerdesign.control.controllers.roster import NAMES
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.result import ResultError
+from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid
+from fingerdesign.trials.run import hardware_of
+from fingerdesign.trials.tuning import (
+    BUDGET,
+    RANGES,
+    Asked,
+    BenchJudge,
+    Judge,
+    Round,
+    Tell,
+    Values,
+    bench_judge,
+    tune,
+    tuning_cells,
+)
+from fingerdesign.trials.tuning_record import RECORD_FILE, TuningRecord, tuning_data
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.schema import Design
+
+
+# What an unfinished tuning has done, a JSON line each: judged trials and finished controllers.
+#
+# The procedure is seeded, so a run that is begun anew asks for the same trials: those that stand
+# here are taken from here, and it goes on in the middle of a round.
+#
+#     kept = Kept(path, digest)
+#     tune(..., judge=kept.judge(judge, told))
+
+Told = Callable[[int, int], None]  # grips judged of those asked for at once
+
+
+class Kept:
+    """The journal of a run with ``digest``; a file of something else is a ResultError.
+
+    A line that was cut short is left out, and made again. controllers: finished tunings by name.
+    """
+
+    def __init__(self, path: Path, digest: str) -> None:
+        self._path, self._digest = path, digest
+        self.controllers: dict[str, dict[str, Any]] = {}
+        self._judged: dict[str, list[Outcome]] = {}
+        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
+            try:
+                record = json.loads(line)
+                own = record["digest"] == digest
+                if own and "trial" in record:
+                    found = [Outcome(**each) for each in record["outcomes"]]
+                    self._judged[str(record["trial"])] = found
+                elif own:
+                    self.controllers[str(record["controller"])] = record["tuning"]
+            except (ValueError, KeyError, TypeError):
+                continue
+            if not own:
+                what = f"{path} is of another design, setting or version"
+                raise ResultError(f"{what}; move it away, or choose another --out")
+
+    @property
+    def grips(self) -> int:
+        """How many grips of trials are kept."""
+        return sum(len(each) for each in self._judged.values())
+
+    def add(self, controller: str, tuning: dict[str, Any]) -> None:
+        """Keep a finished tuning."""
+        self._write({"controller": controller, "tuning": tuning})
+        self.controllers[controller] = tuning
+
+    def add_trial(self, values: Values, cells: Sequence[Cell], outcomes: list[Outcome]) -> None:
+        """Keep what came of a trial's grips."""
+        key = _key(values, cells)
+        self._write({"trial": key, "outcomes": [asdict(each) for each in outcomes]})
+        self._judged[key] = outcomes
+
+    def judge(self, judge: BenchJudge, told: Told = lambda done, of: None) -> Judge:
+        """A judge that recalls what is kept and keeps, trial by trial, what ``judge`` makes."""
+
+        def judged(asked: Asked) -> list[list[Outcome]]:
+            of = sum(len(cells) for _, cells in asked)
+            left = [each for each in asked if _key(*each) not in self._judged]
+            done = of - sum(len(cells) for _, cells in left)
+            told(done, of)
+
+            def made(k: int, outcomes: list[Outcome]) -> None:
+                nonlocal done
+                self.add_trial(*left[k], outcomes)
+                done += len(outcomes)
+                told(done, of)
+
+            if left:
+                judge(left, made)
+            return [self._judged[_key(*each)] for each in asked]
+
+        return judged
+
+    def _write(self, record: dict[str, Any]) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        line = json.dumps({"digest": self._digest, **record}, allow_nan=False)
+        with self._path.open("a", encoding="utf-8") as stream:
+            stream.write("\n" + line + "\n")
+
+
+def _key(values: Values, cells: Sequence[Cell]) -> str:
+    """Of a trial's values and grips; a cell names its controller."""
+    told = [sorted(values.items()), [asdict(each) for each in cells]]
+    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:24]
+
+
+DESIGN_FILE = "tuned.toml"
+
+
+def tune_controllers(
+    design: Design,
+    controllers: Sequence[str],
+    journal: Path,
+    *,
+    estimator: GripEstimator | None = None,
+    noises: Sequence[float] = (GOOD_AMPLIFIER,),
+    seed: int = 0,
+    budget: Sequence[Round] = BUDGET,
+    workers: int = 1,
+    contact_size_mm: float = CONTACT_SIZE_MM,
+    tell: Tell = lambda message, fraction: None,
+) -> TuningRecord:
+    """Tune those controllers that ``journal`` (JSON lines) does not hold yet, trial by trial.
+
+    estimator: the regulator's; without one it is taught on this design, or taken from the cache.
+    noises: of the gages in the tuning grips, microstrain, in turn. The journal stays: whoever has
+    written the record may delete it. Raises DesignError for wrong input, ResultError for a journal
+    of something else, SolverError where a process died.
+    """
+    names = tuple(dict.fromkeys(controllers))
+    _refuse(names, noises, seed)
+    start = time.perf_counter()
+    problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
+    if "regulator" in names and estimator is None:
+        from fingerdesign.sensing.lessons import lesson_for
+
+        lesson = lesson_for(
+            design,
+            problem=problem,
+            tell=lambda message: tell(message, 0.0),
+            workers=workers,
+        )
+        estimator = lesson.estimator
+    hardware = hardware_of(design)
+    grid = replace(ControlGrid(seed=seed), tug=None)
+    plates = gage_array(design)
+    bench = GripBench(problem, design.gages.face, plates, design.grip, hardware, grid, estimator)
+    rounds = [asdict(each) for each in budget]
+    taught = None if estimator is None else estimator.to_json()
+    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, contact_size_mm]
+    digest = hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
+    kept = Kept(journal, digest)
+    if kept.grips:
+        tell(f"going on: {kept.grips} grips were made before", 0.0)
+    left = [name for name in names if name not in kept.controllers]
+    from fingerdesign.analysis.stages import one_thread
+
+    with one_thread(), bench_judge(bench, workers) as judge:
+        for number, name in enumerate(left):
+            progress = _Progress(tell, number, len(left), len(budget))
+            found = tune(
+                name,
+                default_values(design, name),
+                tuning_cells(name, budget[-1].grips, seed, noises),
+                kept.judge(judge, progress.grips),
+                budget=budget,
+                seed=seed,
+                tell=progress.round,
+            )
+            kept.add(name, tuning_data(found))
+    varied = "gage_noise_microstrain"
+    return TuningRecord(
+        design=design.design.name,
+        digest=digest,
+        seed=seed,
+        cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
+        hardware={key: value for key, value in asdict(hardware).items() if key != varied},
+        model={
+            "fidelity": "plane-strain",
+            "contact_size_mm": contact_size_mm,
+            "contact_nodes": problem.model.nodes,
+            "gages": len(plates),
+            "preload_mm": design.grip.preload_mm,
+            "max_approach_mm": design.grip.max_approach_mm,
+            "max_steps": design.grip.max_steps,
+        },
+        controllers={name: kept.controllers[name] for name in names},
+        versions=versions(),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def default_values(design: Design, controller: str) -> dict[str, float]:
+    """A design's own values of the parameters that a controller is tuned in."""
+    found = {}
+    for each in RANGES[controller]:
+        value: Any = design
+        for name in each.key.split("."):
+            value = getattr(value, name)
+        found[each.key] = float(value)
+    return found
+
+
+def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
+    """tuning.json and the tuned design, into a folder that exists; the record comes last.
+
+    The design's first comment says by what it was tuned, on what and how well.
+    """
+    from fingerdesign.checks.load import dump_design
+    from fingerdesign.trials.tuning_record import tuned_comment, tuned_design
+
+    text = record.to_json()
+    tuned = tuned_comment(record) + dump_design(tuned_design(design, text))
+    (folder / DESIGN_FILE).write_text(tuned, encoding="utf-8")
+    (folder / RECORD_FILE).write_text(text, encoding="utf-8")
+
+
+class _Progress:
+    """What is told while controller ``number`` of ``of`` is tuned."""
+
+    def __init__(self, tell: Tell, number: int, of: int, rounds: int) -> None:
+        self._tell, self._number, self._of, self._rounds = tell, number, of, rounds
+        self._message, self._share = "", 0.0
+
+    def round(self, message: str, share: float) -> None:
+        """A round begins."""
+        self._message, self._share = message, share
+
+    def grips(self, done: int, of: int) -> None:
+        """So many of the round's grips are made."""
+        share = self._share + done / of / self._rounds
+        message = f"{self._message}, {done} of {of} grips"
+        self._tell(message, (self._number + share) / self._of)
+
+
+def _refuse(names: Sequence[str], noises: Sequence[float], seed: int) -> None:
+    from difflib import get_close_matches
+
+    faults = ControlGrid(noises=tuple(noises), seed=seed).faults()
+    for name in names:
+        if name not in NAMES:
+            near = get_close_matches(name, NAMES, 1, 0.5)
+            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+            faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
+    if faults:
+        raise DesignError(faults)

@@ -1,0 +1,375 @@
+"""One way of tuning for every controller: the same procedure, the same number of grips.
+
+Rounds of trials, each judged on more grips than the last and searched in a smaller box:
+
+    trials are Sobol points of the box of a controller's parameters, the design's own values first;
+    the best go on to the next round, with new points of a box a third as wide around the best one.
+
+A round's grips are the last round's and more, so what was gripped once is not gripped again. The
+score is the success rate; ties (and they are frequent) go to the lower mean of the peak force over
+the least force that would hold, of the grips that succeed. The best of the last round is taken.
+
+The same seed gives the same trials, whatever the number of processes. A controller without
+parameters of its own would still be given every round; an oracle has one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.plants.plant import Memory
+from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
+
+if TYPE_CHECKING:
+    from fingerdesign.design.grip import Grip
+
+
+Values = Mapping[str, float]
+Tell = Callable[[str, float], None]
+# Outcomes of each (parameters, grips), in order.
+Judge = Callable[[Sequence[tuple[Values, Sequence[Cell]]]], list[list[Outcome]]]
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter (dotted key of the design) between two bounds; searched by its logarithm."""
+
+    key: str
+    low: float
+    high: float
+    logarithmic: bool = True
+
+    def at(self, share: float) -> float:
+        """The value at ``share`` (0 to 1) of the range, to four digits."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        value = low + share * (high - low)
+        return float(f"{np.exp(value) if self.logarithmic else value:.4g}")
+
+    def share(self, value: float) -> float:
+        """Where ``value`` lies in the range, 0 to 1; beyond an end at that end."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        inside = min(max(value, self.low), self.high)
+        return float((self._scaled(inside) - low) / (high - low))
+
+    def _scaled(self, value: float) -> float:
+        return float(np.log(value)) if self.logarithmic else value
+
+
+_PULL = (0.003, 0.06)  # two moves to the limit of a slippery object, or sixty
+RANGES: dict[str, tuple[Range, ...]] = {
+    "paper": (
+        Range("grip.curve_per_N", 0.01, 1.0),
+        Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
+        Range("grip.force_floor_N", 0.005, 0.3),
+        Range("grip.dead_band_mm", 0.005, 1.0),
+        Range("grip.hold_force_N", 0.05, 5.0),
+    ),
+    "fixed_force": (
+        Range("grip.fixed_force.force_N", 0.5, 40.0),
+        Range("grip.fixed_force.pull_share", *_PULL),
+    ),
+    "fixed_ratio": (
+        Range("grip.fixed_ratio.ratio", 0.05, 0.8),
+        Range("grip.fixed_ratio.pull_share", *_PULL),
+    ),
+    "reactive": (
+        Range("grip.reactive.first_force_N", 0.3, 20.0),
+        Range("grip.reactive.slip_share", 0.1, 0.99, logarithmic=False),
+        Range("grip.reactive.force_floor_N", 0.003, 0.3),
+        Range("grip.reactive.step_up", 1.05, 2.5),
+        Range("grip.reactive.pull_share", *_PULL),
+    ),
+    "oracle_1.2": (Range("grip.oracle.pull_share", *_PULL),),
+    "oracle_1.5": (Range("grip.oracle.pull_share", *_PULL),),
+    "regulator": (
+        Range("grip.regulator.target", 0.5, 0.9, logarithmic=False),
+        Range("grip.regulator.pull_share", *_PULL),
+        Range("grip.regulator.memory", 0.5, 0.99, logarithmic=False),
+        Range("grip.regulator.least_stick", 0.0, 0.6, logarithmic=False),
+        Range("grip.regulator.most_used", 0.75, 1.0, logarithmic=False),
+    ),
+}
+
+
+@dataclass(frozen=True)
+class Round:
+    """So many new trials beside the default and the best so many of the last round, judged on so
+    many grips. The first round's trials count the default."""
+
+    new: int
+    kept: int
+    grips: int
+
+
+BUDGET = (Round(32, 0, 16), Round(8, 8, 48), Round(4, 4, 96))  # 1808 grips
+_SHRINK = 1.0 / 3.0  # of the box, from round to round
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Parameters, and what came of them. round: the one that it was made in, from 0."""
+
+    values: dict[str, float]
+    round: int
+    outcomes: tuple[Outcome, ...] = ()
+
+    @property
+    def success(self) -> float:
+        """Share of its grips that succeed; 0 of none."""
+        return sum(each.success for each in self.outcomes) / max(len(self.outcomes), 1)
+
+    @property
+    def mean_peak_ratio(self) -> float | None:
+        """Of the grips that succeed; None where none does."""
+        found = [each.peak_ratio for each in self.outcomes if each.success]
+        return float(np.mean(found)) if found else None
+
+    @property
+    def order(self) -> tuple[float, float]:
+        """Greater is better."""
+        peak = self.mean_peak_ratio
+        return self.success, -np.inf if peak is None else -peak
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """A controller's trials in the order they were made, on all the grips they were judged on.
+
+    best: the trial to take. default: the design's own values, judged on the last round's grips.
+    """
+
+    controller: str
+    seed: int
+    ranges: tuple[Range, ...]
+    budget: tuple[Round, ...]
+    trials: tuple[Trial, ...]
+    best: Trial
+    default: Trial
+
+    @property
+    def grips(self) -> int:
+        """How many grips it took."""
+        return sum(len(trial.outcomes) for trial in self.trials)
+
+
+def tune(
+    controller: str,
+    default: Values,
+    cells: Sequence[Cell],
+    judge: Judge,
+    *,
+    ranges: Sequence[Range] | None = None,
+    budget: Sequence[Round] = BUDGET,
+    seed: int = 0,
+    tell: Tell = lambda message, fraction: None,
+) -> Tuning:
+    """Tune one controller; ``default`` holds the design's own values of its parameters.
+
+    cells: the grips, as many as the last round asks for; each round takes them from the start.
+    Raises DesignError for a controller without ranges or too few grips.
+    """
+    own = _ranges_of(controller) if ranges is None else tuple(ranges)
+    if len(cells) < budget[-1].grips:
+        bound = f"at least {budget[-1].grips}, as the last round asks for"
+        raise DesignError([Fault("grips", len(cells), bound, "give more")])
+    everything: list[Trial] = []  # as last judged, in the order they were made
+    going: list[int] = []  # those of the last round, the best first
+    box = np.tile([0.0, 1.0], (len(own), 1))
+    for number, each in enumerate(budget):
+        tell(f"{controller}: round {number + 1} of {len(budget)}", number / len(budget))
+        made = [Trial(dict(default), 0)] if number == 0 else []
+        points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
+        made += [Trial(_values(own, point), number) for point in points]
+        best = [k for k in going if k != 0][: each.kept]
+        # The default stays to the end: it is what the tuning improves on.
+        chosen = [*([0] if going else []), *best]
+        chosen += range(len(everything), len(everything) + len(made))
+        everything += made
+        _judge_on(everything, chosen, cells[: each.grips], judge)
+        going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
+        box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
+    return Tuning(
+        controller,
+        seed,
+        own,
+        tuple(budget),
+        tuple(everything),
+        everything[going[0]],
+        everything[0],
+    )
+
+
+def _ranges_of(controller: str) -> tuple[Range, ...]:
+    if controller not in RANGES:
+        bound = f"one of {', '.join(RANGES)}"
+        raise DesignError([Fault("--controller", controller, bound, "choose one of them")])
+    return RANGES[controller]
+
+
+def _judge_on(
+    trials: list[Trial], chosen: Sequence[int], cells: Sequence[Cell], judge: Judge
+) -> None:
+    """Judge the chosen trials on those of the grips that they were not judged on yet."""
+    asked = [(trials[k].values, cells[len(trials[k].outcomes) :]) for k in chosen]
+    for k, found in zip(chosen, judge(asked), strict=True):
+        trials[k] = replace(trials[k], outcomes=(*trials[k].outcomes, *found))
+
+
+def _points(box: Array, count: int, rng: np.random.Generator) -> Array:
+    """``count`` Sobol points (count, d) of a box (d, 2) of shares."""
+    from scipy.stats import qmc
+
+    power = max(count - 1, 0).bit_length()
+    seed = int(rng.integers(2**31))
+    points = qmc.Sobol(len(box), scramble=True, seed=seed).random_base2(power)[:count]
+    return np.asarray(box[:, 0] + points * (box[:, 1] - box[:, 0]))
+
+
+def _values(ranges: Sequence[Range], point: Array) -> dict[str, float]:
+    return {each.key: each.at(float(share)) for each, share in zip(ranges, point, strict=True)}
+
+
+def _box_around(ranges: Sequence[Range], values: Values, width: float) -> Array:
+    """A box of that width, as a share of the whole, around ``values``, inside the whole."""
+    middle = np.array([each.share(values[each.key]) for each in ranges])
+    low = np.clip(middle - 0.5 * width, 0.0, 1.0 - width)
+    return np.column_stack([low, low + width])
+
+
+# The grips that controllers are tuned on, and the processes that run them.
+#
+# Frictions and masses are Sobol points of the grid's own span, none of them a point of the grid,
+# and their noise is another: what a controller is judged on later it has not been tuned to.
+
+Asked = Sequence[tuple[Values, Sequence[Cell]]]
+Made = Callable[[int, list[Outcome]], None]  # a trial's number in what was asked, its outcomes
+
+
+class BenchJudge(Protocol):
+    """A ``Judge`` that tells of each trial as soon as its grips are over, in order."""
+
+    def __call__(self, asked: Asked, made: Made = ...) -> list[list[Outcome]]:
+        """Outcomes of each (parameters, grips), in order."""
+        ...
+
+
+_APART = 1009  # added to the seed of all noise: the grid's grips are felt with another
+
+
+def tuning_cells(
+    controller: str,
+    count: int,
+    seed: int = 0,
+    noises: Sequence[float] = (GOOD_AMPLIFIER,),
+    frictions: tuple[float, float] = (FRICTIONS[0], FRICTIONS[-1]),
+    masses_g: tuple[float, float] = (MASSES_G[0], MASSES_G[-1]),
+) -> list[Cell]:
+    """``count`` grips, the same for every controller; masses evenly by their logarithm."""
+    from scipy.stats import qmc
+
+    power = max(count - 1, 0).bit_length()
+    points = qmc.Sobol(2, scramble=True, seed=seed).random_base2(power)[:count]
+    return [
+        Cell(
+            controller,
+            round(float(frictions[0] + x * (frictions[1] - frictions[0])), 4),
+            round(float(masses_g[0] * (masses_g[1] / masses_g[0]) ** y), 1),
+            float(noises[k % len(noises)]),
+        )
+        for k, (x, y) in enumerate(points)
+    ]
+
+
+def tuned_grip(grip: Grip, values: Values) -> Grip:
+    """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
+    from fingerdesign.design.grip import Grip as Table
+
+    data = grip.model_dump(mode="json", exclude_none=True)
+    for key, value in values.items():
+        *tables, name = key.removeprefix("grip.").split(".")
+        inner = data
+        for table in tables:
+            inner = inner[table]
+        inner[name] = value
+    return Table.model_validate(data)
+
+
+def run_cells(bench: GripBench, values: Values, cells: Sequence[Cell]) -> list[Outcome]:
+    """The outcomes of grips whose controllers take ``values``."""
+    tuned = bench.with_grip(tuned_grip(bench.grip, values))
+    return [tuned.run_cell(cell, Memory()) for cell in cells]
+
+
+@contextmanager
+def bench_judge(bench: GripBench, workers: int) -> Iterator[BenchJudge]:
+    """A judge of trials on a bench, over processes; ``workers`` 1: in this one.
+
+    It raises SolverError where a process died.
+    """
+    seeded = replace(bench, grid=replace(bench.grid, seed=bench.grid.seed + _APART, tug=None))
+    if workers <= 1:
+        yield lambda asked, made=_unheard: _in_order(
+            (run_cells(seeded, values, cells) for values, cells in asked), made
+        )
+        return
+    pool = ProcessPoolExecutor(
+        workers, get_context("spawn"), initializer=_begin, initargs=(seeded,)
+    )
+
+    def judge(asked: Asked, made: Made = _unheard) -> list[list[Outcome]]:
+        try:
+            waiting = [pool.submit(_run, dict(values), tuple(cells)) for values, cells in asked]
+            return _in_order((each.result() for each in waiting), made)
+        except BrokenProcessPool as error:
+            raise SolverError("a process of the tuning ended; was there memory enough?") from error
+
+    try:
+        yield judge
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _unheard(number: int, outcomes: list[Outcome]) -> None:
+    """Nobody is told."""
+
+
+def _in_order(found: Iterable[list[Outcome]], made: Made) -> list[list[Outcome]]:
+    judged = []
+    for number, outcomes in enumerate(found):
+        made(number, outcomes)
+        judged.append(outcomes)
+    return judged
+
+
+_bench: GripBench | None = None  # of a process of the pool
+
+
+def _begin(bench: GripBench) -> None:
+    """Start a process of the pool: one BLAS thread, the bench, and no ear for Ctrl-C."""
+    import signal
+
+    from threadpoolctl import threadpool_limits
+
+    global _bench
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    die_with_parent()
+    threadpool_limits(limits=1, user_api="blas")
+    _bench = bench
+
+
+def _run(values: Mapping[str, float], cells: tuple[Cell, ...]) -> list[Outcome]:
+    assert _bench is not None
+    return run_cells(_bench, values, cells)

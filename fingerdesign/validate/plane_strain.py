@@ -1,0 +1,427 @@
+"""What plane strain will get wrong for a finger in a scene, before anything is run (numpy only)."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.frames import crest_height, plate_frames
+
+if TYPE_CHECKING:
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+
+
+# What plane strain gets wrong, from the records of plane_strain.py (numpy only).
+#
+# All errors are plane strain against 3-D at the mid-plane: forces and contact width relative
+# (signed: > 0 where plane strain says more), stick ratio absolute, gage strains relative to the
+# largest 3-D reading of the increment (the worst plate, pressed or sheared). Those at equal force
+# begin with ``force_``.
+
+Record = dict[str, Any]
+
+PRESSED, SHEARED = 1, 3  # rows of a path: see plane_strain.scene_of
+MOTION = (
+    "normal_force",
+    "tangential_force",
+    "contact_width",
+    "stick_ratio",
+    "gage_both",
+    "gage_face",
+)
+FORCE = ("force_contact_width", "force_stick_ratio", "force_gage_both", "force_gage_face")
+QUANTITIES = MOTION + FORCE
+
+
+def row_errors(row: Record) -> dict[str, float | None]:
+    """Errors of one approach by QUANTITIES; None: no gages, or no answer at equal force.
+
+    ``gage_both``: the mean of both faces (membrane); ``gage_face``: each face alone.
+    """
+    truth, moved, forced = row["space"], row["motion"], row["force"]
+    found: dict[str, float | None] = {
+        "normal_force": _relative(moved, truth, "normal_force", PRESSED),
+        "tangential_force": _relative(moved, truth, "tangential_force", SHEARED),
+    }
+    for prefix, other in (("", moved), ("force_", forced)):
+        if other is None:
+            names = ("contact_width", "stick_ratio", "gage_both", "gage_face")
+            found |= {f"{prefix}{name}": None for name in names}
+            continue
+        here, there = _gages(other), _gages(truth)
+        found |= {
+            f"{prefix}contact_width": _relative(other, truth, "contact_width", PRESSED),
+            f"{prefix}stick_ratio": float(
+                other["stick_ratio"][SHEARED] - truth["stick_ratio"][SHEARED]
+            ),
+            f"{prefix}gage_both": worst_reading(here.mean(axis=-1), there.mean(axis=-1)),
+            f"{prefix}gage_face": worst_reading(here, there),
+        }
+    return {name: found[name] for name in QUANTITIES}
+
+
+def half_width(row: Record) -> float:
+    """The contact's half-width at the mid-plane, pressed, in 3-D; mm."""
+    return 0.5 * float(row["space"]["contact_width"][PRESSED])
+
+
+def worst_reading(found: Array, truth: Array) -> float | None:
+    """Greatest difference of readings (rows, plates[, faces]) over the largest of its row."""
+    if not truth.size:
+        return None
+    worst = 0.0
+    for row in (PRESSED, SHEARED):
+        largest = float(np.abs(truth[row]).max())
+        worst = max(worst, float(np.abs(found[row] - truth[row]).max()) / largest)
+    return worst
+
+
+def _gages(readings: Record) -> Array:
+    return np.asarray(readings["gages"], dtype=float).reshape(len(readings["gages"]), -1, 2)
+
+
+def _relative(found: Record, truth: Record, name: str, row: int) -> float:
+    return float(found[name][row] / truth[name][row] - 1.0)
+
+
+# The map of where plane strain holds: errors over four ratios, looked up between the models.
+#
+# The ratios are depth over height D/H (of the crest), contact half-width over height a/H, Poisson's
+# ratio and the plates' span over the depth (0: no plates). Numpy only: the table is made once, by
+# ``fingerdesign bench plane-strain``, and ships with the program.
+
+Table = dict[str, Any]
+
+SHIPPED = "plane_strain.json"
+_WITHIN = 1e-9
+
+
+@dataclass(frozen=True)
+class PlaneStrainMap:
+    """Errors on a grid.
+
+    poisson (p,), span (s,), depth (d,): D/H, ascending; width (p, s, d, k): log(a/H) of each
+    approach, ascending; errors: by quantity (p, s, d, k), NaN where there is none; table: what was
+    fixed, the one-off models, the rules, as the file holds them.
+    """
+
+    poisson: Array
+    span: Array
+    depth: Array
+    width: Array
+    errors: dict[str, Array]
+    table: Table
+
+    def error(
+        self, quantity: str, poisson: float, span: float, depth: float, width: float
+    ) -> float:
+        """The error at one point: linear in Poisson's ratio and span, in log D/H and log a/H.
+
+        Beyond the grid its border's value holds (see :meth:`inside`). NaN where there is none.
+        """
+        at = [
+            _place(self.poisson, poisson),
+            _place(self.span, span),
+            _place(np.log(self.depth), np.log(depth)),
+        ]
+        total = 0.0
+        for i, share_i in at[0]:
+            for j, share_j in at[1]:
+                for k, share_k in at[2]:
+                    share = share_i * share_j * share_k
+                    if share > _WITHIN:
+                        values = self.errors[quantity][i, j, k]
+                        total += share * float(
+                            np.interp(np.log(width), self.width[i, j, k], values)
+                        )
+        return total
+
+    def inside(self, poisson: float, span: float, depth: float, width: float) -> bool:
+        """Whether a point lies within the ratios that were computed."""
+        ranges = ((self.poisson, poisson), (self.span, span), (self.depth, depth))
+        within = all(axis[0] - _WITHIN <= value <= axis[-1] + _WITHIN for axis, value in ranges)
+        wide = np.exp([self.width[..., 0].max(), self.width[..., -1].min()])
+        return bool(within and wide[0] <= width <= wide[1])
+
+
+def _place(axis: Array, value: float) -> list[tuple[int, float]]:
+    """Neighbours of a value on an ascending axis, and their shares."""
+    value = float(np.clip(value, axis[0], axis[-1]))
+    low = int(np.clip(np.searchsorted(axis, value, side="right") - 1, 0, max(len(axis) - 2, 0)))
+    if len(axis) == 1:
+        return [(0, 1.0)]
+    share = (value - float(axis[low])) / float(axis[low + 1] - axis[low])
+    return [(low, 1.0 - share), (low + 1, share)]
+
+
+def table_of(records: Sequence[Record]) -> Table:
+    """Ratios and errors of the records, to four digits: what the program ships.
+
+    "points": the grid's models; "also": the one-off ones by name.
+    """
+    made = [_model(record) for record in records]
+    return {
+        "points": [each for each in made if not each["name"]],
+        "also": [each for each in made if each["name"]],
+    }
+
+
+def _model(record: Record) -> Table:
+    height = record["height_mm"]
+    rows = []
+    for row in record["rows"]:
+        errors = {name: _digits(value) for name, value in row_errors(row).items()}
+        rows.append({"half_width_over_height": _digits(half_width(row) / height)} | errors)
+    return {
+        "name": record["name"],
+        "poissons_ratio": record["poissons_ratio"],
+        "span_over_depth": _digits(record["span_share"]),
+        "depth_over_height": _digits(record["depth_mm"] / height),
+        "radius_over_height": _digits(record["radius_mm"] / height),
+        "width_over_height": _digits(record["width_mm"] / height),
+        "dofs": record["dofs"],
+        "rows": rows,
+    }
+
+
+def _digits(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.4g}")
+
+
+def map_of(table: Table) -> PlaneStrainMap:
+    """The map that a table holds. ValueError where its points are no full grid."""
+    points = table["points"]
+    axes = [
+        np.unique([each[name] for each in points])
+        for name in ("poissons_ratio", "span_over_depth", "depth_over_height")
+    ]
+    approaches = {len(each["rows"]) for each in points}
+    shape = tuple(len(axis) for axis in axes)
+    if len(points) != np.prod(shape) or len(approaches) != 1:
+        raise ValueError(f"{len(points)} models are no full grid of {shape}")
+    size = (*shape, approaches.pop())
+    width = np.full(size, np.nan)
+    errors = {name: np.full(size, np.nan) for name in QUANTITIES}
+    for each in points:
+        place = tuple(
+            int(np.searchsorted(axis, each[name]))
+            for axis, name in zip(
+                axes, ("poissons_ratio", "span_over_depth", "depth_over_height"), strict=True
+            )
+        )
+        width[place] = np.log([row["half_width_over_height"] for row in each["rows"]])
+        for name in QUANTITIES:
+            values = [row[name] for row in each["rows"]]
+            errors[name][place] = [np.nan if value is None else value for value in values]
+    return PlaneStrainMap(axes[0], axes[1], axes[2], width, errors, table)
+
+
+@cache
+def shipped_map() -> PlaneStrainMap:
+    """The map that comes with the program."""
+    file = resources.files("fingerdesign") / "data" / SHIPPED
+    return map_of(json.loads(file.read_text("utf-8")))
+
+
+def write_table(table: Table, path: Path) -> Path:
+    """Write a table as JSON, a model a line."""
+    parts = []
+    for name, value in table.items():
+        if isinstance(value, list):
+            rows = ",\n".join(json.dumps(each, allow_nan=False) for each in value)
+            parts.append(f"{json.dumps(name)}: [\n{rows}\n]")
+        else:
+            parts.append(f"{json.dumps(name)}: {json.dumps(value, allow_nan=False)}")
+    path.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
+    return path
+
+
+# The forecast of the contact's half-width errs to the wide side, the more the wider: in 3-D the 63
+# models of the study have 0.93 - 0.5 a/H of it, give or take 0.06.
+_FORECAST, _FORECAST_WIDE, _FORECAST_LEAST = 0.93, 0.5, 0.5
+# As in designs/studies/plane_strain.toml:
+_STUDY_PULL = 0.4  # shear over approach
+_STUDY_LENGTH = 2.0 / (30.0 - math.sqrt(300.0))  # plates' length over the crest's height
+_PULLED = ("tangential_force", "stick_ratio")  # what goes on changing as the finger is pulled
+_OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that were computed
+
+
+@dataclass(frozen=True)
+class PlaneStrainEstimate:
+    """A forecast of plane strain against 3-D at the mid-plane, for one finger and contact.
+
+    errors: by quantity (plane_strain_errors.QUANTITIES; "gage" and "force_gage" are those of the
+    design's gages.face); signed where those are; uncertainty: by quantity, of the same unit, such
+    that nine of ten one-off models lie within it. A quantity that has no value is left out.
+    ratios: what it was looked up by; inside: whether the map was computed there; notes: why some
+    uncertainty is wider than that.
+    """
+
+    errors: dict[str, float]
+    uncertainty: dict[str, float]
+    ratios: dict[str, float]
+    inside: bool
+    notes: tuple[str, ...] = ()
+
+    def most(self, quantity: str) -> float:
+        """The greatest error that is to be reckoned with."""
+        return abs(self.errors[quantity]) + self.uncertainty[quantity]
+
+    def least(self, quantity: str) -> float:
+        """The least error that is to be reckoned with, not below 0."""
+        return max(0.0, abs(self.errors[quantity]) - self.uncertainty[quantity])
+
+    @property
+    def words(self) -> str:
+        """One sentence."""
+        said = f"plane strain overstates F_n by {_percent(self, 'normal_force')} at equal motion"
+        if "gage" in self.errors:
+            said += f" and misses gage strains by {_percent(self, 'gage')} of the largest reading"
+        ratios = self.ratios
+        where = (
+            f"(depth {ratios['depth_over_height']:.2g} times the height, contact "
+            f"{2.0 * ratios['half_width_over_height']:.2g} times it)"
+        )
+        beyond = "" if self.inside else "; beyond what was computed, a sketch"
+        return "; ".join([f"{said} {where}{beyond}", *self.notes])
+
+
+def plane_strain_error(
+    design: Design,
+    scene: Scene | None = None,
+    half_width: float | None = None,
+    chart: PlaneStrainMap | None = None,
+) -> PlaneStrainEstimate:
+    """The estimate for a straight finger whose contact is ``half_width`` (mm) half as wide, or as
+    wide as ``scene`` is forecast to make it at its greatest approach. With a ``scene`` that pulls
+    further than the study did the uncertainty of what the pull changes reaches the error of F_n;
+    plates shorter than the study's make it reach the error without plates.
+
+    Raises DesignError for a body or an object that no section shows: there plane strain is a sketch
+    whose error no ratio tells. ValueError where neither scene nor half_width is given.
+    """
+    if not design.body.straight:
+        bound = "'arc' or 'block' for an estimate of what plane strain gets wrong"
+        raise DesignError([Fault("body.shape", design.body.shape, bound, "compare with 3-D")])
+    half_width = _half_width(design, scene) if half_width is None else half_width
+    chart = shipped_map() if chart is None else chart
+    height = float(crest_height(design.body))
+    poisson = design.material_of("body").poissons_ratio
+    depth, width = design.body.depth_mm / height, half_width / height
+    place = (poisson, _span(design), depth, width)
+    inside = chart.inside(*place)
+    known = chart.table.get("uncertainty", {})
+    errors, unsure = {}, {}
+    for quantity in chart.errors:
+        value = chart.error(quantity, *place)
+        if not math.isfinite(value) or ("gage" in quantity and not design.plates.number):
+            continue
+        errors[quantity] = value
+        own = known.get(quantity, {"relative": 0.5, "absolute": 0.05})
+        unsure[quantity] = own["absolute"] + own["relative"] * abs(value)
+        unsure[quantity] *= 1.0 if inside else _OUTSIDE
+    notes = []
+    if place[1] > 0.0 and _plate_length(design) < (1.0 - 1e-9) * _STUDY_LENGTH * height:
+        notes.append(_widen_to_bare(errors, unsure, chart, place))
+    if scene is not None and _pulls_further(scene):
+        notes.append(_widen_to_slip(errors, unsure))
+    kind = "both" if design.gages.face == "both" else "face"
+    for prefix in ("", "force_"):
+        if f"{prefix}gage_{kind}" in errors:
+            errors[f"{prefix}gage"] = errors[f"{prefix}gage_{kind}"]
+            unsure[f"{prefix}gage"] = unsure[f"{prefix}gage_{kind}"]
+    ratios = {
+        "poissons_ratio": poisson,
+        "span_over_depth": place[1],
+        "depth_over_height": depth,
+        "half_width_over_height": width,
+    }
+    return PlaneStrainEstimate(errors, unsure, ratios, inside, tuple(notes))
+
+
+def _widen_to_bare(
+    errors: dict[str, float],
+    unsure: dict[str, float],
+    chart: PlaneStrainMap,
+    place: tuple[float, float, float, float],
+) -> str:
+    """Let the uncertainty reach the errors without plates, gages apart: those are on plates."""
+    poisson, _, depth, width = place
+    for quantity, value in errors.items():
+        bare = chart.error(quantity, poisson, 0.0, depth, width)
+        if "gage" not in quantity and math.isfinite(bare):
+            unsure[quantity] = max(unsure[quantity], abs(bare - value))
+    return (
+        "plates shorter than the study's hold the rubber less: the errors lie between those with "
+        "and without plates"
+    )
+
+
+def _widen_to_slip(errors: dict[str, float], unsure: dict[str, float]) -> str:
+    """Let the uncertainty reach the error of F_n: at complete slip F_t is friction times F_n."""
+    most = abs(errors["normal_force"]) + unsure["normal_force"]
+    for quantity in _PULLED:
+        if quantity in errors:
+            unsure[quantity] = max(unsure[quantity], most - abs(errors[quantity]))
+    return (
+        f"pulled further than {_STUDY_PULL:g} of the approach: the errors of F_t and stick ratio "
+        f"may grow to that of F_n, {100.0 * most:.0f} %"
+    )
+
+
+def _pulls_further(scene: Scene) -> bool:
+    """Whether some row shears more than the study; forces with a pull do not tell, and may."""
+    if scene.path.control == "force":
+        return any(any(row[1:]) for row in scene.path.rows)
+    return any(
+        math.hypot(*row[1:3]) > (1.0 + 1e-9) * _STUDY_PULL * row[0]
+        for row in scene.path.rows
+        if row[0] > 0.0
+    )
+
+
+def _plate_length(design: Design) -> float:
+    """The shortest plate across the section, mm."""
+    return min(frame.length for frame in plate_frames(design) if frame.along == "x")
+
+
+def _half_width(design: Design, scene: Scene | None) -> float:
+    from fingerdesign.layout.zone import contact_reach, greatest_approach
+
+    if scene is None:
+        raise ValueError("give a scene or a half_width")
+    if not scene.object.plane_in_z:
+        bound = "the same in every section for an estimate of what plane strain gets wrong"
+        fault = Fault("object.shape", scene.object.shape, bound, "compare with 3-D")
+        raise DesignError([fault])
+    reach = contact_reach(design, scene.object, greatest_approach(design, scene))[0]
+    if design.body.shape != "block" or scene.object.shape != "plane":  # a flat touches at once
+        wide = reach / float(crest_height(design.body))
+        reach *= max(_FORECAST - _FORECAST_WIDE * wide, _FORECAST_LEAST)
+    return min(reach, 0.5 * design.body.width_mm)
+
+
+def _span(design: Design) -> float:
+    """The plates' mean span over the depth; 0 where there are none in the model."""
+    if not design.plates.number or design.plates.model == "none":
+        return 0.0
+    frames = [frame for frame in plate_frames(design) if frame.along == "x"]
+    if not frames:
+        return 0.0
+    return sum(frame.span for frame in frames) / len(frames) / design.body.depth_mm
+
+
+def _percent(estimate: PlaneStrainEstimate, quantity: str) -> str:
+    value, unsure = 100.0 * estimate.errors[quantity], 100.0 * estimate.uncertainty[quantity]
+    return f"{value:.0f} % (give or take {unsure:.0f})"

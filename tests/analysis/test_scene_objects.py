@@ -1,0 +1,208 @@
+"""Objects, directions and force control through the whole road, on coarse meshes."""
+
+import numpy as np
+import pytest
+
+from fingerdesign import analyse, load_design, parse_scene, with_values
+from fingerdesign.analysis.touch import object_at_touch, touch_point
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.layout.zone import approach_for, candidate_zone
+from fingerdesign.pipeline import Case, analyse_into
+
+COARSE = {
+    "mesh.section.contact_size_mm": 0.1,
+    "mesh.section.far_size_mm": 1.5,
+    "mesh.mesher": "extrude",
+    "mesh.contact_size_mm": 0.5,
+    "mesh.far_size_mm": 2.5,
+    "mesh.layers": 4,
+    "body.depth_mm": 6.0,
+}
+PATH = "path.increments_mm = [[0.15, 0.0], [0.15, 0.04]]\n"
+
+
+@pytest.fixture(scope="module")
+def design():
+    return with_values(load_design(shipped_path("homogeneous")), COARSE)
+
+
+def forces(design, text, fidelity="plane-strain"):
+    result = analyse(design, parse_scene(text), fidelity)
+    return np.array([[i.normal_force_N, i.tangential_force_N] for i in result.increments])
+
+
+def test_a_slope_the_other_way_mirrors(design):
+    left = forces(design, "path.increments_mm = [[0.15, 0.0], [0.15, 0.04]]\nobject.tilt_deg = 3")
+    right = forces(
+        design, "path.increments_mm = [[0.15, 0.0], [0.15, -0.04]]\nobject.tilt_deg = -3"
+    )
+    # The section's mesh is not its own mirror image.
+    assert right * [1, -1] == pytest.approx(left, abs=3e-3 * left[0, 0])
+    assert left[0, 1] > 0.01 * left[0, 0]  # a slope pulls sideways where it is pressed
+
+
+def test_a_tilt_turned_half_round_is_the_opposite_tilt(design):
+    turned = forces(design, PATH + "object = {tilt_deg = 3, turn_deg = 180}")
+    assert turned == pytest.approx(forces(design, PATH + "object.tilt_deg = -3"), rel=1e-9)
+
+
+def test_a_large_cylinder_is_nearly_a_plane(design):
+    text = 'object = {shape = "cylinder", radius_mm = 50000}'
+    assert forces(design, PATH + text) == pytest.approx(forces(design, PATH), rel=1e-3)
+
+
+def test_a_smaller_cylinder_presses_less(design):
+    normal = [
+        forces(design, PATH + f'object = {{shape = "cylinder", radius_mm = {radius}}}')[0, 0]
+        for radius in (5, 20, 100)
+    ]
+    assert normal == sorted(normal)
+
+
+def test_forces_asked_for_come_out(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 0.7], [3, -0.5]]'
+    assert forces(design, text) == pytest.approx(np.array([[3, 0], [3, 0.7], [3, -0.5]]), abs=1e-7)
+
+
+def test_a_pull_beyond_friction_is_refused_with_what_friction_carries(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 1.6]]'
+    with pytest.raises(SolverError, match=r"complete slip.*carries 1\.5 N"):
+        analyse(design, parse_scene(text), "plane-strain")
+
+
+def test_what_was_solved_before_the_refusal_is_kept(design, tmp_path):
+    scene = parse_scene('path.control = "force"\npath.increments_N = [[2, 0], [3, 0.9], [3, 1.6]]')
+    outcome = analyse_into(Case(design, scene, "plane-strain", "pull"), tmp_path)
+    assert outcome.status == "failed"
+    assert outcome.failure.startswith("row 3 of 3 (path.increments_N[2]): no motion gives")
+    assert [row.tangential_force_N for row in outcome.increments] == pytest.approx([0.0, 0.9])
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        PATH + 'object = {shape = "sphere", radius_mm = 5}',
+        PATH + 'object = {shape = "cylinder", radius_mm = 5, axis = "x"}',
+        PATH + "object = {tilt_deg = 3, turn_deg = 40}",
+        "path.increments_mm = [[0.1, 0, 0, 1]]",
+    ],
+)
+def test_plane_strain_refuses_what_it_cannot_hold(design, scene):
+    with pytest.raises(DesignError, match="3d"):
+        analyse(design, parse_scene(scene), "plane-strain")
+
+
+def test_the_whole_finger_does_as_its_half(design):
+    half = forces(design, PATH, "3d")
+    tiny = "path.increments_mm = [[0.15, 0.0, 1e-9], [0.15, 0.04, 1e-9]]"
+    whole = analyse(design, parse_scene(tiny), "3d")
+    assert not whole.model.symmetry
+    last = whole.increments[-1]
+    assert [last.normal_force_N, last.tangential_force_N] == pytest.approx(half[-1], rel=1e-6)
+    assert abs(last.twist_moment_Nmm) < 1e-3 * last.normal_force_N
+
+
+def test_a_cylinder_along_x_turned_to_z_is_one_along_z(design):
+    plain = 'object = {shape = "cylinder", radius_mm = 30}'
+    turned = 'object = {shape = "cylinder", radius_mm = 30, axis = "x", turn_deg = 90}'
+    expected = forces(design, PATH + plain, "3d")
+    assert forces(design, PATH + turned, "3d") == pytest.approx(expected, rel=1e-5)
+
+
+def test_objects_touch_the_crest_and_no_more(design):
+    surface = ContactSurface.of(design.body)
+    x, z = (grid.ravel() for grid in np.meshgrid(np.linspace(-5, 5, 101), np.linspace(-3, 3, 61)))
+    points = np.column_stack([x, surface.height(x, z), z])
+    for given in (
+        {"shape": "sphere", "radius_mm": 4.0},
+        {"shape": "cylinder", "radius_mm": 2.0, "axis": "x", "turn_deg": 30.0},
+        {"tilt_deg": 2.0, "turn_deg": 90.0},
+    ):
+        rigid = object_at_touch(SceneObject(**given), design.body)
+        assert -1e-9 < rigid.distance(points).min() < 1e-3
+
+
+def test_a_turned_body_is_touched_where_it_is():
+    """Its square's corners have no surface: a tilted plane meets the round cap, not a corner."""
+    body = Design.model_validate(
+        {
+            "design": {"name": "pin"},
+            "body": {"shape": "revolved", "width_mm": 12.0, "arc_radius_mm": 9.0},
+            "plates": {"count": 0},
+        }
+    ).body
+    rigid = SceneObject(tilt_deg=4.0, turn_deg=45.0)
+    x, z = touch_point(rigid, body)
+    reach = 9.0 * np.sin(np.radians(4.0))  # of a sphere: where its normal is the plane's
+    assert np.hypot(x, z) == pytest.approx(reach, rel=1e-4)
+    surface = ContactSurface.of(body)
+    grid = np.linspace(-6.0, 6.0, 121)
+    across, along = (each.ravel() for each in np.meshgrid(grid, grid))
+    inside = np.hypot(across, along) < 6.0
+    points = np.column_stack([across, surface.height(across, along), along])[inside]
+    assert -1e-9 < object_at_touch(rigid, body).distance(points).min() < 1e-2
+
+
+def test_zones_follow_the_object(design):
+    def zone(approach=0.1, **given):
+        rigid = SceneObject(**given)
+        return candidate_zone(design, rigid, approach, touch_point(rigid, design.body))
+
+    assert zone().half_depth is None
+    ball = zone(shape="sphere", radius_mm=3.0)
+    assert ball.half_depth < 2.0
+    assert ball.half_width < zone().half_width
+    assert zone(shape="cylinder", radius_mm=3.0).half_depth is None
+    assert zone(shape="cylinder", radius_mm=3.0, axis="x").half_depth < 2.0
+    assert zone(tilt_deg=5.0).half_width > zone().half_width + 0.5
+    grown = ball.widened(100.0, design)
+    assert grown.fills(design)
+
+
+def test_a_tilted_cylinder_is_met_where_it_touches(design):
+    """Its first touch is 6 mm off the crest, far outside the zone of one that is not tilted."""
+    text = 'object = {shape = "cylinder", radius_mm = 20, axis = "x", tilt_deg = 15}'
+    found = forces(design, "path.increments_mm = [[0.2, 0.0], [0.4, 0.0]]\n" + text, "3d")
+    assert 0.1 < found[0, 0] < found[1, 0]
+
+
+def test_a_touch_that_the_mesh_does_not_feel_is_warned_of(design):
+    text = 'object = {shape = "cylinder", radius_mm = 0.05}\n'
+    scene = parse_scene(text + "path.increments_mm = [[1e-5, 0], [0.2, 0]]")
+    result = analyse(design, scene, "plane-strain")
+    assert result.increments[0].normal_force_N == 0.0
+    assert any(said.startswith("in 1 row from row 1 on") for said in result.warnings)
+
+
+def test_forces_that_lead_too_far_are_refused(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0], [2000, 0]]'
+    with pytest.raises(SolverError, match=r"row 2 of 2.*ask for less force"):
+        analyse(design, parse_scene(text), "plane-strain")
+
+
+def test_the_approach_for_a_force_is_about_right(design):
+    text = 'path.control = "force"\npath.increments_N = [[3, 0]]'
+    found = analyse(design, parse_scene(text), "plane-strain").increments[0].approach_mm
+    assert approach_for(design, SceneObject(), 3.0) == pytest.approx(found, rel=0.3)
+
+
+def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):
+    from fingerdesign.contact import uniqueness
+
+    searched = []
+
+    def found(problem, state, motion, known, starts):
+        searched.append(motion)
+        return [known]
+
+    monkeypatch.setattr(uniqueness, "other_solutions", found)
+    usual = analyse(design, parse_scene(PATH), "plane-strain")
+    assert not searched
+    assert not any("more than one answer" in each for each in usual.warnings)
+    unusual = analyse(design, parse_scene(PATH + "object.friction_coefficient = 3"), "plane-strain")
+    assert len(searched) == 1
+    assert any("more than one answer" in each for each in unusual.warnings)

@@ -1,0 +1,119 @@
+"""Structured blocks and discs: volumes, names, gradings, conformity, exact curved nodes."""
+
+import numpy as np
+import pytest
+from fingerdesign_bench.accuracy.block import block_half, block_section, graded, near, upside_down
+from fingerdesign_bench.accuracy.disc import disc, half_disc, right_half
+from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
+
+from fingerdesign.errors import MeshError
+from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES
+
+MESHES = {
+    "rectangle": (lambda: block_section(60.0, 40.0, 1.5, 0.2), 120.0 * 40.0),
+    "half box": (lambda: block_half(100.0, 80.0, 1.25, 0.4), 200.0 * 80.0 * 100.0),
+    "half disc": (lambda: half_disc(8.0, 1.0, 0.05), 32.0 * np.pi),
+    "round block": (
+        lambda: revolved_half(round_block_section(30.0, 20.0, 1.2, 0.3)),
+        0.5 * np.pi * 900.0 * 20.0,
+    ),
+    "half ball": (lambda: revolved_half(quarter_disc()), np.pi * 512.0 / 3.0),
+    "disc": (lambda: disc(50.0, 8.0, 0.4), 2500.0 * np.pi),
+}
+
+
+def quarter_disc():
+    return right_half(half_disc(8.0, 1.0, 0.2))
+
+
+def volume(mesh):
+    return physical_gradients(mesh.points, mesh.cells, 4)[1].sum()
+
+
+@pytest.fixture(params=MESHES, scope="module")
+def case(request):
+    build, size = MESHES[request.param]
+    return build(), size
+
+
+def test_volume_also_upside_down(case):
+    mesh, size = case
+    assert volume(mesh) == pytest.approx(size, rel=2e-4)
+    assert volume(upside_down(mesh)) == pytest.approx(volume(mesh), rel=1e-12)
+
+
+def test_facets_are_the_whole_boundary_once(case):
+    mesh, _ = case
+    dimension = mesh.dimension
+    local = TRIANGLE_EDGES if dimension == 2 else TETRA_FACETS
+    every = np.sort(np.vstack([mesh.cells[:, each] for each in local]), axis=1)
+    faces, count = np.unique(every, axis=0, return_counts=True)
+    named = np.sort(np.vstack([each[:, :dimension] for each in mesh.facets.values()]), axis=1)
+    assert count.max() == 2
+    assert np.array_equal(np.unique(named, axis=0), faces[count == 1])
+    assert len(named) == (count == 1).sum()
+
+
+def test_every_node_is_used_and_no_two_meet(case):
+    mesh, _ = case
+    assert np.array_equal(np.unique(mesh.cells), np.arange(len(mesh.points)))
+    assert len(np.unique(mesh.points.round(9), axis=0)) == len(mesh.points)
+
+
+def test_mirrored_in_x(case):
+    mesh, _ = case
+    here = np.unique(mesh.points.round(9) + 0.0, axis=0)
+    there = np.unique(
+        (mesh.points * np.r_[-1.0, np.ones(mesh.dimension - 1)]).round(9) + 0.0, axis=0
+    )
+    assert np.array_equal(here, there)
+
+
+@pytest.mark.parametrize("build", [half_disc, disc])
+def test_arc_nodes_are_exact(build):
+    mesh = build(50.0, 8.0, 0.5)
+    arc = mesh.points[np.unique(mesh.facets["contact"])]
+    assert np.abs(np.hypot(arc[:, 0], arc[:, 1] + 50.0) - 50.0).max() < 1e-12
+    crest = np.argmin(np.abs(mesh.points).sum(axis=1))
+    assert mesh.points[crest].tolist() == [0.0, 0.0]
+
+
+def test_nodes_of_a_ball_lie_on_it():
+    mesh = revolved_half(quarter_disc())
+    surface = mesh.points[np.unique(mesh.facets["contact"])]
+    assert np.abs(np.linalg.norm(surface - np.array([0.0, -8.0, 0.0]), axis=1) - 8.0).max() < 1e-12
+    assert mesh.points[:, 2].min() == 0.0
+
+
+def test_only_a_section_beside_the_axis_is_revolved():
+    with pytest.raises(MeshError, match="x >= 0"):
+        revolved_half(half_disc(8.0, 1.0, 0.2))
+
+
+def test_fine_zone():
+    for mesh in (block_section(60.0, 40.0, 1.5, 0.2), block_half(60.0, 60.0, 1.5, 0.2)):
+        facets = near(mesh, "contact", 1.5)
+        corners = mesh.points[facets[:, : mesh.dimension]]
+        edges = np.ptp(corners, axis=1)
+        assert edges[:, 0].max() <= 0.2 + 1e-12
+        assert np.ptp(corners[:, :, 0]) > 2.5
+
+
+def test_a_block_ten_times_larger_costs_a_few_more_shells():
+    small, large = (len(block_half(w, w, 1.0, 0.5).points) for w in (30.0, 300.0))
+    assert large < 2.0 * small
+
+
+def test_a_grading_ends_on_the_last_digit():
+    for size in np.linspace(0.01, 0.5, 50):
+        assert graded(size / 8.0, 0.2, 0.5 * np.pi)[-1] == 0.5 * np.pi
+        mesh = half_disc(8.0, 1.5, size)
+        base = mesh.points[np.unique(mesh.facets["base"])]
+        assert np.ptp(base[:, 0]) == pytest.approx(16.0)
+
+
+def test_gradings_that_do_not_fit_are_refused():
+    for arguments in ((0.0, 1.0, 2.0), (0.1, 3.0, 2.0), (0.1, 1.0, 2.0, 1.0)):
+        with pytest.raises(MeshError, match="grading"):
+            graded(*arguments)

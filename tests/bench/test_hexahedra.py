@@ -1,0 +1,131 @@
+"""Triquadratic hexahedra against scikit-fem's own, and what a bench of them rests on."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from fingerdesign_bench.accuracy.hexahedral_model import (
+    extruded_hexahedra,
+    gauss,
+    hex_system,
+    hex_trace,
+    shapes,
+)
+from scipy.sparse.linalg import spsolve
+
+from fingerdesign.design.schema import Design
+from fingerdesign.layout.surface import surface_of
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mesh.section.extrude import layer_heights
+from fingerdesign.mesh.section.section import mesh_section
+
+SIZES = {"contact_size_mm": 0.8, "plate_size_mm": 0.6, "plate_end_size_mm": 0.2}
+TABLES = {
+    "design": {"name": "hexes"},
+    "body": {"width_mm": 6.0, "base_height_mm": 3.0, "depth_mm": 4.0},
+    "plates": {"count": 1, "length_mm": 1.2, "cover_mm": 1.0, "thickness_mm": 0.2},
+    "gages": {"length_mm": 0.6},
+    "mesh": {"section": SIZES | {"far_size_mm": 2.0, "gradation": 1.0}},
+}
+
+
+def mesh_of(**body):
+    design = Design.model_validate(TABLES | {"body": TABLES["body"] | body})
+    section = mesh_section(design, 1.5)
+    project = surface_of(design.body).project
+    return design, extruded_hexahedra(section, layer_heights(2.0, 2), project)
+
+
+@pytest.fixture(scope="module")
+def arched():
+    return mesh_of(arc_radius_mm=6.0)
+
+
+def materials(mesh):
+    soft = mesh.regions == 0
+    return np.where(soft, 5.0, 1e5), np.where(soft, 0.49, 0.3)
+
+
+def full(system):
+    return system.stiffness + sp.triu(system.stiffness, k=1).T
+
+
+def test_the_energy_is_scikit_fems():
+    """Of a quadratic displacement on straight cells, where both spaces hold it exactly."""
+    import skfem
+    from skfem.helpers import ddot, sym_grad, trace
+    from skfem.models.elasticity import lame_parameters
+
+    _, mesh = mesh_of(shape="block")
+    young, poisson = materials(mesh)
+    first, shear = lame_parameters(young, poisson)
+    corner = [0, 18, 6, 2, 24, 20, 8, 26]  # in scikit-fem's order of a cell's corners
+    used, cells = np.unique(mesh.cells[:, corner], return_inverse=True)
+    grid = skfem.MeshHex(mesh.points[used].T.copy(), cells.reshape(-1, 8).T.copy())
+    basis = skfem.Basis(grid, skfem.ElementVector(skfem.ElementHex2()), intorder=5)
+    flat = skfem.Basis(grid, skfem.ElementHex0(), intorder=5)
+
+    @skfem.BilinearForm
+    def energy(u, v, w):
+        both = 2.0 * w.shear * ddot(sym_grad(u), sym_grad(v))
+        return both + w.first * trace(sym_grad(u)) * trace(sym_grad(v))
+
+    theirs = energy.assemble(basis, first=flat.interpolate(first), shear=flat.interpolate(shear))
+
+    def field(x):
+        return np.array([x[0] * x[1], 0.3 * x[1] ** 2 + x[2], x[2] * x[0] - x[1]])
+
+    dofs = np.zeros(theirs.shape[0])
+    for k in range(3):
+        chosen = basis.get_dofs(elements=True).all(f"u^{k + 1}")
+        dofs[chosen] = field(basis.doflocs[:, chosen])[k]
+    system = hex_system(mesh, young, poisson, np.zeros(mesh.points.size, dtype=bool))
+    ours = field(mesh.points.T).T.reshape(-1)
+    assert ours @ full(system) @ ours == pytest.approx(dofs @ theirs @ dofs, rel=1e-10)
+
+
+def test_rigid_motions_cost_nothing(arched):
+    _, mesh = arched
+    system = hex_system(mesh, *materials(mesh), np.zeros(mesh.points.size, dtype=bool))
+    stiffness, x = full(system), mesh.points
+    for motion in (np.ones_like(x), np.cross([0.3, 0.2, 0.5], x)):
+        force = stiffness @ motion.reshape(-1)
+        assert np.abs(force).max() < 1e-9 * abs(stiffness).max() * np.abs(motion).max()
+
+
+def test_the_cells_fill_the_body(arched):
+    design, mesh = arched
+    weights, slope = gauss(3)[1], shapes(gauss(3)[0], 3)[1]
+    jacobian = np.einsum("cna,nbq->cqab", mesh.points[mesh.cells], slope)
+    volume = np.linalg.det(jacobian) @ weights
+    assert volume.min() > 0.0
+    assert volume.sum() == pytest.approx(outline_volume(design.body, half=True), rel=1e-5)
+    assert volume[mesh.regions == 1].sum() == pytest.approx(1.2 * 0.2 * 2.0, rel=1e-9)
+
+
+def test_traces_take_constants_as_they_are(arched):
+    _, mesh = arched
+    trace = hex_trace(mesh.points, mesh.contact)
+    moved = trace.operator @ np.tile([0.1, -0.2, 0.3], len(mesh.points))
+    assert np.allclose(moved.reshape(-1, 3), [0.1, -0.2, 0.3])
+    arc = 2.0 * 6.0 * np.arcsin(0.5)
+    assert trace.areas.sum() == pytest.approx(arc * 2.0, rel=1e-4)
+    assert trace.facet_areas.sum() == pytest.approx(trace.areas.sum())
+    assert len(trace.areas) == len(trace.nodes)
+    own = (trace.operator @ mesh.points.reshape(-1)).reshape(-1, 3)
+    assert np.allclose(trace.surface.mean(trace.surface.points, len(own)), own)
+
+
+def test_pressures_change_little_where_nothing_locks(arched):
+    """At nu = 0.3 mixed and plain hexahedra are alike; mixed ones have the pressures extra."""
+    _, mesh = arched
+    fixed = (mesh.points[:, 1] < 1e-9).repeat(3)
+    young, poisson = materials(mesh)
+    trace = hex_trace(mesh.points, mesh.contact)
+    force = (trace.areas[:, None] * [0.0, -1.0, 0.0]).reshape(-1)
+    found = []
+    for pressures in (None, mesh.regions == 0):
+        system = hex_system(mesh, young, np.full_like(poisson, 0.3), fixed, pressures)
+        q = spsolve(full(system).tocsc(), system.lift.T @ (trace.operator.T @ force))
+        found.append(float(force @ (trace.operator @ (system.lift @ q))))
+        assert (system.pressures > 0) == (pressures is not None)
+    assert found[1] == pytest.approx(found[0], rel=0.02)

@@ -1,0 +1,173 @@
+"""CAD solids: every kind's volumes and areas against closed forms, shared faces, halves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.cad.kernel import volume_of
+from fingerdesign.cad.solid import Solid, build_solid
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import GeometryError
+from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.volume import (
+    check_volume,
+    core_volume,
+    face_areas,
+    outline_volume,
+    plate_volume,
+)
+
+Make = Callable[..., Design]
+
+
+def assert_true_to_the_design(solid: Solid, design: Design) -> None:
+    """Volumes of all parts and areas of the outer faces are those of the closed forms."""
+    half, body = solid.half, design.body
+    tolerance = 1e-6 if body.shape == "dome" else 1e-9
+    metal = [plate_volume(frame, half) for frame in plate_frames(design)]
+    whole, core = outline_volume(body, half), core_volume(design, half)
+    assert volume_of(solid.outline) == pytest.approx(whole, rel=tolerance)
+    assert volume_of(solid.body) == pytest.approx(whole - sum(metal) - core, rel=1e-8 + tolerance)
+    assert [volume_of(plate) for plate in solid.plates] == pytest.approx(metal, rel=1e-8)
+    assert volume_of(solid.core) == pytest.approx(core, rel=1e-9) if core else solid.core is None
+    wanted = face_areas(body, half)
+    names = {*wanted, *(f"plate_{k}" for k in range(len(metal))), *(["core"] if core else [])}
+    assert set(solid.faces) == names
+    for name, area in wanted.items():
+        found = sum(face.Area() for face in solid.faces[name])
+        assert found == pytest.approx(area, rel=1e-6), name
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_every_body(body: str, half: bool, design_of: Make) -> None:
+    design = design_of(body)
+    assert_true_to_the_design(build_solid(design, half), design)
+
+
+@pytest.mark.parametrize("within", ["arc", "dome", "revolved"])
+def test_every_kind_of_plates(within: str, plates: str, design_of: Make) -> None:
+    if within == "revolved" and plates in ("full span", "bent", "one by one"):
+        with pytest.raises(GeometryError, match="leaves the body"):
+            build_solid(design_of(within, plates))
+        return
+    design = design_of(within, plates)
+    assert_true_to_the_design(build_solid(design), design)
+    if mirrors_in_z(design):
+        assert_true_to_the_design(build_solid(design, half=True), design)
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_every_kind_of_core(core: str, half: bool, design_of: Make) -> None:
+    design = design_of("block", "full span", core)
+    assert_true_to_the_design(build_solid(design, half), design)
+
+
+def test_body_and_plates_share_their_faces(design_of: Make) -> None:
+    solid = build_solid(design_of("arc", "ends inside"))
+    # 6 faces of the outline and 3 boxes of 6 faces, each face once.
+    assert len(solid.unique_faces()) == len(solid.body.Faces()) == 6 + 3 * 6
+    full = build_solid(design_of("arc", "full span"))
+    # Plate ends lie in the body's end faces: 4 walls each are shared, 2 ends are the plate's own.
+    assert len(full.body.Faces()) == 6 + 3 * 4
+    assert len(full.unique_faces()) == 6 + 3 * 6
+    assert len(full.faces["end"]) == 2 * (1 + 3)
+
+
+def test_a_core_on_the_base_has_its_part_of_it(design_of: Make) -> None:
+    solid = build_solid(design_of("arc", "", "standing on the base"))
+    assert solid.core is not None
+    own = {face.hashCode() for face in solid.core.Faces()}
+    assert len(solid.faces["base"]) == 2
+    assert sum(face.hashCode() in own for face in solid.faces["base"]) == 1
+    backing = build_solid(design_of("arc", "", "a backing"))
+    assert len(backing.faces["base"]) == 1  # all of it is the core's
+    assert all(face in backing.core.Faces() for face in backing.faces["base"])
+    assert len(backing.faces["side"]) == 4
+
+
+def test_a_half_is_half_of_the_whole(plates: str, design_of: Make) -> None:
+    design = design_of("arc", plates)
+    if not mirrors_in_z(design):
+        with pytest.raises(GeometryError, match="does not mirror in z = 0"):
+            build_solid(design, half=True)
+        return
+    whole, half = build_solid(design), build_solid(design, half=True)
+    for a, b in zip((whole.body, *whole.plates), (half.body, *half.plates), strict=True):
+        assert volume_of(b) == pytest.approx(0.5 * volume_of(a), rel=1e-9)
+        centre, middle = a.Center(), b.Center()
+        assert (middle.x, middle.y) == pytest.approx((centre.x, centre.y), abs=1e-6)
+        assert b.BoundingBox(1e-7).zmin == pytest.approx(0.0, abs=1e-5)
+
+
+def test_frames_of_others_can_be_built(design_of: Make) -> None:
+    design = design_of("arc", "ends inside")
+    thick = tuple(replace(frame, thickness=0.3) for frame in plate_frames(design)[:2])
+    solid = build_solid(design, frames=thick)
+    assert [volume_of(plate) for plate in solid.plates] == pytest.approx([0.3 * 2.0 * 6.0] * 2)
+    assert set(solid.faces) == {"base", "contact", "side", "end", "plate_0", "plate_1"}
+    bare = design.model_copy(update={"plates": design.plates.model_copy(update={"model": "none"})})
+    assert build_solid(bare).plates == ()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"pitch_mm": 0.1}, "plate 0 and plate 1 overlap"),
+        ({"cover_mm": 0.5}, "plate 0 leaves the body"),
+        ({"cover_mm": 12.9}, "plate 0 leaves the body"),
+        ({"span_mm": 11.0}, "plate 0 leaves the body"),
+        ({"span_mm": 6.0, "span_offset_mm": 50.0}, "plate 0 leaves the body"),
+        ({"pitch_mm": 40.0, "follow": "turned"}, "plate 0 lies beyond the contact surface"),
+    ],
+)
+def test_what_cannot_be_is_named(changes: dict[str, float], message: str, design_of: Make) -> None:
+    design = design_of("arc", "full span")
+    wrong = design.plates.model_copy(update=changes)
+    with pytest.raises(GeometryError, match=message):
+        build_solid(design.model_copy(update={"plates": wrong}))
+
+
+def test_a_core_across_plates_or_through_the_body_is_named(design_of: Make) -> None:
+    design = design_of("arc", "full span", "standing on the base")
+    for height, message in ((11.0, "plate 0 and core overlap"), (30.0, "overlap|leaves the body")):
+        assert design.body.core is not None
+        tall = design.body.core.model_copy(update={"height_mm": height})
+        body = design.body.model_copy(update={"core": tall})
+        with pytest.raises(GeometryError, match=message):
+            build_solid(design.model_copy(update={"body": body}))
+
+
+def test_a_core_that_cuts_the_body_in_two_is_refused(design_of: Make) -> None:
+    design = design_of("block", "", "a backing")
+    assert design.body.core is not None
+    lifted = design.body.core.model_copy(update={"bottom_mm": 3.0})
+    body = design.body.model_copy(update={"core": lifted})
+    with pytest.raises(GeometryError, match="cut the body into 2 pieces"):
+        build_solid(design.model_copy(update={"body": body}))
+
+
+def test_a_wrong_volume_is_an_error() -> None:
+    check_volume("body", 1.0 + 5e-10, 1.0, 1e-9)
+    with pytest.raises(GeometryError, match="differs from 1 mm"):
+        check_volume("body", 1.001, 1.0, 1e-9)
+    with pytest.raises(GeometryError):
+        check_volume("body", float("nan"), 1.0, 1e-9)
+
+
+def test_plates_lie_where_their_frames_say(plates: str, design_of: Make) -> None:
+    """Points just inside and outside of each frame, tried in the CAD solid."""
+    design = design_of("arc", plates)
+    solid = build_solid(design)
+    rng = np.random.default_rng(4)
+    for frame, plate in zip(plate_frames(design), solid.plates, strict=True):
+        s = rng.uniform(-0.7, 0.7, 60) * frame.length
+        v = rng.uniform(-0.7, 0.7, 60) * frame.thickness
+        w = frame.middle + rng.uniform(-0.6, 0.6, 60) * frame.span
+        points = frame.to_space(frame.from_local(s, v), w)
+        found = [plate.isInside(tuple(point), 1e-9) for point in points.tolist()]
+        assert found == frame.holds(points).tolist()
+        assert 5 < sum(found) < 55

@@ -1,0 +1,64 @@
+"""The CAD kernel in a process: the same answers, and its failures named."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import GeometryError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.runtime.process import environment
+
+Make = Callable[..., Design]
+
+
+def test_triangles_are_those_of_this_process(design_of: Make) -> None:
+    from fingerdesign.cad.export import enclosed_volume
+    from fingerdesign.cad.solid import build_solid
+    from fingerdesign.cad.tessellation import triangulate
+
+    design = design_of("revolved", "bent, perforated", "a bone").model_copy()
+    frames = plate_frames(design)[1:2]
+    found = finger_triangles(design, 0.02, frames=frames)
+    solid = build_solid(design, frames=frames)
+    vertices, triangles = triangulate(solid.parts, 0.02)
+    np.testing.assert_array_equal(found.vertices, vertices)
+    np.testing.assert_array_equal(found.triangles, triangles)
+    whole = enclosed_volume(found.outer_vertices, found.outer_triangles)
+    assert whole == pytest.approx(outline_volume(design.body), rel=3e-3)
+
+
+def test_files_are_written_from_a_process(design_of: Make, tmp_path: Path) -> None:
+    files = write_finger_cad(design_of("block", "along z", "a backing"), tmp_path / "cad")
+    assert set(files) == {"finger.step", "finger.stl", "body.stl", "plates.stl", "core.stl"}
+    assert all(path.stat().st_size > 500 for path in files.values())
+
+
+def test_what_cannot_be_built_is_said(design_of: Make) -> None:
+    design = design_of("arc", "full span")
+    crossing = design.plates.model_copy(update={"pitch_mm": 0.1})
+    with pytest.raises(GeometryError, match="plate 0 and plate 1 overlap"):
+        finger_triangles(design.model_copy(update={"plates": crossing}), 0.02)
+
+
+def test_a_kernel_that_does_not_come_back_is_ended(design_of: Make) -> None:
+    with pytest.raises(GeometryError, match=r"did not finish in 0\.05 s.*request\.json") as told:
+        finger_triangles(design_of("arc"), 0.02, time_limit_s=0.05)
+    kept = Path(str(told.value).split("kept as ")[1])
+    assert '"design"' in kept.read_text()
+    kept.unlink()
+    kept.parent.rmdir()
+
+
+def test_this_process_loads_no_cad_kernel() -> None:
+    words = "import sys, fingerdesign.cad.solid_process as p; print('OCP' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", words], env=environment(), capture_output=True)
+    assert done.stdout.split() == [b"False"], done.stderr

@@ -1,0 +1,321 @@
+"""The rules of [body.step]: which way is up, base and contact surface, files that will not do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign import DesignError, load_design, parse_design, with_values
+from fingerdesign.checks.load import dump_design
+from fingerdesign.design import step as facts_module
+from fingerdesign.design.body import StepFile
+from fingerdesign.design.step import step_facts
+from fingerdesign.design.step_file import portable, resolved
+from fingerdesign.errors import GeometryError
+
+TEXT = """
+design.name = "mine"
+plates.count = 3
+[body]
+shape = "step"
+[body.step]
+file = "body.step"
+"""
+
+
+@pytest.fixture(autouse=True)
+def in_this_process(monkeypatch, tmp_path):
+    """The worker's code without a process of its own: fast, and what it says is the same."""
+    from fingerdesign.cad.step_worker import answer
+
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    facts_module._outcome.cache_clear()
+
+
+def write(work, path: Path) -> Path:
+    from cadquery import exporters
+
+    exporters.export(work, str(path), exporters.ExportTypes.STEP)
+    return path
+
+
+def block(chamfer=1.0):
+    """20 x 12 x 10 (x, y, z) with its upper edges along z chamfered; base in y = 0."""
+    import cadquery as cq
+
+    work = cq.Workplane("XY").box(20, 12, 10).translate((0, 6, 0))
+    return work.faces(">Y").edges("|Z").chamfer(chamfer)
+
+
+def fault_of(path: Path, **rules):
+    with pytest.raises(DesignError) as caught:
+        step_facts(StepFile(file=str(path), **rules))
+    (fault,) = caught.value.faults
+    return fault
+
+
+# How a body drawn with +y up is turned so that the file's axis ``up`` points there.
+TURNED = {
+    "x": ((0, 0, 0), (0, 0, 1), -90),
+    "-x": ((0, 0, 0), (0, 0, 1), 90),
+    "z": ((0, 0, 0), (1, 0, 0), 90),
+    "-z": ((0, 0, 0), (1, 0, 0), -90),
+    "-y": ((0, 0, 0), (0, 0, 1), 180),
+}
+
+
+@pytest.mark.parametrize("up", TURNED)
+def test_any_axis_may_be_up(up, tmp_path):
+    start, axis, angle = TURNED[up]
+    import cadquery as cq
+
+    # A wedge that is its own image in nothing: a wrong turn or mirror shows.
+    corners = [(0, 0), (8, 0), (8, 6), (0, 10)]
+    work = cq.Workplane("XY").polyline(corners).close().extrude(5)
+    path = write(work.rotate(start, axis, angle).translate((3, -7, 2)), tmp_path / "w.step")
+    facts = step_facts(StepFile(file=str(path), up=up))
+    np.testing.assert_allclose(facts.low, (-4, 0, -2.5), atol=1e-6)
+    np.testing.assert_allclose(facts.high, (4, 10, 2.5), atol=1e-6)
+    np.testing.assert_allclose(facts.height(np.array([-3.0, 3.0]), 2.0), [9.5, 6.5], atol=1e-9)
+
+
+def test_edges_belong_to_the_contact_surface_within_its_angle(tmp_path):
+    path = write(block(), tmp_path / "b.step")
+    areas = step_facts(StepFile(file=str(path))).area
+    assert areas == pytest.approx(
+        {"base": 200, "contact": 180 + 20 * np.sqrt(2), "side": 220, "end": 2 * (240 - 1)}
+    )
+    narrow = step_facts(StepFile(file=str(path), contact_angle_deg=40)).area
+    assert narrow["contact"] == pytest.approx(180)
+    assert narrow["side"] == pytest.approx(220 + 20 * np.sqrt(2))
+
+
+def test_ledges_are_left_out_by_height(tmp_path):
+    import cadquery as cq
+
+    work = cq.Workplane("XY").box(20, 4, 10).translate((0, 2, 0))
+    work = work.union(cq.Workplane("XY").box(8, 12, 10).translate((0, 6, 0)))
+    path = write(work, tmp_path / "t.step")
+    assert step_facts(StepFile(file=str(path))).area["contact"] == pytest.approx(200)
+    high = step_facts(StepFile(file=str(path), contact_above_mm=5.0))
+    assert high.area["contact"] == pytest.approx(80)
+    assert high.lowest == pytest.approx(12.0)
+    fault = fault_of(path, contact_above_mm=20.0)
+    assert fault.key == "body.step.contact_above_mm"
+    assert "y = 12" in fault.remedy
+
+
+def test_without_centring_the_file_decides(tmp_path):
+    path = write(block().translate((2.0, 5.0, 1.0)), tmp_path / "b.step")
+    facts = step_facts(StepFile(file=str(path), centre=False))
+    np.testing.assert_allclose((*facts.low, *facts.high), (-8, 0, -4, 12, 12, 6), atol=1e-9)
+    beside = write(block().translate((30.0, 0.0, 0.0)), tmp_path / "far.step")
+    fault = fault_of(beside, centre=False)
+    assert fault.key == "body.step.file"
+    assert "x = z = 0" in fault.bound
+
+
+def test_no_face_that_the_rules_find(tmp_path):
+    path = write(block(), tmp_path / "b.step")
+    fault = fault_of(path, base_direction=(-1.0, -1.0, 0.0))
+    assert fault.key == "body.step.base_direction"
+    assert "[0, -1, 0]" in fault.remedy
+    assert "[0, 0, 1]" in fault.remedy
+    fault = fault_of(path, contact_direction=(1.0, 1.0, 1.0), contact_angle_deg=5.0)
+    assert fault.key == "body.step.contact_direction"
+    assert "[0, 1, 0] at y = 12" in fault.remedy
+
+
+def test_a_round_base_is_no_base(tmp_path):
+    import cadquery as cq
+
+    work = cq.Workplane("XY").sphere(6.0)
+    fault = fault_of(write(work, tmp_path / "ball.step"))
+    assert fault.key == "body.step.base_direction"
+    bulged = cq.Workplane("XY").box(10, 8, 10).translate((0, 4, 0)).union(cq.Workplane().sphere(3))
+    fault = fault_of(write(bulged, tmp_path / "bulged.step"))
+    assert fault.key == "body.step.base_direction"
+    assert "3 mm below" in fault.remedy
+
+
+def test_a_mirror_claimed_is_a_mirror_held(tmp_path):
+    assert step_facts(
+        StepFile(file=str(write(block(), tmp_path / "b.step")), mirrors_in_z=True)
+    ).volume == pytest.approx(2390)
+    lean = block().faces(">Z").edges("|X").edges(">Y").chamfer(0.5)
+    fault = fault_of(write(lean, tmp_path / "lean.step"), mirrors_in_z=True)
+    assert fault.key == "body.step.mirrors_in_z"
+    assert "0.35 mm" in fault.remedy
+
+
+@pytest.mark.parametrize("within", [False, True])
+def test_holes_that_do_not_mirror_are_told_though_the_volume_would(within, tmp_path):
+    import cadquery as cq
+
+    def pierced(*places):
+        work = cq.Workplane("XY").box(20, 12, 20).translate((0, 6, 0))
+        for x, z in places:
+            ball = cq.Workplane("XY").sphere(2).translate((x, 6, z))
+            drill = cq.Workplane("XZ").center(x, z).circle(1.5).extrude(-12)
+            work = work.cut(ball if within else drill)
+        return work
+
+    across = write(pierced((4, 4), (-4, -4)), tmp_path / "across.step")
+    assert fault_of(across, mirrors_in_z=True).key == "body.step.mirrors_in_z"
+    beside = write(pierced((4, 4), (4, -4)), tmp_path / "beside.step")
+    assert step_facts(StepFile(file=str(beside), mirrors_in_z=True)).volume < 4780.0
+
+
+def test_files_that_are_no_solid(tmp_path):
+    import cadquery as cq
+
+    assert "No such file" in fault_of(tmp_path / "absent.step").remedy
+    assert fault_of(tmp_path).bound == "an ordinary file"
+    other = tmp_path / "other.step"
+    other.write_text("solid cube\n", "utf-8")
+    assert "ISO-10303-21" in fault_of(other).remedy
+    other.write_text("ISO-10303-21;\nHEADER;\nthe rest was lost", "utf-8")
+    assert fault_of(other).key == "body.step.file"
+    good = write(block(), tmp_path / "b.step").read_text("utf-8")
+    other.write_text(good[: len(good) // 2], "utf-8")
+    assert fault_of(other).key == "body.step.file"
+    two = block().add(block().translate((40, 0, 0)))
+    assert "2 solids" in fault_of(write(two, tmp_path / "two.step")).remedy
+    sheet = cq.Workplane("XY").box(10, 10, 10).faces("not >Y")
+    fault = fault_of(write(sheet, tmp_path / "sheet.step"))
+    assert "0 solids" in fault.remedy
+    tiny = cq.Workplane("XY").box(0.02, 0.012, 0.01)  # metres for millimetres
+    assert "unit" in fault_of(write(tiny, tmp_path / "tiny.step")).remedy
+
+
+def test_a_process_that_crashes_or_hangs_is_a_fault(tmp_path, monkeypatch):
+    from fingerdesign.runtime.process import run_module
+
+    path = write(block(), tmp_path / "b.step")
+    monkeypatch.setattr(facts_module, "run_module", run_module)
+    monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 0.05)
+    fault = fault_of(path)
+    assert fault.key == "body.step.file"
+    assert "did not finish in 0.05 s" in fault.remedy
+    monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 60.0)
+    monkeypatch.setattr(facts_module, "WORKER", "fingerdesign.no_such_module")
+    facts_module._outcome.cache_clear()
+    assert "exit code 1" in fault_of(path).remedy
+
+
+@pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "sys.exit(75)"])
+def test_a_failure_of_the_machine_is_not_told_as_the_files(code, tmp_path, monkeypatch):
+    from fingerdesign.runtime.process import run_module
+
+    path = write(block(), tmp_path / "b.step")
+    (tmp_path / "ended.py").write_text(f"import os, sys\n{code}\n", "utf-8")
+    with monkeypatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(tmp_path))
+        patch.setattr(facts_module, "run_module", run_module)
+        patch.setattr(facts_module, "WORKER", "ended")
+        with pytest.raises(GeometryError, match=r"b\.step could not be read now: .*try again"):
+            step_facts(StepFile(file=str(path)))
+    assert step_facts(StepFile(file=str(path))).volume == pytest.approx(2390)
+
+
+@pytest.mark.parametrize("name", ["facts.npz", "outline.brep"])
+@pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "removed"])
+def test_garbled_entries_are_made_anew(name, damage, tmp_path):
+    step = StepFile(file=str(write(block(), tmp_path / "b.step")))
+    kept = step_facts(step).brep.with_name(name)
+    whole = kept.read_bytes()
+    middle = len(whole) // 2
+    flipped = bytes([whole[middle] ^ 1])
+    if damage == "removed":
+        kept.unlink()
+    else:
+        garbled = {"cut": whole[:middle], "emptied": b""}
+        garbled["changed"] = whole[:middle] + flipped + whole[middle + 1 :]
+        kept.write_bytes(garbled[damage])
+    facts_module._outcome.cache_clear()
+    assert step_facts(step).volume == pytest.approx(2390)
+    assert facts_module.outline_file(step).is_file()
+    if name == "outline.brep":
+        assert kept.read_bytes() == whole
+        kept.write_bytes(whole[:middle])  # while this process holds the facts
+        assert facts_module.outline_file(step).read_bytes() == whole
+
+
+def test_the_process_answers_like_the_code_here(tmp_path, monkeypatch):
+    from fingerdesign.runtime.process import run_module
+
+    step = StepFile(file=str(write(block(), tmp_path / "b.step")))
+    here = step_facts(step)
+    facts_module._outcome.cache_clear()
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "another"))
+    monkeypatch.setattr(facts_module, "run_module", run_module)
+    there = step_facts(step)
+    assert there is not here
+    assert (there.volume, there.area, there.low) == (here.volume, here.area, here.low)
+
+
+def test_a_cache_that_cannot_be_written_costs_time_alone(tmp_path, monkeypatch):
+    (tmp_path / "in_the_way").write_text("", "utf-8")
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "in_the_way"))
+    facts = step_facts(StepFile(file=str(write(block(), tmp_path / "b.step"))))
+    assert facts.volume == pytest.approx(2390)
+    assert facts.brep.is_file()
+
+
+def test_a_design_takes_its_sizes_from_the_file(tmp_path):
+    write(block(), tmp_path / "body.step")
+    (tmp_path / "mine.toml").write_text(TEXT, "utf-8")
+    design = load_design(tmp_path / "mine.toml")
+    body = design.body
+    assert (body.width_mm, body.depth_mm, body.base_height_mm) == (20.0, 10.0, 11.0)
+    assert body.step.file == str(tmp_path / "body.step")
+    assert parse_design(dump_design(design)) == design
+    narrow = with_values(design, {"body.step.contact_angle_deg": 40.0, "body.material": "silicone"})
+    assert narrow.body.base_height_mm == 12.0
+    assert narrow.digest() != design.digest()
+    (tmp_path / "elsewhere").mkdir()
+    copy = tmp_path / "elsewhere" / "copy.step"
+    copy.write_bytes((tmp_path / "body.step").read_bytes())
+    assert with_values(design, {"body.step.file": str(copy)}).digest() == design.digest()
+    shown = portable({"body.step.file": str(copy), "body.shape": "step"})
+    assert shown["body.step.file"] == "copy.step"
+    assert len(str(shown["body.step.content"])) == 64
+
+
+def test_a_size_beside_the_file_is_refused(tmp_path):
+    write(block(), tmp_path / "body.step")
+    text = TEXT.replace('shape = "step"', 'shape = "step"\nwidth_mm = 18.0')
+    with pytest.raises(DesignError) as caught:
+        parse_design(text, folder=tmp_path)
+    assert [fault.key for fault in caught.value.faults] == ["body.width_mm"]
+    assert "20" in caught.value.faults[0].bound
+
+
+def test_a_bad_file_is_told_with_all_other_faults(tmp_path):
+    with pytest.raises(DesignError) as caught:
+        parse_design(TEXT + "\n[gages]\nfaec = 1", folder=tmp_path)
+    assert {fault.key for fault in caught.value.faults} == {"body.step.file", "gages.faec"}
+
+
+def test_tables_that_are_no_step_body_are_left_alone():
+    for data in ({}, {"body": 3}, {"body": {"shape": "arc"}}, {"body": {"shape": "step"}}):
+        assert resolved(data).data == data
+    odd = {"body": {"shape": "step", "step": {"file": "x.step", "up": "w"}}}
+    assert [fault.key for fault in resolved(odd).faults] == ["body.step.up"]
+
+
+def test_base_and_contact_look_apart(tmp_path):
+    fault = fault_of(write(block(), tmp_path / "b.step"), base_direction=(0.0, 1.0, 0.0))
+    assert fault.key == "body.step.base_direction"
+    assert "same face" in fault.bound
+
+
+def test_a_faulty_rule_keeps_the_file_unread(tmp_path):
+    write(block(), tmp_path / "body.step")
+    text = TEXT + 'up = "w"\ncontact_above_mm = 50'
+    with pytest.raises(DesignError) as caught:
+        parse_design(text, folder=tmp_path)
+    assert [fault.key for fault in caught.value.faults] == ["body.step.up"]

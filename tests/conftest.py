@@ -1,0 +1,3 @@
+"""Fixtures that several folders of tests share stand in tests/support."""
+
+pytest_plugins = ["tests.support.closed_form_analysis", "tests.support.closed_form_plants"]

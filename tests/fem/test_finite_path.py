@@ -1,0 +1,218 @@
+"""Scenes at finite strain: against small strain as the load goes to zero, mirrors, forces, laws."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fingerdesign.fem.finite.row as row_module
+from fingerdesign import parse_design, parse_scene
+from fingerdesign.analysis.finite_path import FinitePathStopped, finite_readings
+from fingerdesign.analysis.touch import object_at_touch, targets
+from fingerdesign.checks.load import with_values
+from fingerdesign.contact.path import follow
+from fingerdesign.contact.problem import contact_problem
+from fingerdesign.errors import DesignError
+from fingerdesign.fem.finite.row import _TOLERANCE
+from fingerdesign.fem.model import build_model
+from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+
+FINGER = """
+design.name = "small"
+body = {shape = "arc", width_mm = 12.0, base_height_mm = 4.0, arc_radius_mm = 12.0, depth_mm = 6.0}
+plates = {placement = [[-0.8, 4.6, 45.0], [0.9, 4.5, 30.0]], thickness_mm = 0.1, length_mm = 1.2}
+gages = {length_mm = 0.8}
+materials.silicone = {youngs_modulus_MPa = 4.96, poissons_ratio = 0.49}
+[mesh]
+contact_size_mm = 0.5
+far_size_mm = 3.0
+plate_size_mm = 0.6
+layers = 2
+[mesh.section]
+contact_size_mm = 0.15
+plate_size_mm = 0.3
+plate_end_size_mm = 0.1
+far_size_mm = 1.5
+gradation = 0.4
+"""
+ZONE = Zone(2.6)
+ROWS = [[0.05, 0.0], [0.1, 0.0], [0.1, 0.03], [0.1, 0.08]]
+
+
+def scene_of(rows, rigid="", friction=0.5, control="mm"):
+    name = "increments_mm" if control == "mm" else 'control = "force"\nincrements_N'
+    text = f"[object]\nfriction_coefficient = {friction}\n{rigid}\n[path]\n{name} = {rows}\n"
+    return parse_scene(text)
+
+
+@pytest.fixture(scope="module")
+def design():
+    return parse_design(FINGER)
+
+
+@pytest.fixture(scope="module")
+def rubber(design):
+    return with_values(design, {"plates.placement": None, "plates.count": 0})
+
+
+@pytest.fixture(scope="module")
+def mesh(design):
+    return mesh_section(design, ZONE.half_width)
+
+
+@pytest.fixture(scope="module")
+def plain(rubber):
+    return mesh_section(rubber, ZONE.half_width)
+
+
+@pytest.fixture(scope="module")
+def pressed(design, mesh):
+    return finite_readings(design, mesh, ZONE, scene_of(ROWS))
+
+
+def small_strain(design, mesh, scene):
+    model = build_model(design, mesh, ZONE.half_width)
+    rigid = object_at_touch(scene.object, design.body)
+    problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
+    return [step.measures for step in follow(problem, targets(scene.path))]
+
+
+def test_rows_hold_to_rounding(pressed):
+    for row in pressed.rows:
+        assert row.residual <= _TOLERANCE
+        assert row.balance < 1e-8
+        assert row.tangents <= 4
+    assert (pressed.tangential_force <= 0.5 * pressed.normal_force * (1 + 1e-9)).all()
+    assert pressed.gages.shape == (4, 2, 2)
+    assert pressed.dofs > 1000
+    assert pressed.stick_ratio[1] > 0.8
+
+
+def test_as_the_load_goes_to_zero_it_is_the_small_strain_answer(design, mesh):
+    """Motions halved twice: of all that is read, differences fall by about two each time."""
+    found = []
+    for share in (0.5, 0.125):
+        scene = scene_of([[share * a, share * s] for a, s in ROWS])
+        finite = finite_readings(design, mesh, ZONE, scene)
+        small = small_strain(design, mesh, scene)
+        last = small[-1]
+        gages = np.array([each.gages for each in small])
+        found.append(
+            [
+                finite.normal_force[-1] / last.normal_force - 1.0,
+                finite.tangential_force[-1] / last.tangential_force - 1.0,
+                np.abs(finite.gages - gages)[-1].max() / np.abs(gages[-1]).max(),
+            ]
+        )
+    first, third = np.abs(found)
+    assert (first < 0.03).all()
+    assert (third < 0.4 * first).all()
+    ratio = (first / third)[[0, 2]] ** 0.5
+    assert ((ratio > 1.6) & (ratio < 2.8)).all()
+
+
+def mirrored(mesh):
+    order = [1, 0, 2, 3, 5, 4]
+    points = mesh.points * [-1.0, 1.0]
+    facets = {name: each.copy() for name, each in mesh.facets.items()}
+    return replace(mesh, points=points, cells=mesh.cells[:, order], facets=facets)
+
+
+def test_the_mirrored_scene_mirrors(design, mesh, pressed):
+    places = [[-x, y, 180.0 - angle] for x, y, angle in design.plates.placement]
+    other = with_values(design, {"plates.placement": places})
+    rows = [[a, -s] for a, s in ROWS]
+    found = finite_readings(other, mirrored(mesh), ZONE, scene_of(rows))
+    assert np.allclose(found.normal_force, pressed.normal_force, rtol=1e-7)
+    assert np.allclose(found.tangential_force, -pressed.tangential_force, rtol=0, atol=1e-7)
+    assert np.allclose(found.stick_ratio, pressed.stick_ratio, atol=1e-6)
+    # an axis turned to 180 - angle has its upper side where the mirror puts the lower one
+    assert np.allclose(found.gages[..., ::-1], pressed.gages, rtol=0, atol=1e-9)
+
+
+def test_forces_given_lead_to_the_motion_that_gives_them(design, mesh, pressed):
+    scene = scene_of([[2.0, 0.0], [2.0, 0.4]], control="force")
+    by_force = finite_readings(design, mesh, ZONE, scene)
+    assert np.allclose(by_force.normal_force, 2.0, rtol=1e-8)
+    assert np.allclose(by_force.tangential_force, [0.0, 0.4], atol=1e-8)
+    rows = [[row.motion.approach, row.motion.shear] for row in by_force.rows]
+    again = finite_readings(design, mesh, ZONE, scene_of(rows))
+    assert np.allclose(again.normal_force, 2.0, rtol=1e-6)
+    assert np.allclose(again.gages, by_force.gages, rtol=0, atol=1e-9)
+
+
+def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypatch):
+    """Without friction one row to far is what many rows lead to; the zone is the whole top."""
+    zone, shares, way = Zone(6.0), [], row_module._on_the_way
+
+    def heard(past, target, share, facing):
+        shares.append(share)
+        return way(past, target, share, facing)
+
+    monkeypatch.setattr(row_module, "_on_the_way", heard)
+    at_once = finite_readings(design, mesh, zone, scene_of([[0.6, 0.0]], friction=0.0))
+    assert min(shares) < 1.0
+    rows = [[0.15 * k, 0.0] for k in range(1, 5)]
+    in_steps = finite_readings(design, mesh, zone, scene_of(rows, friction=0.0))
+    assert at_once.normal_force[-1] == pytest.approx(in_steps.normal_force[-1], rel=1e-8)
+    assert np.allclose(at_once.gages[-1], in_steps.gages[-1], rtol=0, atol=1e-9)
+
+
+def test_pressed_and_let_go_nothing_is_left(rubber, plain):
+    found = finite_readings(rubber, plain, ZONE, scene_of([[0.1, 0.02], [0.05, 0.0], [0.0, 0.0]]))
+    assert found.normal_force[1] > 0.0
+    assert abs(found.normal_force[2]) < 1e-8
+    assert found.normal_force[0] > found.normal_force[1]
+
+
+@pytest.mark.parametrize("rigid", ['shape = "cylinder"\nradius_mm = 1e5', "tilt_deg = 1e-7"])
+def test_nearly_a_flat_plane_is_one(rubber, plain, rigid):
+    flat = finite_readings(rubber, plain, ZONE, scene_of(ROWS))
+    found = finite_readings(rubber, plain, ZONE, scene_of(ROWS, rigid))
+    assert np.allclose(found.normal_force, flat.normal_force, rtol=1e-3)
+    assert np.allclose(found.tangential_force, flat.tangential_force, atol=2e-3)
+
+
+def test_a_round_object_and_half_the_load_tend_to_small_strain(rubber, plain):
+    ratios = []
+    for share in (0.5, 0.25):
+        scene = scene_of([[0.1 * share, 0.0]], 'shape = "cylinder"\nradius_mm = 3.0')
+        found = finite_readings(rubber, plain, ZONE, scene)
+        ratios.append(
+            found.normal_force[0] / small_strain(rubber, plain, scene)[0].normal_force - 1
+        )
+    assert abs(ratios[0]) < 0.02
+    assert abs(ratios[1]) < 0.7 * abs(ratios[0])
+
+
+def test_half_a_finger_in_space_is_the_whole(design):
+    rubber = with_values(design, {"plates.placement": None, "plates.count": 0})
+    rows = scene_of([[0.1, 0.0], [0.1, 0.05]])
+    half = finite_readings(rubber, extrude(rubber, 1.6, True), Zone(1.6), rows)
+    whole = finite_readings(rubber, extrude(rubber, 1.6, False), Zone(1.6), rows)
+    assert np.allclose(half.normal_force, whole.normal_force, rtol=1e-3)
+    assert np.allclose(half.tangential_force, whole.tangential_force, rtol=1e-3)
+    assert half.dofs < 0.6 * whole.dofs
+
+
+def test_what_cannot_be_held_stops_with_the_rows_before(rubber, plain):
+    scene = scene_of([[2.0, 0.0], [2.0, 3.0]], control="force")
+    with pytest.raises(FinitePathStopped, match="complete slip") as stopped:
+        finite_readings(rubber, plain, ZONE, scene)
+    assert len(stopped.value.rows) == 1
+    assert "row 2 of 2" in str(stopped.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "rows", "key"),
+    [
+        ({"plates.model": "sheet"}, ROWS, "plates.model"),
+        ({"mesh.element": "P1"}, ROWS, "mesh.element"),
+        ({}, [[0.1, 0.0, 0.0, 1.0]], "path.increments_mm"),
+    ],
+)
+def test_what_it_does_not_know_is_refused(design, mesh, values, rows, key):
+    with pytest.raises(DesignError, match=key.replace(".", r"\.")):
+        finite_readings(with_values(design, values), mesh, ZONE, scene_of(rows))

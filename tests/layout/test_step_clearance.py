@@ -1,0 +1,113 @@
+"""Plates in a STEP body: judged against its own faces, as those of a like parametric body are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign.checks.load import judge_design, with_values
+from fingerdesign.design import step as step_facts
+from fingerdesign.design.schema import Body
+from fingerdesign.layout.clearance import cover_clearances, surface_clearances
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.layout.zone import crest_curvatures, summarise
+
+STEP = """
+design.name = "a"
+body.shape = "step"
+body.step.file = "{file}"
+gages.length_mm = 0.5
+gages.width_mm = 0.5
+[plates]
+count = 3
+length_mm = 1.4
+pitch_mm = 1.5
+cover_mm = 2.8
+"""
+
+
+@pytest.fixture(scope="module")
+def filleted(tmp_path_factory):
+    """A box of 16 x 10 x 12 mm whose upper edges are rounded by 1.5 mm: its design's text."""
+    from fingerdesign.cad.step_samples import sample_step
+    from fingerdesign.cad.step_worker import answer
+
+    patch = pytest.MonkeyPatch()
+    patch.setenv("FINGERDESIGN_CACHE", str(tmp_path_factory.mktemp("cache")))
+    patch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    step_facts._outcome.cache_clear()
+    yield STEP.format(file=sample_step("filleted", 16.0, 12.0, 10.0, 1.5))
+    patch.undo()
+
+
+def keys(text):
+    return [fault.key for fault in judge_design(text).faults]
+
+
+def test_depths_are_those_of_the_like_rounded_block(filleted):
+    step = judge_design(filleted).value
+    like = Body(
+        shape="block", width_mm=16.0, base_height_mm=10.0, depth_mm=12.0, edge_radius_mm=1.5
+    )
+    rng = np.random.default_rng(1)
+    points = rng.uniform((-7.9, 0.5, -3.0), (7.9, 11.0, 3.0), (200, 3))
+    ours, theirs = (surface_clearances(body, points) for body in (step.body, like))
+    inside = theirs > 0.0
+    assert 30 < inside.sum() < 200
+    assert np.array_equal(ours > 0.0, inside)
+    near = np.abs(theirs) < 1.5  # deeper, the edges at the step body's ends are as near
+    np.testing.assert_allclose(ours[near], theirs[near], atol=1e-6)
+    frame = PlateFrame(0, 1.0, 8.0, 30.0, 2.0, 0.2, -3.0, 3.0)
+    found = [cover_clearances(body, (frame,))[0] for body in (step.body, like)]
+    assert found[0] == pytest.approx(found[1], abs=1e-6)
+    assert crest_curvatures(step.body) == (0.0, 0.0)
+    assert summarise(step).body == "step"
+
+
+def test_each_fault_is_blamed_on_its_key(filleted):
+    assert keys(filleted) == []
+    assert keys(filleted + "span_mm = 11.8") == []
+    assert keys(filleted + "span_mm = 11.9") == ["plates.span_mm"]
+    assert keys(filleted.replace("cover_mm = 2.8", "cover_mm = 0.3")) == ["plates.cover_mm"]
+    assert keys(filleted.replace("pitch_mm = 1.5", "pitch_mm = 7.5")) == ["plates.pitch_mm"]
+    assert keys(filleted.replace("count = 3", "count = 3\noffset_mm = 30.0")) == [
+        "plates.offset_mm"
+    ]
+
+
+def test_a_step_designs_keys_can_be_changed(filleted):
+    design = judge_design(filleted).value
+    assert with_values(design, {"plates.count": 1}).plates.number == 1
+
+
+@pytest.mark.parametrize(
+    ("core", "key"),
+    [
+        ("width_mm = 6.0\nheight_mm = 2.0\ndepth_mm = 6.0", None),
+        ("width_mm = 16.0\nheight_mm = 2.0", None),  # ends in the sides and end faces
+        ("width_mm = 16.0\nheight_mm = 2.0\nbottom_mm = 2.0", "body.core.bottom_mm"),
+        ("width_mm = 15.9\nheight_mm = 2.0\ndepth_mm = 6.0", "body.core.width_mm"),
+        ("width_mm = 7.0\nheight_mm = 2.0\ndepth_mm = 7.0\nbottom_mm = 1.0", None),
+    ],
+)
+def test_a_core_ends_in_the_walls_or_clear_of_them(filleted, core, key):
+    found = keys(filleted.replace("count = 3", "count = 0") + f"[body.core]\n{core}\n")
+    assert found == ([] if key is None else [key])
+
+
+@pytest.mark.usefixtures("filleted")
+def test_a_core_that_leaves_a_round_body_may_be_narrowed(tmp_path):
+    from cadquery import Workplane, exporters
+
+    round_body = Workplane("XZ").circle(8.0).extrude(-10.0)  # base in y = 0
+    holed = round_body.cut(Workplane("XZ").center(0.0, 3.0).circle(1.0).extrude(-10.0))
+    for name, work in (("round", round_body), ("holed", holed)):
+        exporters.export(work, str(tmp_path / f"{name}.step"), exporters.ExportTypes.STEP)
+    core = "[body.core]\nwidth_mm = 14.0\nheight_mm = 2.0\ndepth_mm = {depth}\n"
+    bare = STEP.replace("count = 3", "count = 0") + core
+    assert keys(bare.format(file=tmp_path / "round.step", depth=4.0)) == []
+    (fault,) = judge_design(bare.format(file=tmp_path / "round.step", depth=12.0)).faults
+    assert fault.key == "body.core.width_mm"
+    assert float(fault.remedy.split()[-1]) == pytest.approx(2.0 * np.sqrt(7.9**2 - 36.0), abs=2e-3)
+    assert keys(bare.format(file=tmp_path / "holed.step", depth=3.0)) == []
+    assert keys(bare.format(file=tmp_path / "holed.step", depth=8.0)) != []

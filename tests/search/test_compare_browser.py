@@ -1,0 +1,340 @@
+"""The comparison page in a real Chromium: clicks, keys, sorting, filters, downloads, silence."""
+
+import csv
+import io
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from fingerdesign.search.compare.facts import Bound, Wanted
+from fingerdesign.search.compare.page import compare_html
+from fingerdesign.search.compare.read import facts_of
+from fingerdesign.search.compare.recommend import recommend
+from tests.support.any_outcomes import any_outcomes
+from tests.support.browser import Browser, BrowserError, chromium
+
+pytestmark = pytest.mark.skipif(
+    chromium() is None, reason="no chromium on this machine: the page is not opened in a browser"
+)
+WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
+MADE = any_outcomes(60, hostile=True)
+SHOWN = "[...document.querySelectorAll('#table-designs tbody tr:not([hidden])')]"
+NUMBERS = f"{SHOWN}.map((row) => Number(row.dataset.i))"
+
+
+@pytest.fixture(scope="module")
+def opened(tmp_path_factory):
+    work = tmp_path_factory.mktemp("compare")
+    page = work / "compare.html"
+    facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
+    page.write_text(compare_html(MADE, facts), encoding="utf-8")
+    with Browser(page, work) as browser:
+        yield browser
+        # Whatever the tests did: no word in the console, nothing asked of any network.
+        assert browser.console == []
+        assert browser.requests == []
+
+
+@pytest.fixture
+def browser(opened):
+    opened.evaluate("FD.select(null, null)")
+    opened.click("#clear-filter")
+    return opened
+
+
+def column(browser, title):
+    """The number of a column of the table, by its heading."""
+    heads = "[...document.querySelectorAll('#table-designs thead tr:first-child th')]"
+    return browser.evaluate(f"{heads}.findIndex((e) => e.textContent.startsWith({title!r})) + 1")
+
+
+def head(browser, title):
+    return f"#table-designs thead th:nth-child({column(browser, title)})"
+
+
+def write_into(browser, title, text):
+    browser.click(f"#table-designs .filters td:nth-child({column(browser, title)}) input")
+    browser.write(text)
+
+
+def cost(number):
+    return MADE[number].metrics["cost"]
+
+
+def test_watch_sees_errors_and_requests(tmp_path) -> None:
+    page = tmp_path / "bad.html"
+    page.write_text(
+        '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
+    )
+    with Browser(page, tmp_path) as browser:
+        assert "noSuchFunction" in "".join(browser.console)
+        assert browser.requests == ["http://127.0.0.1:9/x.png"]
+        with pytest.raises(BrowserError, match="nothing"):
+            browser.evaluate("nothing")
+
+
+@pytest.mark.parametrize("few", [(), any_outcomes(3, failed=1.0), MADE[20:21], MADE[20:22]])
+def test_a_page_of_few_or_none_is_silent(tmp_path, few) -> None:
+    page = tmp_path / "few.html"
+    page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
+    with Browser(page, tmp_path) as browser:
+        for place in ("views", "parallel-chart"):
+            browser.evaluate(f"document.getElementById('{place}').scrollIntoView()")
+            browser.evaluate("new Promise((f) => setTimeout(f, 200))")
+        assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
+        assert browser.console == browser.requests == []
+
+
+def test_opens_with_the_recommended_one_chosen(opened) -> None:
+    name = opened.evaluate("document.getElementById('recommended-name').textContent")
+    first = opened.evaluate(f"{SHOWN}[0].textContent")
+    assert name in first
+    assert "recommended" in first
+    assert opened.evaluate("document.title") == "a study: fingers compared"
+
+
+def test_sorts_by_mouse_and_keys_both_ways(browser) -> None:
+    button = f"{head(browser, 'cost')} button"
+    browser.click(button)
+    up = [cost(number) for number in browser.evaluate(NUMBERS)]
+    assert up == sorted(up)
+    sort = f"document.querySelector({head(browser, 'cost')!r}).getAttribute('aria-sort')"
+    assert browser.evaluate(sort) == "ascending"
+    browser.key("Enter")
+    assert browser.evaluate(sort) == "descending"
+    assert [cost(n) for n in browser.evaluate(NUMBERS)] == up[::-1]
+
+
+def test_most_first_and_no_value_last(browser) -> None:
+    browser.click(f"{head(browser, 'safety')} button")
+    margins = [MADE[number].metrics["safety_margin"] for number in browser.evaluate(NUMBERS)]
+    known = [margin for margin in margins if margin is not None]
+    assert known == sorted(known, reverse=True)
+    assert margins[: len(known)] == known
+
+
+def test_filters_by_bounds_and_words(browser) -> None:
+    write_into(browser, "cost", "10..15")
+    write_into(browser, "design", "any_")
+    numbers = browser.evaluate(NUMBERS)
+    asked = {
+        i
+        for i, o in enumerate(MADE)
+        if o.status == "ok" and 10 <= o.metrics["cost"] <= 15 and "any_" in o.name
+    }
+    assert set(numbers) == asked
+    assert 0 < len(asked) < 40
+    count = browser.evaluate("document.getElementById('shown-count').textContent")
+    good = sum(o.status == "ok" for o in MADE)
+    assert count == f"{len(asked)} of {good} shown"
+    points = browser.evaluate("document.querySelectorAll('#pareto [role=option]').length")
+    assert points == len(asked)
+
+
+def test_a_filter_that_makes_no_sense_is_told(browser) -> None:
+    write_into(browser, "cost", "cheap")
+    fault = browser.evaluate("document.querySelector('.fault').textContent")
+    assert "cost" in fault
+    assert len(browser.evaluate(NUMBERS)) == sum(o.status == "ok" for o in MADE)
+
+
+def test_front_alone(browser) -> None:
+    browser.click("#only-front")
+    numbers = browser.evaluate(NUMBERS)
+    data = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.front ? [i] : []))")
+    assert sorted(numbers) == data
+
+
+def test_choosing_two_by_keys_in_the_table(browser) -> None:
+    browser.evaluate("document.querySelector('#table-designs tbody [tabindex=\"0\"]').focus()")
+    numbers = browser.evaluate(NUMBERS)
+    at = browser.evaluate("Number(document.activeElement.closest('tr').dataset.i)")
+    place = numbers.index(at)
+    browser.key("Enter")
+    browser.key("ArrowDown", 2 if place + 2 < len(numbers) else 0)
+    browser.key(" ")
+    assert browser.evaluate("FD.selected") == [at, numbers[place + 2]]
+    pressed = "document.querySelectorAll('#table-designs [aria-pressed=\"true\"]').length"
+    assert browser.evaluate(pressed) == 2
+    table = browser.evaluate("document.getElementById('table-pair').innerText")
+    assert re.search(r"[AB] is better", table)
+    assert (
+        browser.evaluate("document.querySelectorAll('#table-designs [tabindex=\"0\"]').length") == 1
+    )
+
+
+def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
+    browser.evaluate("document.querySelector('#pareto .field').focus()")
+    browser.key("Home")
+    browser.key("ArrowRight")
+    told = browser.evaluate("document.querySelector('#pareto .told').textContent")
+    browser.key("Enter")
+    number = browser.evaluate("FD.selected[0]")
+    assert "stick error" in told
+    by_error = sorted(
+        (i for i, o in enumerate(MADE) if o.status == "ok"),
+        key=lambda i: (MADE[i].metrics["stick_error"], cost(i)),
+    )
+    assert number == by_error[1]
+    browser.click(f"#point-{by_error[-1]}")
+    assert browser.evaluate("FD.selected") == [by_error[1], by_error[-1]]
+    chosen = browser.evaluate("document.getElementById('chosen').innerText")
+    assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
+
+
+def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser) -> None:
+    seen = []
+    for number in (20, 21, 22, 21):
+        browser.evaluate(f"FD.toggle({number})")
+        seen.append(browser.evaluate("FD.selected"))
+    assert seen == [[20, None], [20, 21], [21, 22], [22, None]]
+    browser.evaluate("FD.toggle(20)")
+    browser.click("#chosen > button")  # swap
+    assert browser.evaluate("FD.selected") == [20, 22]
+    browser.click("#chosen .one button")  # leave A out
+    assert browser.evaluate("FD.selected") == [22, None]
+    assert browser.evaluate("document.querySelectorAll('#table-designs tr[data-mark]').length") == 1
+
+
+def test_front_of_two_measures_is_right(browser) -> None:
+    browser.evaluate(
+        "(() => { const s = document.getElementById('axis-y');"
+        "s.value = [...s.options].findIndex((o) => o.text === 'safety margin');"
+        "s.dispatchEvent(new Event('change')); })()"
+    )
+    drawn = browser.evaluate(
+        "[...document.querySelectorAll('#pareto [role=option]')].filter((e) =>"
+        "e.getAttribute('aria-label').includes('front of these two'))"
+        ".map((e) => Number(e.id.slice(6)))"
+    )
+    feasible = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.feasible ? [i] : []))")
+    pairs = {
+        i: (MADE[i].metrics["stick_error"], -MADE[i].metrics["safety_margin"]) for i in feasible
+    }
+    front = [
+        i
+        for i, (x, y) in pairs.items()
+        if not any(u <= x and v <= y and (u, v) != (x, y) for u, v in pairs.values())
+    ]
+    assert sorted(drawn) == sorted(front)
+
+
+def test_downloads(browser) -> None:
+    write_into(browser, "cost", "<12")
+    browser.click('[data-save="designs_shown.csv"]')
+    text = browser.downloaded("designs_shown.csv").read_text("utf-8")
+    rows = list(csv.DictReader(io.StringIO(text)))
+    assert [row["digest"] for row in rows] == [
+        MADE[number].digest for number in browser.evaluate(NUMBERS)
+    ]
+    browser.click('[data-save="outcomes.json"]')
+    told = json.loads(browser.downloaded("outcomes.json").read_text("utf-8"))
+    assert [each["digest"] for each in told] == [o.digest for o in MADE]
+    assert told[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
+
+
+def test_two_designs_are_drawn_when_they_come_into_sight(browser) -> None:
+    browser.evaluate("FD.select(10, 12)")
+    browser.evaluate("document.getElementById('views').scrollIntoView({behavior: 'instant'})")
+    browser.evaluate("new Promise((f) => setTimeout(f, 400))")
+    assert browser.evaluate("document.querySelectorAll('#views svg, #views canvas').length") >= 2
+    assert browser.evaluate("document.querySelectorAll('#parallel-chart svg').length") >= 1
+
+
+def test_every_button_has_a_name_and_every_field_a_label(browser) -> None:
+    nameless = browser.evaluate(
+        "[...document.querySelectorAll('button, input, select')].filter((e) =>"
+        "!(e.textContent.trim() || e.getAttribute('aria-label') || e.closest('label')"
+        "|| e.labels?.length)).map((e) => e.outerHTML)"
+    )
+    assert nameless == []
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_text_stands_out(browser, dark) -> None:
+    browser.appear(dark=dark)
+    colours = browser.evaluate(
+        "['ink', 'muted', 'blue', 'yes', 'no', 'partly', 'paper', 'panel'].map((n) => FD.colour(n))"
+    )
+    browser.appear()
+    *inks, paper, panel = (luminance(colour) for colour in colours)
+    for ink in inks:
+        for ground in (paper, panel):
+            low, high = sorted((ink, ground))
+            assert (high + 0.05) / (low + 0.05) >= 4.5
+
+
+def luminance(colour):
+    """Relative luminance of #rrggbb (WCAG 2.2)."""
+    whole = colour if len(colour) == 7 else "#" + "".join(2 * c for c in colour[1:])
+    parts = [int(whole[i : i + 2], 16) / 255 for i in (1, 3, 5)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return sum(w * c for w, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+
+
+@pytest.mark.parametrize("width", [360, 800])
+def test_fits_narrow_windows(browser, width) -> None:
+    screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **screen)
+    wide = browser.evaluate("document.documentElement.scrollWidth")
+    browser.call("Emulation.setDeviceMetricsOverride", **(screen | {"width": 1400, "height": 1000}))
+    assert wide <= width
+
+
+def test_prints(browser, tmp_path) -> None:
+    assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
+
+
+def test_badges_leave_the_star_and_b_is_the_runner_up(browser) -> None:
+    facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
+    found = recommend(MADE, facts.objectives, facts.constraints)
+    assert browser.evaluate("FD.data.study.runner_up") == found.runner_up
+    browser.evaluate("FD.select(FD.data.study.recommended, FD.data.study.runner_up)")
+    apart = """(() => {
+      const [star, badge] = [".star", ".pick-a"].map((s) =>
+        document.querySelector(`#pareto ${s}`).getBoundingClientRect());
+      const across = Math.abs(star.x + star.width / 2 - badge.x - badge.width / 2);
+      return across >= badge.width / 2;
+    })()"""
+    assert browser.evaluate(apart)
+
+
+def test_the_two_say_what_they_miss_and_where_grips_differ(browser) -> None:
+    missing = next(
+        i for i, o in enumerate(MADE) if o.status == "ok" and o.metrics["peak_ratio"] > 2
+    )
+    rest = [i for i, o in enumerate(MADE) if o.status == "ok" and i != missing]
+    browser.evaluate(f"FD.select({missing}, {rest[0]})")
+    text = "document.getElementById('pair-numbers').textContent"
+    assert "Not feasible, A: peak_ratio" in browser.evaluate(text)
+    keep = "[FD.data.designs[%d].metrics.grip_success, FD.data.designs[%d].metrics.grip_success]"
+    before = browser.evaluate(keep % (missing, rest[0]))
+    for success, told in ((0.5, True), (1.0, False)):
+        browser.evaluate(f"{keep % (missing, rest[0])} = [{success}, 1.0]")
+        browser.evaluate(f"FD.select({missing}, {rest[0]})")
+        assert ("grip success of the two differs" in browser.evaluate(text)) is told
+    browser.evaluate(f"{keep % (missing, rest[0])} = {json.dumps(before)}")
+
+
+def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path) -> None:
+    page = tmp_path / "narrow.html"
+    few = MADE[20:26]
+    page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
+    with Browser(page, tmp_path, (400, 800)) as browser:
+        place = "getComputedStyle(document.getElementById('chosen')).position"
+        assert browser.evaluate("innerWidth") <= 640
+        assert browser.evaluate(place) == "static"
+
+
+def test_a_measure_alike_for_all_has_one_mark(tmp_path) -> None:
+    page = tmp_path / "alike.html"
+    few = [replace(o, metrics=o.metrics | {"cost": 7.0}) for o in MADE if o.status == "ok"][:8]
+    page.write_text(compare_html(few, facts_of("few", few, WANTED[:2])), encoding="utf-8")
+    with Browser(page, tmp_path) as browser:
+        assert "cost: the same for all" in browser.evaluate(
+            "document.querySelector('#pareto svg').textContent"
+        )
+        ticks = "[...document.querySelectorAll('#pareto .tick[text-anchor=end]')]"
+        assert browser.evaluate(f"{ticks}.map((e) => e.textContent)") == ["7"]

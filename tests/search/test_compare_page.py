@@ -1,0 +1,178 @@
+"""The comparison page's text and data: complete, escaped, and true to the outcomes."""
+
+import base64
+import gzip
+import html
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from fingerdesign.records.outcome import Outcome
+from fingerdesign.search.compare.data import script_json
+from fingerdesign.search.compare.facts import Bound, Wanted
+from fingerdesign.search.compare.page import compare_html
+from fingerdesign.search.compare.read import facts_of
+from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.words import summary
+from tests.support.any_outcomes import HOSTILE, any_outcomes
+
+WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"))
+BOUNDS = (Bound("peak_ratio", at_most=2.5),)
+
+
+def page_of(outcomes, name="a study", **more):
+    return compare_html(outcomes, facts_of(name, outcomes, WANTED, BOUNDS, **more))
+
+
+def script(page, key):
+    found = re.search(rf'<script[^>]*id="{key}"[^>]*>(.*?)</script>', page, re.DOTALL)
+    return found[1]
+
+
+def archive(page, name):
+    found = re.search(rf'data-name="{re.escape(name)}">([^<]*)<', page)
+    return gzip.decompress(base64.b64decode(found[1])).decode()
+
+
+@pytest.fixture(scope="module")
+def made():
+    return any_outcomes(40)
+
+
+@pytest.fixture(scope="module")
+def page(made):
+    return page_of(made, record={"digest of the study": "ab" * 32})
+
+
+def test_every_design_is_there_with_its_numbers(made, page) -> None:
+    data = json.loads(script(page, "data"))
+    assert [each["digest"] for each in data["designs"]] == [o.digest for o in made]
+    assert [each["metrics"] for each in data["designs"]] == [o.metrics for o in made]
+    rows = re.findall(r'<tr data-i="(\d+)">', page)
+    assert sorted(map(int, rows)) == [i for i, o in enumerate(made) if o.status == "ok"]
+
+
+def test_downloads_are_exact(made, page) -> None:
+    lines = archive(page, "outcomes.jsonl").splitlines()
+    assert tuple(Outcome.from_json(line) for line in lines) == made
+    assert len(archive(page, "designs.csv").splitlines()) == len(made) + 1
+
+
+def test_failures_and_record_are_told(made, page) -> None:
+    for outcome in made:
+        if outcome.failure:
+            assert html.escape(outcome.failure.sentence) in page
+    assert "ab" * 32 in page
+    assert "fingerdesign 0.1.0" in page
+
+
+def test_recommended_in_words(made, page) -> None:
+    facts = facts_of("a study", made, WANTED, BOUNDS)
+    found = recommend(made, facts.objectives, facts.constraints)
+    said = summary(made, facts, found)
+    assert said.recommended == made[found.chosen].name
+    assert f'<strong id="recommended-name">{said.recommended}</strong>' in page
+    assert f"{sum(o.status == 'failed' for o in made)} failed" in said.counts
+    # Each sentence of what is given up names a design that is better there, and its price.
+    best = made[found.best[0]]
+    assert any(best.name in line and "cost" in line for line in said.given_up)
+
+
+def test_why_none_is_recommended(made) -> None:
+    facts = facts_of("x", made, WANTED, (Bound("peak_ratio", at_most=0.1),))
+    said = summary(made, facts, recommend(made, facts.objectives, facts.constraints))
+    assert said.recommended == ""
+    good = sum(o.status == "ok" for o in made)
+    assert f"peak_ratio <= 0.1 ({good} of {good} miss it)" in said.why
+
+
+def test_plane_strain_beyond_belief_is_warned_of(made) -> None:
+    worse = [replace(o, validity=replace(o.validity, plane_strain_error=0.3)) for o in made]
+    facts = facts_of("x", worse, WANTED)
+    said = summary(worse, facts, recommend(worse, WANTED, ()))
+    assert any("30 %" in line and "3-D" in line for line in said.mind)
+
+
+def test_no_outcome_at_all_is_a_page() -> None:
+    assert "no design was analysed" in page_of(())
+    failed = any_outcomes(3, failed=1.0)
+    assert "no design was analysed" in page_of(failed)
+
+
+def test_hostile_texts_stay_text() -> None:
+    made = any_outcomes(30, hostile=True)
+    page = page_of(made, name=HOSTILE[0], record={HOSTILE[1]: HOSTILE[4]}, sources=[HOSTILE[2]])
+    assert "<img src=x" not in page
+    assert "<script>fetch" not in page
+    assert not set(page) & {"\u2028", "\u202e", "\x00", "\x07"}
+    own = page.count("<script")
+    assert own == page.count("</script>") == 1 + 2 + 4 + 1
+
+
+@pytest.mark.parametrize("text", [*HOSTILE, "\ud800", "]]>", "&lt;"])
+def test_script_json_ends_no_element(text) -> None:
+    packed = script_json({text: [text]})
+    assert not set(packed) & set("<>&\u2028\u2029")
+    assert packed.isascii()
+    assert json.loads(packed) == {text: [text]}
+
+
+def said_of(outcomes, wanted=WANTED, bounds=()):
+    return summary(
+        outcomes, facts_of("x", outcomes, wanted, bounds), recommend(outcomes, wanted, bounds)
+    )
+
+
+def with_metrics(outcome, **metrics):
+    return replace(outcome, metrics=outcome.metrics | metrics)
+
+
+@pytest.fixture(scope="module")
+def good(made):
+    return [each for each in made if each.status == "ok"]
+
+
+def test_those_that_lack_an_objective_are_named(good) -> None:
+    two = [with_metrics(each, stick_error=None) for each in good[:2]]
+    said = said_of([*two, *good[2:]])
+    assert "2 designs lack stick_error and were left out" in said.counts
+    assert two[0].name in said.counts
+    assert "left out" not in said_of(good).counts
+
+
+def test_an_objective_alike_for_all_decides_nothing(good) -> None:
+    level = [with_metrics(each, cost=7.0) for each in good]
+    said = said_of(level)
+    assert "All have the same cost, 7: it decides nothing." in said.why
+    assert "leads in" not in said.why
+    assert said.table.rows[1][2] == "the same for all"
+    both = said_of([with_metrics(each, stick_error=0.1) for each in level])
+    assert "nothing decides" in both.why
+
+
+def test_words_of_ends_and_of_one(good) -> None:
+    wanted = (Wanted("least_margin", "max"), Wanted("cost", "min"))
+    made = [with_metrics(each, least_margin=1.0 + k) for k, each in enumerate(good[:3])]
+    said = said_of(made, wanted, (Bound("least_margin", at_least=2.5),))
+    assert "highest least margin and lowest cost" in said.counts
+    assert "1 meets the constraints" in said.counts
+    assert "the only one that meets the constraints" in said.why
+
+
+def test_the_row_says_which_constraint_broke(good) -> None:
+    dear = with_metrics(good[0], cost=99.0)
+    made = [dear, *good[1:]]
+    page = compare_html(made, facts_of("x", made, WANTED, (Bound("cost", at_most=50.0),)))
+    told = "cost 99, asked is at most 50 (off by 49)"
+    assert f'title="{told}">× not feasible<span class="missed">{told}</span>' in page
+    assert json.loads(script(page, "data"))["designs"][0]["missed"] == [told]
+
+
+def test_what_was_varied_stands_first_in_the_table(page, good) -> None:
+    columns = [each["path"] for each in json.loads(script(page, "data"))["columns"]]
+    columns = [path for path in columns if path[0] in ("values", "metrics")]
+    varied = len(good[0].values)
+    assert {path[0] for path in columns[:varied]} == {"values"}
+    assert columns[varied : varied + 2] == [["metrics", each.metric] for each in WANTED]

@@ -1,0 +1,154 @@
+"""Outcomes read from studies, lists and analyses; what is none of these is refused by name."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from fingerdesign.errors import DesignError
+from fingerdesign.records.folder import write_result_folder
+from fingerdesign.records.result import GripResult, Result
+from fingerdesign.search.compare.facts import Bound, Wanted
+from fingerdesign.search.compare.read import read_comparison, read_outcomes
+from tests.support.any_outcomes import any_outcomes
+
+MADE = any_outcomes(12)
+
+
+def write_study(folder, outcomes, **record):
+    folder.mkdir(parents=True)
+    text = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    (folder / "outcomes.jsonl").write_text(text, encoding="utf-8")
+    (folder / "study.json").write_text(json.dumps(record), encoding="utf-8")
+    return folder
+
+
+def test_study_folder(tmp_path) -> None:
+    folder = write_study(
+        tmp_path / "s",
+        MADE,
+        name="mine",
+        objectives=[{"metric": "cost", "goal": "min"}],
+        constraints={"peak_ratio": {"at_most": 3}},
+        seed=7,
+        fixed={},
+        parameters={"plates.count": [9, 11]},
+    )
+    found = read_comparison([folder])
+    assert found.outcomes == MADE
+    assert found.facts.name == "mine"
+    assert found.facts.objectives == (Wanted("cost", "min"),)
+    assert found.facts.constraints == (Bound("peak_ratio", None, 3),)
+    assert found.facts.record == {"seed": "7", "parameters: plates.count": "[9, 11]"}
+    assert not found.facts.assumed_objectives
+
+
+def test_one_digest_stands_once(tmp_path) -> None:
+    write_study(tmp_path / "a", MADE[:8])
+    write_study(tmp_path / "b", MADE[4:])
+    assert read_outcomes([tmp_path]) == MADE
+    assert read_outcomes([tmp_path / "b", tmp_path / "a" / "outcomes.jsonl"])[0] == MADE[4]
+
+
+def test_every_wrong_path_is_named(tmp_path) -> None:
+    folder = write_study(tmp_path / "s", MADE)
+    (folder / "outcomes.jsonl").write_text(MADE[0].to_json()[:-9] + "\n", encoding="utf-8")
+    with pytest.raises(DesignError) as caught:
+        read_comparison([tmp_path / "nowhere", folder])
+    text = str(caught.value)
+    assert "nowhere" in text
+    assert "outcomes.jsonl, line 1" in text
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        {"objectives": "cost"},
+        {"objectives": [{"metric": "cost", "goal": "least"}]},
+        {"objectives": [{"metric": 3, "goal": "min"}]},
+        {"constraints": {"cost": {"most": 3}}},
+        {"constraints": {"cost": {"at_most": "</script>"}}},
+    ],
+)
+def test_a_wrong_record_is_refused(tmp_path, record) -> None:
+    folder = write_study(tmp_path / "s", MADE, **record)
+    with pytest.raises(DesignError, match=next(iter(record))):
+        read_comparison([folder])
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
+def test_what_is_no_number_is_refused(tmp_path, number) -> None:
+    good = next(outcome for outcome in MADE if outcome.status == "ok")
+    cost = f'"cost":{good.metrics["cost"]}'
+    line = good.to_json()
+    assert cost in line
+    path = tmp_path / "o.jsonl"
+    path.write_text(line.replace(cost, f'"cost":{number}'), encoding="utf-8")
+    with pytest.raises(DesignError, match="line 1"):
+        read_outcomes([path])
+
+
+def result(**changes):
+    grips = tuple(
+        GripResult("paper", mu, 500.0, True, mu == 0.8, 10.0, 2.4, margin, 0.3, 12.0, 0.0, 40)
+        for mu, margin in ((0.2, 1.2), (0.8, 1.6))
+    )
+    told = {
+        "parameters": {"design.name": "mine", "body.width_mm": 22.0, "scene.object.shape": "plane"},
+        "grips": grips,
+    }
+    kept = {
+        "design": "mine",
+        "scene": "fundamental",
+        "digest": "d" * 64,
+        "versions": {"numpy": "2"},
+    }
+    return Result(**kept, fidelity="3d", status="failed", failure="No mesh.", **(told | changes))
+
+
+def test_analysis_becomes_an_outcome(tmp_path, plain_result) -> None:
+    found = read_outcomes([write_result_folder(tmp_path / "mine", plain_result)])[0]
+    assert (found.name, found.status, found.fidelity) == ("mine", "ok", "plane-strain")
+    assert found.design == {"design": {"name": "mine"}, "body": {"width_mm": 22.0}}
+    assert found.metrics["grip_success"] == 0.5
+    assert found.metrics["safety_margin"] == pytest.approx(1.4)
+    least = 0.5 * 0.5 * 9.80665 / 0.2
+    assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
+
+
+def test_failed_analysis_is_a_failed_outcome(tmp_path) -> None:
+    found = read_outcomes([write_result_folder(tmp_path / "mine", result(grips=()))])[0]
+    assert found.failure is not None
+    assert (found.failure.kind, found.failure.sentence) == ("failed", "No mesh.")
+    assert found.metrics == {}
+
+
+@pytest.fixture
+def plain_result():
+    from fingerdesign.records.result import MeshSummary, ModelSummary
+
+    return replace(
+        result(),
+        status="ok",
+        failure=None,
+        fidelity="plane-strain",
+        model=ModelSummary(2, "t", 10, 5, False),
+        mesh=MeshSummary("m", 3, 30.0, 0.0, None),
+    )
+
+
+def test_designs_of_one_name_are_told_apart(tmp_path) -> None:
+    same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
+    for folder, some in (("first", same[:1]), ("second", same[1:2])):
+        write_lines(tmp_path / folder, some)
+    both = read_comparison([tmp_path / "first", tmp_path / "second"]).outcomes
+    assert [each.name for each in both] == ["twin (first)", "twin (second)"]
+    write_lines(tmp_path / "third", same[2:])
+    one = read_outcomes([tmp_path / "third"])
+    assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
+
+
+def write_lines(folder, outcomes) -> None:
+    folder.mkdir()
+    text = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
+    (folder / "outcomes.jsonl").write_text(text, encoding="utf-8")

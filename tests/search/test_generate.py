@@ -1,0 +1,271 @@
+"""Generated variants: whole folders, kept when run again, invalid ones told with reasons."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from fingerdesign import load_design
+from fingerdesign.cad.export import check_whole_step
+from fingerdesign.errors import GeometryError
+from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.process import environment
+from fingerdesign.search.study import generate as generating
+from fingerdesign.search.study.file import parse_study
+from fingerdesign.search.study.generate import generate, reasons
+from fingerdesign.search.study.variants import base_design, variants
+
+TEXT = (
+    '[study]\nname = "few"\nbase = "maeno2000"\nsampling = "grid"\n'
+    '[parameters]\n"plates.count" = [9, 11, 45]\n'
+    '"materials.silicone.source" = ["=1+1", "<b>x</b>"]\n'
+)
+FAKE = """
+import json, os, pathlib, sys, time
+
+def written(request):
+    folder = pathlib.Path(request["cad"])
+    (folder / "finger.step").write_text("STEP")
+    count = request["design"]["plates"]["count"]
+    if count == 9 and os.environ.get("FAKE_CAD") == "crashes":
+        os.abort()
+    if count == 9 and os.environ.get("FAKE_CAD") == "hangs":
+        time.sleep(60)
+    if count == 9 and os.environ.get("FAKE_CAD") == "fails":
+        return json.dumps({"error": "plates 0 and 1 share nothing"})
+    (folder / "body.stl").write_text("STL")
+    return json.dumps({"error": ""})
+"""
+KILLED = """
+import sys
+from pathlib import Path
+from fingerdesign.sweep import generate as generating
+from fingerdesign.search.study.file import read_study
+from fingerdesign.search.study.variants import base_design, variants
+
+generating.CAD_WORKER = "fake_cad_worker:written"
+study = read_study(sys.argv[1])
+found = variants(study, base_design(study))
+generating.generate(study, found, Path(sys.argv[2]), workers=3)
+"""
+
+
+@pytest.fixture
+def fake_cad(tmp_path, monkeypatch):
+    (tmp_path / "fake_cad_worker.py").write_text(FAKE, "utf-8")
+    monkeypatch.setenv(
+        "PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    )
+    monkeypatch.setattr(generating, "CAD_WORKER", "fake_cad_worker:written")
+    return monkeypatch
+
+
+def made(target, text=TEXT, **options):
+    study = parse_study(text)
+    return generate(study, variants(study, base_design(study)), target, **options)
+
+
+def rows(path):
+    return list(csv.DictReader(path.read_text("utf-8").splitlines()))
+
+
+def test_designs_and_lists(tmp_path):
+    target = tmp_path / "few"
+    found = made(target, cad=False)
+    assert [each.variant.number for each in found] == [1, 2, 3, 4, 5, 6]
+    names = ["few-0001", "few-0002", "few-0003", "few-0004"]
+    lists = ["generate.json", "invalid.csv", "variants.csv"]
+    assert sorted(os.listdir(target)) == [*names, *lists]
+    listed = rows(target / "variants.csv")
+    assert [row["name"] for row in listed] == names
+    for row in listed:
+        design = load_design(target / row["name"] / f"{row['name']}.toml")
+        assert design.digest() == row["design_digest"]
+        assert design.design.name == row["name"]
+        assert str(design.plates.count) == row["plates.count"]
+    invalid = rows(target / "invalid.csv")
+    assert {row["number"] for row in invalid} == {"5", "6"}
+    assert all(row["plates.count"] == "45" and row["key"] and row["must_be"] for row in invalid)
+    record = json.loads((target / "generate.json").read_text("utf-8"))
+    assert (record["variants"], record["invalid"], record["cad_failed"]) == (4, 2, 0)
+    # A stranger's text is no formula.
+    assert {row["materials.silicone.source"] for row in listed} == {"'=1+1", "<b>x</b>"}
+
+
+def test_reasons_are_counted():
+    study = parse_study(TEXT)
+    invalid = [each for each in variants(study, base_design(study)) if each.design is None]
+    (key, count, fault, name), *_ = reasons(invalid)
+    assert (count, name) == (2, "few-0005")
+    assert fault.key == key
+
+
+def test_run_again_it_makes_what_is_missing_or_changed(tmp_path):
+    target = tmp_path / "few"
+    made(target, cad=False)
+    first, second = (target / name / f"{name}.toml" for name in ("few-0001", "few-0002"))
+    stamp, whole = first.stat().st_mtime_ns, second.read_text("utf-8")
+    second.write_text(whole[:100], "utf-8")
+    found = made(target, cad=False)
+    assert [each.kept for each in found] == [True, False, True, True, False, False]
+    assert first.stat().st_mtime_ns == stamp
+    assert second.read_text("utf-8") == whole
+
+
+def test_a_shorter_study_leaves_no_older_variants(tmp_path):
+    target = tmp_path / "few"
+    made(target, cad=False)
+    shorter = TEXT.replace("[9, 11, 45]", "[9]")
+    study = parse_study(shorter)
+    some = [each for each in variants(study, base_design(study)) if each.number == 1]
+    generate(study, iter(some), target, cad=False, whole=False)
+    assert (target / "few-0004").is_dir()  # asked for one, the others are left alone
+    made(target, shorter, cad=False)
+    assert sorted(p.name for p in target.iterdir() if p.is_dir()) == ["few-0001", "few-0002"]
+
+
+@pytest.mark.parametrize(
+    "place", ["notes.txt", "fewer-0001/x.toml", "few-0001/notes.txt", "few-01x"]
+)
+def test_what_is_foreign_is_refused_and_left(tmp_path, place):
+    foreign = tmp_path / "few" / place
+    foreign.parent.mkdir(parents=True)
+    foreign.write_text("mine", "utf-8")
+    with pytest.raises(ResultError):
+        made(tmp_path / "few", cad=False)
+    assert foreign.read_text("utf-8") == "mine"
+    assert not (tmp_path / "few" / "variants.csv").exists()
+
+
+def test_a_link_is_followed_nowhere(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "few").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(ResultError, match="in the way"):
+        made(tmp_path / "few", cad=False)
+    (tmp_path / "few").unlink()
+    (tmp_path / "few").mkdir()
+    (tmp_path / "few" / "few-0001").symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(ResultError, match="in the way"):
+        made(tmp_path / "few", cad=False)
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
+def test_what_a_killed_run_left_is_cleared(tmp_path):
+    target = tmp_path / "few"
+    half = target / ".few-0001.partial-00"
+    half.mkdir(parents=True)
+    (half / "few-0001.toml").write_text("half", "utf-8")
+    (target / ".variants.csv.partial-7").write_text("half", "utf-8")
+    (target / ".lock").write_text("", "utf-8")
+    made(target, cad=False)
+    assert not list(target.glob(".*"))
+
+
+def test_two_writers_are_kept_apart(tmp_path):
+    target = tmp_path / "few"
+    refused = []
+
+    def second(each, done):
+        try:
+            made(target, cad=False)
+        except ResultError as error:
+            refused.append(str(error))
+
+    assert len(made(target, cad=False, tell=second)) == 6
+    assert len(refused) == 6
+    assert "by another process" in refused[0]
+
+
+def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
+    study = tmp_path / "few.toml"
+    study.write_text(TEXT, "utf-8")
+    run = [sys.executable, "-m", "tests_generate_killed", str(study), str(tmp_path / "few")]
+    (tmp_path / "tests_generate_killed.py").write_text(KILLED, "utf-8")
+    fake_cad.setenv("FAKE_CAD", "hangs")  # at the two variants of 9 plates
+    process = subprocess.Popen(run, env=environment())
+    end = time.monotonic() + 20.0
+    while not (tmp_path / "few" / "few-0003").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert (tmp_path / "few" / "few-0003" / "finger.step").exists()
+    assert list((tmp_path / "few").glob(".*.partial-*"))
+    fake_cad.delenv("FAKE_CAD")
+    found = made(tmp_path / "few")
+    assert [each.kept for each in found][:4] != [False] * 4
+    made(tmp_path / "whole" / "few")
+    told = [
+        {
+            str(path.relative_to(home)): path.read_bytes()
+            for path in home.rglob("*")
+            if path.is_file()
+        }
+        for home in (tmp_path / "few", tmp_path / "whole" / "few")
+    ]
+    assert told[0] == told[1]
+
+
+def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
+    step = tmp_path / "finger.step"
+    step.write_text("ISO-10303-21;\n#1 = CARTESIAN_POI", "utf-8")
+    with pytest.raises(GeometryError, match="disk full"):
+        check_whole_step(step)
+    step.write_text("ISO-10303-21;\nENDSEC;\nEND-ISO-10303-21;\n", "utf-8")
+    check_whole_step(step)
+
+
+@pytest.mark.parametrize(
+    ("fate", "told"),
+    [("crashes", "SIGABRT"), ("hangs", "not done after 1 s"), ("fails", "share nothing")],
+)
+def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fate, told):
+    fake_cad.setenv("FAKE_CAD", fate)
+    target = tmp_path / "few"
+    text = TEXT.replace(', "<b>x</b>"', "") + "[limits]\ntime_s = 1.0\n"
+    found = made(target, text, workers=2)
+    assert [each.failed for each in found] == [True, False, False]
+    first, second = rows(target / "variants.csv")
+    assert told in first["cad"]
+    assert second["cad"] == "written"
+    assert os.listdir(target / "few-0001") == ["few-0001.toml"]
+    fake_cad.delenv("FAKE_CAD")
+    again = made(target, text, workers=2)
+    assert [each.kept for each in again] == [False, True, False]
+    assert not any(each.failed for each in again)
+    assert (target / "few-0001" / "finger.step").exists()
+
+
+def test_cad_asked_for_later_is_added(tmp_path, fake_cad):
+    target = tmp_path / "few"
+    made(target, cad=False)
+    found = made(target)
+    assert [each.cad for each in found] == ["written"] * 4 + [""] * 2
+    # Left out again, it stays.
+    assert [each.cad for each in made(target, cad=False)][:4] == ["written"] * 4
+
+
+def test_interrupted_it_keeps_what_is_whole_and_goes_on(tmp_path, fake_cad):
+    fake_cad.setenv("FAKE_CAD", "hangs")
+    target = tmp_path / "few"
+
+    def stop(each, done):
+        raise KeyboardInterrupt
+
+    start, before = time.monotonic(), threading.active_count()
+    with pytest.raises(KeyboardInterrupt):
+        made(target, TEXT.replace("[9, 11, 45]", "[11, 9]"), workers=2, tell=stop)
+    assert time.monotonic() - start < 20.0
+    assert threading.active_count() == before
+    assert not list(target.glob(".*"))
+    assert not (target / "variants.csv").exists()
+    fake_cad.delenv("FAKE_CAD")
+    found = made(target, TEXT.replace("[9, 11, 45]", "[11, 9]"), workers=2)
+    assert any(each.kept for each in found)
+    assert all(each.cad == "written" for each in found)
+    assert not list(target.glob(".*"))

@@ -1,0 +1,262 @@
+"""The search on a formula: it learns, goes on where it was stopped, and is confirmed."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerdesign.errors import DesignError
+from fingerdesign.records.outcome import Failure, Outcome
+from fingerdesign.search.optimise.confirm import Optimised, confirm, hypervolume, judged
+from fingerdesign.search.optimise.folder import write_optimised
+from fingerdesign.search.optimise.optimise import Search, optimise
+from fingerdesign.search.optimise.page import verdict
+from fingerdesign.search.optimise.trials import ABSENT, JournalError, Trials, told
+from fingerdesign.search.run.evaluate import Job, failed
+from fingerdesign.search.study.file import parse_study
+from fingerdesign.search.study.variants import base_design
+
+STUDY = """
+study = { name = "search", base = "maeno2000", count = 8, seed = 5 }
+objectives = [{ metric = "stick_error" }, { metric = "peak_force_N" }]
+constraints = { grip_success = { at_least = 0.99 } }
+optimise = { trials = 28, confirm = 2 }
+[parameters]
+"body.arc_radius_mm" = { low = 30.0, high = 90.0, log = true }
+"plates.material" = ["phosphor_bronze", "polyimide"]
+"plates.count" = { low = 9, high = 15, step = 2 }
+"plates.length_mm" = { low = 0.6, high = 1.0 }
+"plates.angle_deg" = { low = 30.0, high = 60.0 }
+"""
+# From the nearest the plates are no longer below the surface: some trials are no finger.
+TIGHT = STUDY + '"plates.cover_mm" = { low = 0.3, high = 1.0 }\n'
+
+
+def search_of(text: str = STUDY) -> Search:
+    study = parse_study(text)
+    return Search(study, base_design(study), {"fundamental": None})
+
+
+class Evaluator:
+    """The formula, in this process; ends with an error before a batch of its life."""
+
+    def __init__(self, ends_at: int = 10_000) -> None:
+        self.batches, self.ends_at = 0, ends_at
+        self.jobs: list[Job] = []
+
+    def __call__(self, plan):
+        self.batches += 1
+        if self.batches > self.ends_at:
+            raise KeyboardInterrupt
+        self.jobs += [each for each in plan if isinstance(each, Job)]
+        return [each if isinstance(each, Outcome) else self.outcome(each) for each in plan]
+
+    def outcome(self, job: Job) -> Outcome:
+        from optimise_evaluators import outcome_of
+
+        return outcome_of(job)
+
+
+@pytest.fixture(autouse=True)
+def _evaluators(monkeypatch):
+    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "support")
+
+
+def values_of(tried):
+    return [(each.number, each.outcomes[0].values) for each in tried]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """The trials of a search that nothing stops, and its journal."""
+    journal = tmp_path_factory.mktemp("whole") / "trials.jsonl"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(Path(__file__).parents[1] / "support")
+        tried = optimise(search_of(), journal, Evaluator())
+    return values_of(tried), journal.read_bytes()
+
+
+def test_trials_are_as_many_as_asked_and_within_their_ranges(undisturbed) -> None:
+    trials, _ = undisturbed
+    assert [number for number, _ in trials] == list(range(1, 29))
+    for _, values in trials:
+        assert 30.0 <= values["body.arc_radius_mm"] <= 90.0
+        assert values["plates.count"] in (9, 11, 13, 15)
+        assert values["plates.material"] in ("phosphor_bronze", "polyimide")
+    assert len({str(values) for _, values in trials}) == 28
+
+
+def test_an_interrupted_search_ends_as_one_that_was_not(tmp_path, undisturbed) -> None:
+    journal = tmp_path / "trials.jsonl"
+    for ends_at in (0, 2, 1):
+        with pytest.raises(KeyboardInterrupt):
+            optimise(search_of(), journal, Evaluator(ends_at))
+    assert values_of(optimise(search_of(), journal, Evaluator())) == undisturbed[0]
+
+
+@pytest.mark.parametrize("share", [0.08, 0.37, 0.61, 0.905, 0.999])
+def test_a_journal_cut_anywhere_goes_on(tmp_path, undisturbed, share) -> None:
+    whole = undisturbed[1]
+    journal = tmp_path / "trials.jsonl"
+    journal.write_bytes(whole[: int(share * len(whole))])
+    (tmp_path / "trials.jsonl.lock").symlink_to(journal)  # Optuna's, of a killed process
+    found = values_of(optimise(search_of(), journal, Evaluator()))
+    assert found == undisturbed[0]
+
+
+def test_more_trials_go_on_from_those_that_are_done(tmp_path, undisturbed) -> None:
+    journal = tmp_path / "trials.jsonl"
+    journal.write_bytes(undisturbed[1])
+    evaluator = Evaluator()
+    found = values_of(optimise(search_of(), journal, evaluator, trials=31))
+    assert found[:28] == undisturbed[0]
+    assert len(found) == 31
+
+
+def test_journals_of_others_are_refused(tmp_path, undisturbed) -> None:
+    journal = tmp_path / "trials.jsonl"
+    journal.write_bytes(undisturbed[1])
+    with pytest.raises(DesignError, match="another study"):
+        optimise(search_of(STUDY.replace("seed = 5", "seed = 6")), journal, Evaluator())
+    journal.write_text("no journal\n")
+    with pytest.raises(DesignError, match="no journal of trials"):
+        optimise(search_of(), journal, Evaluator())
+    assert journal.read_text() == "no journal\n"
+
+
+def test_two_at_once_are_refused(tmp_path) -> None:
+    search = search_of()
+    with (
+        Trials(search.study, search.base, tmp_path / "j"),
+        pytest.raises(JournalError, match="another process"),
+        Trials(search.study, search.base, tmp_path / "j"),
+    ):
+        pass
+
+
+def test_what_is_no_finger_costs_nothing_and_is_learnt_from(tmp_path) -> None:
+    search, evaluator = search_of(TIGHT), Evaluator()
+    tried = optimise(search, tmp_path / "j", evaluator, trials=60)
+    invalid = [each for each in tried if each.outcomes[0].status == "failed"]
+    assert invalid
+    assert len(evaluator.jobs) == 60 - len(invalid)
+    values, broken = told(search.study, invalid[0].outcomes)
+    assert values == [ABSENT, ABSENT]
+    assert broken["failed"] > 0
+    learnt = [each for each in invalid if each.number > 30]
+    assert len(learnt) <= len(invalid) - len(learnt)
+
+
+def test_it_learns(tmp_path) -> None:
+    search = search_of()
+    tried = optimise(search, tmp_path / "j", Evaluator(), trials=80)
+    every = [judged(search.study, "", each.outcomes) for each in tried]
+    corner = np.array([1.5, 15.0])
+    first, last = (
+        hypervolume(np.array([own.losses for own in some if own.feasible]), corner)
+        for some in (every[:40], every[40:])
+    )
+    assert last > first
+    feasible = [own.feasible for own in every]
+    assert sum(feasible[40:]) > sum(feasible[:20]) * 1.5
+
+
+def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path) -> None:
+    class Broken(Evaluator):
+        def outcome(self, job):
+            found = super().outcome(job)
+            if job.design.plates.count == 15 and job.name.startswith("search"):
+                return failed(job, Failure("crashed", "of the test"))
+            return found
+
+    search, evaluator = search_of(), Broken()
+    tried = optimise(search, tmp_path / "j", evaluator, trials=24)
+    found = confirm(search, tried, evaluator)
+    names = {each.number: each.outcomes[0] for each in tried}
+    assert all(names[number].status == "ok" for number in found.front)
+    assert all(each.thorough.failure == "" for each in found.confirmed)
+
+
+def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path) -> None:
+    class Flattering(Evaluator):
+        """The reference is good in 3-D, where it was not in plane strain."""
+
+        def outcome(self, job):
+            found = super().outcome(job)
+            if job.fidelity == "3d" and job.name.startswith("reference"):
+                return replace(found, metrics=found.metrics | {"stick_error": 0.0})
+            return found
+
+    search = search_of()
+    tried = optimise(search, tmp_path / "j", Evaluator(), trials=40)
+    honest = confirm(search, tried, Evaluator())
+    assert honest.dominating
+    assert set(honest.dominating) <= {each.number for each in tried}
+    assert len(honest.confirmed) == 2
+    assert len(honest.standing) == 2
+    assert {each.number for each in honest.confirmed} <= set(honest.front)
+    assert {each.fidelity for each in honest.outcomes} == {"plane-strain", "3d"}
+    assert honest.volumes[-1] == pytest.approx(1.0)
+    assert np.all(np.diff(honest.volumes) >= 0.0)
+    flattered = confirm(search, tried, Flattering())
+    assert flattered.standing == ()
+
+    said = verdict(Optimised(search, tried, honest))
+    name = honest.standing[0].thorough.name
+    assert said[0].startswith(f"{name} dominates the reference, reference-maeno2000-3d, in 3-D")
+    assert "% lower)" in said[0]
+    assert "The search had seen stick error" in said[0]
+    assert any("hangs most on" in each for each in said)
+    said = verdict(Optimised(search, tried, flattered))
+    assert "None of the 2 fingers analysed again in 3-D dominates the reference" in said[0]
+    assert "worse)" in said[1]
+
+
+def test_a_small_space_is_repeated_at_no_cost_and_told_once(tmp_path) -> None:
+    small = """
+study = { name = "small", base = "maeno2000", count = 2 }
+objectives = [{ metric = "stick_error" }]
+optimise = { trials = 9, confirm = 0 }
+parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
+"""
+    search = search_of(small)
+    tried = optimise(search, tmp_path / "j", Evaluator())
+    found = Optimised(search, tried, confirm(search, tried, Evaluator()))
+    assert found.counts()["trials"] == 9
+    assert len(found.outcomes) == 2  # the reference is one of the two
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    write_optimised(folder, found, small)
+    record = json.loads((folder / "study.json").read_text())["optimise"]
+    assert record["confirm_fidelity"] == ""
+    assert "Nothing was confirmed" in " ".join(record["sentences"])
+    assert not (folder / "front.png").exists()  # one objective has no plane
+    page = (folder / "report.html").read_text()
+    assert "The search" in page
+    assert page.index("Against the reference") < page.index("Recommended")
+    said = verdict(found)
+    assert "No more thorough model confirmed this." in said
+    assert any("too few, 20 are needed" in each for each in said)
+
+
+def test_a_study_without_objectives_is_refused(tmp_path) -> None:
+    aimless = STUDY.replace("objectives =", "objectives = [] #")
+    with pytest.raises(DesignError, match="at least one objective"):
+        optimise(search_of(aimless), tmp_path / "j", Evaluator())
+
+
+def test_the_worst_scene_counts() -> None:
+    study = search_of().study
+    kept = {"digest": "d", "name": "n", "values": {}, "design": {}, "fidelity": "plane-strain"}
+    scenes = [
+        Outcome(**kept, scene=scene, status="ok", metrics=metrics)
+        for scene, metrics in (
+            ("a", {"stick_error": 0.1, "peak_force_N": 9.0, "grip_success": 1.0}),
+            ("b", {"stick_error": 0.3, "peak_force_N": 5.0, "grip_success": 0.5}),
+        )
+    ]
+    values, broken = told(study, scenes)
+    assert values == [0.3, 9.0]
+    assert broken == {"failed": 0.0, "grip_success": pytest.approx(0.49)}

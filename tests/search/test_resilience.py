@@ -1,0 +1,373 @@
+"""What dies mid-study loses nothing: real processes, real signals, a real scheduler on loopback.
+
+Each study is disturbed, run again, and held to the outcomes of an undisturbed run.
+"""
+
+import contextlib
+import json
+import os
+import resource
+import signal
+import socket
+import socketserver
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from pathlib import Path
+
+import psutil
+import pytest
+
+STUDY = """
+[study]
+name = "many"
+base = "maeno2000"
+sampling = "latin_hypercube"
+count = {count}
+seed = 7
+[parameters]
+"body.base_height_mm" = {{ low = 5.0, high = 10.0 }}
+[limits]
+time_s = {time_s}
+memory_MB = 500
+"""
+PATIENCE_S = 90.0
+CLI = [sys.executable, "-m", "fingerdesign_cli.main"]
+
+
+@pytest.fixture
+def place(tmp_path):
+    """A folder with a study, and the environment in which it is run."""
+    root = Path(__file__).parents[2]
+    paths = [str(root), str(root / "cli"), str(Path(__file__).parents[1] / "support")]
+    environment = os.environ | {
+        "PYTHONPATH": os.pathsep.join(paths),
+        "FINGERDESIGN_CACHE": str(tmp_path / "cache"),
+        "FINGERDESIGN_EVALUATOR": "sweep_evaluators:slow",
+        "EVALUATED": str(tmp_path / "evaluated"),
+        "EVALUATOR_SECONDS": "0.1",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    return Place(tmp_path, environment)
+
+
+class Place:
+    """Starts and ends processes; what it started and still runs ends with the test."""
+
+    def __init__(self, folder, environment):
+        self.folder, self.environment = folder, environment
+        self.evaluated = folder / "evaluated"
+        self.store = folder / "cache" / "outcomes"
+
+    def study(self, count=24, time_s=20.0):
+        (self.folder / "many.toml").write_text(STUDY.format(count=count, time_s=time_s))
+
+    def sweep(self, *more, out="out", **changes):
+        """Start `fingerdesign sweep`."""
+        command = [*CLI, "sweep", "many.toml", "--out", out, "--json", *more]
+        return self.start(command, **changes)
+
+    def start(self, command, limit=None, **changes):
+        return subprocess.Popen(
+            command,
+            cwd=self.folder,
+            env=self.environment | changes,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=limit,
+        )
+
+    def done(self):
+        """Names evaluated so far."""
+        return self.evaluated.read_text().split() if self.evaluated.exists() else []
+
+    def wait_for(self, count, process):
+        """Until so many outcomes are in the store."""
+        end = time.monotonic() + PATIENCE_S
+        while len(list(self.store.glob("??/*.txt"))) < count:
+            assert process.poll() is None, process.communicate()
+            assert time.monotonic() < end
+            time.sleep(0.02)
+
+    def outcomes(self, out="out"):
+        return (self.folder / out / "many" / "outcomes.jsonl").read_text()
+
+    def undisturbed(self):
+        """The outcomes of a run with a store of its own."""
+        cache = str(self.folder / "other")
+        run = self.sweep("--workers", "2", out="other", FINGERDESIGN_CACHE=cache, EVALUATED="")
+        assert ended(run)[0] == 0
+        return self.outcomes("other")
+
+
+def ended(process):
+    """Exit code, JSON lines and what was said on stderr."""
+    out, err = process.communicate(timeout=PATIENCE_S)
+    return process.returncode, [json.loads(each) for each in out.splitlines()], err
+
+
+def family(process):
+    return psutil.Process(process.pid).children(recursive=True)
+
+
+def gone(processes, patience_s=10.0):
+    _, alive = psutil.wait_procs(processes, patience_s)
+    return not alive
+
+
+@contextlib.contextmanager
+def dask(place, workers=2):
+    """A scheduler and workers of one thread each, real processes on loopback; its address."""
+    where = place.folder / "scheduler.json"
+    where.unlink(missing_ok=True)
+    run = [sys.executable, "-m"]
+    quiet = ["--no-dashboard"]
+    address = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(where)]
+    started = [place.start([*run, "distributed.cli.dask_scheduler", *address, *quiet])]
+    try:
+        end = time.monotonic() + PATIENCE_S
+        while not where.exists():
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        at = json.loads(where.read_text())["address"]
+        join = [*run, "distributed.cli.dask_worker", at, "--nthreads", "1", "--no-nanny", *quiet]
+        started += [place.start(join) for _ in range(workers)]
+        yield at, started[0], started[1:]
+    finally:
+        for process in started:
+            process.kill()
+            process.communicate()
+
+
+def test_killed_driver_goes_on_where_it_stopped(place):
+    place.study()
+    run = place.sweep("--workers", "2")
+    place.wait_for(6, run)
+    children = family(run)
+    run.kill()
+    run.communicate()
+    assert children
+    assert gone(children)
+    assert not (place.folder / "out" / "many").exists()
+    kept = len(list(place.store.glob("??/*.txt")))
+    code, lines, _ = ended(place.sweep("--workers", "2"))
+    assert code == 0
+    assert lines[-1]["from_store"] == kept
+    assert place.outcomes() == place.undisturbed()
+    times = Counter(place.done())
+    assert len(times) == 24
+    assert sum(times.values()) <= len(times) + 4  # what ran, or was on its way, when it died
+    code, lines, _ = ended(place.sweep("--workers", "2"))
+    assert (code, lines[-1]["computed"]) == (0, 0)
+
+
+def test_interrupted_keeps_what_is_done(place):
+    place.study(count=40)
+    run = place.sweep("--workers", "2")
+    place.wait_for(2, run)
+    children = family(run)
+    begun = time.monotonic()
+    run.send_signal(signal.SIGINT)
+    code, _, err = ended(run)
+    assert code == 130
+    assert err.strip() == "interrupted; finished work is kept"
+    assert time.monotonic() - begun < 10.0
+    assert gone(children)
+    code, lines, _ = ended(place.sweep("--workers", "2"))
+    assert code == 0
+    assert lines[-1]["from_store"] >= 2
+    assert place.outcomes() == place.undisturbed()
+
+
+@pytest.mark.slow
+def test_full_disk_says_so_and_keeps_what_fitted(place):
+    place.study(count=20)
+    evaluator = {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:large"}
+
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+    code, _, err = ended(place.sweep("--workers", "1", limit=limited, **evaluator))
+    assert code == 1
+    assert "cannot be kept" in err
+    assert "File too large" in err
+    files = [path for path in place.store.rglob("*") if path.is_file()]
+    assert files
+    assert all(path.suffix == ".txt" for path in files)  # nothing half
+    code, lines, _ = ended(place.sweep("--workers", "2", **evaluator))
+    assert code == 0
+    assert lines[-1]["from_store"] == len(files)
+    place.environment |= evaluator
+    assert place.outcomes() == place.undisturbed()
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 500 kB of its own, and a function that makes it larger."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", "size=500k", "none", str(disk)]
+    try:
+        done = subprocess.run(mount, capture_output=True, check=False)
+    except FileNotFoundError:
+        pytest.skip("no mount")
+    if done.returncode != 0:
+        pytest.skip("only root may mount")
+    yield (
+        disk,
+        lambda: subprocess.run(["mount", "-o", "remount,size=20m", str(disk)], check=True),
+    )
+    subprocess.run(["umount", "--lazy", str(disk)], check=True)
+
+
+@pytest.mark.slow
+def test_a_full_file_system_says_so_and_keeps_what_fitted(place, small_disk):
+    disk, enlarge = small_disk
+    place.study(count=30)
+    changes = {
+        "FINGERDESIGN_EVALUATOR": "sweep_evaluators:large",
+        "FINGERDESIGN_CACHE": str(disk),
+    }
+    code, _, err = ended(place.sweep("--workers", "2", **changes))
+    assert code == 1
+    assert "cannot be kept" in err
+    assert "No space left on device" in err
+    files = [path for path in disk.rglob("*") if path.is_file()]
+    assert files
+    assert all(path.suffix == ".txt" for path in files)
+    enlarge()
+    code, lines, _ = ended(place.sweep("--workers", "2", **changes))
+    assert code == 0
+    assert lines[-1]["from_store"] == len(files)
+    place.environment |= {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:large"}
+    assert place.outcomes() == place.undisturbed()
+
+
+def test_spoiled_outcomes_are_computed_again(place):
+    place.study(count=8)
+    assert ended(place.sweep("--workers", "2"))[0] == 0
+    whole = place.outcomes()
+    files = sorted(place.store.glob("??/*.txt"))
+    files[0].write_bytes(files[0].read_bytes()[:200])  # half
+    files[1].write_bytes(b"")
+    text = files[2].read_text()
+    files[2].write_text(text.replace('"cost":1.0', '"cost":9.0'))
+    files[3].write_bytes(b"\xff\xfe" * 100)
+    code, lines, _ = ended(place.sweep("--workers", "2"))
+    assert code == 0
+    assert (lines[-1]["from_store"], lines[-1]["computed"]) == (4, 4)
+    assert place.outcomes() == whole
+
+
+@pytest.mark.slow
+def test_a_tenth_crashes_hangs_or_eats_memory(place):
+    place.study(count=30, time_s=2.0)
+    run = place.sweep("--workers", "2", FINGERDESIGN_EVALUATOR="sweep_evaluators:tenth")
+    code, lines, _ = ended(run)
+    assert code == 0
+    assert lines[-1]["failures_by_kind"] == {"crashed": 1, "memory": 1, "timeout": 1}
+    causes = (place.folder / "out" / "many" / "failures.csv").read_text()
+    page = (place.folder / "out" / "many" / "report.html").read_text()
+    for said in ("SIGABRT", "not done after 2 s", "more than 500 MB"):
+        assert said in causes
+        assert said in page
+    code, lines, _ = ended(place.sweep("--workers", "2"))
+    assert lines[-1]["computed"] == 0  # failures are outcomes, too
+    code, lines, _ = ended(place.sweep("--workers", "2", "--retry"))
+    assert (lines[-1]["computed"], lines[-1]["failures"]) == (3, 0)
+    assert place.outcomes() == place.undisturbed()
+
+
+@pytest.mark.slow
+def test_a_killed_worker_is_replaced_by_others(place):
+    place.study()
+    with dask(place) as (address, _, workers):
+        run = place.sweep("--scheduler", address)
+        place.wait_for(6, run)
+        children = family(workers[0])
+        workers[0].kill()
+        assert children
+        assert gone(children)
+        code, lines, err = ended(run)
+    assert (code, lines[-1]["failures"]) == (0, 0)
+    assert "Traceback" not in err
+    assert place.outcomes() == place.undisturbed()
+
+
+@pytest.mark.slow
+def test_a_killed_scheduler_ends_the_driver_and_loses_nothing(place):
+    place.study()
+    with dask(place) as (address, scheduler, _):
+        run = place.sweep("--scheduler", address)
+        place.wait_for(6, run)
+        scheduler.kill()
+        code, _, err = ended(run)
+    assert code == 1
+    assert err == f"failed: the Dask scheduler at {address} is gone; what was done is kept: " + (
+        "run it again, and it goes on\n"
+    )
+    with dask(place):
+        code, lines, _ = ended(place.sweep("--scheduler", "scheduler.json"))
+    assert code == 0
+    assert lines[-1]["from_store"] >= 6
+    assert place.outcomes() == place.undisturbed()
+
+
+@pytest.mark.slow
+def test_a_finger_that_kills_every_worker_is_one_failure(place):
+    place.study(count=12)
+    place.environment |= {
+        "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
+        "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
+    }
+    with dask(place, workers=3) as (address, _, _):
+        evaluator = {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:deadly"}
+        code, lines, _ = ended(place.sweep("--scheduler", address, **evaluator))
+    assert (code, lines[-1]["failures_by_kind"]) == (0, {"crashed": 1})
+    (bad,) = [each for each in lines if each.get("failure")]
+    assert bad["name"] == "many-0005"
+    assert bad["failure"]["cause"] == "the workers that had it died, 2 in turn"
+
+
+@contextlib.contextmanager
+def anything(said):
+    """What is no scheduler: it says its bytes to whoever comes, and goes away; its address."""
+
+    class Says(socketserver.BaseRequestHandler):
+        def handle(self):
+            with contextlib.suppress(OSError):
+                self.request.sendall(said)
+                self.request.shutdown(socket.SHUT_WR)
+                self.request.settimeout(1.0)
+                self.request.recv(1000)
+
+    with socketserver.ThreadingTCPServer(("127.0.0.1", 0), Says) as server:
+        server.daemon_threads = True
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"tcp://127.0.0.1:{server.server_address[1]}"
+        server.shutdown()
+
+
+def test_no_scheduler_is_an_error(place):
+    place.study(count=2)
+    code, _, err = ended(place.sweep("--scheduler", "tcp://127.0.0.1:1"))
+    assert code == 1
+    assert err.startswith("failed: no Dask scheduler answers at tcp://127.0.0.1:1: ")
+    assert len(err.splitlines()) == 1
+    for said in (b"", b"HTTP/1.0 400 Bad Request\r\n\r\n", struct.pack("<Q", 2) + b"\xff\xff"):
+        with anything(said) as address:
+            code, _, err = ended(place.sweep("--scheduler", address))
+        assert (code, len(err.splitlines())) == (1, 1), err
+        assert err.startswith("failed: ")
+        assert "Dask scheduler" in err
+    code, _, err = ended(place.sweep("--scheduler", "nonsense://x"))
+    assert code == 2
+    assert err.startswith("--scheduler = nonsense://x: must be an address")
+    (place.folder / "scheduler.json").write_text("{")
+    code, _, err = ended(place.sweep("--scheduler", "scheduler.json"))
+    assert code == 2
+    assert err.startswith("--scheduler = scheduler.json: must be a file that a Dask scheduler")

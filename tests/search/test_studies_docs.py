@@ -1,0 +1,106 @@
+"""docs/studies.md and designs/studies: what they show is read and run."""
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from fingerdesign.design.faults import known_keys
+from fingerdesign.search.study.file import Cost, Limits, Study, parse_study, read_study
+from fingerdesign.search.study.metrics import METRICS
+from fingerdesign.search.study.variants import base_design, variants
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs/studies.md").read_text("utf-8")
+STUDIES = sorted(path.stem for path in (ROOT / "designs/studies").glob("*.toml"))
+
+
+def blocks(kind: str) -> list[str]:
+    return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
+
+
+def test_the_pages_study_has_sound_variants():
+    study = parse_study(blocks("toml")[0])
+    found = list(variants(study, base_design(study)))
+    assert len(found) == study.study.count == 32
+    assert sum(variant.design is not None for variant in found) >= 16
+    spans = {v.design.plates.span_mm / v.design.body.depth_mm for v in found if v.design}
+    assert 0.5 <= min(spans) < max(spans) <= 1.0
+
+
+def test_the_pages_python_runs(capsys):
+    exec(compile(blocks("python")[0], "studies.md", "exec"), {})
+    first, *faults = capsys.readouterr().out.splitlines()
+    total, valid = map(int, first.split())
+    assert total == 200
+    assert len({line.split()[0] for line in faults}) == total - valid
+
+
+def test_the_page_names_every_key():
+    named = set(re.findall(r"`([a-zA-Z_.]+)`", TEXT))
+    for key in known_keys(Study):
+        told = re.sub(r"^(fixed|parameters|constraints)\..*", r"\1", key)
+        assert told in named, key
+
+
+def test_the_page_lists_every_metric():
+    table = TEXT.split("## Metrics\n")[1].split("\n## ")[0]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("| `")]
+    better = {"min": "less", "max": "more", None: "-"}
+    assert rows == [
+        [f"`{each.name}`", each.unit or "-", better[each.better], each.words]
+        for each in METRICS.values()
+    ]
+
+
+def test_the_page_says_the_defaults():
+    limits, cost = Limits(), Cost()
+    assert f"left out: {limits.time_s:g} s, {limits.memory_MB:g} MB" in TEXT
+    prices = (cost.fixed, cost.plate, cost.gage, cost.silicone_per_ml)
+    assert f"left out: {', '.join(f'{price:g}' for price in prices)} |" in TEXT
+
+
+def test_the_refusals_that_the_page_shows(tmp_path):
+    from fingerdesign.errors import DesignError
+
+    head = '[study]\nname = "a"\nbase = "maeno2000"\nsampling = "sobol"\ncount = 1\n'
+    many = head + '[parameters]\n"plates.count" = { low = 9, high = 9000 }\n'
+    with pytest.raises(DesignError) as caught:
+        base_design(parse_study(many))
+    assert f"fingers.toml: {caught.value.faults[0]}" in TEXT
+    wide = head.replace("= 1\n", "= 12\n") + (
+        '[parameters]\n"plates.count" = { low = 9, high = 25 }\n'
+        '"plates.cover_mm" = { low = 0.5, high = 3.0 }\n'
+        '"plates.angle_deg" = { low = 0.0, high = 90.0 }\n'
+    )
+    study = parse_study(wide.replace('"a"', '"wide"'))
+    ninth = list(variants(study, base_design(study)))[8]
+    assert f"{ninth.name}: {ninth.faults[0]}" in TEXT
+
+
+@pytest.mark.parametrize("name", [name for name in STUDIES if name != "plane_strain"])
+def test_shipped_studies_say_why_and_have_variants(name):
+    assert (ROOT / f"designs/studies/{name}.toml").read_text("utf-8").startswith("# ")
+    study = read_study(name)
+    assert study.name == name
+    assert study.objectives
+    few = study.model_copy(update={"study": study.study.model_copy(update={"count": 32})})
+    if study.study.sampling != "grid":
+        study = few
+    found = list(variants(study, base_design(study)))
+    assert sum(variant.design is not None for variant in found) >= 0.8 * len(found)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the page's commands are a shell's")
+def test_the_pages_commands_are_known():
+    import click
+    from fingerdesign_cli.main import cli
+
+    context = click.Context(cli)
+    for line in re.findall(r"^    fingerdesign (.+?)(?: *#.*)?$", TEXT, flags=re.MULTILINE):
+        name, *rest = line.split()
+        command = cli.get_command(context, name)
+        assert command is not None, name
+        options = {opt for each in command.params for opt in (*each.opts, *each.secondary_opts)}
+        assert {word for word in rest if word.startswith("--")} <= options

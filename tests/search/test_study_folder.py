@@ -1,0 +1,132 @@
+"""OUT/NAME of a study: every outcome in every table, invalid variants too, nothing hostile."""
+
+import csv
+import io
+import json
+from dataclasses import replace
+
+import pytest
+
+from fingerdesign.errors import DesignError
+from fingerdesign.records.outcome import Failure, Outcome
+from fingerdesign.records.result import ResultError
+from fingerdesign.search.compare.read import read_comparison
+from fingerdesign.search.run.folder import FILES, FOLDER, failures_csv, write_study
+from fingerdesign.search.run.jobs import Job, planned, study_scenes
+from fingerdesign.search.study.file import parse_study
+from fingerdesign.search.study.variants import base_design, variants
+from tests.support.any_outcomes import any_outcomes
+
+TEXT = """
+[study]
+name = "three"
+base = "maeno2000"
+sampling = "grid"
+scenes = []
+[parameters]
+"plates.count" = [9, 15, 99]
+[[objectives]]
+metric = "plates"
+goal = "min"
+[constraints]
+cost = { at_most = 100.0 }
+"""
+
+
+@pytest.fixture(scope="module")
+def study():
+    return parse_study(TEXT)
+
+
+@pytest.fixture(scope="module")
+def plan(study):
+    return list(planned(study, variants(study, base_design(study)), study_scenes(study)))
+
+
+def test_invalid_variants_are_outcomes_with_every_fault(plan):
+    assert [isinstance(each, Job) for each in plan] == [True, True, False]
+    bad = plan[2]
+    assert (bad.status, bad.failure.kind, bad.design) == ("failed", "invalid", {})
+    assert bad.values == {"plates.count": 99}
+    assert "plates." in bad.failure.sentence
+    assert Outcome.from_json(bad.to_json()) == bad
+
+
+def test_each_scene_is_a_job(study, tmp_path):
+    scenes = {"a": None, "b": None}
+    jobs = list(planned(study, variants(study, base_design(study)), scenes))
+    assert [(each.name, getattr(each, "scene_name", "")) for each in jobs] == [
+        ("three-0001", "a"),
+        ("three-0001", "b"),
+        ("three-0002", "a"),
+        ("three-0002", "b"),
+        ("three-0003", ""),
+    ]
+
+
+def test_scenes_are_read_beside_the_study_and_have_names_of_their_own(tmp_path):
+    from fingerdesign.checks.starter import shipped_scene_text
+
+    (tmp_path / "press.toml").write_text(shipped_scene_text("fundamental"))
+    found = parse_study(TEXT.replace("scenes = []", 'scenes = ["press.toml", "pull"]'))
+    scenes = study_scenes(found, tmp_path)
+    assert list(scenes) == ["press", "pull"]
+    assert None not in scenes.values()
+    with pytest.raises(DesignError, match="different names"):
+        parse_study(TEXT.replace("scenes = []", 'scenes = ["press.toml", "./press.toml"]'))
+    absent = parse_study(TEXT.replace("scenes = []", 'scenes = ["absent"]'))
+    with pytest.raises(DesignError, match="absent"):
+        study_scenes(absent, tmp_path)
+
+
+def test_the_folder_holds_all_of_it(study, plan, tmp_path):
+    outcomes = [*any_outcomes(3), plan[2]]
+    with FOLDER.written(tmp_path / "three") as folder:
+        write_study(folder, study, outcomes, TEXT)
+    folder = tmp_path / "three"
+    assert sorted(path.name for path in folder.iterdir()) == sorted(FILES)
+    assert list(read_comparison([folder]).outcomes) == outcomes
+    record = json.loads((folder / "study.json").read_text())
+    assert record["objectives"] == [{"metric": "plates", "goal": "min"}]
+    assert record["constraints"] == {"cost": {"at_least": None, "at_most": 100.0}}
+    assert record["outcomes"]["all"] == 4
+    assert record["outcomes"]["invalid"] == 1
+    assert record["digest"] == study.digest()
+    assert (folder / "study.toml").read_text() == TEXT
+    rows = list(csv.DictReader(io.StringIO((folder / "outcomes.csv").read_text())))
+    assert [row["name"] for row in rows] == [each.name for each in outcomes]
+    assert rows[3]["failure_kind"] == "invalid"
+    assert plan[2].name in (folder / "report.html").read_text()
+
+
+def test_a_failure_of_writing_leaves_nothing(study, tmp_path, monkeypatch):
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("fingerdesign.search.compare.page.compare_html", full)
+    with pytest.raises(OSError, match="No space left"), FOLDER.written(tmp_path / "x") as folder:
+        write_study(folder, study, any_outcomes(2), TEXT)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_no_study_is_not_replaced(tmp_path):
+    (tmp_path / "thesis.tex").touch()
+    with pytest.raises(ResultError, match=r"thesis\.tex, which is no study"):
+        FOLDER.refuse_foreign(tmp_path)
+
+
+def test_failures_cannot_be_formulas_or_break_rows():
+    bad = any_outcomes(1)[0]
+    bad = replace(
+        bad,
+        name="=cmd()",
+        status="failed",
+        failure=Failure("failed", "one\ntwo\r\x00three"),
+        values={"+key": "@x"},
+    )
+    rows = list(csv.reader(io.StringIO(failures_csv([bad]))))
+    assert len(rows) == 2
+    assert rows[0][4] == "'+key"
+    assert rows[1][0] == "'=cmd()"
+    assert rows[1][4] == "'@x"
+    assert "\n" not in rows[1][3]

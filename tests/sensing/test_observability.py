@@ -1,0 +1,352 @@
+"""What gages tell: columns of gages, ranking, dead gages, the least error, record and command."""
+
+import csv
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fingerdesign_cli.gages import command
+from fingerdesign_cli.main import main
+
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, features
+from fingerdesign.control.signals import Sample
+from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.records.result import ResultError
+from fingerdesign.sensing import model as grip_model
+from fingerdesign.sensing.learners import (
+    Heard,
+    QuickLearner,
+    columns,
+    errors_of,
+    gage_columns,
+    hear_all,
+)
+from fingerdesign.sensing.observability import (
+    eliminate,
+    floors,
+    layouts,
+    observe_grips,
+    option_faults,
+)
+from fingerdesign.sensing.page import (
+    FOLDER,
+    write_observability,
+)
+from fingerdesign.sensing.record import plain
+from fingerdesign.sensing.teach import Settings, finger_curves, wanderings
+
+GAGES = 5
+SETTINGS = Settings(face="upper", max_approach=0.15, grips=24, seed=3)
+
+
+@pytest.fixture(scope="module")
+def problem(half_plane_problem):
+    model = half_plane_problem.model.with_gages((1, 3, 5, 7, 9))
+    return replace(half_plane_problem, model=model)
+
+
+@pytest.fixture(scope="module")
+def grips(problem):
+    return wanderings(problem, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def found(problem, grips):
+    return observe_grips(problem, SETTINGS, grips, 0.5)
+
+
+def silent_problem(problem: ContactProblem, factor: float) -> ContactProblem:
+    model = replace(problem.model, gage_readout=factor * problem.model.gage_readout)
+    return replace(problem, model=model)
+
+
+@pytest.mark.parametrize("gage", range(GAGES))
+def test_a_gage_makes_its_own_columns_and_no_others(gage):
+    rng = np.random.default_rng(gage)
+    forces = np.array([0.0, 50.0])
+    curves = FingerCurves(forces, rng.normal(size=(2, GAGES)), rng.normal(size=(2, GAGES)))
+
+    def told(push: float):
+        moments = []
+        for k in range(15):
+            readings = np.sin(np.arange(GAGES) + k)
+            readings[gage] += push * (k + 1)
+            moments.append(Moment(Sample(readings, 1.0 + 0.1 * k, 0.3 + 0.02 * k), 0.01, 0.002))
+        return features(moments, curves, 0.5)
+
+    moved = np.flatnonzero(told(0.0) != told(1.0))
+    assert moved.tolist() == gage_columns(gage, GAGES).tolist()
+
+
+def test_fewer_gages_are_fewer_columns():
+    assert len(columns((0, 3), GAGES)) == feature_count(2)
+    assert columns(range(GAGES), GAGES).tolist() == list(range(feature_count(GAGES)))
+    assert not set(columns((0, 3), GAGES)) & set(gage_columns(2, GAGES))
+
+
+def test_a_dead_gage_is_one_that_reads_nothing(problem, grips):
+    curves = finger_curves(problem, "upper", SETTINGS.max_approach)
+    heard = hear_all(grips[:4], curves, SETTINGS, 0.5, silent=True)
+    dead = heard.with_dead(2)
+    moved = np.flatnonzero((dead != heard.inputs).any(axis=0))
+    assert moved.tolist() == gage_columns(2, GAGES).tolist()
+    # What is told of it now is what F_n alone would cause, taken out of 0.
+    mute = tuple(
+        replace(m, sample=replace(m.sample, readings=np.zeros(GAGES))) for m in grips[0].moments
+    )
+    quiet = replace(SETTINGS, force_noise=0.0)
+    clean = hear_all(grips[:1], curves, quiet, 0.0, silent=True)
+    assert np.array_equal(clean.silent[0], features(mute[:2], curves, 0.0))
+
+
+def test_hearings_differ_and_repeat(problem, grips):
+    curves = finger_curves(problem, "upper", SETTINGS.max_approach)
+    one, again, other = (
+        hear_all(grips[:3], curves, SETTINGS, 0.5, hearing=k).inputs for k in (0, 0, 1)
+    )
+    assert np.array_equal(one, again)
+    assert not np.allclose(one, other)
+
+
+def made_up(informative: int, rows: int = 3000) -> Heard:
+    """Rows whose truth stands in one gage's present reading alone."""
+    rng = np.random.default_rng(0)
+    truths = rng.uniform(0.1, 0.9, (rows, 2))
+    inputs = rng.standard_normal((rows, feature_count(GAGES)))
+    inputs[:, informative] = truths.mean(axis=1)
+    return Heard(inputs, None, truths, np.arange(rows) // 30, rows // 30, GAGES)
+
+
+@pytest.mark.parametrize("informative", [0, 3])
+def test_the_gage_that_tells_is_kept_to_the_last(informative):
+    from concurrent.futures import ThreadPoolExecutor
+
+    heard = made_up(informative)
+    with ThreadPoolExecutor(1) as pool:
+        own = eliminate(QuickLearner(heard, 0), GAGES, pool, lambda message: None)
+    assert own.order[-1] == informative
+    assert own.counts[1] == (informative,)
+    worst = max(range(GAGES), key=lambda k: own.without[k].both)
+    assert worst == informative
+    assert own.sets[(informative,)].both < 0.9 * own.sets[()].both
+
+
+def test_taught_chosen_by_and_judged_share_no_grip():
+    heard = made_up(0)
+    parts = [set(heard.grip[rows]) for rows in (heard.judged, heard.chosen_by)]
+    parts.append(set(heard.grip[~heard.judged & ~heard.chosen_by]))
+    assert [len(part) for part in parts] == [15, 15, 70]
+    assert len(set.union(*parts)) == heard.grips
+
+
+def test_the_standard_error_is_that_of_repeated_draws():
+    rng = np.random.default_rng(1)
+
+    def draw():
+        off = np.repeat(rng.normal(0.0, 0.1, 60), 20)  # one error a grip
+        grip = np.repeat(np.arange(60), 20)
+        truths = np.full((len(off), 2), 0.5)
+        return errors_of(truths + off[:, None], truths, grip)
+
+    drawn = [draw() for _ in range(300)]
+    assert np.mean([each.stick_spread for each in drawn]) == pytest.approx(
+        np.std([each.stick for each in drawn]), rel=0.15
+    )
+
+
+def test_layouts_place_gages_by_x():
+    x = np.array([3.0, -3.0, 0.0, 1.0, -1.0])
+    named = {name: sorted(x[list(kept)]) for name, kept in layouts(x, 3).items()}
+    assert named == {"spread": [-3, 0, 3], "middle": [-1, 0, 1], "ends": [-3, -1, 3]}
+
+
+def test_the_least_error_grows_with_noise_and_falls_with_response(problem):
+    (one,) = floors(problem, "upper", (2.0,), 0.5)
+    (louder,) = floors(silent_problem(problem, 4.0), "upper", (2.0,), 0.5)
+    (noisy,) = floors(problem, "upper", (2.0,), 1.0)
+    assert noisy.one_sample_stick_error == pytest.approx(2.0 * one.one_sample_stick_error)
+    assert louder.one_sample_stick_error == pytest.approx(one.one_sample_stick_error / 4.0)
+    assert one.window_stick_error < one.one_sample_stick_error
+
+
+def test_silent_gages_are_refused(problem):
+    with pytest.raises(SolverError, match="no gage answers"):
+        floors(silent_problem(problem, 0.0), "upper", (2.0,), 0.5)
+
+
+def test_a_study_judges_all_few_and_none(found):
+    assert [len(each.kept) for each in found.confirmed] == [5, 4, 3, 2, 0]
+    assert [len(each.kept) for each in found.counts] == [5, 4, 3, 2, 1, 0]
+    assert sorted(each.rank for each in found.gages) == [1, 2, 3, 4, 5]
+    assert [each.x_mm for each in found.gages] == [-4.0, -2.0, 0.0, 2.0, 4.0]
+    assert all(0.0 < (each.stick_error or 0.0) < 1.0 for each in found.confirmed)
+    assert found.dead.untold_stick_error == pytest.approx(
+        found.stick_error + max(each.untold_stick_cost for each in found.gages)
+    )
+    assert found.noises[0].noise_microstrain == 0.0
+    assert 0.5 in [each.noise_microstrain for each in found.noises]
+    assert "mm" in found.advice
+
+
+def test_a_study_repeats_whatever_the_threads(problem, grips, found):
+    again = observe_grips(problem, SETTINGS, grips, 0.5, workers=2)
+    assert replace(again, seconds=0.0) == replace(found, seconds=0.0)
+
+
+def test_quiet_gages_are_told_as_such(found):
+    alone = found.confirmed[-1].stick_error
+    counts = [
+        replace(each, stick_error=0.95 * alone if each.kept else alone) for each in found.counts
+    ]
+    noises = [
+        replace(each, quick_stick_error=0.3 if each.noise_microstrain >= 0.1 else 0.01)
+        for each in found.noises
+    ]
+    quiet = replace(found, counts=tuple(counts), noises=tuple(noises))
+    assert quiet.too_quiet
+    assert "too quiet for 0.5 microstrain" in quiet.advice
+    assert "0.02 microstrain, or plates that answer 25 times as strongly" in quiet.advice
+    deaf = replace(
+        quiet, noises=tuple(replace(each, quick_stick_error=0.9) for each in found.noises)
+    )
+    assert "Even without noise" in deaf.advice
+    nothing = [0.01 if each.noise_microstrain == 0.0 else 0.9 for each in found.noises]
+    pure = replace(
+        quiet,
+        noises=tuple(
+            replace(each, quick_stick_error=error)
+            for each, error in zip(found.noises, nothing, strict=True)
+        ),
+    )
+    assert "Only without any noise" in pure.advice
+    assert "Cramér and Rao" in pure.advice
+
+
+def test_advice_names_what_limits_a_finger(found):
+    def told(noiseless, **changes):
+        first = replace(found.noises[0], quick_stick_error=noiseless)
+        here = [replace(each, quick_stick_error=0.1) for each in found.noises[1:]]
+        counts = [
+            replace(
+                each,
+                stick_error=0.2 if not each.kept else changes.get("error", 0.08),
+                stick_spread=changes.get("spread", 0.001),
+            )
+            for each in found.counts
+        ]
+        return replace(found, noises=(first, *here), counts=tuple(counts)).advice
+
+    assert "teach on more grips" in told(0.095)
+    assert "without noise the error is 50 % lower, so quieter gages" in told(0.05)
+    assert "project's goal for its reference finger is 0.05" in told(0.05)
+    assert "goal" not in told(0.05, error=0.04)
+    unsure = told(0.05, error=0.04, spread=0.005)
+    assert unsure.startswith("Caution: 24 grips are too few")
+    assert "1 of 5 gages seem enough" in unsure
+    assert told(0.05, error=0.04).startswith("At 0.5 microstrain 1 of 5 gages suffice")
+
+
+def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
+    named = replace(found, design="half-plane", digest="0")
+    target = tmp_path / "half-plane"
+    for _ in range(2):  # an older one is replaced
+        with FOLDER.written(target) as folder:
+            write_observability(named, folder)
+    assert sorted(path.name for path in target.iterdir()) == sorted(FOLDER.products)
+    record = json.loads((target / "observability.json").read_text())
+    assert record["stick_error"] == found.stick_error
+    assert [row["count"] for row in record["counts"]] == [5, 4, 3, 2, 1, 0]
+    rows = list(csv.DictReader((target / "gages.csv").read_text().splitlines()))
+    assert [float(row["x_mm"]) for row in rows] == [-4.0, -2.0, 0.0, 2.0, 4.0]
+    counts = list(csv.DictReader((target / "counts.csv").read_text().splitlines()))
+    assert counts[-2]["stick_error"] == ""  # one gage: no network was taught
+    (target / "notes.txt").write_text("mine")
+    with pytest.raises(ResultError, match=r"notes\.txt"), FOLDER.written(target):
+        pass
+
+
+def test_a_failure_leaves_no_folder(tmp_path):
+    with pytest.raises(RuntimeError), FOLDER.written(tmp_path / "a"):
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+DESIGN = '[design]\nname = "small"\n[plates]\ncount = 5\n[grip]\nmax_approach_mm = 0.15\n'
+
+
+def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(grip_model, "grip_problem", lambda design, tell: problem)
+    path = tmp_path / "small.toml"
+    path.write_text(DESIGN)
+    options = ["--grips", "20", "--workers", "1", "--noise", "2"]
+    assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 0
+    told = capsys.readouterr().out
+    record = json.loads((tmp_path / "out/small/observability.json").read_text())
+    assert record["advice"] in told.replace("\n", " ")
+    assert not re.search(r"\de-\d", told)
+    assert (record["design"], record["noise_microstrain"], record["grips"]) == ("small", 2.0, 20)
+    assert [gage["plate"] for gage in record["gages"]] == [0, 1, 2, 3, 4]
+
+
+def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(grip_model, "grip_problem", None)
+    path = tmp_path / "one.toml"
+    path.write_text(DESIGN.replace("count = 5", "count = 1"))
+    options = ["--noise", "-1", "--grips", "3"]
+    assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 2
+    told = capsys.readouterr().err.splitlines()
+    assert [line.split(" = ")[0].split(": ")[-1] for line in told] == [
+        "gages in the array along x",
+        "noise",
+        "grips",
+    ]
+    assert not (tmp_path / "out").exists()
+
+
+def test_what_is_in_the_way_is_refused_before_work(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(grip_model, "grip_problem", None)
+    path = tmp_path / "small.toml"
+    path.write_text(DESIGN)
+    (tmp_path / "out/small").mkdir(parents=True)
+    (tmp_path / "out/small/result.json").write_text("{}")
+    assert main(["gages", str(path), "--out", str(tmp_path / "out")]) == 2
+    assert "result.json" in capsys.readouterr().err
+
+
+PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
+
+
+def test_the_pages_python_runs(problem, monkeypatch, capsys):
+    monkeypatch.setattr(grip_model, "grip_problem", lambda design, tell: problem)
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    exec(compile(code, "docs/gages.md", "exec"), {})
+    first = capsys.readouterr().out.splitlines()[0].split()
+    assert all(0.0 < float(word) < 1.0 for word in first)
+
+
+def test_the_pages_options_and_files_are_the_commands():
+    options = {name for parameter in command.params for name in parameter.opts}
+    assert set(re.findall(r"`(--[\w-]+)", PAGE)) <= options
+    assert all(f"`{name}`" in PAGE for name in FOLDER.products)
+
+
+def test_numbers_have_no_exponents():
+    assert [plain(value) for value in (4.712e-5, 0.45, 1.94, 12.0)] == [
+        *("0.000047", "0.45", "1.9", "12"),
+    ]
+
+
+def test_too_many_grips_are_refused():
+    (fault,) = option_faults(0.5, 100_000_000)
+    assert "from 20 to 100000" in str(fault)
+    assert not option_faults(0.5, 100_000)
+
+
+@pytest.mark.parametrize("noise", [float("nan"), float("inf"), -0.1])
+def test_an_impossible_noise_is_refused(problem, grips, noise):
+    with pytest.raises(DesignError, match="noise"):
+        observe_grips(problem, SETTINGS, grips, noise)

@@ -1,0 +1,98 @@
+"""The gage error of the stick ratio: what it must see in gages, and that it is repeatable."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.control.signals import NormalCalibration
+from fingerdesign.design.grip import HardwareTable
+from fingerdesign.errors import SolverError
+from fingerdesign.sensing.model import grip_problem
+from fingerdesign.sensing.stick_error import (
+    GRIPS,
+    Instants,
+    Listening,
+    heard_error,
+    instants,
+    stick_error,
+)
+
+REACH = 0.3
+
+
+@pytest.fixture(scope="module")
+def problem():
+    coarse = {"mesh.section.plate_size_mm": 0.2, "plates.count": 7, "plates.pitch_mm": 1.5}
+    return grip_problem(with_values(find_design("sensitive"), coarse), 0.2)
+
+
+@pytest.fixture(scope="module")
+def found(problem):
+    return instants(problem, "upper", REACH)
+
+
+def made(answer: float, noise: float = 0.5) -> float:
+    """The error of made-up instants whose two gages answer to the stick ratio so strongly."""
+    rng = np.random.default_rng(5)
+    grip = np.repeat(np.arange(GRIPS), 10)
+    stick = np.tile(np.linspace(1.0, 0.1, 10), GRIPS)
+    normal = np.exp(rng.uniform(0.0, 2.0, len(grip)))
+    readings = normal[:, None] * answer * np.column_stack([stick, stick**2])
+    forces = np.column_stack([normal, rng.uniform(0.1, 0.5, len(grip)) * normal])
+    flat = NormalCalibration(np.array([0.0, 100.0]), np.zeros((2, 2)))
+    return heard_error(Instants(readings, forces, stick, grip), flat, Listening(noise))
+
+
+def test_it_falls_with_what_gages_answer() -> None:
+    found = [made(answer) for answer in (0.0, 0.5, 5.0, 500.0)]
+    assert found == sorted(found, reverse=True)
+    assert found[0] == pytest.approx(np.std(np.linspace(1.0, 0.1, 10)), rel=0.25)  # a guess
+    assert found[-1] < 0.05
+
+
+def test_only_answer_over_noise_counts() -> None:
+    assert made(5.0, 0.5) == pytest.approx(made(50.0, 5.0), rel=1e-6)
+
+
+def test_grips_cover_stick_and_slip(found) -> None:
+    assert len(np.unique(found.grip)) == GRIPS
+    assert found.stick.min() < 0.1
+    assert found.stick.max() > 0.9
+    assert (found.forces > 0.0).all()
+
+
+def test_noise_raises_it(problem) -> None:
+    errors = [stick_error(problem, "upper", REACH, Listening(noise)) for noise in (0.5, 20, 1e4)]
+    assert errors[0] < 0.8 * errors[1] < errors[2]
+    assert errors[2] > 0.18
+
+
+def test_a_design_has_one_error_and_a_seed_its_own(problem) -> None:
+    error = stick_error(problem, "upper", REACH, seed=3)
+    assert stick_error(problem, "upper", REACH, seed=3) == error
+    assert stick_error(problem, "upper", REACH, seed=4) != error
+
+
+def test_gages_far_from_the_contact_tell_less(problem) -> None:
+    def heard(*gages):
+        few = replace(problem, model=problem.model.with_gages(gages))
+        return stick_error(few, "upper", REACH, seed=1)
+
+    assert heard(2, 3, 4) < heard(0, 6)
+
+
+def test_no_gages_is_an_error(problem) -> None:
+    bare = replace(problem, model=problem.model.with_gages([]))
+    with pytest.raises(SolverError, match="no gages"):
+        stick_error(bare, "upper", REACH)
+
+
+def test_what_hardware_leaves_perfect_is_a_good_amplifiers() -> None:
+    assert Listening.of(HardwareTable()) == Listening()
+    given = HardwareTable(gage_noise_microstrain=3.0, force_noise_N=0.1, gain_spread=0.05)
+    assert Listening.of(given) == Listening(3.0, 0.1, 0.05)
+    stepped = Listening.of(HardwareTable(quantisation_microstrain=12.0))
+    assert stepped.noise == pytest.approx(np.hypot(0.5, 12.0**0.5))

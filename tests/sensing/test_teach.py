@@ -1,0 +1,106 @@
+"""Teaching: seeded wanderings, what is heard of them, a lesson better than nothing, kept."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.contact.problem import ContactProblem
+from fingerdesign.control.estimator import GripEstimator, feature_count
+from fingerdesign.errors import SolverError
+from fingerdesign.sensing import lessons
+from fingerdesign.sensing.paths import FRICTIONS
+from fingerdesign.sensing.teach import NOISES, Settings, finger_curves, hear, teach, wanderings
+
+SETTINGS = Settings(face="upper", max_approach=0.12, grips=60, hearings=1, seed=1)
+
+
+@pytest.fixture(scope="module")
+def problem(half_plane_problem: ContactProblem) -> ContactProblem:
+    model = half_plane_problem.model.with_gages((2, 5, 8))
+    return replace(half_plane_problem, model=model)
+
+
+@pytest.fixture(scope="module")
+def grips(problem):
+    return wanderings(problem, SETTINGS)
+
+
+def test_wanderings_are_those_of_their_seed(problem, grips):
+    few = wanderings(problem, replace(SETTINGS, grips=3))
+    for again, before in zip(few, grips[:3], strict=True):
+        assert again.friction_coefficient == before.friction_coefficient
+        assert again.truths == before.truths
+    other = wanderings(problem, replace(SETTINGS, grips=1, seed=2))
+    assert other[0].friction_coefficient != grips[0].friction_coefficient
+
+
+def test_wanderings_meet_all_states(grips):
+    frictions = [each.friction_coefficient for each in grips]
+    assert FRICTIONS[0] <= min(frictions) < 0.25 < 0.6 < max(frictions) <= FRICTIONS[1]
+    used = np.concatenate([each.used for each in grips])
+    assert (used > 0.9).any()
+    assert (used < 0.3).any()
+    stick = [t.stick_ratio for each in grips for t in each.truths if t.stick_ratio is not None]
+    assert min(stick) < 0.2
+    assert max(stick) > 0.9
+
+
+def test_pulls_never_use_more_than_the_friction(grips):
+    assert max(used for each in grips for used in each.used) <= 1.0 + 1e-6
+
+
+def test_what_is_heard_has_the_noise_that_was_asked(problem, grips):
+    curves = finger_curves(problem, "upper", SETTINGS.max_approach)
+    quiet, truths = hear(grips[0], curves, SETTINGS, np.random.default_rng(0), 0.0)
+    loud, same = hear(grips[0], curves, SETTINGS, np.random.default_rng(0), 10.0)
+    assert quiet.shape == (len(truths), feature_count(3))
+    assert np.array_equal(truths, same)
+    assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
+
+
+def test_a_lesson_beats_knowing_nothing_and_its_file_says_the_same(problem, grips, monkeypatch):
+    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 25),))
+    monkeypatch.setattr("fingerdesign.sensing.teach.BANDS", ((0.25, 15.0),))
+    lesson = teach(problem, "key", SETTINGS, grips=grips)
+    used = np.concatenate([each.used for each in grips])
+    assert lesson.noises == NOISES
+    assert lesson.used_errors[0] < 0.7 * used.std()
+    assert (lesson.estimator.bands[0].spread[:, 1] > 0.0).all()
+    again = GripEstimator.from_json(lesson.estimator.to_json())
+    history = grips[0].moments[:20]
+    assert again.estimate(history).used == pytest.approx(
+        lesson.estimator.estimate(history).used, abs=1e-3
+    )
+
+
+def test_too_few_grips_are_refused(problem, grips):
+    with pytest.raises(SolverError, match="more grips"):
+        teach(problem, "key", SETTINGS, grips=grips[:4])
+
+
+def test_a_lesson_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
+    taught = []
+
+    def teacher(problem, key, settings, tell, workers):
+        taught.append(key)
+        return teach(problem, key, SETTINGS, grips=grips)
+
+    monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 2),))
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    monkeypatch.setattr(lessons, "teach", teacher)
+    design = find_design("sensitive")
+    first = lessons.lesson_for(design, problem)
+    assert lessons.lesson_for(design, problem).stick_errors == first.stick_errors
+    assert len(taught) == 1
+    # Controllers' parameters teach nothing anew; the finger and the stage do.
+    lessons.lesson_for(with_values(design, {"grip.regulator.target": 0.7}), problem)
+    assert len(taught) == 1
+    lessons.lesson_for(with_values(design, {"plates.count": 13}), problem)
+    assert len(set(taught)) == 2
+    (kept,) = (path for path in (tmp_path / "lessons").iterdir() if taught[0] in path.name)
+    kept.write_text(kept.read_text()[:1000])
+    lessons.lesson_for(design, problem)
+    assert len(taught) == 3

@@ -1,0 +1,124 @@
+"""Evaluators for tests, named "sweep_evaluators:NAME": quick, and bad in every way."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from fingerdesign.records.outcome import Failure
+from fingerdesign.search.run.evaluate import Job, failed
+
+
+def outcome_of(data, seconds=0.0):
+    """A good outcome, the same whenever and wherever it is computed."""
+    job = Job.from_data(data)
+    metrics = {"plates": float(job.design.plates.count), "cost": 1.0}
+    empty = failed(job, Failure("failed", ""))
+    return replace(empty, status="ok", failure=None, metrics=metrics, seconds=seconds)
+
+
+def quick(data):
+    """At once; leaves a line of its name in the file $EVALUATED, if any."""
+    _tell(data)
+    return outcome_of(data).to_json()
+
+
+def slow(data):
+    """After $EVALUATOR_SECONDS."""
+    time.sleep(float(os.environ.get("EVALUATOR_SECONDS", "0.2")))
+    return quick(data)
+
+
+def bad(data):
+    """What the value "act" says: crash, exit, hang, eat, raise, babble, killed; else quick."""
+    act = data["values"].get("act", "")
+    if act == "crash":
+        os.abort()
+    if act == "exit":
+        os._exit(3)
+    if act == "hang":
+        time.sleep(1e6)
+    if act == "eat":
+        kept = []
+        while True:
+            kept.append(bytearray(os.urandom(1 << 20) * 20))
+            time.sleep(0.02)
+    if act == "raise":
+        raise ZeroDivisionError("of the test")
+    if act == "babble":
+        return '{"no": "outcome"}'
+    if act == "killed":  # once
+        mark = Path(os.environ["EVALUATED"] + ".killed")
+        if not mark.exists():
+            mark.touch()
+            os.kill(os.getpid(), 9)
+    return quick(data)
+
+
+def _tell(data):
+    path = os.environ.get("EVALUATED")
+    if path:
+        with open(path, "a", encoding="utf-8") as stream:
+            stream.write(f"{data['name']}\n")
+
+
+def tenth(data):
+    """Of every thirty variants one crashes, one hangs, one eats memory."""
+    act = {9: "crash", 19: "hang", 29: "eat"}.get(int(data["name"].rsplit("-", 1)[1]) % 30, "")
+    return bad(data | {"values": {"act": act}}) if act else slow(data)
+
+
+def large(data):
+    """After a moment; a tenth are of 200 kB."""
+    time.sleep(0.1)
+    found = outcome_of(data)
+    if data["name"].endswith("9"):
+        found = replace(found, warnings=("w" * 200_000,))
+    _tell(data)
+    return found.to_json()
+
+
+def deadly(data):
+    """The fifth ends the worker that asks."""
+    if data["name"].endswith("0005"):
+        os.kill(os.getppid(), 9)
+        time.sleep(10.0)
+    return slow(data)
+
+
+def who(data):
+    """The process, what it has started, and its threads' setting; it prints, too."""
+    if data.get("hang"):
+        started = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1e6)"])
+        Path(data["hang"]).write_text(f"{os.getpid()} {started.pid}", encoding="utf-8")
+        time.sleep(1e6)
+    print("this is no answer", flush=True)
+    os.write(1, b"nor this\n")
+    return json.dumps({"pid": os.getpid(), "threads": os.environ["MKL_NUM_THREADS"]})
+
+
+def endless(data):
+    """Writes on the answers' pipe without an end of the line."""
+    answers = [each for each in map(int, os.listdir("/proc/self/fd")) if each > 2]
+    pipes = [each for each in answers if "pipe:" in _target(each)]
+    while True:
+        for each in pipes:
+            os.write(each, b"x" * 10_000)
+        time.sleep(0.0002)
+
+
+def _target(number):
+    try:
+        return os.readlink(f"/proc/self/fd/{number}")
+    except OSError:
+        return ""
+
+
+def elsewhere(data):
+    """As a worker of another version answers."""
+    found = outcome_of(data)
+    older = found.versions | {"fingerdesign": "0.0.1"}
+    return replace(found, digest="0" * 64, versions=older).to_json()

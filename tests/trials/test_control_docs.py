@@ -1,0 +1,37 @@
+"""docs/control.md: its Python runs, its commands and options exist; the schema is the code's."""
+
+import re
+from pathlib import Path
+
+from fingerdesign_cli.common import CONTROLLERS
+from fingerdesign_cli.study_control import command
+
+from fingerdesign.control.controllers.roster import NAMES
+from fingerdesign.trials.figures import LOOKS
+from fingerdesign.trials.schema import SHIPPED, schema_text
+
+TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")
+
+
+def test_its_python_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
+    exec(compile(code, "docs/control.md", "exec"), {})
+    told = capsys.readouterr().out.split()
+    assert float(told[0]) == 1.0
+    assert 1.15 < float(told[-1]) < 1.3
+
+
+def test_its_options_are_the_commands():
+    options = {name for parameter in command.params for name in parameter.opts}
+    assert set(re.findall(r"`(--[\w-]+)", TEXT)) <= options
+    for line in re.findall(r"^fingerdesign (.*?)(?: #.*)?$", TEXT, flags=re.MULTILINE):
+        assert line.split()[0] == "study-control"
+        assert {word for word in line.split() if word.startswith("--")} <= options
+
+
+def test_every_controller_is_offered_and_has_a_look():
+    assert set(CONTROLLERS) == set(NAMES) == set(LOOKS)
+
+
+def test_the_shipped_schema_is_the_one_in_the_code():
+    assert SHIPPED.read_text("utf-8") == schema_text()

@@ -1,0 +1,175 @@
+"""What the page of a control study says, from made-up grips; no model."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fingerdesign_cli.study_control import _show
+
+from fingerdesign.control.controllers.roster import NAMES
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.records.result import GripTrace
+from fingerdesign.report.style import canvas
+from fingerdesign.trials.figures import (
+    LOOKS,
+    _draw_paths,
+    force_figure,
+    map_figure,
+    success_figure,
+)
+from fingerdesign.trials.grid import ControlGrid, Tug
+from fingerdesign.trials.page import findings
+from fingerdesign.trials.record import ControlStudy
+
+GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
+GOOD = Outcome(
+    controller="regulator",
+    friction=0.3,
+    mass_g=100.0,
+    noise=0.0,
+    seed=0,
+    lifted=True,
+    dropped=False,
+    slip_distance_mm=0.0,
+    margin_at_lift=1.3,
+    peak_normal_force_N=2.0,
+    peak_ratio=1.4,
+    minimum_stick_ratio=0.5,
+    steps=30,
+    ending="lifted",
+    reason="a sentence",
+)
+DROPPED = {"lifted": False, "dropped": True, "margin_at_lift": None, "ending": "complete slip"}
+
+
+def study(**controllers):
+    """Grips of controllers: what is changed in all of a controller's, and in its last one."""
+    outcomes = []
+    for name, (every, last) in controllers.items():
+        cells = [cell for lot in GRID.lots([name]) for cell in lot.cells]
+        for k, cell in enumerate(cells):
+            each = replace(
+                GOOD, controller=name, friction=cell.friction, mass_g=cell.mass_g, noise=cell.noise
+            )
+            changes = {**every, **(last if k == len(cells) - 1 else {})}
+            outcomes.append(replace(each, **changes))
+    return ControlStudy(
+        "made up", "0", tuple(controllers), GRID, tuple(outcomes), {}, {"sample_rate_Hz": 100.0}
+    )
+
+
+def answers(made):
+    return [each.answer for each in findings(made.data())]
+
+
+def test_all_is_well():
+    gentle = {"peak_ratio": 1.4}
+    made = study(
+        paper=({"peak_ratio": 2.0}, {}),
+        regulator=(gentle, {}),
+        **{"oracle_1.2": ({"peak_ratio": 1.2}, {})},
+    )
+    assert answers(made) == ["yes"] * 4
+    best = findings(made.data())[-1].words
+    assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is told
+
+
+@pytest.mark.parametrize(
+    ("paper", "regulator", "expected"),
+    [
+        # one grip of four dropped: held 75 %, no more often a success than the rival
+        (({"peak_ratio": 2.0}, {}), ({}, DROPPED), ["yes", "no", "yes", "partly"]),
+        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, {}), ["yes", "yes", "yes", "partly"]),
+        (({"peak_ratio": 1.3}, {}), ({"peak_ratio": 2.0}, DROPPED), ["yes", "no", "yes", "no"]),
+        (({}, {}), ({"margin_at_lift": 1.6}, {}), ["yes", "yes", "no", "partly"]),
+        ((DROPPED, {}), ({}, {}), ["no", "yes", "yes", "yes"]),
+    ],
+)
+def test_what_is_not_well_is_said(paper, regulator, expected):
+    assert answers(study(paper=paper, regulator=regulator)) == expected
+
+
+def test_without_paper_and_regulator_the_best_is_named():
+    made = study(reactive=({}, DROPPED), fixed_force=({}, {}))
+    (only,) = findings(made.data())
+    assert only.answer == "best"
+    assert only.words.startswith("fixed force: 100.0 %")
+
+
+def test_the_best_is_not_one_that_is_told_unless_all_are():
+    oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
+    (only,) = findings(study(**oracles, reactive=({}, DROPPED)).data())
+    assert only.words.startswith("reactive: ")
+    assert "Oracles" in only.words
+    (only,) = findings(study(**oracles).data())
+    assert only.words.startswith("oracle 1.5, which is told friction and weight: 100.0 %")
+    assert findings(study(reactive=({}, {})).data()) == []
+
+
+def test_an_answer_is_of_the_grid_and_says_what_its_interval_leaves_open():
+    held = findings(study(regulator=({}, {})).data())[0]
+    assert held.answer == "yes"
+    assert "99 % of this grid" in held.question
+    assert "4 of 4 grips (100.0 %), one each on 2 frictions (0.3 to 0.6) by 2 weights" in held.words
+    assert held.words.endswith("does not exclude less than 99 %.")
+    lost = findings(study(regulator=(DROPPED, {})).data())[0]
+    assert lost.words.endswith("lies wholly below 99 %.")
+
+
+def test_figures_say_in_words_what_they_show():
+    made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}))
+    data = made.data()
+    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
+    assert (
+        "paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %." in success_figure(data).alternative
+    )
+    told = map_figure(data, rows, 0.5).alternative
+    assert "paper: 3 of 4 succeed; 1 dropped." in told
+    assert "regulator: 0 of 4 succeed; 4 crushed." in told
+    assert "regulator: median 3.50" in force_figure(data, rows, 0.5).alternative
+
+
+def test_a_controller_that_lifts_nothing_is_drawn_too():
+    made = study(paper=(DROPPED, {}))
+    data = made.data()
+    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
+    assert "paper lifts nothing" in force_figure(data, rows, 0.5).alternative
+    assert "0 of 4 succeed; 4 dropped" in map_figure(data, rows, 0.5).alternative
+
+
+def test_the_tables_on_the_terminal_fit_80_columns(capsys):
+    made = study(**{name: ({}, DROPPED) for name in NAMES})
+    tugs = [replace(each, tug=0.3, reaction_steps=k) for k, each in enumerate(made.outcomes, 1)]
+    made = replace(
+        made,
+        grid=replace(GRID, tug=Tug()),
+        outcomes=(*made.outcomes, *tugs),
+        seconds={"whole": 1.0},
+    )
+    _show(made, Path("judged"))
+    lines = capsys.readouterr().out.splitlines()
+    rows = [line for line in lines if line[:1] in "┏┃│└"]
+    assert len(rows) == 3 * (3 + len(NAMES))
+    assert max(map(len, rows)) <= 80
+    assert sum("7 of 7" in row for row in rows) == len(NAMES)  # the eighth is not lifted
+
+
+def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
+    force = np.array([0.5, 20.0, 80.0])  # far beyond what 100 g at 0.8 needs
+    same = dict.fromkeys(("approach", "shear", "stick_ratio", "gage_area_mm", "dx", "dy"), force)
+    trace = GripTrace(
+        "fixed_force",
+        0.8,
+        100.0,
+        **same,
+        normal_force=force,
+        tangential_force=np.array([0.0, 0.3, 0.49]),
+        hold=force > 100.0,
+        gage_readings=np.zeros((3, 2)),
+        lift_step=2,
+    )
+    axes = canvas(4.0, 3.0).subplots()
+    _draw_paths(axes, [trace])
+    assert axes.get_xlim()[1] > 80.0
+    assert len({colour for colour, _, _ in LOOKS.values()}) == len(LOOKS)

@@ -1,0 +1,262 @@
+"""A control study on a closed-form finger: grips, journal, processes, record, page, command."""
+
+import csv
+import json
+from dataclasses import asdict, replace
+
+import jsonschema
+import numpy as np
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign import parse_design
+from fingerdesign.control.metrics import summarise
+from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.plant import Memory
+from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.records.result import ResultError
+from fingerdesign.trials import bench as control_bench
+from fingerdesign.trials import run as control_study
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import Cell, ControlGrid, Tug
+from fingerdesign.trials.record import COLUMNS
+from fingerdesign.trials.run import FOLDER, Journal, journal_beside, run_lots
+from fingerdesign.trials.schema import control_schema
+
+DESIGN = """[design]
+name = "half-plane"
+[plates]
+count = 11
+[grip]
+preload_mm = 0.03
+approach_step_mm = 0.01
+max_approach_mm = 0.25
+"""
+GRID = ControlGrid((0.4, 0.6), (150.0, 300.0), (0.0, 1.0), tug=Tug(stay_s=0.1), hold_s=0.05)
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane_problem):
+    design = parse_design(DESIGN)
+    return GripBench(half_plane_problem, "both", tuple(range(11)), design.grip, Hardware(), GRID)
+
+
+def all_outcomes(bench, path, names, workers=1, digest="d"):
+    journal = Journal(path, digest)
+    run_lots(bench, list(GRID.lots(names)), journal, workers)
+    return journal.outcomes
+
+
+def test_an_oracle_holds_its_margin_everywhere_at_any_noise(bench, tmp_path):
+    found = list(all_outcomes(bench, tmp_path / "j", ["oracle_1.5"]).values())
+    told = summarise([each for each in found if not each.tug])
+    assert told.success.rate == 1.0
+    assert told.margin_at_lift.least == pytest.approx(1.5, abs=0.1)
+    assert told.margin_at_lift.most == pytest.approx(1.5, abs=0.1)
+    tugged = summarise([each for each in found if each.tug])
+    assert tugged.held.rate == 1.0
+    assert tugged.answered.count == tugged.answered.of == 4
+    assert 1 <= tugged.reaction_steps.median <= 12
+
+
+def test_what_does_not_feel_the_noise_is_solved_once(bench, monkeypatch):
+    moves = []
+
+    class Counting(LiftPlant):
+        def move(self, dx, dy):
+            moves.append((dx, dy))
+            return super().move(dx, dy)
+
+    monkeypatch.setattr(control_bench, "LiftPlant", Counting)
+    memory = Memory()
+    first = bench.run_cell(Cell("oracle_1.2", 0.5, 200.0, 0.0), memory)
+    count = len(moves)
+    second = bench.run_cell(Cell("oracle_1.2", 0.5, 200.0, 5.0), memory)
+    assert count > 10
+    assert len(moves) == count
+    assert replace(second, noise=0.0, seed=first.seed) == first
+
+
+def test_the_same_seed_gives_the_same_grip_and_noise_is_felt(bench):
+    cell = Cell("paper", 0.5, 200.0, 1.0)
+    first, again = bench.episode(cell), bench.episode(cell)
+    assert np.array_equal(first.trace.gage_readings, again.trace.gage_readings)
+    quiet = bench.episode(replace(cell, noise=0.0))
+    felt = first.trace.gage_readings[:3] - quiet.trace.gage_readings[:3]
+    assert 0.5 < felt.std() < 2.0
+
+
+def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
+    cell = Cell("oracle_1.5", 0.5, 200.0, 1.0)
+    still, tugged = bench.episode(cell).trace, bench.episode(replace(cell, tug=0.3)).trace
+    steps = len(still.dx)
+    assert still.lift_step == tugged.lift_step == steps - 1 - 5  # held for 0.05 s
+    assert np.array_equal(tugged.gage_readings[:steps], still.gage_readings)
+    assert len(tugged.dx) == steps + 10 + 10 + 10
+    pull = tugged.tangential_force[steps:] / still.tangential_force[-1]
+    assert pull[0] == pytest.approx(1.03, abs=1e-6)
+    assert pull[9:20] == pytest.approx(1.3, abs=1e-6)
+    assert pull[-1] == pytest.approx(1.0, abs=1e-6)
+
+
+def test_an_opposite_finger_that_is_alike_changes_nothing(bench, half_plane_problem):
+    cell = Cell("fixed_ratio", 0.5, 200.0, 0.0)
+    mirror = bench.run_cell(cell, Memory())
+    alike = replace(bench, opposite=half_plane_problem).run_cell(cell, Memory())
+    assert alike.margin_at_lift == pytest.approx(mirror.margin_at_lift, rel=1e-6)
+    assert (alike.steps, alike.ending) == (mirror.steps, mirror.ending)
+
+
+def test_processes_change_nothing(bench, tmp_path):
+    names = ["fixed_ratio", "paper"]
+    one = all_outcomes(bench, tmp_path / "one", names)
+    two = all_outcomes(bench, tmp_path / "two", names, workers=2)
+    assert one == two
+
+
+def test_a_model_that_fails_is_a_failed_grip(bench, monkeypatch):
+    class Broken(LiftPlant):
+        def move(self, dx, dy):
+            raise SolverError("no accepted answer")
+
+    monkeypatch.setattr(control_bench, "LiftPlant", Broken)
+    found = bench.run_cell(Cell("paper", 0.5, 200.0, 0.0), Memory())
+    assert (found.ending, found.success, found.reason) == ("failed", False, "no accepted answer")
+    json.dumps(asdict(found), allow_nan=False)
+
+
+def test_a_journal_goes_on_where_it_stopped(bench, tmp_path, monkeypatch):
+    path = tmp_path / "j.jsonl"
+    whole = all_outcomes(bench, path, ["oracle_1.2"])
+    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+    path.write_text("".join(lines[:5]) + lines[5][:30], encoding="utf-8")
+    done = []
+    real = GripBench.run_cell
+    monkeypatch.setattr(GripBench, "run_cell", lambda *given: done.append(given[1]) or real(*given))
+    assert all_outcomes(bench, path, ["oracle_1.2"]) == whole
+    assert len(done) == len(whole) - 4
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 1 + len(whole)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('{"control_study": "other"}\n', "another design"),
+        ('{"control_study": "d"}\n{"controller": 1}\n', "line 2: not a grip"),
+        ("my notes\n", "line 1: not a grip"),
+        ("my notes", "no journal"),
+    ],
+)
+def test_a_foreign_journal_is_left_alone(tmp_path, text, said):
+    path = tmp_path / "j.jsonl"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ResultError, match=said):
+        Journal(path, "d")
+    assert path.read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("lifted", "no"), ("peak_ratio", "big"), ("peak_ratio", None), ("steps", 1.5), ("new", 1)],
+)
+def test_a_journal_with_a_spoiled_value_is_refused(bench, tmp_path, key, value):
+    path = tmp_path / "j.jsonl"
+    all_outcomes(bench, path, ["oracle_1.2"])
+    head, line, *_ = path.read_text(encoding="utf-8").splitlines()
+    digest = json.loads(head)["control_study"]
+    path.write_text(f"{head}\n{json.dumps({**json.loads(line), key: value})}\n", encoding="utf-8")
+    with pytest.raises(ResultError, match="line 2"):
+        Journal(path, digest)
+
+
+def test_only_a_study_is_replaced(tmp_path):
+    (tmp_path / "mine.txt").write_text("kept", encoding="utf-8")
+    with pytest.raises(ResultError, match="mine"), FOLDER.written(tmp_path):
+        pass
+    with pytest.raises(RuntimeError), FOLDER.written(tmp_path / "new"):
+        raise RuntimeError
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt"]
+
+
+@pytest.fixture
+def quick_model(half_plane_problem, monkeypatch):
+    monkeypatch.setattr(control_study, "grip_problem", lambda *given: half_plane_problem)
+    monkeypatch.setattr(control_study, "opposite_problem", lambda *given: None)
+
+
+OPTIONS = ["--friction", "0.4", "--friction", "0.6", "--mass-g", "150", "--mass-g", "300"]
+OPTIONS += ["--noise", "0", "--noise", "0.5", "--workers", "1"]
+CONTROLLERS = ["--controller", "paper", "--controller", "oracle_1.2"]
+
+
+def test_the_command_writes_a_whole_folder(quick_model, tmp_path, capsys):
+    (tmp_path / "d.toml").write_text(DESIGN, encoding="utf-8")
+    out = tmp_path / "out"
+    arguments = ["study-control", str(tmp_path / "d.toml"), "--out", str(out)]
+    assert main([*arguments, *OPTIONS, *CONTROLLERS, "--json"]) == 0
+    folder = out / "half-plane"
+    assert [path.name for path in out.iterdir()] == ["half-plane"]  # and no journal
+    names = {path.name for path in folder.iterdir()}
+    assert {"control.json", "grips.csv", "control.html", "control.png"} < names
+    assert sum(name.startswith("path_") for name in names) == 4
+    record = json.loads((folder / "control.json").read_text("utf-8"))
+    assert record == json.loads(capsys.readouterr().out)
+    jsonschema.validate(record, control_schema())
+    assert [each["controller"] for each in record["controllers"]] == ["paper", "oracle_1.2"]
+    oracle = record["controllers"][1]
+    assert oracle["told"] == "friction and weight"
+    assert [row["grips"] for row in oracle["by_noise"]] == [4, 4]
+    assert oracle["tugged"]["grips"] == 4
+    with (folder / "grips.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert list(rows[0]) == list(COLUMNS)
+    assert len(rows) == record["grips"] == 2 * 4 * 3
+    successes = [row for row in rows if row["controller"] == "oracle_1.2" and row["success"] == "1"]
+    untugged = [row for row in successes if float(row["tug_share"]) == 0.0]
+    assert len(untugged) == oracle["whole_grid"]["success"]["count"]
+    page = (folder / "control.html").read_text("utf-8")
+    assert "<script" not in page
+    assert "http:" not in page.replace("http://www.w3.org", "")
+    assert "oracle 1.2" in page
+    assert (folder / "control.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_interrupted_study_keeps_what_is_done(quick_model, tmp_path, monkeypatch, capsys):
+    (tmp_path / "d.toml").write_text(DESIGN, encoding="utf-8")
+    arguments = ["study-control", str(tmp_path / "d.toml"), "--out", str(tmp_path), *OPTIONS]
+    arguments += CONTROLLERS
+    real, lots = GripBench.run_lot, []
+
+    def interrupted(self, lot):
+        if len(lots) == 3:
+            raise KeyboardInterrupt
+        lots.append(lot)
+        return real(self, lot)
+
+    monkeypatch.setattr(GripBench, "run_lot", interrupted)
+    assert main(arguments) == 130
+    assert not (tmp_path / "half-plane").exists()
+    assert journal_beside(tmp_path / "half-plane").exists()
+    monkeypatch.setattr(GripBench, "run_lot", lambda *given: lots.append(given[1]) or real(*given))
+    assert main([*arguments, "--quiet"]) == 0
+    assert len(lots) == 8  # the other five, none again
+    assert not journal_beside(tmp_path / "half-plane").exists()
+    assert capsys.readouterr().err.count("interrupted") == 1
+
+
+def test_wrong_input_is_refused_before_any_work(quick_model, tmp_path, capsys):
+    (tmp_path / "d.toml").write_text(DESIGN, encoding="utf-8")
+    arguments = ["study-control", str(tmp_path / "d.toml"), "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--controller", "papr"]) == 2
+    assert "did you mean paper?" in capsys.readouterr().err
+    assert main([*arguments, "--noise", "-1"]) == 2
+    assert "--noise = -1.0" in capsys.readouterr().err
+    assert main([*arguments, "--estimator", str(tmp_path / "none.json")]) == 2
+    assert not list((tmp_path).glob("out/*"))
+
+
+def test_plates_are_needed(tmp_path):
+    bare = parse_design('design.name = "bare"\nplates.count = 0')
+    with pytest.raises(DesignError, match=r"plates\.count"):
+        control_study.study_control(bare, ("paper",), GRID, tmp_path / "j")

@@ -1,0 +1,369 @@
+"""Tuning: one procedure and budget for all, seeded, on grips of its own; record and command."""
+
+import json
+import os
+import re
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from fingerdesign_cli.main import main
+
+from fingerdesign import load_design, parse_design
+from fingerdesign.control.controllers.roster import NAMES
+from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.records.result import ResultError
+from fingerdesign.trials import tune as tune_study
+from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, seed_of
+from fingerdesign.trials.tune import Kept, default_values, tune_controllers
+from fingerdesign.trials.tuning import (
+    BUDGET,
+    RANGES,
+    Range,
+    Round,
+    bench_judge,
+    run_cells,
+    tune,
+    tuned_grip,
+    tuning_cells,
+)
+from fingerdesign.trials.tuning_record import best_values, tuned_design, tuning_data
+
+DESIGN = """[design]
+name = "half-plane"
+[plates]
+count = 11
+[gages]
+face = "both"
+[grip]
+preload_mm = 0.03
+approach_step_mm = 0.01
+max_approach_mm = 0.25
+max_steps = 120
+"""
+SMALL = (Round(4, 0, 3), Round(2, 2, 5))
+A = Range("grip.fixed_ratio.ratio", 0.05, 0.8)
+B = Range("grip.fixed_ratio.pull_share", 0.01, 0.05)
+
+
+@pytest.fixture(scope="module")
+def design():
+    return parse_design(DESIGN)
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane_problem, design):
+    return GripBench(
+        half_plane_problem, "both", tuple(range(11)), design.grip, Hardware(), ControlGrid(seed=0)
+    )
+
+
+def made_up(cell, success, peak):
+    return Outcome(
+        controller=cell.controller,
+        friction=cell.friction,
+        mass_g=cell.mass_g,
+        noise=cell.noise,
+        seed=0,
+        lifted=success,
+        dropped=not success,
+        slip_distance_mm=0.0,
+        margin_at_lift=None,
+        peak_normal_force_N=1.0,
+        peak_ratio=peak,
+        minimum_stick_ratio=None,
+        steps=1,
+        ending="lifted" if success else "complete slip",
+        reason="",
+    )
+
+
+class Judge:
+    """Grips succeed where mu is over the ratio, at the peak mu / ratio; counts what it is asked."""
+
+    def __init__(self):
+        self.asked = []
+
+    def __call__(self, asked):
+        self.asked.append([(dict(values), tuple(cells)) for values, cells in asked])
+        return [[self.one(values, cell) for cell in cells] for values, cells in asked]
+
+    def one(self, values, cell):
+        ratio = values[A.key]
+        return made_up(cell, cell.friction > ratio, cell.friction / ratio)
+
+
+def tuned(judge, seed=0, budget=BUDGET):
+    cells = tuning_cells("fixed_ratio", budget[-1].grips)
+    default = {A.key: 0.06, B.key: 0.02}
+    return tune("fixed_ratio", default, cells, judge, ranges=(A, B), budget=budget, seed=seed)
+
+
+def test_it_finds_the_best_of_a_known_task():
+    """Success needs ratio < mu < 3 ratio: of frictions evenly in 0.2 to 0.8, best near 0.25."""
+    found = tuned(Judge())
+    assert found.best.values[A.key] == pytest.approx(0.25, abs=0.03)
+    assert found.best.success > 0.85
+    assert found.default.values == {A.key: 0.06, B.key: 0.02}
+    assert found.best.order > found.default.order
+    assert found.trials[0] == found.default
+
+
+def test_the_seed_decides_everything():
+    assert tuned(Judge()) == tuned(Judge())
+    assert tuned(Judge(), seed=1).trials[1].values != tuned(Judge()).trials[1].values
+
+
+def test_ties_go_to_the_lower_peak():
+    class Easy(Judge):
+        def one(self, values, cell):
+            return made_up(cell, True, 1.0 + values[B.key])
+
+    found = tuned(Easy())
+    assert found.best.success == 1.0
+    assert found.best.values[B.key] < 0.0103
+    assert found.best.mean_peak_ratio == pytest.approx(1.0 + found.best.values[B.key])
+
+
+def test_no_grip_is_made_twice_and_the_best_see_all():
+    judge = Judge()
+    found = tuned(judge)
+    made = Counter(
+        (tuple(values.items()), cell)
+        for asked in judge.asked
+        for values, cells in asked
+        for cell in cells
+    )
+    assert max(made.values()) == 1
+    assert sum(made.values()) == found.grips == 1808
+    assert len(found.best.outcomes) == len(found.default.outcomes) == BUDGET[-1].grips
+    assert len(judge.asked) == len(BUDGET)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_controller_has_the_same_budget(name, design):
+    class Nothing(Judge):
+        def one(self, values, cell):
+            return made_up(cell, False, 1.0)
+
+    default = default_values(design, name)
+    assert list(default) == [each.key for each in RANGES[name]]
+    for each in RANGES[name]:
+        assert each.low <= default[each.key] <= each.high
+        tuned_grip(design.grip, {each.key: each.at(0.0)})
+        tuned_grip(design.grip, {each.key: each.at(1.0)})
+    found = tune(name, default, tuning_cells(name, 96), Nothing())
+    assert found.grips == 1808
+    assert (found.best.success, found.best.mean_peak_ratio) == (0.0, None)
+
+
+def test_later_trials_stay_inside_the_box_and_near_the_best():
+    found = tuned(Judge())
+    for trial in found.trials:
+        for each in (A, B):
+            assert each.low <= trial.values[each.key] <= each.high
+    last = [A.share(trial.values[A.key]) for trial in found.trials if trial.round == 2]
+    assert max(last) - min(last) <= 1.0 / 9.0 + 1e-3
+
+
+def test_a_range_goes_both_ways():
+    for each in (A, Range("grip.threshold_share", 0.1, 0.8, logarithmic=False)):
+        assert (each.at(0.0), each.at(1.0)) == (each.low, each.high)
+        assert each.share(each.at(0.3)) == pytest.approx(0.3, abs=1e-3)
+        assert (each.share(1e-9), each.share(1e9)) == (0.0, 1.0)
+
+
+def test_tuning_grips_are_not_those_of_the_grid():
+    cells = tuning_cells("paper", 96)
+    assert len({(cell.friction, cell.mass_g) for cell in cells}) == 96
+    assert not {cell.friction for cell in cells} & set(FRICTIONS)
+    assert not {cell.mass_g for cell in cells} & set(MASSES_G)
+    assert all(0.2 <= cell.friction <= 0.8 and 100.0 <= cell.mass_g <= 1000.0 for cell in cells)
+    assert cells[:16] == tuning_cells("paper", 16)
+    others = tuning_cells("reactive", 96, noises=(0.5, 2.0))
+    assert [replace(cell, controller="paper", noise=0.5) for cell in others] == cells
+    assert [cell.noise for cell in others[:3]] == [0.5, 2.0, 0.5]
+
+
+def test_their_noise_is_another_than_the_grids(bench, monkeypatch):
+    felt = []
+    monkeypatch.setattr(GripBench, "run_cell", lambda self, cell, memory: felt.append((self, cell)))
+    cell = Cell("paper", 0.5, 200.0, 0.5)
+    with bench_judge(bench, 1) as judge:
+        judge([({}, [cell])])
+    own, same = felt[0]
+    assert seed_of(same, own.grid.seed) != seed_of(cell, bench.grid.seed)
+    assert own.grid.tug is None
+
+
+def test_grips_take_the_values_that_are_tried(bench):
+    cells = tuning_cells("fixed_ratio", 2)
+    loose, tight = (run_cells(bench, {A.key: ratio}, cells) for ratio in (0.6, 0.15))
+    assert all(a.peak_ratio < b.peak_ratio for a, b in zip(loose, tight, strict=True))
+
+
+def test_what_the_bench_taught_is_kept_for_other_settings_only(bench):
+    kept = bench.calibration(0.0)
+    assert bench.with_grip(tuned_grip(bench.grip, {A.key: 0.3})).calibration(0.0) is kept
+    other = tuned_grip(bench.grip, {"grip.preload_mm": 0.05})
+    assert bench.with_grip(other).calibration(0.0) is not kept
+
+
+def test_a_real_tuning_improves_and_processes_change_nothing(bench, design):
+    """The design's own 0.17 crushes what is rough."""
+    found = []
+    for workers in (1, 2):
+        with bench_judge(bench, workers) as judge:
+            found.append(
+                tune(
+                    "fixed_ratio",
+                    default_values(design, "fixed_ratio"),
+                    tuning_cells("fixed_ratio", SMALL[-1].grips),
+                    judge,
+                    budget=SMALL,
+                )
+            )
+    assert found[0] == found[1]
+    assert found[0].best.order > found[0].default.order
+
+
+def test_a_process_that_dies_is_said(bench):
+    with (
+        bench_judge(bench, 2) as judge,
+        pytest.raises(SolverError, match="a process of the tuning"),
+    ):
+        judge([({}, [Dying("paper", 0.5, 200.0, 0.5)])])
+
+
+class Dying(Cell):
+    """A cell that no process survives to receive."""
+
+    def __reduce__(self):
+        return os._exit, (1,)
+
+
+def test_wrong_asking_is_refused():
+    with pytest.raises(DesignError, match="one of paper, fixed_force"):
+        tune("magic", {}, tuning_cells("magic", 96), Judge())
+    with pytest.raises(DesignError, match="at least 96"):
+        tune("paper", {}, tuning_cells("paper", 95), Judge())
+
+
+@pytest.fixture
+def quick(half_plane_problem, monkeypatch):
+    """tune_controllers on the half-plane, with a small budget."""
+    made = []
+
+    def model(*_):
+        made.append(1)
+        return half_plane_problem
+
+    monkeypatch.setattr(tune_study, "grip_problem", model)
+    monkeypatch.setitem(tune_study.tune_controllers.__kwdefaults__, "budget", SMALL)
+    return made
+
+
+def test_the_record_and_what_it_is_good_for(quick, design, tmp_path):
+    path = tmp_path / "journal"
+    record = tune_controllers(design, ("fixed_ratio", "oracle_1.2"), path)
+    told = json.loads(record.to_json())
+    assert list(told["controllers"]) == ["fixed_ratio", "oracle_1.2"]
+    best = told["controllers"]["fixed_ratio"]["best"]
+    assert len(told["controllers"]["fixed_ratio"]["trials"]) == 4 + 2
+    assert best["grips"] == len(told["cells"]) == 5
+    ratio = best["values"][A.key]
+    assert tuned_design(design, record.to_json()).grip.fixed_ratio.ratio == ratio
+    assert ratio != design.grip.fixed_ratio.ratio
+    # Both controllers stand in the journal: nothing is gripped anew.
+    again = tune_controllers(design, ("oracle_1.2", "fixed_ratio"), path)
+    assert again.controllers == record.controllers
+    with pytest.raises(ResultError, match="of another design"):
+        tune_controllers(design, ("fixed_ratio",), path, seed=1)
+
+
+def test_a_journal_cut_short_is_gone_on_with(tmp_path):
+    path = tmp_path / "journal"
+    data = tuning_data(tuned(Judge(), budget=SMALL))
+    Kept(path, "d").add("fixed_ratio", data)
+    with path.open("a") as stream:
+        stream.write('{"digest": "d", "contr')
+    kept = Kept(path, "d")
+    assert list(kept.controllers) == ["fixed_ratio"]
+    kept.add("paper", data)
+    assert list(Kept(path, "d").controllers) == ["fixed_ratio", "paper"]
+
+
+def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
+    """The fifth trial of the last round is interrupted: what was judged before is not asked for."""
+    path, told, asked = tmp_path / "journal", [], []
+
+    def judge(stop):
+        def judged(pairs, made):
+            for number, (values, cells) in enumerate(pairs):
+                if len(asked) == stop:
+                    raise KeyboardInterrupt
+                asked.append((tuple(values.items()), tuple(cells)))
+                made(number, [Judge().one(values, cell) for cell in cells])
+
+        return judged
+
+    with pytest.raises(KeyboardInterrupt):
+        tuned(Kept(path, "d").judge(judge(6)), budget=SMALL)
+    kept = Kept(path, "d")
+    assert kept.grips == sum(len(cells) for _, cells in asked) > 4 * 3
+    found = tuned(kept.judge(judge(None), lambda *each: told.append(each)), budget=SMALL)
+    assert found == tuned(Judge(), budget=SMALL)
+    assert len(asked) == len(set(asked))
+    assert sum(len(cells) for _, cells in asked) == found.grips
+    assert told[0] == (12, 12)
+    assert told[-1][0] == told[-1][1]
+    with pytest.raises(ResultError, match="of another design"):
+        Kept(path, "e")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "other"}'])
+def test_what_is_no_record_is_refused(text):
+    with pytest.raises(DesignError, match="--tuning"):
+        best_values(text)
+
+
+def test_the_command(quick, tmp_path, capsys):
+    path = tmp_path / "half-plane.toml"
+    path.write_text(DESIGN)
+    out = tmp_path / "out"
+    options = ["--controller", "fixed_force", "--workers", "1"]
+    assert main(["tune", str(path), "--out", str(out), *options]) == 0
+    said = capsys.readouterr().out
+    assert "fixed_force" in said
+    assert "held %" in said
+    head = (out / "half-plane/tuned.toml").read_text().splitlines()
+    assert head[0].startswith("# half-plane, its controllers tuned by `fingerdesign tune` ")
+    assert head[1].startswith("# On 5 grips: friction 0.")
+    assert re.match(r"# fixed_force: success \d+ % \(before: \d+ %\), held \d+ %", head[2])
+    record = json.loads((out / "half-plane/tuning.json").read_text())
+    force = record["controllers"]["fixed_force"]["best"]["values"]["grip.fixed_force.force_N"]
+    assert load_design(out / "half-plane/tuned.toml").grip.fixed_force.force_N == force
+    assert not list(out.glob("*.jsonl"))
+    assert main(["tune", str(path), "--out", str(out), "--controller", "fixd_force"]) == 2
+    assert "did you mean fixed_force?" in capsys.readouterr().err
+
+
+def test_the_pages_python_runs(capsys):
+    page = Path(__file__).parents[2] / "docs/controllers.md"
+    (block,) = re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL)
+    exec(compile(block, "controllers.md", "exec"), {})
+    assert capsys.readouterr().out.split() == ["oracle_1.2", "['grip.oracle.pull_share']", "96"]
+
+
+def test_the_page_says_the_budget():
+    text = (Path(__file__).parents[2] / "docs/controllers.md").read_text("utf-8")
+    assert "1808 grips" in text
+    assert [(each.new, each.kept, each.grips) for each in BUDGET] == [
+        (32, 0, 16),
+        (8, 8, 48),
+        (4, 4, 96),
+    ]
