@@ -2,10 +2,10 @@
 
     analysis = run(Case(design))                 # the fundamental case and the grips, in 3-D
     result = analyse(design, scene, "plane-strain")
+    result = analyse_into(Case(design), out)     # and the folder that a user opens
 
-Each arrow is a folder of the package: design, geometry, mesh, fem, contact, control. What is asked
-for is case.py, what is refused refusals.py, the path load_path.py, the record's words summaries.py;
-writing the folder that a user opens is outputs.py.
+Refuse what cannot be; make the model; follow the path; lift; write down what was found. The stages
+are those of analysis/stages.py, the path analysis/path.py, the record analysis/summary.py.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.case import FIDELITIES, Case, Clock, fundamental_scene
-from fingerdesign.analysis.caveats import caveats
+from fingerdesign.analysis.analysis import Analysis, Worked, analysis_of, failed_analysis
+from fingerdesign.analysis.case import Case, Clock
+from fingerdesign.analysis.fidelity.choice import choose
 from fingerdesign.analysis.folder import write_outputs, write_solid
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.path import PathStopped, contact_history, follow_path, increment_result
+from fingerdesign.analysis.path import follow_path
 from fingerdesign.analysis.stages import (
     bare_opposite,
     condense,
@@ -31,41 +31,20 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
-from fingerdesign.analysis.summary import (
-    failed_result,
-    mesh_summary,
-    model_summary,
-    not_reached,
-    parameters,
-    peak_memory_MB,
-    result_digest,
-    versions,
-)
 from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
-from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.section.process import start_mesher
 from fingerdesign.records.folder import result_folder
-from fingerdesign.records.result import (
-    GageLayout,
-    GripResult,
-    GripTrace,
-    Result,
-)
+from fingerdesign.records.result import GripResult, GripTrace, Result
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.sensing.lessons import with_estimator
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
-if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-
-__all__ = ["FIDELITIES", "Case", "Clock", "PathStopped", "analyse", "fundamental_scene", "refuse"]
-
 
 _WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
@@ -84,8 +63,6 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     refuse(case, scene)
     case = with_estimator(case, tell)
     if case.fidelity in ("plane-strain", "auto") or case.design.mesh.mesher == "extrude":
-        from fingerdesign.mesh.section.process import start_mesher
-
         start_mesher()  # loads netgen while this process loads the rest
     clock = Clock() if clock is None else clock
     zone = zone_of(case, scene)
@@ -102,16 +79,13 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
 
 
 def _run_in_zone(
-    case: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], tell: Tell
+    requested: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], tell: Tell
 ) -> Analysis:
-    asked, ladder = case, None
+    case, ladder = requested, None
     if case.fidelity == "auto":
-        from fingerdesign.analysis.fidelity.choice import choose
-
         chosen = choose(case, scene, zone, clock, tell)
         case, model, ladder = chosen.case, chosen.model, chosen.summary
-        mesh, zone = model.mesh, chosen.zone
-        notes = [*notes, *chosen.reasons]
+        zone, notes = chosen.zone, [*notes, *chosen.reasons]
     else:
         tell("meshing")
         with clock.stage("mesh"):
@@ -119,52 +93,23 @@ def _run_in_zone(
         tell(f"condensing {len(mesh.cells)} elements")
         model = condense(case.design, mesh, zone, scene)
         clock.add(model.timings)
-    design = case.design
-    rigid = object_at_touch(scene.object, design.body)
+    rigid = object_at_touch(scene.object, case.design.body)
     problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
     tell("loading")
     with clock.stage("increments"), one_thread():
-        steps = follow_path(problem, scene, design)
-        heard = replace(problem, model=problem.model.with_gages(case.gage_array))
-        studies = slip_studies(case, scene, heard) if case.scene is None and case.studied else ()
+        steps = follow_path(problem, scene, case.design)
+        array = replace(problem, model=problem.model.with_gages(case.gage_array))
+        studies = slip_studies(case, scene, array) if case.scene is None and case.studied else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.runs_grips:
         tell("gripping")
         with clock.stage("grips"), one_thread():
             bare = bare_opposite(case, problem, zone, scene)
-            grips = run_all_grips(design, heard, case.gage_array, bare, case.estimator)
+            grips = run_all_grips(case.design, array, case.gage_array, bare, case.estimator)
     with clock.stage("report"):
         fields = recover_fields(model, steps) if case.fields else None
-    result = Result(
-        design=design.design.name,
-        scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        digest=result_digest(asked.design, scene, asked.asked),
-        versions=versions(),
-        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        warnings=tuple(caveats(case, scene, problem, steps)) + not_reached(ladder),
-        model=model_summary(model, case, zone, notes),
-        mesh=mesh_summary(mesh, design),
-        increments=tuple(increment_result(step, design.gages.face) for step in steps),
-        grips=tuple(grip for grip, _ in grips),
-        seeds={"grip": design.grip.seed},
-        timings_s=dict(clock.seconds),
-        peak_memory_MB=peak_memory_MB(),
-        parameters=parameters(asked.design, scene),
-        assumed=design.assumed,
-        ladder=ladder,
-    )
-    return Analysis(
-        result=result,
-        contact=contact_history(problem, steps),
-        slip_studies=tuple(studies),
-        grip_traces=tuple(trace for _, trace in grips),
-        mesh=mesh,
-        fields=fields,
-        plates=plate_frames(design),
-        gages=GageLayout(**design.gages.model_dump()) if design.plates.number else None,
-        depth_mm=design.body.depth_mm,
-        problem=heard,
-    )
+    worked = Worked(requested, case, scene, model, zone, problem, array, steps, notes, ladder)
+    return analysis_of(worked, clock, studies, grips, fields)
 
 
 def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Result:
@@ -173,7 +118,7 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
     Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
     be written. ``result.status`` says how the work ended.
     """
-    refuse(case, case.scene or fundamental_scene())
+    refuse(case, case.path_scene)
     if case.fidelity != "auto":  # which models that will take is not known yet
         tell(f"forecast: {forecast_case(case)}")
     target = out / case.design.design.name
@@ -187,10 +132,10 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
         except DesignError:
             raise
         except FingerDesignError as error:
-            analysis = Analysis(failed_result(case, error, clock))
+            analysis = failed_analysis(case, error, clock)
         except MemoryError:
             short = SolverError("not enough memory for this model; coarsen the mesh")
-            analysis = Analysis(failed_result(case, short, clock))
+            analysis = failed_analysis(case, short, clock)
         tell("writing the report")
         analysis = write_outputs(analysis, folder)
     return analysis.result

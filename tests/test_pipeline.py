@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from fingerdesign import analyse, load_design, parse_design, parse_scene, with_values
+from fingerdesign.analysis.case import Case
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.starter import shipped_designs, shipped_path
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.zone import Zone
-from fingerdesign.pipeline import Case, analyse_into, run
+from fingerdesign.pipeline import analyse_into, run
 from fingerdesign.records.folder import read_result
 
 COARSE = {

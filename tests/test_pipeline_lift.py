@@ -4,7 +4,8 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
-from fingerdesign.pipeline import Case, run
+from fingerdesign.analysis.case import Case
+from fingerdesign.pipeline import run
 
 DESIGN = """
 [design]

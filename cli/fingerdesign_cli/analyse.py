@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.checks.starter import find_design, find_scene
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.folder import refuse_foreign
+from fingerdesign.records.result import ResultError
 from fingerdesign_cli.common import (
     go_on_option,
     output_options,
@@ -93,11 +97,8 @@ def _read(
     designs: tuple[Path, ...], scene_file: Path | None, fidelity: str, out: Path, **options: Any
 ) -> list[Any]:
     """Every fault of every file, of each design in its scene, and of --out, before any work."""
-    from fingerdesign.checks.starter import find_design, find_scene
-    from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.pipeline import Case, fundamental_scene, refuse
-    from fingerdesign.records.folder import refuse_foreign
-    from fingerdesign.records.result import ResultError
+    from fingerdesign.analysis.case import Case, fundamental_scene
+    from fingerdesign.analysis.forecast.limits import refuse
 
     faults: list[Fault] = []
     scene = None

@@ -10,7 +10,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign.errors import printable
+from fingerdesign.cad.step_rules import check_mirror
+from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.design.step import step_facts
+from fingerdesign.errors import DesignError, printable
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.zone import summarise
 from fingerdesign_cli.common import (
     judged_design,
     judged_scene,
@@ -53,7 +58,6 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
     """
     from fingerdesign.analysis.forecast.forecast import forecasts
     from fingerdesign.analysis.forecast.limits import too_large
-    from fingerdesign.layout.zone import summarise
 
     reports: list[dict[str, object]] = []
     summaries: list[Summary] = []
@@ -98,8 +102,6 @@ def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_
 def _notes(design: Design) -> list[str]:
     """What was understood of a sound design's solid, and what to know before some analyses of it, a
     sentence each."""
-    from fingerdesign.checks.design import plane_strain_faults
-
     found = [_step_words(design)] if design.body.shape == "step" else []
     if design.body.shape in ("revolved", "dome"):
         found.append(
@@ -114,8 +116,6 @@ def _notes(design: Design) -> list[str]:
 
 def _step_words(design: Design) -> str:
     """What was made of a STEP file: its solid's sizes, its base and its contact surface."""
-    from fingerdesign.design.step import step_facts
-
     assert design.body.step is not None
     facts = step_facts(design.body.step)
     sizes = " x ".join(f"{high - low:.4g}" for low, high in zip(facts.low, facts.high, strict=True))
@@ -130,10 +130,6 @@ def _step_words(design: Design) -> str:
 
 def _could_mirror(design: Design, facts: StepFacts) -> bool:
     """Whether half of a finger could be modelled, asked of solids of few faces only."""
-    from fingerdesign.cad.step_rules import check_mirror
-    from fingerdesign.errors import DesignError
-    from fingerdesign.layout.frames import plate_frames
-
     if len(facts.faces) > _MANY_FACES:
         return False
     if not all(frame.mirrors_in_z for frame in plate_frames(design)):

@@ -12,7 +12,12 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
-from fingerdesign.errors import printable
+from fingerdesign.checks.load import judge_design, judge_scene
+from fingerdesign.checks.scene import scene_faults
+from fingerdesign.checks.starter import design_text, scene_text
+from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.errors import DesignError, Fault, printable
+from fingerdesign.records.result import ResultError
 
 if TYPE_CHECKING:
     from fingerdesign.checks.load import Judged
@@ -47,8 +52,6 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
 
     Raises :class:`DesignError` with every fault of both and of the one against the other.
     """
-    from fingerdesign.errors import DesignError
-
     scene: Judged[Scene] | None = None
     errors: list[DesignError] = []
     if scene_name is not None:
@@ -65,10 +68,6 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
 
 def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:
     """Judge a scene's file, or the shipped one; with the error that holds its faults, if any."""
-    from fingerdesign.checks.load import judge_scene
-    from fingerdesign.checks.starter import scene_text
-    from fingerdesign.errors import DesignError
-
     try:
         found = judge_scene(scene_text(name), str(name))
     except DesignError as error:
@@ -80,11 +79,6 @@ def judged_design(
     name: Path, scene: Judged[Scene] | None = None
 ) -> tuple[Judged[Design] | None, DesignError | None]:
     """Judge a design's file, or the shipped one, and against it the scene where there is one."""
-    from fingerdesign.checks.load import judge_design
-    from fingerdesign.checks.scene import scene_faults
-    from fingerdesign.checks.starter import design_text
-    from fingerdesign.errors import DesignError
-
     try:
         found = judge_design(design_text(name), str(name), Path(name).parent)
     except DesignError as error:
@@ -123,9 +117,6 @@ def go_on_option(function: _Command) -> _Command:
 
 def read_estimator(path: Path) -> GripEstimator:
     """The estimator in a file that ``fingerdesign teach`` wrote; DesignError for any other."""
-    from fingerdesign.control.estimator import EstimatorError, GripEstimator
-    from fingerdesign.errors import DesignError, Fault
-
     try:
         return GripEstimator.from_json(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, EstimatorError) as error:
@@ -137,7 +128,6 @@ def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
     """As :func:`read_estimator`; DesignError too for one that was taught on another design."""
     if path is None:
         return None
-    from fingerdesign.errors import DesignError
     from fingerdesign.sensing.lessons import estimator_faults
 
     estimator = read_estimator(path)
@@ -149,9 +139,6 @@ def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
 
 def refuse_foreign(kind: RecordFolder, target: Path) -> None:
     """DesignError, before any work, where ``target`` holds what is no older record of the kind."""
-    from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.records.result import ResultError
-
     try:
         kind.refuse_foreign(target)
     except ResultError as error:

@@ -8,6 +8,15 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.folder import RESULT_FILE
+from fingerdesign.records.outcome import designs_csv
+from fingerdesign.search.compare.facts import GOALS, Wanted, why_not
+from fingerdesign.search.compare.page import compare_html
+from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
+from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.words import summary
+from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.common import print_json, print_table
 
 if TYPE_CHECKING:
@@ -59,11 +68,6 @@ def command(
 
     Exit code 2 where a RESULT is none. Failed designs are shown with their causes: exit code 0.
     """
-    from fingerdesign.records.outcome import designs_csv
-    from fingerdesign.search.compare.page import compare_html
-    from fingerdesign.search.compare.read import read_comparison
-    from fingerdesign.search.compare.recommend import recommend
-
     to_stdout = str(json_file) == "-"
     _refuse_places({"--out": out, "--csv": csv_file, "--json": json_file}, results)
     found = read_comparison(results, _objectives(asked), name)
@@ -87,9 +91,6 @@ def command(
 
 def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> None:
     """A usage error where a file cannot go: folders, what is read here, one place for two."""
-    from fingerdesign.records.folder import RESULT_FILE
-    from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE
-
     read = {path.resolve() for path in results}
     taken: set[Path] = set()
     for option, given in places.items():
@@ -114,9 +115,6 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
 def _objectives(asked: Sequence[str]) -> list[Wanted]:
     import difflib
 
-    from fingerdesign.search.compare.facts import GOALS, Wanted
-    from fingerdesign.search.study.metrics import METRICS
-
     found = []
     for text in asked:
         metric, _, goal = text.partition(":")
@@ -137,8 +135,6 @@ def _objectives(asked: Sequence[str]) -> list[Wanted]:
 def _refuse_unknown(found: Comparison) -> None:
     """DesignError for an objective that no outcome has a value of."""
     import difflib
-
-    from fingerdesign.errors import DesignError, Fault
 
     good = [outcome for outcome in found.outcomes if outcome.status == "ok"]
     names = sorted({name for outcome in good for name in outcome.metrics})
@@ -172,8 +168,6 @@ def _write(path: Path, text: str) -> None:
 
 
 def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
-    from fingerdesign.search.compare.facts import why_not
-
     outcomes = found.outcomes
     name = None if best.chosen is None else outcomes[best.chosen].name
     return {
@@ -195,8 +189,6 @@ def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, objec
 
 
 def _show(found: Comparison, best: Recommendation) -> None:
-    from fingerdesign.search.compare.words import summary
-
     said = summary(found.outcomes, found.facts, best)
     click.echo(said.counts)
     if said.recommended:

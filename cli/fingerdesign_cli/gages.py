@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.sensing.observability import observe, refuse
+from fingerdesign.sensing.page import FOLDER, write_observability
+from fingerdesign.sensing.record import plain
 from fingerdesign_cli.common import (
     output_folder,
     output_options,
@@ -66,9 +69,6 @@ def command(
     learners on grips in plane strain that they were not taught on. A minute or two.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.sensing.observability import observe, refuse
-    from fingerdesign.sensing.page import FOLDER, write_observability
-
     refuse(design, noise, grips)
     name = design.design.name
     refuse_foreign(FOLDER, out / name)
@@ -84,8 +84,6 @@ def command(
 
 
 def _show(found: Observability, folder: Path) -> None:
-    from fingerdesign.sensing.record import plain
-
     rows = [
         [
             str(len(each.kept)) if each.kept else "0 (forces and moves)",

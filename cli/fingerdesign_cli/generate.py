@@ -9,6 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.result import ResultError
+from fingerdesign.search.study.file import read_study, study_path
+from fingerdesign.search.study.generate import generate, reasons, refuse_foreign
+from fingerdesign.search.study.sampling import number_of_points, points
+from fingerdesign.search.study.variants import base_design, variant_of
 from fingerdesign_cli.common import (
     cores,
     output_folder,
@@ -73,10 +79,6 @@ def command(
 
     Exit code 1 where the CAD of a variant fails, or no variant can exist.
     """
-    from fingerdesign.search.study.file import read_study, study_path
-    from fingerdesign.search.study.generate import generate
-    from fingerdesign.search.study.variants import base_design
-
     study = read_study(study_file)
     base = base_design(study, study_path(study_file).parent)
     target = out / study.name
@@ -120,10 +122,6 @@ def command(
 
 
 def _refuse_foreign(study: Study, target: Path) -> None:
-    from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.records.result import ResultError
-    from fingerdesign.search.study.generate import refuse_foreign
-
     try:
         refuse_foreign(study, target)
     except ResultError as error:
@@ -134,9 +132,6 @@ def _refuse_foreign(study: Study, target: Path) -> None:
 
 def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -> tuple[int, Any]:
     """How many variants are asked for, and these."""
-    from fingerdesign.search.study.sampling import number_of_points, points
-    from fingerdesign.search.study.variants import variant_of
-
     all_of_them = number_of_points(study)
     absent = [number for number in only if number > all_of_them]
     if absent:
@@ -156,8 +151,6 @@ def _chosen(study: Study, base: Any, count: int | None, only: tuple[int, ...]) -
 
 
 def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
-    from fingerdesign.search.study.generate import reasons
-
     invalid = [made.variant for made in found if made.variant.design is None]
     for made in found:
         if made.failed:

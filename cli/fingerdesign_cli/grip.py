@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.checks.load import with_values
+from fingerdesign.design.faults import undexed
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign_cli.common import (
     go_on_option,
     output_folder,
@@ -80,8 +83,6 @@ def command(
     The controller feels gages and forces only. Exit code 0 also where an object slips or is not
     lifted: that is a finding, and stands in the table and in result.json.
     """
-    from fingerdesign.errors import DesignError, Fault
-
     changes = {
         "--controller": ("grip.controller", controller),
         "--friction": ("grip.friction_coefficients", list(frictions) or None),
@@ -95,7 +96,8 @@ def command(
 
     estimator = None if estimator_file is None else read_estimator(estimator_file)
 
-    from fingerdesign.pipeline import Case, analyse_into
+    from fingerdesign.analysis.case import Case
+    from fingerdesign.pipeline import analyse_into
 
     with progress(design.design.name, quiet) as show:
         case = Case(design, None, fidelity, go_on=go_on, estimator=estimator)
@@ -107,10 +109,6 @@ def command(
 def _with_options(design: Design, options: Mapping[str, tuple[str, object]]) -> Design:
     """Set the keys of the options that were given; their faults name the option."""
     from dataclasses import replace
-
-    from fingerdesign.checks.load import with_values
-    from fingerdesign.design.faults import undexed
-    from fingerdesign.errors import DesignError
 
     given = {key: (name, value) for name, (key, value) in options.items() if value is not None}
     if not given:

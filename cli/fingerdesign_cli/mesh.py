@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.mesh.asked import asked_sizes
+from fingerdesign.mesh.files.io import write_mesh
+from fingerdesign.mesh.picture import draw_mesh
+from fingerdesign.mesh.pictures import draw_quality
+from fingerdesign.mesh.quality import assess
 from fingerdesign_cli.common import output_folder, output_options, print_json, progress, read_case
 
 if TYPE_CHECKING:
@@ -86,10 +92,8 @@ def command(
     Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
     their face (base, contact, side, end, symmetry).
     """
-    from fingerdesign.analysis.stages import make_mesh
-    from fingerdesign.mesh.asked import asked_sizes
-    from fingerdesign.mesh.quality import assess
-    from fingerdesign.pipeline import Case, fundamental_scene, refuse
+    from fingerdesign.analysis.case import Case, fundamental_scene
+    from fingerdesign.analysis.forecast.limits import refuse
 
     finger, scene = read_case(design, scene_file)
     refuse(Case(finger, scene, fidelity), scene or fundamental_scene())
@@ -103,9 +107,6 @@ def command(
         tell("writing")
         files = _write(mesh, out, formats, report.text(), report.to_dict())
         if picture:
-            from fingerdesign.mesh.picture import draw_mesh
-            from fingerdesign.mesh.pictures import draw_quality
-
             tell("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
             files.append(draw_quality(mesh, finger, report, out / "quality.png", asked))
@@ -118,8 +119,7 @@ def command(
 
 def _zone(design: Design, scene: Scene | None) -> Zone:
     """The fine zone: the analysis's first, so that both share a kept mesh."""
-    from fingerdesign.analysis.stages import zone_of
-    from fingerdesign.pipeline import Case, fundamental_scene
+    from fingerdesign.analysis.case import Case, fundamental_scene
 
     return zone_of(Case(design, scene), scene or fundamental_scene())
 
@@ -128,8 +128,6 @@ def _write(
     mesh: Mesh, out: Path, formats: tuple[str, ...], text: str, report: dict[str, object]
 ) -> list[Path]:
     import json
-
-    from fingerdesign.mesh.files.io import write_mesh
 
     out.mkdir(parents=True, exist_ok=True)
     files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in formats]

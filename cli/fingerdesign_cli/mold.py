@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from fingerdesign.mold.make import FOLDER, older_passed, write_mold
 from fingerdesign_cli.common import (
     output_folder,
     output_options,
@@ -64,8 +65,6 @@ def command(
     Exit code 1 where a check fails: record and report say which, and why.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.mold.make import FOLDER, older_passed, write_mold
-
     name = design.design.name
     design = _made_by(design, process, fixture)
     refuse_foreign(FOLDER, out / name)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import click
 
+from fingerdesign.checks import starter
+
 
 def _toml(file: Path) -> Path:
     return file.with_suffix(".toml") if file.name else Path("finger.toml")
@@ -26,8 +28,6 @@ def command(file: Path, source: str | None, scene: bool, force: bool, quiet: boo
     keys. Nothing is overwritten without --force. Shipped designs: maeno2000, homogeneous, narrow,
     wide, domed, pin, block, both_ways, boned.
     """
-    from fingerdesign.checks import starter
-
     if file.suffix != ".toml":
         raise click.UsageError(f"FILE = {file}: must end in .toml; try {_toml(file)}")
     if file.exists() and not force:

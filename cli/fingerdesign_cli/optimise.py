@@ -11,6 +11,19 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.checks.load import read_text
+from fingerdesign.search.optimise.confirm import Optimised, confirm
+from fingerdesign.search.optimise.folder import FOLDER, journal_beside, write_optimised
+from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
+from fingerdesign.search.optimise.page import confirmed_table, sensitivity_tables, verdict
+from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.run.child_worker import EVALUATE
+from fingerdesign.search.run.cluster import Cluster
+from fingerdesign.search.run.jobs import study_scenes
+from fingerdesign.search.run.run import run_jobs
+from fingerdesign.search.run.store import Store
+from fingerdesign.search.study.file import parse_study, study_path
+from fingerdesign.search.study.variants import base_design
 from fingerdesign_cli.common import (
     output_folder,
     output_options,
@@ -68,19 +81,6 @@ def command(
     (number: the trial's; done: how many are). With --quiet one line where trials failed.
     Exit code 1 where no trial at all could be analysed.
     """
-    from fingerdesign.checks.load import read_text
-    from fingerdesign.search.optimise.confirm import Optimised, confirm
-    from fingerdesign.search.optimise.folder import FOLDER, journal_beside, write_optimised
-    from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
-    from fingerdesign.search.optimise.trials import Trials
-    from fingerdesign.search.run.child_worker import EVALUATE
-    from fingerdesign.search.run.cluster import Cluster
-    from fingerdesign.search.run.jobs import study_scenes
-    from fingerdesign.search.run.run import run_jobs
-    from fingerdesign.search.run.store import Store
-    from fingerdesign.search.study.file import parse_study, study_path
-    from fingerdesign.search.study.variants import base_design
-
     path = study_path(study_file)
     text, folder = read_text(path), path.parent
     study = parse_study(text, str(study_file))
@@ -168,8 +168,6 @@ class _Told:
 
 
 def _show(found: Optimised, target: Path) -> None:
-    from fingerdesign.search.optimise.page import confirmed_table, sensitivity_tables, verdict
-
     for sentence in (*found.sentences(), *verdict(found)):
         click.echo(sentence)
     for table in (confirmed_table(found), *sensitivity_tables(found)):

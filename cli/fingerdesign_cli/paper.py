@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.paper.folder import write_paper
 from fingerdesign_cli.common import (
     output_folder,
     output_options,
@@ -49,7 +50,6 @@ def command(out: Path, design_file: Path, quiet: bool, as_json: bool) -> int:
     """
     design, _ = read_case(design_file)
     with progress("paper", quiet) as show:
-        from fingerdesign.paper.folder import write_paper
         from fingerdesign.paper.remade import remake
 
         found = remake(design, show)

@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.trials.replay import replay_trace
 from fingerdesign_cli.common import (
     estimator_for,
     output_folder,
@@ -59,8 +62,6 @@ def command(
     what the controller asks for at each. A trace with gaps, NaN, other units or too few gages is
     refused by row and column.
     """
-    from fingerdesign.records.folder import RecordFolder
-
     design, _ = read_case(design_file)
     name = design.design.name
     kind = RecordFolder("replay", "replay.json", ("replay.json", "replay.csv"))
@@ -70,8 +71,6 @@ def command(
     if chosen == "regulator" and estimator is None:
         _refuse_untaught(design_file)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
-        from fingerdesign.trials.replay import replay_trace
-
         found = replay_trace(design, trace_file, chosen, estimator, show)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
         (folder / "replay.json").write_text(record, encoding="utf-8")
@@ -84,8 +83,6 @@ def command(
 
 
 def _refuse_untaught(design_file: Path) -> None:
-    from fingerdesign.errors import DesignError, Fault
-
     bound = "a controller that needs no estimator, where none is given"
     remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
     raise DesignError([Fault("--controller", "regulator", bound, remedy)])

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.trials.grid import ControlGrid
+from fingerdesign.trials.page import findings
 from fingerdesign_cli.common import (
     CONTROLLERS,
     controllers_option,
@@ -151,8 +153,6 @@ def _grid(
 ) -> ControlGrid:
     from dataclasses import replace
 
-    from fingerdesign.trials.grid import ControlGrid
-
     grid = ControlGrid.quick() if quick else ControlGrid()
     return replace(
         grid,
@@ -165,8 +165,6 @@ def _grid(
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
-    from fingerdesign.trials.page import findings
-
     noise, grid = found.trace_noise, found.grid
     summaries = {name: found.summary(name, noise) for name in found.controllers}
     grips = len(grid.frictions) * len(grid.masses_g)

@@ -10,6 +10,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.checks.load import read_text
+from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.words import summary
+from fingerdesign.search.run.child_worker import EVALUATE
+from fingerdesign.search.run.cluster import Cluster
+from fingerdesign.search.run.folder import FOLDER, write_study
+from fingerdesign.search.run.jobs import planned, study_scenes
+from fingerdesign.search.run.run import run_jobs
+from fingerdesign.search.run.store import TRANSIENT, Store
+from fingerdesign.search.study.file import parse_study, study_path
+from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.common import (
     output_folder,
     output_options,
@@ -67,16 +78,6 @@ def command(
     and a last one for the folder. With --quiet one line where variants failed. Exit code 1 where no
     variant at all could be analysed.
     """
-    from fingerdesign.checks.load import read_text
-    from fingerdesign.search.run.child_worker import EVALUATE
-    from fingerdesign.search.run.cluster import Cluster
-    from fingerdesign.search.run.folder import FOLDER, write_study
-    from fingerdesign.search.run.jobs import planned, study_scenes
-    from fingerdesign.search.run.run import run_jobs
-    from fingerdesign.search.run.store import Store
-    from fingerdesign.search.study.file import parse_study, study_path
-    from fingerdesign.search.study.variants import base_design, variants
-
     path = study_path(study_file)
     text, folder = read_text(path), path.parent
     study = parse_study(text, str(study_file))
@@ -118,9 +119,6 @@ def _counts(outcomes: Sequence[Outcome], last: Standing | None) -> dict[str, obj
 def _show(
     found: Comparison, outcomes: Sequence[Outcome], last: Standing | None, target: Path
 ) -> None:
-    from fingerdesign.search.compare.recommend import recommend
-    from fingerdesign.search.compare.words import summary
-
     facts = found.facts
     best = recommend(found.outcomes, facts.objectives, facts.constraints)
     said = summary(found.outcomes, facts, best)
@@ -131,8 +129,6 @@ def _show(
     if kinds:
         told = ", ".join(f"{number} {_KINDS[kind]}" for kind, number in kinds.items())
         click.echo(f"failed: {told}; causes in {target / 'failures.csv'}")
-    from fingerdesign.search.run.store import TRANSIENT
-
     if set(kinds) & set(TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")
     if counts["computed"] == 0 and counts["from_store"]:

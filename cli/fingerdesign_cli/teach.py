@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign_cli.common import (
     output_folder,
     output_options,
@@ -63,7 +64,6 @@ def command(
     has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.records.folder import RecordFolder
     from fingerdesign.sensing.lessons import at_noise, lesson_for, lesson_text
 
     name = design.design.name

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.trials.tuning_record import RECORD_FILE
 from fingerdesign_cli.common import (
     CONTROLLERS,
     controllers_option,
@@ -82,9 +84,7 @@ def command(
     goes on in the middle of a round.
     """
     design, _ = read_case(design_file)
-    from fingerdesign.records.folder import RecordFolder
     from fingerdesign.trials.tune import DESIGN_FILE, tune_controllers, write_tuning
-    from fingerdesign.trials.tuning_record import RECORD_FILE
 
     name = design.design.name
     target = out / name

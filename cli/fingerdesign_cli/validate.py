@@ -7,7 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign_cli.common import output_options, print_json, print_table, progress
+from fingerdesign.analysis.fidelity.readings import QUANTITIES
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.result import ResultError
+from fingerdesign.validate.advice import NONE, spread_cell
+from fingerdesign_cli.common import output_options, print_json, print_table, progress, read_case
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -84,10 +88,7 @@ def command(
 
 def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Scene | None]:
     """Design and scene, every fault of both and of --out, before any work."""
-    from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.records.result import ResultError
     from fingerdesign.validate.run import FOLDER
-    from fingerdesign_cli.common import read_case
 
     finger, scene = read_case(design, scene_file)
     try:
@@ -113,9 +114,6 @@ def _show(found: Validation, folder: Path) -> None:
 
 
 def _cells(row: Row) -> list[list[str]]:
-    from fingerdesign.analysis.fidelity.readings import QUANTITIES
-    from fingerdesign.validate.advice import NONE, spread_cell
-
     found = []
     for name in ("equal_motion", "equal_force"):
         side = getattr(row, name)

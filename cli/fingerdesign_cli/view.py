@@ -7,6 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
+from fingerdesign.analysis.page.verdict import findings
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign_cli.common import output_options, print_json, print_table
 
 if TYPE_CHECKING:
@@ -23,8 +27,6 @@ def command(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> Non
 
     Exit code 2 where there is no result. That of a failed analysis is shown like any other.
     """
-    from fingerdesign.records.folder import read_result
-
     places = _places(folder)
     results = [read_result(place) for place in places]
     if as_json:
@@ -40,9 +42,6 @@ def command(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> Non
 
 def _places(folder: Path) -> list[Path]:
     """DIR itself, or the folders right inside that hold a result."""
-    from fingerdesign.errors import DesignError, Fault
-    from fingerdesign.records.folder import RESULT_FILE
-
     if (folder / RESULT_FILE).is_file():
         return [folder]
     inside = sorted(path.parent for path in folder.glob(f"*/{RESULT_FILE}"))
@@ -56,8 +55,6 @@ def _places(folder: Path) -> list[Path]:
 
 def _refuse_validation(folder: Path) -> None:
     """A fault that names what there is to look at where the folder holds what validate writes."""
-    from fingerdesign.errors import DesignError, Fault
-
     record = "validate.json"  # validate.record.RECORD_FILE
     places = [folder] if (folder / record).is_file() else []
     places += sorted(path.parent for path in folder.glob(f"*/{record}"))
@@ -70,8 +67,6 @@ def _refuse_validation(folder: Path) -> None:
 
 
 def _summary(place: Path, result: Result) -> dict[str, object]:
-    from fingerdesign.analysis.page.verdict import findings
-
     report = place / "report.html"
     return {
         "folder": str(place),
@@ -90,9 +85,6 @@ def _summary(place: Path, result: Result) -> dict[str, object]:
 
 
 def _show(place: Path, result: Result) -> None:
-    from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
-    from fingerdesign.analysis.page.verdict import findings
-
     click.secho(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
     for item in findings(result):
         click.echo(f"  {item.answer.upper():6} {item.question} {item.detail}")

@@ -8,7 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.checks.load import parse_scene
+from fingerdesign.checks.starter import shipped_scene_text
+from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -89,9 +91,6 @@ class Clock:
 
 def fundamental_scene() -> Scene:
     """The shipped scene of paper 3.1."""
-    from fingerdesign.checks.load import parse_scene
-    from fingerdesign.checks.starter import shipped_scene_text
-
     return parse_scene(shipped_scene_text("fundamental"), "fundamental")
 
 
@@ -102,8 +101,6 @@ def gage_array(design: Design) -> tuple[int, ...]:
     and rows along z feel shear in z. Of several rows along x the one with most plates counts, the
     first of those; centres placed one by one are one row.
     """
-    from fingerdesign.layout.frames import plate_frames
-
     plates = design.plates
     if plates.placement is not None:
         return tuple(range(plates.number))

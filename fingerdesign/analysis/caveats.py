@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.layout.frames import crest_height
 
 if TYPE_CHECKING:
@@ -130,9 +132,6 @@ def _other_answers(scene: Scene, problem: ContactProblem, steps: list[Step]) -> 
     """Whether the last increment has answers besides its own, where friction is unusually high."""
     if problem.friction_coefficient <= _UNUSUAL_FRICTION or scene.path.substeps > 1:
         return []
-    from fingerdesign.contact.increment import ContactState
-    from fingerdesign.contact.uniqueness import other_solutions
-
     last = steps[-1].increment
     before = steps[-2].increment.state if len(steps) > 1 else ContactState.untouched(problem)
     others = other_solutions(problem, before, last.motion, last, starts=2)

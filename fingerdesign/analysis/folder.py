@@ -8,9 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.page.fields import write_fields
+from fingerdesign.analysis.page.page import write_report
 from fingerdesign.analysis.summary import (
     peak_memory_MB,
 )
+from fingerdesign.cad.solid_process import write_finger_cad
 from fingerdesign.records.folder import write_result_files
 
 if TYPE_CHECKING:
@@ -24,16 +27,11 @@ if TYPE_CHECKING:
 
 def write_solid(design: Design, folder: Path) -> None:
     """finger.step, finger.stl and the parts' STL files."""
-    from fingerdesign.cad.solid_process import write_finger_cad
-
     write_finger_cad(design, folder)
 
 
 def write_outputs(analysis: Analysis, folder: Path) -> Analysis:
     """Fields, report.html, result.json and tables into ``folder``."""
-    from fingerdesign.analysis.page.fields import write_fields
-    from fingerdesign.analysis.page.page import write_report
-
     start = time.perf_counter()
     if analysis.mesh is not None:
         write_fields(folder, analysis.mesh, analysis.fields)

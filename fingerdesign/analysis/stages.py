@@ -10,10 +10,17 @@ import numpy as np
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.touch import object_at_touch, touch_point
+from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
+from fingerdesign.control.episode import run_grips
+from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
+from fingerdesign.mesh.files.imported import imported_mesh
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
+from fingerdesign.mesh.tetra.tetwild import tetrahedralise
 from fingerdesign.records.result import (
     FieldHistory,
     GripResult,
@@ -52,19 +59,11 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
     A mesh from a file is what it is: the half only where the file holds the half.
     """
     if fidelity == "plane-strain":
-        from fingerdesign.mesh.section.section import mesh_section
-
         return mesh_section(design, zone.half_width)
     if design.mesh.mesher == "extrude":
-        from fingerdesign.mesh.section.extrude import extrude
-
         return extrude(design, zone.half_width, symmetric)
     if design.mesh.mesher == "file":
-        from fingerdesign.mesh.files.imported import imported_mesh
-
         return imported_mesh(design, symmetric)
-    from fingerdesign.mesh.tetra.tetwild import tetrahedralise
-
     return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=zone.half_depth)
 
 
@@ -91,8 +90,6 @@ def slip_studies(case: Case, scene: Scene, problem: ContactProblem) -> tuple[Sli
     """The gage area beside the stick area over the fundamental path, at several frictions."""
     if len(problem.model.gage_x) < 2:
         return ()
-    from fingerdesign.control.slip_study import slip_studies as study
-
     frictions = sorted({*STUDY_FRICTION, scene.object.friction_coefficient})
     rows = [(row[0], row[1]) for row in scene.path.rows]
     return tuple(study(problem, rows, case.design.gages.face, frictions))
@@ -102,8 +99,6 @@ def bare_opposite(
     case: Case, problem: ContactProblem, zone: Zone, scene: Scene
 ) -> ContactProblem | None:
     """The finger opposite where it is the same one without plates; None where it is alike."""
-    from fingerdesign.checks.load import without_plates
-
     if case.design.grip.opposite != "bare":
         return None
     other = without_plates(case.design)
@@ -123,8 +118,6 @@ def run_all_grips(
     """The grips of the design's ``[grip]`` table on one condensed model; ``plates`` are those whose
     gages it has, ``opposite`` the other finger where it is unlike, ``estimator`` the regulator's.
     """
-    from fingerdesign.control.episode import run_grips
-
     grip = design.grip
     frictions, mass = grip.friction_coefficients, grip.object_mass_g
     return run_grips(problem, design, frictions, mass, plates, opposite, estimator)

@@ -9,24 +9,16 @@ from functools import cache
 from importlib import metadata
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.path import PathStopped
 from fingerdesign.design.step_file import portable
-from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import mirrors_in_z
-from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.files.imported import import_words
+from fingerdesign.mesh.quality import assess
 from fingerdesign.records.result import (
     LadderSummary,
     MeshSummary,
     ModelSummary,
-    Result,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
+from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case
@@ -44,8 +36,6 @@ _PACKAGES = ("numpy", "scipy", "scikit-fem", "pypardiso", "cadquery", "pytetwild
 
 @cache
 def _versions() -> tuple[tuple[str, str], ...]:
-    from fingerdesign.version import __version__
-
     found = [("fingerdesign", __version__), ("python", platform.python_version())]
     for name in _PACKAGES:
         try:
@@ -62,8 +52,6 @@ def versions() -> dict[str, str]:
 
 def result_digest(design: Design, scene: Scene, fidelity: str) -> str:
     """SHA-256 over design, scene, fidelity and this package's version, in hexadecimal."""
-    from fingerdesign.version import __version__
-
     parts = (design.digest(), scene.digest(), fidelity, __version__)
     return hashlib.sha256("\n".join(parts).encode()).hexdigest()
 
@@ -83,8 +71,6 @@ def model_summary(
     model: FiniteElementModel, case: Case, zone: Zone, notes: list[str]
 ) -> ModelSummary:
     """What was modelled, and a sentence for each choice."""
-    from fingerdesign.mesh.files.imported import import_words
-
     mesh, design = model.mesh, case.design
     kind = "triangles" if mesh.dimension == 2 else "tetrahedra"
     reasons = [f"contact candidates: {zone}, from the scene's greatest approach"]
@@ -137,8 +123,6 @@ def _section_reasons(design: Design) -> list[str]:
 
 def mesh_summary(mesh: Mesh, design: Design) -> MeshSummary:
     """The mesh's quality in a few numbers."""
-    from fingerdesign.mesh.quality import assess
-
     report = assess(mesh, design)
     has_plates = design.plates.number and design.plates.model == "solid"
     return MeshSummary(
@@ -182,24 +166,4 @@ def not_reached(ladder: LadderSummary | None) -> tuple[str, ...]:
         f"--tolerance {ladder.tolerance:g} was not reached: the last model, {ladder.chosen}, is "
         f"estimated to be off by {100 * worst:.2g} % ({name.replace('_', ' ')}), and "
         f"{ladder.why_ended}",
-    )
-
-
-def failed_result(case: Case, error: FingerDesignError, clock: Clock) -> Result:
-    """The record of an analysis that did not come to an end: why, and of what."""
-    scene = case.path_scene
-    return Result(
-        design=case.design.design.name,
-        scene=case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        digest=result_digest(case.design, scene, case.asked),
-        versions=versions(),
-        fidelity="plane-strain" if case.fidelity == "plane-strain" else "3d",
-        status="failed",
-        failure=str(error),
-        increments=error.increments if isinstance(error, PathStopped) else (),
-        seeds={"grip": case.design.grip.seed},
-        timings_s=dict(clock.seconds),
-        peak_memory_MB=peak_memory_MB(),
-        parameters=parameters(case.design, scene),
-        assumed=case.design.assumed,
     )

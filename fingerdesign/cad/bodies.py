@@ -9,6 +9,7 @@ the CAD kernel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import cadquery as cq
@@ -25,8 +26,18 @@ from fingerdesign.cad.kernel import (
     revolved,
     upper_half,
 )
+from fingerdesign.design.step import outline_file
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.profile import Piece, Profile, profile_of
+from fingerdesign.layout.profile import (
+    Piece,
+    Profile,
+    profile_of,
+)
+
+if TYPE_CHECKING:
+    import cadquery as cq
+
+    from fingerdesign.design.body import Body, StepFile
 
 if TYPE_CHECKING:
     from fingerdesign.design.body import Body
@@ -41,8 +52,6 @@ def outline_solid(body: Body, half: bool = False) -> cq.Solid:
     GeometryError where the section or the dome cannot exist, or where the kernel fails.
     """
     if body.step is not None:
-        from fingerdesign.layout.surface import step_outline
-
         whole = step_outline(body.step)
         return upper_half(whole, "body.step") if half else whole
     try:
@@ -149,3 +158,21 @@ def _turned_down(section: list[Line | Arc], axis: float) -> list[Line | Arc]:
             up = np.array([0.0, 1.0, 0.0])
             turned.append(Arc(turn(part.start), turn(part.end), turn(part.centre), up, part.radius))
     return turned
+
+
+def step_outline(step: StepFile) -> cq.Solid:
+    """The body's solid, turned and moved, for the CAD kernel (which this loads).
+
+    GeometryError where what was kept cannot be read any more.
+    """
+    import cadquery as cq
+
+    kept = outline_file(step)
+    try:
+        shape = cq.Shape.importBrep(str(kept))
+        solids: Sequence[cq.Solid] = [shape] if isinstance(shape, cq.Solid) else shape.Solids()
+    except Exception as error:  # the kernel throws its own kinds
+        raise GeometryError(f"the kept solid {kept.name} cannot be read: {error}") from error
+    if len(solids) != 1:
+        raise GeometryError(f"the kept solid {kept.name} holds {len(solids)} solids")
+    return solids[0]

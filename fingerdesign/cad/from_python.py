@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.runtime.cache import cache_folder
 
@@ -53,8 +54,6 @@ def with_body(design: Design, make: Callable[[], Any], **rules: object) -> Desig
     plates do not fit into it; GeometryError where ``make`` returns no CadQuery shape. What
     ``make`` itself raises comes through.
     """
-    from fingerdesign.checks.load import with_values
-
     file = written(make())
     values: dict[str, object] = {f"body.{key}": None for key in _IDLE}
     values |= {"body.shape": "step", "body.step": None, "body.step.file": str(file)}

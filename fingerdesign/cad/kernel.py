@@ -17,6 +17,7 @@ from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism, BRepPrimAPI_MakeRevol
 from OCP.gp import gp_Ax1, gp_Ax2, gp_Circ, gp_Dir, gp_Pnt, gp_Vec
 
 from fingerdesign.arrays import Array
+from fingerdesign.cad.step_shape import volume_of as by_gauss_kronrod
 from fingerdesign.errors import GeometryError
 
 _SPLINES = ("BSPLINE", "BEZIER", "EXTRUSION", "OFFSET", "OTHER")  # kinds of faces
@@ -108,8 +109,6 @@ def volume_of(solid: cq.Shape) -> float:
     a spline that a STEP file brings: its whole solid is integrated by Gauss-Kronrod's rule.
     """
     if any(face.geomType() in _SPLINES for face in solid.Faces()):
-        from fingerdesign.cad.step_shape import volume_of as by_gauss_kronrod
-
         return by_gauss_kronrod(solid.wrapped)
     origin, whole = gp_Pnt(0.0, 0.0, 0.0), 0.0
     for face in solid.Faces():

@@ -24,6 +24,7 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 from fingerdesign.cad.bodies import outline_solid
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.plates import core_solid, plate_solid
+from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import check_volume, core_volume, outline_volume, plate_volume
@@ -96,8 +97,6 @@ def step_face_names(step: StepFile, faces: list[cq.Face], half: bool) -> list[st
 
     Each goes by a place in its middle, where exactly one of the file's faces is near.
     """
-    from fingerdesign.design.step import step_facts
-
     places = []
     for face in faces:
         place, uv = gp_Pnt(), gp_Pnt2d()

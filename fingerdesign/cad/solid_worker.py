@@ -15,6 +15,9 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.cad.solid_process import frames_of
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.runtime.process import die_with_parent
 
 
@@ -23,8 +26,6 @@ def main(arguments: Sequence[str]) -> int:
     die_with_parent()
     folder = Path(arguments[0])
     request = json.loads((folder / "request.json").read_text("utf-8"))
-    from fingerdesign.errors import DesignError, GeometryError
-
     try:
         answer(request, folder)
     except (DesignError, GeometryError) as error:
@@ -36,9 +37,7 @@ def answer(request: dict[str, Any], folder: Path) -> None:
     """Build what is asked for and leave it in the folder."""
     from fingerdesign.cad.export import write_cad
     from fingerdesign.cad.solid import build_solid
-    from fingerdesign.cad.solid_process import frames_of
     from fingerdesign.cad.tessellation import triangulate
-    from fingerdesign.design.schema import Design
 
     design, chord = Design.model_validate(request["design"]), request["chord_tolerance_mm"]
     if "cad" in request:

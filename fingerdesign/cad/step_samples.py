@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from fingerdesign.cad.from_python import written
 from fingerdesign.runtime.cache import cache_folder
 
 FORMAT = 1  # raise it when a shape changes
@@ -27,8 +28,6 @@ def sample_step(shape: str, width: float, depth: float, height: float, crown: fl
     folder = cache_folder("samples")
     path = folder / f"{shape}-{FORMAT}-{sizes}.step"
     if not path.is_file():
-        from fingerdesign.cad.from_python import written
-
         made = written(make(width, depth, height, crown))
         folder.mkdir(parents=True, exist_ok=True)
         aside = path.with_suffix(f".{os.getpid()}")

@@ -17,7 +17,10 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks
+from fingerdesign.errors import DesignError
 from fingerdesign.runtime.process import MACHINE_FAILED, die_with_parent
+from fingerdesign.shapes.faces import arrays_of, renamed
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -34,8 +37,6 @@ def main(arguments: Sequence[str]) -> int:
 def answer(folder: Path) -> None:
     """Answer the request in a folder."""
     request = json.loads((folder / "request.json").read_text("utf-8"))
-    from fingerdesign.errors import DesignError
-
     try:
         digest_step(request, folder)
     except DesignError as error:
@@ -51,9 +52,7 @@ def digest_step(request: dict[str, Any], folder: Path) -> None:
     from OCP.TopoDS import TopoDS
 
     from fingerdesign.cad.step_read import describe, groups, middle
-    from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks
     from fingerdesign.cad.step_shape import TURNS, extent, moved, parts, read_solid, volume_of
-    from fingerdesign.shapes.faces import arrays_of, renamed
 
     name, rules = request["name"], request["rules"]
     solid = moved(read_solid(request["file"], name), TURNS[rules["up"]], np.zeros(3))

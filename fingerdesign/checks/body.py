@@ -6,6 +6,7 @@ from collections.abc import Set
 
 import numpy as np
 
+from fingerdesign.checks.remedies import greatest
 from fingerdesign.design.faults import at_least, at_most, involves
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import Fault
@@ -145,8 +146,6 @@ def _core_in_step(body: Body) -> list[Fault]:
     found = clear({})
     if found >= LEAST_CLEARANCE_MM - 1e-9:
         return []
-    from fingerdesign.checks.remedies import greatest
-
     bound = f"such that the core lies {LEAST_CLEARANCE_MM} mm inside the STEP body's sides and ends"
     told = f"{bound}, clear of its voids (now {found:.4g} mm)"
     for name in ("width_mm", "depth_mm", "height_mm"):
@@ -209,8 +208,6 @@ def _core_top(body: Body) -> list[Fault]:
 
     if cover(core.height_mm) >= LEAST_CLEARANCE_MM - 1e-9:
         return []
-    from fingerdesign.checks.remedies import greatest
-
     most = greatest(lambda h: cover(h) >= LEAST_CLEARANCE_MM, 0.1, core.height_mm)
     remedy = "lower body.core.bottom_mm or narrow the core"
     if most is not None:

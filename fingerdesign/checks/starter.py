@@ -10,6 +10,9 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.checks.load import parse_design, parse_scene, read_text
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
@@ -92,8 +95,6 @@ def find_scene(file_or_name: str | Path) -> Scene:
 
     Raises :class:`DesignError` with every fault of the file.
     """
-    from fingerdesign.checks.load import parse_scene
-
     return parse_scene(scene_text(file_or_name), str(file_or_name))
 
 
@@ -102,8 +103,6 @@ def find_design(file_or_name: str | Path) -> Design:
 
     Raises :class:`DesignError` with every fault of the file.
     """
-    from fingerdesign.checks.load import parse_design
-
     folder = Path(file_or_name).parent
     return parse_design(design_text(file_or_name), str(file_or_name), folder)
 
@@ -120,8 +119,6 @@ def scene_text(file_or_name: str | Path) -> str:
 
 def _file_or_shipped(path: Path, folder: Traversable, kind: str) -> str:
     """A file comes first; of a folder of that name (a result's) no design can be read."""
-    from fingerdesign.checks.load import read_text
-
     name, known = str(path), _names(folder)
     if not path.is_file() and name in known:
         return (folder / f"{name}.toml").read_text("utf-8")
@@ -147,8 +144,6 @@ def starter_scene_text(source: str | None = None) -> str:
     Without ``source`` it holds every key that a scene has, with its default and meaning. Raises
     :class:`DesignError` where ``source`` is unknown.
     """
-    from fingerdesign.checks.load import parse_scene
-
     if source is None:
         text = _all_scene_keys()
     else:
@@ -159,8 +154,6 @@ def starter_scene_text(source: str | None = None) -> str:
 
 
 def _all_scene_keys() -> str:
-    from fingerdesign.design.scene import Scene
-
     scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
     tables = []
     for table in Scene.model_fields:
@@ -181,8 +174,6 @@ def starter_text(name: str, source: str | None = None) -> str:
     design has, with its default and meaning. Raises :class:`DesignError` where ``name`` cannot
     name a result's folder or ``source`` is unknown.
     """
-    from fingerdesign.checks.load import parse_design
-
     if source is None:
         text = _all_keys(name)
     else:
@@ -193,8 +184,6 @@ def starter_text(name: str, source: str | None = None) -> str:
 
 
 def _all_keys(name: str) -> str:
-    from fingerdesign.design.schema import Design
-
     design = Design.model_validate({"design": {"name": name}})
     tops, tables = [], []
     for key, info in Design.model_fields.items():

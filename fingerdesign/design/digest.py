@@ -8,6 +8,9 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from fingerdesign.design.mesh import mesh_file_digest
+from fingerdesign.design.step import content_of
+
 UNSEEN = {"mold"}  # tables that no analysis depends on
 
 
@@ -31,12 +34,8 @@ def _by_content(values: dict[str, Any]) -> dict[str, Any]:
     out = {key: _by_content(v) if isinstance(v, dict) else v for key, v in values.items()}
     step, mesh = out.get("step"), out.get("mesh")
     if isinstance(step, dict) and "file" in step:
-        from fingerdesign.design.step import content_of
-
         step["file"] = content_of(step["file"])
     if isinstance(mesh, dict) and "file" in mesh:
-        from fingerdesign.design.mesh import mesh_file_digest
-
         mesh["file"] = mesh_file_digest(mesh["file"])
     return out
 

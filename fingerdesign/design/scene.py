@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from fingerdesign.design.base import Many, Row3, Table, refuse
+from fingerdesign.design.digest import content_digest
 
 LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
@@ -230,6 +231,4 @@ class Scene(Table):
 
     def digest(self) -> str:
         """SHA-256 of the content, in hexadecimal; formatting and comments do not matter."""
-        from fingerdesign.design.digest import content_digest
-
         return content_digest(self)

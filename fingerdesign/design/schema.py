@@ -15,6 +15,7 @@ from pydantic import BaseModel, Field, model_validator
 
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.body import Body, Core, StepFile
+from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
 from fingerdesign.design.mesh import MeshOptions
 from fingerdesign.design.mold import Mold
@@ -118,8 +119,6 @@ class Design(Table):
 
     def digest(self) -> str:
         """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``."""
-        from fingerdesign.design.digest import content_digest
-
         return content_digest(self)
 
 

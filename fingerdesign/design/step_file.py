@@ -8,6 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.design.body import StepFile
+from fingerdesign.design.faults import fault_of
+from fingerdesign.design.mesh import mesh_file_digest
+from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of, step_facts
 from fingerdesign.errors import DesignError, Fault
 
@@ -49,10 +53,6 @@ def resolved(data: Mapping[str, Any], folder: Path | str | None = None) -> Resol
     home = Path.cwd() if folder is None else Path(folder)
     table["file"] = str((home / table["file"]).absolute())
     from pydantic import ValidationError
-
-    from fingerdesign.design.body import StepFile
-    from fingerdesign.design.faults import fault_of
-    from fingerdesign.design.schema import Design
 
     try:
         step = StepFile.model_validate(table)
@@ -102,8 +102,6 @@ def without_sizes(data: Mapping[str, Any]) -> dict[str, Any]:
 def portable(parameters: Mapping[str, object]) -> dict[str, object]:
     """Dotted parameters of a design for records: files by their name and content, not by their
     place on this machine."""
-    from fingerdesign.design.mesh import mesh_file_digest
-
     out = dict(parameters)
     for key, digest in (("body.step", content_of), ("mesh", mesh_file_digest)):
         file = out.get(f"{key}.file")

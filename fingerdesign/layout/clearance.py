@@ -14,8 +14,10 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Body
+from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import Piece, profile_of
+from fingerdesign.shapes.faces import nearest
 
 # Thinner skins of rubber tear when the mold is opened, and no mesh of sane size resolves them.
 LEAST_CLEARANCE_MM = 0.1
@@ -117,8 +119,6 @@ def core_clearance(body: Body, core: Core) -> float:
     Sampled all through the core, for a void may lie within; in a flat face of the body's extents it
     may end, as a plate may.
     """
-    from fingerdesign.design.step import step_facts
-
     assert body.step is not None
     half = np.zeros(2)
     depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
@@ -141,9 +141,6 @@ def core_clearance(body: Body, core: Core) -> float:
 
 def _to_faces(body: Body, names: tuple[str, ...], points: Array) -> Array:
     """Distances (n,) to a STEP body's faces of these names as they end; negative beyond them."""
-    from fingerdesign.design.step import step_facts
-    from fingerdesign.shapes.faces import nearest
-
     assert body.step is not None
     faces = step_facts(body.step).faces
     asked = tuple(face for face in faces if face.name in names)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.step import step_facts
 from fingerdesign.layout.profile import profile_of
 
 if TYPE_CHECKING:
@@ -193,8 +194,6 @@ def surface_height(body: Body, x: Array | float, z: Array | float = 0.0) -> Arra
     """Height of the body's top over (x, z), mm; NaN where it has none (beyond the arc's circle)."""
     x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-
         return step_facts(body.step).height(x, z)
     profile = profile_of(body)
     if body.shape == "revolved":
@@ -354,8 +353,6 @@ def _paced_out(
 def _surface_line(body: Body, row: Plates, middle: float, half: float) -> tuple[Array, Array]:
     """Places and heights (n,) of the surface line over a row's middle, where there is a surface."""
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-
         return _step_line(step_facts(body.step), row.along, middle, half)
     line = np.linspace(-half, half, _STEPS + 1)
     heights = _height(body, row, line, middle)

@@ -8,7 +8,6 @@ all, edges included. A step body's is that of its CAD faces (layout/surface.py).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.design.step import StepFacts, outline_file, step_facts
+from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import crest_height, surface_height
 from fingerdesign.layout.profile import (
@@ -31,8 +30,11 @@ from fingerdesign.layout.profile import (
 from fingerdesign.shapes.faces import CadFace, nearest
 
 if TYPE_CHECKING:
-    import cadquery as cq
+    from fingerdesign.design.body import Body, StepFile
+if TYPE_CHECKING:
+    from fingerdesign.design.body import Body
 
+if TYPE_CHECKING:
     from fingerdesign.design.body import Body, StepFile
 
 
@@ -171,32 +173,6 @@ class StepCarrier:
         origin = np.zeros((1, 3))
         first = self.faces[0].normal(origin)[0]
         return all(float(face.normal(origin)[0] @ first) > 1.0 - 1e-12 for face in self.faces)
-
-
-def step_carriers(step: StepFile) -> tuple[StepCarrier, ...]:
-    """The carriers of a STEP body's outside, of the whole body."""
-    grouped: dict[int, list[CadFace]] = {}
-    for face in step_facts(step).faces:
-        grouped.setdefault(face.group, []).append(face)
-    return tuple(StepCarrier(tuple(faces)) for faces in grouped.values())
-
-
-def step_outline(step: StepFile) -> cq.Solid:
-    """The body's solid, turned and moved, for the CAD kernel (which this loads).
-
-    GeometryError where what was kept cannot be read any more.
-    """
-    import cadquery as cq
-
-    kept = outline_file(step)
-    try:
-        shape = cq.Shape.importBrep(str(kept))
-        solids: Sequence[cq.Solid] = [shape] if isinstance(shape, cq.Solid) else shape.Solids()
-    except Exception as error:  # the kernel throws its own kinds
-        raise GeometryError(f"the kept solid {kept.name} cannot be read: {error}") from error
-    if len(solids) != 1:
-        raise GeometryError(f"the kept solid {kept.name} holds {len(solids)} solids")
-    return solids[0]
 
 
 class Surface(Protocol):
@@ -371,3 +347,11 @@ def surface_of(body: Body) -> Surface:
     if body.step is None:
         return ContactSurface.of(body)
     return CadSurface.of(body.step)
+
+
+def step_carriers(step: StepFile) -> tuple[StepCarrier, ...]:
+    """The carriers of a STEP body's outside, of the whole body."""
+    grouped: dict[int, list[CadFace]] = {}
+    for face in step_facts(step).faces:
+        grouped.setdefault(face.group, []).append(face)
+    return tuple(StepCarrier(tuple(faces)) for faces in grouped.values())

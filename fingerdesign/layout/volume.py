@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.profile import profile_of
@@ -52,8 +53,6 @@ def outline_volume(body: Body, half: bool = False) -> float:
     """Volume of body, plates and core together, mm^3 (of the half z >= 0 if ``half``)."""
     share = 0.5 if half else 1.0
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-
         return share * step_facts(body.step).volume
     if body.straight:
         return share * section_area(body) * body.depth_mm
@@ -127,8 +126,6 @@ def face_areas(body: Body, half: bool = False) -> dict[str, float]:
     its solid says, without "symmetry".
     """
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-
         share = 0.5 if half else 1.0
         return {name: share * float(area) for name, area in step_facts(body.step).area.items()}
     if body.shape == "revolved":

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerdesign.design.digest import content_digest
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
@@ -41,8 +42,6 @@ def mesh_key(
     symmetric: bool,
 ) -> str:
     """SHA-256, in hexadecimal, of what a tetrahedral mesh depends on; zone: half width, depth."""
-    from fingerdesign.design.digest import content_digest
-
     body = design.body
     core = body.core.model_copy(update={"material": ""}) if body.core is not None else None
     bare = body.model_copy(update={"material": "", "core": core})

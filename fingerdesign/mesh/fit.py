@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import IntArray
+from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import (
     core_volume,
@@ -101,8 +102,6 @@ def _mouths(
 
 def _step_areas(design: Design, mesh: Mesh) -> dict[str, float]:
     """Areas of a STEP body's faces; of a half model's the halves, without "symmetry"."""
-    from fingerdesign.design.step import step_facts
-
     assert design.body.step is not None
     share = 0.5 if mesh.symmetric else 1.0
     areas = step_facts(design.body.step).area

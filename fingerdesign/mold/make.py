@@ -20,8 +20,27 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.analysis.page.picture import PictureError
+from fingerdesign.analysis.summary import peak_memory_MB
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.record import RECORD_FILE, MoldReport, mold_digest, write_record
+from fingerdesign.mold.cad.built import mold_meshes
+from fingerdesign.mold.page.picture import exploded_job, exploded_of
+from fingerdesign.mold.placement_worker import placement_job, placement_of
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products.products import write_products
+from fingerdesign.mold.record import (
+    RECORD_FILE,
+    MoldReport,
+    base_data,
+    checks_data,
+    fixture_data,
+    mold_digest,
+    mold_versions,
+    placement_rows,
+    process_data,
+    write_record,
+)
 from fingerdesign.records.folder import DAY_S, RecordFolder, sweep_abandoned, swept
 from fingerdesign.records.result import ResultError
 
@@ -115,10 +134,6 @@ def make_mold(
     record and report are written all the same. A disk that is full is an OSError or a ResultError,
     and no record. TypeError for what is no design.
     """
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.placement_worker import placement_job
-    from fingerdesign.mold.plan.planning import plan_mold
-
     if not isinstance(design, Design):
         raise TypeError(
             f"make_mold takes a Design, not {type(design).__name__}: read one with load_design"
@@ -139,12 +154,7 @@ def make_mold(
 def _made(
     design: Design, plan: MoldPlan, folder: Path, placing: WorkerJob, clock: Clock, tell: Tell
 ) -> MoldReport:
-    from fingerdesign.analysis.page.picture import PictureError
-    from fingerdesign.mold.cad.built import mold_meshes
     from fingerdesign.mold.checks import run_checks
-    from fingerdesign.mold.page.picture import exploded_job, exploded_of
-    from fingerdesign.mold.placement_worker import placement_of
-    from fingerdesign.mold.products.products import write_products
 
     tell("building the parts", 0.05)
     with clock.stage("cad"):
@@ -192,8 +202,6 @@ def _not_made(
     _refuse_full(folder, error)
     for path in folder.iterdir():
         path.unlink()
-    from fingerdesign.mold.record import checks_data, fixture_data, placement_rows
-
     values: dict[str, Any] = dict.fromkeys(("parts", "plates", "notes", "bill"), ())
     values |= {"fixture": fixture_data(plan), "placements": placement_rows(plan, ())}
     values |= {"silicone": None, "placement": None, "warnings": ()}
@@ -242,9 +250,7 @@ def _written(
     missing: str,
 ) -> MoldReport:
     """Report and record into the folder. The page's own time is not yet known to either."""
-    from fingerdesign.analysis.summary import peak_memory_MB
     from fingerdesign.mold.page.page import mold_html
-    from fingerdesign.mold.record import base_data, mold_versions, process_data
 
     names = {path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE}
     report = MoldReport(

@@ -28,9 +28,21 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.fidelity.readings import readings_of
+from fingerdesign.analysis.path import follow_path
+from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.problem import contact_problem
+from fingerdesign.design.scene import Scene
 from fingerdesign.errors import FingerDesignError, MeshError
+from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
+from fingerdesign.mold.placement_record import effect_record, with_row
+from fingerdesign.mold.plan.profiles import limits_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.mesh import SectionMesh
@@ -116,11 +128,6 @@ def readings(
 
     Raises SolverError where a row has no answer, ZoneExhausted where the candidates do not do.
     """
-    from fingerdesign.analysis.fidelity.readings import readings_of
-    from fingerdesign.analysis.path import follow_path
-    from fingerdesign.analysis.stages import one_thread
-    from fingerdesign.analysis.touch import object_at_touch
-    from fingerdesign.contact.problem import contact_problem
     from fingerdesign.fem.body import condense_body, reduced_model
     from fingerdesign.fem.model import body_of, candidate_facets
     from fingerdesign.fem.readout import gage_rows
@@ -215,8 +222,6 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
 
 def section_plates(design: Design) -> tuple[tuple[PlateFrame, ...], str | None]:
     """The plates that the section z = 0 shows, or why there are none to be moved in it."""
-    from fingerdesign.layout.frames import plate_frames
-
     frames = plate_frames(design)
     if not frames:
         return (), "the finger has no plates"
@@ -239,8 +244,6 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     the slot may be off against the other by the tolerance, and the leg turns in it by the play over
     its width: an angle. Of a plate's two ends the worse one counts.
     """
-    from fingerdesign.mold.plan.profiles import limits_of
-
     comb, process = design.mold.comb.tolerance_mm, limits_of(design.mold).tolerance_mm
     thickness = {frame.index: frame.thickness for frame in plan.frames}
     widths = {(leg.plate, leg.side): leg.width for leg in plan.legs}
@@ -265,8 +268,6 @@ def row_tolerance(design: Design) -> float:
     Insert and walls slide on their pins by the clearance, and what places them is off by the
     process's tolerance: both however well a comb holds plates among each other.
     """
-    from fingerdesign.mold.plan.profiles import limits_of
-
     limits = limits_of(design.mold)
     return limits.clearance_mm + limits.tolerance_mm
 
@@ -274,9 +275,6 @@ def row_tolerance(design: Design) -> float:
 def scene_for(design: Design) -> Scene:
     """A plane pressed onto the finger, then sheared: the fundamental case in four rows, its motions
     in proportion to the finger's height."""
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.layout.frames import crest_height
-
     deepest = _DEEPEST * crest_height(design.body)
     rows = [[deepest * approach, deepest * shear] for approach, shear in _ROWS]
     return Scene.model_validate(
@@ -287,10 +285,6 @@ def scene_for(design: Design) -> Scene:
 def _measured(
     design: Design, plan: MoldPlan, frames: tuple[PlateFrame, ...], sizes: SectionMesh | None
 ) -> Effect:
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.analysis.stages import zone_of
-    from fingerdesign.contact.increment import ZoneExhausted
-
     whole = design.plates.model_copy(update={"model": "solid"})  # they are cast, whatever the model
     design = design.model_copy(update={"plates": whole})
     scene = scene_for(design)
@@ -313,9 +307,6 @@ def _in_zone(
     scene: Scene,
     sizes: SectionMesh | None,
 ) -> Effect:
-    from fingerdesign.mesh.section.section import mesh_section
-    from fingerdesign.mold.placement_record import effect_record, with_row
-
     sizes = _coarser(design, zone) if sizes is None else sizes
     mesh = mesh_section(design, zone.half_width, sizes, frames)
     right = readings(design, mesh, frames, zone, scene)
@@ -340,8 +331,6 @@ def _in_zone(
 
 
 def _coarser(design: Design, zone: Zone) -> SectionMesh:
-    from fingerdesign.mesh.section.section import section_sizes
-
     own = section_sizes(design, zone.half_width)
     names = ("contact_size_mm", "plate_size_mm", "plate_end_size_mm", "far_size_mm")
     wider = {name: _COARSER * getattr(own, name) for name in names}

@@ -9,6 +9,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
+from fingerdesign.layout.frames import plate_frames, surface_height
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -123,8 +124,6 @@ def _rms(values: Array) -> float:
 
 def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
     """Height of the surface above each plate's centre, mm."""
-    from fingerdesign.layout.frames import surface_height
-
     places = np.array([frame.place for frame in frames])
     heights = surface_height(design.body, places)
     return [float(h - frame.y) for h, frame in zip(heights, frames, strict=True)]
@@ -132,8 +131,6 @@ def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
 
 def _sentences(design: Design, found: Effect) -> list[str]:
     """What the numbers say, for the report."""
-    from fingerdesign.layout.frames import plate_frames
-
     x, y, turned = found["changes"]
     both = found["together"]
     said = [

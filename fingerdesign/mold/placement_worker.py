@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.design.schema import Design
 from fingerdesign.runtime.process import ProcessError, WorkerJob, die_with_parent
 
 if TYPE_CHECKING:
@@ -50,7 +51,6 @@ def main(arguments: Sequence[str]) -> int:
     """Answer one request."""
     die_with_parent()
     folder = Path(arguments[0])
-    from fingerdesign.design.schema import Design
     from fingerdesign.mold.placement import placement_effect
 
     design = Design.model_validate_json((folder / "design.json").read_text("utf-8"))

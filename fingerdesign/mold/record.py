@@ -11,6 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerdesign.analysis.summary import versions
+from fingerdesign.mold.plan.profiles import limits_of
+from fingerdesign.version import __version__
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -97,8 +101,6 @@ def write_record(report: MoldReport, folder: Path) -> Path:
 
 def mold_digest(design: Design) -> str:
     """SHA-256 over the finger, its [mold] table and this package's version, in hexadecimal."""
-    from fingerdesign.version import __version__
-
     table = json.dumps(design.mold.model_dump(mode="json"), sort_keys=True)
     return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
 
@@ -107,15 +109,11 @@ def mold_versions() -> dict[str, str]:
     """Versions of this package and of what builds, checks and writes molds."""
     from importlib import metadata
 
-    from fingerdesign.analysis.summary import versions
-
     return versions() | {name: metadata.version(name) for name in _PACKAGES}
 
 
 def process_data(design: Design) -> dict[str, Any]:
     """The process, its limits and the options of the [mold] table."""
-    from fingerdesign.mold.plan.profiles import limits_of
-
     mold = design.mold
     limits = asdict(limits_of(mold))
     limits.pop("name")

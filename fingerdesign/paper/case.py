@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
@@ -97,8 +98,6 @@ def check_case(design: Design, scene: Scene) -> Case:
 
 def build_case(case: Case, scene: Scene, zone: Zone) -> PaperCase:
     """Mesh and condense the finger and its twin; both have the same contact candidates."""
-    from fingerdesign.analysis.stages import condense, make_mesh
-
     design = case.design
     model = condense(design, make_mesh(design, "plane-strain", zone), zone, scene)
     rigid = object_at_touch(scene.object, design.body)

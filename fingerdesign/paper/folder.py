@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.paper.lifts import ROUTE_FRICTION, SAMPLE_NOISE, SEEDS
+from fingerdesign.paper.page import paper_figures, paper_html
 from fingerdesign.records.folder import sibling
 from fingerdesign.records.result import ResultError
 
@@ -29,8 +30,6 @@ def write_paper(found: Remade, folder: Path) -> list[Path]:
     it is until all are made, other files in the folder always. Raises ResultError where they cannot
     be written.
     """
-    from fingerdesign.paper.page import paper_figures, paper_html
-
     figures = paper_figures(found, ROUTE_FRICTION, SAMPLE_NOISE)
     folder = folder.absolute()
     aside = sibling(folder, "partial")

@@ -16,9 +16,11 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.case import Case
-from fingerdesign.control.estimator import FORMAT, GripEstimator
+from fingerdesign.analysis.case import Case, gage_array
+from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
+from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.cache import cache_folder
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.teach import Lesson, Settings, teach
@@ -76,8 +78,6 @@ def settings_of(design: Design) -> Settings:
 
 def lesson_key(design: Design, settings: Settings) -> str:
     """SHA-256 of all that an estimator depends on; of the design without names and controllers."""
-    from fingerdesign.design.digest import content_digest
-
     grip = design.grip
     content = [
         TEACHING,
@@ -99,8 +99,6 @@ def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
 
     Empty where it was taught on this one, with the same stage travel, number of grips and seed.
     """
-    from fingerdesign.analysis.case import gage_array
-
     remedy = "teach it on this design: fingerdesign teach DESIGN"
     wanted, gages = len(gage_array(design)), estimator.gages
     if gages != wanted:
@@ -128,8 +126,6 @@ def lesson_text(lesson: Lesson) -> str:
 
 def _read(path: Path) -> Lesson | None:
     """The kept lesson; None where it is cut short or of another format."""
-    from fingerdesign.control.estimator import EstimatorError
-
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
         return Lesson(
@@ -144,8 +140,6 @@ def _read(path: Path) -> Lesson | None:
 
 
 def _folder() -> Path:
-    from fingerdesign.runtime.cache import cache_folder
-
     return cache_folder("lessons")
 
 

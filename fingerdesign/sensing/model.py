@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, fundamental_scene, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.stages import condense, make_mesh
 from fingerdesign.analysis.touch import object_at_touch
+from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.zone import candidate_zone
@@ -53,23 +55,17 @@ def opposite_problem(
     tell: Callable[[str], None] = lambda message: None,
 ) -> ContactProblem | None:
     """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
-    from fingerdesign.checks.load import without_plates
-
     if design.grip.opposite != "bare":
         return None
     return _section(_coarsened(without_plates(design), contact_size_mm), (), tell)
 
 
 def _coarsened(design: Design, contact_size_mm: float) -> Design:
-    from fingerdesign.checks.load import with_values
-
     size = max(contact_size_mm, design.mesh.section.contact_size_mm)
     return with_values(design, {"mesh.section.contact_size_mm": size})
 
 
 def _section(design: Design, gages: tuple[int, ...], tell: Callable[[str], None]) -> ContactProblem:
-    from fingerdesign.analysis.stages import condense, make_mesh
-
     scene = fundamental_scene()
     reach = design.grip.max_approach_mm
     zone = candidate_zone(design, scene.object, reach).widened(_ROOM, design)

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
 from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.increment import ContactState, solve_increment
@@ -27,6 +28,7 @@ from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.estimator import LAGS
 from fingerdesign.control.signals import gage_readings
+from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.sensing.learners import (
@@ -217,8 +219,6 @@ class _Work:
 
 def refuse(design: Design, noise: float, grips: int) -> None:
     """DesignError with every fault of what is asked, before any work."""
-    from fingerdesign.analysis.case import gage_array
-
     faults = []
     gages = len(gage_array(design))
     if gages < 2:
@@ -253,8 +253,6 @@ def observe(
     Raises DesignError for fewer than 2 gages or an impossible noise, and what
     :func:`grip_model.grip_problem` and :func:`teach.wanderings` raise.
     """
-    from fingerdesign.analysis.case import gage_array
-    from fingerdesign.design.digest import content_digest
     from fingerdesign.sensing.lessons import settings_of
     from fingerdesign.sensing.model import grip_problem
 

@@ -34,6 +34,7 @@ from fingerdesign.control.estimator import (
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.control.slip_study import stick_response
 from fingerdesign.errors import SolverError
+from fingerdesign.runtime.process import die_with_parent
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.sensing.paths import Wandering, wander
 
@@ -156,8 +157,6 @@ _WORK: list[tuple[ContactProblem, Settings]] = []  # of a worker process
 
 
 def _begin(problem: ContactProblem, settings: Settings) -> None:
-    from fingerdesign.runtime.process import die_with_parent
-
     die_with_parent()
     _WORK.append((problem, settings))
 

@@ -14,6 +14,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.controllers.roster import MARGINS, controller
 from fingerdesign.control.plants.recorded import RecordedPlant
 from fingerdesign.control.plants.rig import Rig
@@ -88,7 +89,6 @@ def replay_trace(
     finger, and for a controller that must be told the object's friction and weight: a trace does
     not hold them.
     """
-    from fingerdesign.analysis.case import gage_array
     from fingerdesign.sensing.lessons import estimator_faults
     from fingerdesign.sensing.model import grip_problem
 

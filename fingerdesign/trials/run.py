@@ -23,18 +23,21 @@ from pydantic import TypeAdapter
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
-from fingerdesign.analysis.summary import versions
+from fingerdesign.analysis.summary import peak_memory_MB, versions
 from fingerdesign.control.controllers.roster import NAMES
-from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.judge import weight_per_finger
+from fingerdesign.control.metrics import MOST_FORCE, Outcome
 from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.records.folder import RecordFolder
+from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.process import die_with_parent
 from fingerdesign.sensing.lessons import estimator_faults, lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
 from fingerdesign.trials.bench import GripBench
+from fingerdesign.trials.figures import chart_png
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, Lot
+from fingerdesign.trials.page import control_html
 from fingerdesign.trials.record import (
     CSV_FILE,
     RECORD_FILE,
@@ -42,6 +45,7 @@ from fingerdesign.trials.record import (
     conditions_data,
     write_csv,
 )
+from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -259,8 +263,6 @@ def study_control(
         traces = tuple(_traces(bench, names, noise))
     outcomes = [kept.outcomes[key_of(cell)] for lot in lots for cell in lot.cells]
     done = time.perf_counter()
-    from fingerdesign.analysis.summary import peak_memory_MB
-
     return ControlStudy(
         design=design.design.name,
         digest=digest,
@@ -303,8 +305,6 @@ def study_digest(
     design: Design, grid: ControlGrid, estimator: GripEstimator | None, contact_size_mm: float
 ) -> str:
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
-    from fingerdesign.version import __version__
-
     conditions = conditions_data(grid)
     shared = {key: conditions[key] for key in ("seed", "hold_s", "tug")}
     taught = None if estimator is None else estimator.to_json()
@@ -314,10 +314,6 @@ def study_digest(
 
 def write_study(study: ControlStudy, folder: Path) -> None:
     """All products into a folder that exists; the record comes last."""
-    from fingerdesign.records.folder import write_grip_csv
-    from fingerdesign.trials.figures import chart_png
-    from fingerdesign.trials.page import control_html
-
     rows = [{**asdict(each), "crushed": each.crushed} for each in study.outcomes]
     data = study.data()
     (folder / CHART_FILE).write_bytes(chart_png(data))
@@ -383,9 +379,6 @@ def _preload_force(bench: GripBench) -> float:
 
 def _warnings(bench: GripBench, outcomes: Sequence[Outcome]) -> list[str]:
     """What stands in the way of any controller on this grid, and what failed."""
-    from fingerdesign.control.judge import weight_per_finger
-    from fingerdesign.control.metrics import MOST_FORCE
-
     found = []
     grid, strongest = bench.grid, float(bench.calibration(0.0).normal.normal_force[-1])
     need = weight_per_finger(max(grid.masses_g)) / min(grid.frictions)

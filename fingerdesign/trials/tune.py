@@ -15,11 +15,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import versions
+from fingerdesign.checks.load import dump_design
 from fingerdesign.control.controllers.roster import NAMES
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.result import ResultError
+from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid
@@ -37,7 +40,13 @@ from fingerdesign.trials.tuning import (
     tune,
     tuning_cells,
 )
-from fingerdesign.trials.tuning_record import RECORD_FILE, TuningRecord, tuning_data
+from fingerdesign.trials.tuning_record import (
+    RECORD_FILE,
+    TuningRecord,
+    tuned_comment,
+    tuned_design,
+    tuning_data,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -158,8 +167,6 @@ def tune_controllers(
     start = time.perf_counter()
     problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
     if "regulator" in names and estimator is None:
-        from fingerdesign.sensing.lessons import lesson_for
-
         lesson = lesson_for(
             design,
             problem=problem,
@@ -179,8 +186,6 @@ def tune_controllers(
     if kept.grips:
         tell(f"going on: {kept.grips} grips were made before", 0.0)
     left = [name for name in names if name not in kept.controllers]
-    from fingerdesign.analysis.stages import one_thread
-
     with one_thread(), bench_judge(bench, workers) as judge:
         for number, name in enumerate(left):
             progress = _Progress(tell, number, len(left), len(budget))
@@ -232,9 +237,6 @@ def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
 
     The design's first comment says by what it was tuned, on what and how well.
     """
-    from fingerdesign.checks.load import dump_design
-    from fingerdesign.trials.tuning_record import tuned_comment, tuned_design
-
     text = record.to_json()
     tuned = tuned_comment(record) + dump_design(tuned_design(design, text))
     (folder / DESIGN_FILE).write_text(tuned, encoding="utf-8")

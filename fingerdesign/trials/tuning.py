@@ -28,6 +28,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.control.plants.plant import Memory
+from fingerdesign.design.grip import Grip as Table
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.process import die_with_parent
 from fingerdesign.trials.bench import GripBench
@@ -295,8 +296,6 @@ def tuning_cells(
 
 def tuned_grip(grip: Grip, values: Values) -> Grip:
     """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
-    from fingerdesign.design.grip import Grip as Table
-
     data = grip.model_dump(mode="json", exclude_none=True)
     for key, value in values.items():
         *tables, name = key.removeprefix("grip.").split(".")

@@ -13,6 +13,7 @@ import json
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.trials.tuning import Trial, Tuning
 
@@ -113,8 +114,6 @@ def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design
 
     Raises DesignError for a record that is none or holds what the design refuses.
     """
-    from fingerdesign.checks.load import with_values
-
     return with_values(design, best_values(text, source))
 
 

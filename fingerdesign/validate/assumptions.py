@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING, Literal
 
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.touch import steps_sideways
+from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.section.section import sheet_room_faults
 from fingerdesign.validate.comparison import Comparison, answer_of, compare
 from fingerdesign.validate.gages import AlongZ, along_z, depth_average, point_gage
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Solves
@@ -52,9 +55,6 @@ class Assumption:
 
 def section_why_not(design: Design, scene: Scene) -> str | None:
     """Why plane strain cannot show this design in this scene; None where it can."""
-    from fingerdesign.checks.design import plane_strain_faults
-    from fingerdesign.mesh.section.section import sheet_room_faults
-
     if design.body.shape == "revolved":
         return "a turned body has no section that stands for it"
     if steps_sideways(scene):
@@ -226,8 +226,6 @@ def _needs_gages(design: Design) -> None:
 
 
 def _span(design: Design) -> float:
-    from fingerdesign.layout.frames import plate_frames
-
     return min(frame.span for frame in plate_frames(design))
 
 

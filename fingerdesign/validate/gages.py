@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.validate.comparison import (
     Answer,
     Comparison,
@@ -56,8 +57,6 @@ def depth_average(reader: Reader, span: float) -> Comparison:
 
 def along_z(reader: Reader) -> AlongZ | None:
     """What gages off the middle read; None without plates or where there is no room to move."""
-    from fingerdesign.layout.frames import plate_frames
-
     frames, gages = plate_frames(reader.solved.design), reader.solved.design.gages
     if not frames:
         return None

@@ -16,6 +16,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.zone import contact_reach, greatest_approach
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -397,8 +398,6 @@ def _plate_length(design: Design) -> float:
 
 
 def _half_width(design: Design, scene: Scene | None) -> float:
-    from fingerdesign.layout.zone import contact_reach, greatest_approach
-
     if scene is None:
         raise ValueError("give a scene or a half_width")
     if not scene.object.plane_in_z:

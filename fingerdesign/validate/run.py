@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.summary import result_digest, versions
+from fingerdesign.analysis.summary import peak_memory_MB, result_digest, versions
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.validate.advice import advise, off_middle
@@ -23,6 +23,7 @@ from fingerdesign.validate.assumptions import (
     NotTestable,
     profile_along_z,
 )
+from fingerdesign.validate.page import chart_png, validate_html
 from fingerdesign.validate.record import (
     CSV_FILE,
     RECORD_FILE,
@@ -83,8 +84,6 @@ def validate(
         rows.append(_row(each, solves, deep, failed))
         done += 1
     solves.release()
-    from fingerdesign.analysis.summary import peak_memory_MB
-
     return Validation(
         design=design.design.name,
         scene=name,
@@ -101,8 +100,6 @@ def validate(
 
 def write_validation(validation: Validation, folder: Path) -> None:
     """All products into a folder that exists; the record comes last."""
-    from fingerdesign.validate.page import chart_png, validate_html
-
     data = validation.data()
     (folder / CHART_FILE).write_bytes(chart_png(data))
     (folder / PAGE_FILE).write_text(validate_html(data), encoding="utf-8")

@@ -14,10 +14,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.fidelity.models import Model, Sizes, Solved, design_for, solve
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings
-from fingerdesign.analysis.fidelity.rungs import rung
+from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
+from fingerdesign.analysis.stages import zone_of
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.validate.comparison import Answer, rows_of
 
@@ -54,9 +59,7 @@ class Solves:
     @cached_property
     def scale(self) -> float:
         """Of the sizes in three dimensions: the finest of SPACE that MOST_DOFS allow."""
-        from fingerdesign.analysis.case import Case
         from fingerdesign.analysis.forecast.counts import count_model
-        from fingerdesign.analysis.stages import zone_of
 
         for scale in SPACE:
             model = rung(self.design, self.scene, "3-D", scale)
@@ -122,8 +125,6 @@ class Solves:
     def _solve(
         self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
     ) -> Solved:
-        from fingerdesign.checks.load import with_values
-
         own = with_values(self.design, values) if values else self.design
         model = rung(self.design, self.scene, dimension, scale)  # of the design: sizes stay
         model = replace(_meshed_as(model, own), plates=plates)
@@ -145,9 +146,6 @@ def warm() -> None:
 
     A section of a shipped finger without plates: half a second.
     """
-    from fingerdesign.analysis.case import fundamental_scene
-    from fingerdesign.checks.starter import find_design
-
     design, scene = find_design("homogeneous"), fundamental_scene()
     solve(design, scene, rung(design, scene, "plane strain", _WARM))
 
@@ -179,7 +177,6 @@ class Reader:
         """The readings with these gages. Raises DesignError where they leave the finger."""
         from fingerdesign.fem.readout import gage_rows
         from fingerdesign.fem.sheet_gage import sheet_gage_rows
-        from fingerdesign.layout.frames import plate_frames
 
         frames, old = plate_frames(self.solved.design), self.own
         sheets = self.solved.design.plates.model == "sheet"
@@ -229,8 +226,6 @@ def _section_sizes(sizes: Sizes) -> dict[str, float]:
 
 def _meshed_as(model: Model, design: Design) -> Model:
     """The model with the mesher that the changed design allows."""
-    from fingerdesign.analysis.fidelity.rungs import can_extrude
-
     if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(design):
         return replace(model, mesher="tetwild")
     return model

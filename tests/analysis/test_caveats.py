@@ -2,9 +2,9 @@
 
 import pytest
 
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.caveats import _choices
 from fingerdesign.checks.load import parse_design, parse_scene
-from fingerdesign.pipeline import Case
 
 MOTION = parse_scene("path.increments_mm = [[0.1, 0.0]]")
 

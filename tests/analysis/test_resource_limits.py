@@ -8,13 +8,13 @@ import pytest
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast import limits, section_count, space_count
 from fingerdesign.analysis.forecast.forecast import forecast_case
+from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.forecast.section_count import count_section
 from fingerdesign.analysis.forecast.space_count import count_space
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.checks.starter import shipped_path
 from fingerdesign.errors import DesignError
-from fingerdesign.pipeline import refuse
 from fingerdesign.runtime import machine
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import analyse, load_design, parse_scene, with_values
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.touch import object_at_touch, touch_point
 from fingerdesign.checks.starter import shipped_path
 from fingerdesign.design.scene import SceneObject
@@ -11,7 +12,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.zone import approach_for, candidate_zone
-from fingerdesign.pipeline import Case, analyse_into
+from fingerdesign.pipeline import analyse_into
 
 COARSE = {
     "mesh.section.contact_size_mm": 0.1,

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fingerdesign.cad.bodies import step_outline
 from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.step import content_of, step_facts
-from fingerdesign.layout.surface import CadSurface, ContactSurface, step_carriers, step_outline
+from fingerdesign.layout.surface import CadSurface, ContactSurface, step_carriers
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.shapes.faces import nearest
 

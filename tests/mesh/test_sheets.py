@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from fingerdesign import parse_design, parse_scene, with_values
+from fingerdesign.analysis.case import Case
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.layout.frames import plate_frames
@@ -20,7 +21,7 @@ from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.pipeline import Case, run
+from fingerdesign.pipeline import run
 
 TEXT = """
     design.name = "sheets"

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.errors import MeshError
@@ -21,7 +22,6 @@ from fingerdesign.mold.placement import (
     tolerances,
 )
 from fingerdesign.mold.plan.plan import SIDES, Leg, MoldPlan, SidePlan, Slot
-from fingerdesign.pipeline import Case
 
 SIZES = SectionMesh(
     contact_size_mm=0.1, plate_size_mm=0.1, plate_end_size_mm=0.04, far_size_mm=1.0, gradation=0.3

@@ -26,6 +26,7 @@ from fingerdesign.analysis.fidelity.readings import NOT_PULLED, Readings, errors
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
 from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.layout.frames import crest_height
 from fingerdesign.runtime.progress import Tell
 
 if TYPE_CHECKING:
@@ -88,8 +89,6 @@ class _Layer:
     """Force and approach of a half-width on the finger's layer, both rising up to ``widest``."""
 
     def __init__(self, design: Design) -> None:
-        from fingerdesign.layout.frames import crest_height
-
         body, material = design.body, design.material_of("body")
         self.nu = material.poissons_ratio
         self.radius, self.depth = body.arc_radius_mm, body.depth_mm

@@ -14,8 +14,17 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
+from fingerdesign.analysis.path import follow_path
+from fingerdesign.analysis.stages import condense, make_mesh, one_thread, zone_of
+from fingerdesign.analysis.touch import object_at_touch
+from fingerdesign.checks.load import with_values
+from fingerdesign.contact.increment import ZoneExhausted
+from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import MeshError, SolverError
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 
 if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
@@ -124,8 +133,6 @@ class Solved:
 
 def design_for(design: Design, model: Model) -> Design:
     """The design with the keys of ``[mesh]`` and ``plates.model`` that the model asks for."""
-    from fingerdesign.checks.load import with_values
-
     sizes = model.sizes
     values: dict[str, object] = {}
     if model.dimension == "3-D":
@@ -149,10 +156,6 @@ def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) 
 
     zone: of contact candidates, where more than the scene's own path is to be followed.
     """
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.analysis.stages import zone_of
-    from fingerdesign.contact.increment import ZoneExhausted
-
     case = Case(design, scene, fields=False, grips=False)
     zone = zone_of(case, scene) if zone is None else zone
     seconds: dict[str, float] = {}
@@ -190,10 +193,6 @@ def _solve_in(
     symmetric: bool,
     seconds: dict[str, float],
 ) -> Solved:
-    from fingerdesign.analysis.stages import condense
-    from fingerdesign.analysis.touch import object_at_touch
-    from fingerdesign.contact.problem import contact_problem
-
     own = design_for(design, model)
     start = time.perf_counter()
     mesh = _mesh(own, model, zone, symmetric and not model.whole)
@@ -229,15 +228,9 @@ def _solve_in(
 def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
     sizes = _section_sizes(design, model)
     if model.dimension == "plane strain":
-        from fingerdesign.mesh.section.section import mesh_section
-
         return mesh_section(design, zone.half_width, sizes)
     if design.mesh.mesher == "extrude":
-        from fingerdesign.mesh.section.extrude import extrude
-
         return extrude(design, zone.half_width, symmetric, sizes)
-    from fingerdesign.analysis.stages import make_mesh
-
     return make_mesh(design, "3d", zone, symmetric)
 
 
@@ -255,9 +248,6 @@ def _section_sizes(design: Design, model: Model) -> SectionMesh:
 
 
 def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]:
-    from fingerdesign.analysis.path import follow_path
-    from fingerdesign.analysis.stages import one_thread
-
     with one_thread():
         return follow_path(problem, scene, design)
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.control.signals import gage_readings
 
 if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
@@ -47,8 +48,6 @@ class Readings:
     @property
     def reading(self) -> Array:
         """What each gage reads (k, plates), microstrain: of its face, or the mean of both."""
-        from fingerdesign.control.signals import gage_readings
-
         shape = self.gages.shape[:2]
         flat = gage_readings(self.gages.reshape(-1, 2) / MICRO, self.face)
         return np.asarray(flat).reshape(shape)

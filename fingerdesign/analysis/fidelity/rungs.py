@@ -23,7 +23,14 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes
+from fingerdesign.analysis.touch import steps_sideways
+from fingerdesign.checks.design import plane_strain_faults
+from fingerdesign.checks.load import with_values
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.layout.layers import layered
+from fingerdesign.layout.zone import contact_reach, greatest_approach
+from fingerdesign.mesh.section.section import sheet_room_faults
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -49,9 +56,6 @@ def scene_sizes(design: Design, scene: Scene, scale: float) -> Sizes:
     shortest one's length, at their ends 0.6 of its thickness; elsewhere 0.12 of the crest's height;
     all times ``scale``.
     """
-    from fingerdesign.layout.frames import crest_height, plate_frames
-    from fingerdesign.layout.zone import contact_reach, greatest_approach
-
     approach = greatest_approach(design, scene)
     wide, deep = contact_reach(design, scene.object, approach)
     most = 0.5 * design.body.width_mm
@@ -112,8 +116,6 @@ def can_extrude(design: Design) -> bool:
 
 def least_step(design: Design) -> float:
     """Least distance along z between two heights at which plates, core or the body end, mm."""
-    from fingerdesign.layout.frames import plate_frames
-
     half = 0.5 * design.body.depth_mm
     ends = [-half, 0.0, half]
     if design.plates.model != "none":
@@ -127,10 +129,6 @@ def least_step(design: Design) -> float:
 
 def can_be_sheets(design: Design) -> bool:
     """Whether the plates have the room that sheets need in an extruded mesh."""
-    from fingerdesign.checks.load import with_values
-    from fingerdesign.errors import DesignError
-    from fingerdesign.mesh.section.section import sheet_room_faults
-
     if not design.extruded or any(row.follow == "bent" for row in design.plates.all_rows):
         return False
     try:
@@ -141,10 +139,6 @@ def can_be_sheets(design: Design) -> bool:
 
 def can_be_section(design: Design, scene: Scene) -> bool:
     """Whether plane strain can show the finger and the scene at all."""
-    from fingerdesign.analysis.touch import steps_sideways
-    from fingerdesign.checks.design import plane_strain_faults
-    from fingerdesign.mesh.section.section import sheet_room_faults
-
     if not design.body.straight or steps_sideways(scene):
         return False
     return not plane_strain_faults(design) and not sheet_room_faults(design)

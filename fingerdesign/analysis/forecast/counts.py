@@ -10,9 +10,13 @@ import numpy as np
 from fingerdesign.analysis.forecast.section_count import count_section
 from fingerdesign.analysis.forecast.space_count import count_space
 from fingerdesign.arrays import Array
-from fingerdesign.fem.model import candidate_facets, element_of
+from fingerdesign.fem.model import candidate_facets, element_of, fixed_dofs
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
+from fingerdesign.mesh.files.imported import imported_mesh
+from fingerdesign.mesh.section.extrude import distinct, graded_heights, layer_heights, tallest_layer
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
+from fingerdesign.mesh.sizing import MeshSizes
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case
@@ -60,8 +64,6 @@ def count_model(case: Case, zone: Zone) -> Counts:
     elif design.mesh.mesher == "extrude":
         found = _extruded(case, zone)
     elif design.mesh.mesher == "file":
-        from fingerdesign.mesh.files.imported import imported_mesh
-
         found = _of_mesh(imported_mesh(design, case.symmetric), case, zone)
     else:
         found = _tetwild(case, zone)
@@ -127,13 +129,6 @@ def _extruded(case: Case, zone: Zone) -> Counts:
 
 def _heights(case: Case, least_size: float) -> Array:
     """Layer borders of the extruded model, mm: from z = 0 where the finger mirrors there."""
-    from fingerdesign.mesh.section.extrude import (
-        distinct,
-        graded_heights,
-        layer_heights,
-        tallest_layer,
-    )
-
     design = case.design
     half = 0.5 * design.body.depth_mm
     plain = layer_heights(half, design.mesh.layers)
@@ -154,9 +149,6 @@ def _heights(case: Case, least_size: float) -> Array:
 
 
 def _tetwild(case: Case, zone: Zone) -> Counts:
-    from fingerdesign.mesh.cache import kept_mesh_file, load_mesh, mesh_key
-    from fingerdesign.mesh.sizing import MeshSizes
-
     design = case.design
     sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
     key = mesh_key(design, sizes, (zone.half_width, zone.half_depth), case.symmetric)
@@ -185,8 +177,6 @@ def _tetwild(case: Case, zone: Zone) -> Counts:
 
 def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
     """The counts of a mesh that stands."""
-    from fingerdesign.fem.model import fixed_dofs
-
     design = case.design
     corners = np.unique(mesh.corners)
     element = element_of(design)

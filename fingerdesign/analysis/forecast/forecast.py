@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.counts import count_model
 from fingerdesign.analysis.refusals import impossible
+from fingerdesign.analysis.stages import zone_of
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.runtime.machine import Machine, busy, this_machine
 
@@ -238,8 +239,6 @@ def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
 
 @functools.lru_cache(maxsize=16)  # a command asks for the same one several times
 def _forecast(case: Case, machine: Machine) -> Forecast:
-    from fingerdesign.analysis.stages import zone_of
-
     zone = zone_of(case, case.path_scene)
     counts = count_model(case, zone)
     made = {

@@ -313,8 +313,6 @@ def onto_surface(body: Body, nodes: Array, contact: IntArray) -> Array:
 
 def sheet_room_faults(design: Design) -> list[Fault]:
     """Plates too close to each other or to a face to be opened as sheets in a section."""
-    from fingerdesign.mesh.sheets import room_around
-
     if design.plates.model != "sheet":
         return []
     frames = section_frames(design)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import Piece, Profile, profile_of
-from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.layout.surface import ContactSurface, step_carriers
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body, Design
@@ -176,8 +176,6 @@ def carriers_of(
 def _outside(body: Body, symmetric: bool) -> list[Carrier]:
     mirror = [Plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if symmetric else []
     if body.step is not None:
-        from fingerdesign.layout.surface import step_carriers
-
         return [*step_carriers(body.step), *mirror]
     half_depth = 0.5 * body.depth_mm
     found: list[Carrier] = [Plane("base", (0.0, -1.0, 0.0), 0.0), *mirror]

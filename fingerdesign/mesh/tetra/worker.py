@@ -10,13 +10,13 @@ import json
 import sys
 from pathlib import Path
 
+from fingerdesign.mesh.worker import die_with_parent
+
 
 def main(arguments: list[str]) -> int:
     """Read surface, background grid and options, tetrahedralise, write points and tetrahedra."""
     import numpy as np
     import pytetwild
-
-    from fingerdesign.mesh.worker import die_with_parent
 
     die_with_parent()
     source, target = Path(arguments[0]), Path(arguments[1])

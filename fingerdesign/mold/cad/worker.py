@@ -23,8 +23,10 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, write_triangles
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.tessellation import merge_vertices, triangulate_measured
-from fingerdesign.errors import GeometryError
-from fingerdesign.mold.cad.build import Built, BuiltPart
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, GeometryError
+from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
+from fingerdesign.mold.cad.built import plan_from, save_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.flat_pattern import flat_patterns
@@ -179,11 +181,6 @@ def main(arguments: Sequence[str]) -> int:
 
 def _answer(home: Path) -> None:
     request = json.loads((home / "request.json").read_text("utf-8"))
-    from fingerdesign.design.schema import Design
-    from fingerdesign.errors import DesignError, GeometryError
-    from fingerdesign.mold.cad.build import build_mold
-    from fingerdesign.mold.cad.built import plan_from, save_meshes
-
     try:
         design, plan = Design.model_validate(request["design"]), plan_from(request["plan"])
         built = build_mold(design, plan)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.extent import Extent
 from fingerdesign.mold.plan.frames import core_in_mold
@@ -175,8 +176,6 @@ def _inside(design: Design, extent: Extent, scale: float, places: Array) -> Arra
     within = (half - np.abs(places)).min(axis=1)
     if body.step is None:
         return np.asarray(within)
-    from fingerdesign.design.step import step_facts
-
     points = np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1]]) / scale
     faces = [face for face in step_facts(body.step).faces if face.name == "base"]
     outside = np.min([face.border.beyond(points) for face in faces], axis=0) > 0.0

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.step import step_facts
 from fingerdesign.layout.clearance import surface_clearances
 from fingerdesign.layout.frames import PlateFrame, crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mold.plan.plan import Side
+from fingerdesign.shapes.faces import nearest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,8 +73,6 @@ class Exits:
 def rim_height(body: Body) -> float:
     """Least height of the contact surface's border, mm, in the design's space."""
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-
         return step_facts(body.step).lowest
     profile = profile_of(body)
     if body.dome_radius_mm is None:
@@ -87,8 +87,6 @@ def flat_sided(body: Body) -> bool:
         return False
     if body.step is None:
         return True
-    from fingerdesign.design.step import step_facts
-
     sides = [face for face in step_facts(body.step).faces if face.name in ("side", "end")]
     for face in sides:
         flat = face.flat and min(abs(face.high[k] - face.low[k]) for k in (0, 2)) < _ON_FACE_MM
@@ -100,8 +98,6 @@ def flat_sided(body: Body) -> bool:
 def half_extent(body: Body, side: Side) -> float:
     """|x| or |z| of the body's extent on a side, mm, in the design's space."""
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-
         facts, k = step_facts(body.step), 0 if side.endswith("x") else 2
         return facts.high[k] if side[0] == "+" else -facts.low[k]
     return 0.5 * (body.width_mm if side.endswith("x") else body.depth_mm)
@@ -179,8 +175,6 @@ def _margins(
         )
         height = y.reshape(shape).min(axis=1)
         return np.minimum(np.minimum(below, beside), height), below
-    from fingerdesign.design.step import step_facts
-
     facts = step_facts(body.step)
     face, surface = np.full(shape[0], -np.inf), np.full(shape[0], -np.inf)
     grouped = points.reshape(*shape, 3)
@@ -198,8 +192,6 @@ def _margins(
 def _step_margins(facts: StepFacts, axis: int, sign: float, points: Array) -> tuple[Array, Array]:
     """Of points (n, 3) in the plane of a STEP body's extent: inside its flat face, by how much;
     and how far below the contact surface."""
-    from fingerdesign.shapes.faces import nearest
-
     extent = facts.high[axis] if sign > 0 else facts.low[axis]
     here: list[CadFace] = []
     others: list[CadFace] = []
@@ -248,9 +240,6 @@ def _followed(body: Body, space: object, first: Array, ends: Array, rest: IntArr
 
 def _inside(body: Body, points: Array) -> NDArray[np.bool_]:
     if body.step is not None:
-        from fingerdesign.design.step import step_facts
-        from fingerdesign.shapes.faces import nearest
-
         return np.asarray(nearest(step_facts(body.step).faces, points)[1] < 0.0)
     x, y, z = points.T
     half_x, half_z = 0.5 * body.width_mm, 0.5 * body.depth_mm
@@ -306,9 +295,6 @@ def extent_of(design: Design, scale: float) -> Extent:
 
 def _corner(body: Body, half_width: float, half_depth: float, rim: float) -> float:
     """|z| up to which a STEP body, at every height below the rim, parts left from right."""
-    from fingerdesign.design.step import step_facts
-    from fingerdesign.shapes.faces import nearest
-
     assert body.step is not None
     faces = step_facts(body.step).faces
     heights = np.linspace(1e-3, 1.0 - 1e-3, _HEIGHTS) * rim

@@ -18,6 +18,7 @@ from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.fixture import in_walls, leg_exits, legs_above, slots_on
 from fingerdesign.mold.plan.frames import frames_in_mold, leg_bar, scale_of
 from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.legs import legs_of
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg
 from fingerdesign.mold.plan.profiles import limits_of
 
@@ -48,8 +49,6 @@ def row_of(design: Design, plate: int) -> PlateRow:
 
 def again(design: Design, limits: Limits, thorough: bool = False) -> tuple[Frames, Legs]:
     """Plates and legs, in mold space, of a changed design."""
-    from fingerdesign.mold.plan.legs import legs_of
-
     scale = scale_of(design)
     return frames_in_mold(design, scale), legs_of(design, scale, limits, thorough)
 

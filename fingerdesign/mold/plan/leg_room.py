@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame, crest_height
 from fingerdesign.layout.gaps import Prisms, core_gaps, prism_distances
 from fingerdesign.layout.zone import candidate_zone
@@ -213,8 +214,6 @@ def _corner(design: Design, scale: float) -> float:
     step = design.body.step
     if step is None:
         return extent_of(design, scale).corner
-    from fingerdesign.design.step import step_facts
-
     return _step_corner(design, scale, step_facts(step).digest)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.base import base_holes_of, core_pins_of
@@ -91,8 +92,6 @@ def _mended(
     design: Design, limits: Limits, key: str, group: set[str], before: set[str], planned: Planned
 ) -> str:
     """The first change of a key that mends a group of faults, as in a design file; "" for none."""
-    from fingerdesign.checks.load import with_values
-
     for values in _candidates(design, limits, key):
         try:
             after = {fault.key for fault in planned(with_values(design, dict(values)))}

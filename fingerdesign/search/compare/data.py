@@ -17,6 +17,7 @@ from typing import Any
 from fingerdesign.errors import all_shown
 from fingerdesign.records.outcome import GripOutcome, Numbers, Outcome, Traces
 from fingerdesign.search.compare.facts import StudyFacts, why_not
+from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.search.compare.recommend import Recommendation
 
 # A design's path and grips as the comparison page draws them: few digits, status run by run.
@@ -128,8 +129,6 @@ def page_data(
 
 def detail(outcome: Outcome) -> dict[str, Any]:
     """The heavy part of one design, as it is drawn."""
-    from fingerdesign.search.compare.geometry import packed_geometry
-
     design = all_shown(outcome.design)
     return {
         "design": design,

@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import content_of
+from fingerdesign.errors import FingerDesignError
+from fingerdesign.layout.frames import plate_frames, surface_height
+from fingerdesign.layout.profile import profile_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.body import Body, Core
@@ -41,8 +46,6 @@ def step_grid(body: Body, content: str) -> tuple[tuple[Array, Array, Array], flo
     ``content``: of the STEP file (a study's variants share theirs). Lengths in mm. ValueError where
     there is no surface; DesignError where the file cannot be read.
     """
-    from fingerdesign.layout.frames import surface_height
-
     wide, deep = (
         0.5 * _INNER * size * np.linspace(-1.0, 1.0, _SAMPLES)
         for size in (body.width_mm, body.depth_mm)
@@ -137,9 +140,6 @@ def packed_geometry(design: Mapping[str, Any]) -> Packed:
     """
     from pydantic import ValidationError
 
-    from fingerdesign.design.schema import Design
-    from fingerdesign.errors import FingerDesignError
-
     try:
         found = Design.model_validate(_shaping(design))
     except ValidationError:
@@ -154,8 +154,6 @@ def packed_geometry(design: Mapping[str, Any]) -> Packed:
 
 
 def _packed(design: Design, words: str) -> Packed:
-    from fingerdesign.layout.frames import plate_frames
-
     body = design.body
     outline, height = _body(body)
     width, depth = body.width_mm, body.width_mm if body.shape == "revolved" else body.depth_mm
@@ -197,10 +195,6 @@ def _nothing(words: str, note: str) -> Packed:
 
 def _body(body: Body) -> tuple[Packed, float]:
     """The body's outline, and its greatest height."""
-    from fingerdesign.design.step import content_of
-    from fingerdesign.layout.frames import surface_height
-    from fingerdesign.layout.profile import profile_of
-
     half_depth = 0.5 * body.depth_mm
     if body.step is not None:
         grid, height = step_grid(body, content_of(body.step.file))

@@ -19,7 +19,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.optimise.optimise import Evaluator, Search, Tried, reference_plan
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
-from fingerdesign.search.optimise.trials import told
+from fingerdesign.search.optimise.trials import Trial, told
 from fingerdesign.search.run.evaluate import Job
 
 if TYPE_CHECKING:
@@ -286,8 +286,6 @@ def volumes(every: Sequence[Judged], reference: Judged) -> tuple[float, ...]:
 
 
 def _again(search: Search, tried: Tried, fidelity: str) -> list[Job]:
-    from fingerdesign.search.optimise.trials import Trial
-
     trial = Trial(tried.number, tried.outcomes[0].values)
     return [replace(j, fidelity=fidelity) for j in search.plan(trial) if isinstance(j, Job)]
 

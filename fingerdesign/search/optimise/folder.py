@@ -9,8 +9,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.optimise.confirm import Optimised
+from fingerdesign.search.optimise.page import (
+    confirmed_table,
+    draw_front,
+    sensitivity_tables,
+    verdict,
+)
 from fingerdesign.search.run.folder import FILES, REPORT_FILE, write_study
 
 CHART_FILE = "front.png"
@@ -25,14 +32,6 @@ def journal_beside(target: Path) -> Path:
 def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     """Write all files into ``folder``; ``source``: the text of the study's file."""
     from dataclasses import replace
-
-    from fingerdesign.search.compare.page import compare_html
-    from fingerdesign.search.optimise.page import (
-        confirmed_table,
-        draw_front,
-        sensitivity_tables,
-        verdict,
-    )
 
     study, told = found.search.study, found.confirmation
     compared = write_study(folder, study, found.outcomes, source, {"optimise": found.data()})

@@ -14,11 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fingerdesign.checks.load import with_values
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.optimise.trials import Trial, Trials, told
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.jobs import Planned, planned_variant
-from fingerdesign.search.study.variants import variant_of
+from fingerdesign.search.study.keys import value_of
+from fingerdesign.search.study.variants import Variant, variant_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -107,8 +110,6 @@ def searched(
 
 def refuse_aimless(study: Study) -> None:
     """DesignError for a study without objectives."""
-    from fingerdesign.errors import DesignError, Fault
-
     if not study.objectives:
         remedy = 'write [[objectives]] with metric = "stick_error", and others'
         raise DesignError([Fault("objectives", "(absent)", "at least one objective", remedy)])
@@ -136,10 +137,6 @@ def _evaluated(search: Search, trials: Sequence[Trial], evaluated: Evaluator) ->
 def reference_plan(search: Search, fidelity: str | None = None) -> list[Job]:
     """The jobs of the study's base itself: what trials are to beat."""
     from dataclasses import replace
-
-    from fingerdesign.checks.load import with_values
-    from fingerdesign.search.study.keys import value_of
-    from fingerdesign.search.study.variants import Variant
 
     name = reference_name(search.study)
     design = with_values(search.base, {"design.name": name})

@@ -21,6 +21,9 @@ from fingerdesign.report.style import (
 )
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.table import metric_title
+from fingerdesign.search.optimise.confirm import judged
+from fingerdesign.search.optimise.sensitivity import LEAST
+from fingerdesign.search.study.metrics import METRICS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,8 +112,6 @@ def _number(own: Judged, metric: str) -> str:
 
 def draw_front(found: Optimised, path: Path) -> None:
     """The first two objectives against each other, and the volume dominated by number of trials."""
-    from fingerdesign.search.optimise.confirm import judged
-
     study = found.search.study
     trials = [judged(study, each.outcomes[0].name, each.outcomes) for each in found.tried]
     with house_style():
@@ -184,8 +185,6 @@ def _points(some: Sequence[Judged], first: str, second: str) -> tuple[list[float
 
 
 def _words(metric: str) -> str:
-    from fingerdesign.search.study.metrics import METRICS
-
     unit = METRICS[metric].unit
     return f"{metric} ({unit})" if unit and not metric.endswith(f"_{unit}") else metric
 
@@ -207,8 +206,6 @@ def verdict(found: Optimised) -> tuple[str, ...]:
 
 def _quick(found: Optimised, goals: Mapping[str, str]) -> list[str]:
     """By the search's own model alone."""
-    from fingerdesign.search.optimise.confirm import judged
-
     told, study = found.confirmation, found.search.study
     where = _where(study.study.fidelity)
     by_number = {each.number: each for each in found.tried}
@@ -278,8 +275,6 @@ def _one(metric: str, own: float | None, other: float | None, goal: str) -> str:
 
 def _sensitivity(found: Optimised) -> list[str]:
     """What each objective hangs on most, or why that is not known."""
-    from fingerdesign.search.optimise.sensitivity import LEAST
-
     said = []
     unknown = []
     for each in found.sensitivities:

@@ -19,6 +19,7 @@ from typing import IO, TYPE_CHECKING, Any, Self
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.search.study.file import Choice, Limits, Optimise, Range, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
+from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -286,8 +287,6 @@ class Trials:
 
 def _identity(study: Study, base: Design) -> str:
     """What must be the same for trials to go on: not how many, how they are confirmed or limits."""
-    from fingerdesign.version import __version__
-
     decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
     told = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
     return hashlib.sha256("\n".join(told).encode()).hexdigest()

@@ -21,6 +21,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from fingerdesign.mesh.section.process import start_mesher
+from fingerdesign.search.run.evaluate import Job, evaluate
+
 EVALUATE = "fingerdesign.search.run.child_worker:evaluated"
 IDLE_S = 600.0
 _WATCH_S = 0.5
@@ -50,15 +53,11 @@ def main(arguments: Sequence[str]) -> int:
 
 def evaluated(data: dict[str, Any]) -> str:
     """The outcome of a job, both as plain values."""
-    from fingerdesign.search.run.evaluate import Job, evaluate
-
     return evaluate(Job.from_data(data)).to_json()
 
 
 def _preload() -> None:
     """Load what an analysis loads, and the mesher's process: two seconds, once for many jobs."""
-    from fingerdesign.mesh.section.process import start_mesher
-
     start_mesher()
 
 

@@ -27,7 +27,9 @@ from typing import TYPE_CHECKING, Any, Self
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
 from fingerdesign.runtime.child import Child, ChildFailed
+from fingerdesign.runtime.machine import usable_cores
 from fingerdesign.search.run.child_worker import EVALUATE
+from fingerdesign.search.run.evaluate import failed
 
 if TYPE_CHECKING:
     from fingerdesign.search.run.evaluate import Job
@@ -204,8 +206,6 @@ class Cluster:
     def _outcome(self, digest: str, job: Job, future: Any) -> Outcome:
         from distributed import CancelledError, KilledWorker
 
-        from fingerdesign.search.run.evaluate import failed
-
         try:
             answer = json.loads(self._result(future))
         except KilledWorker as error:
@@ -242,8 +242,6 @@ class Cluster:
 
     def _start_here(self) -> None:
         from distributed import Client, LocalCluster
-
-        from fingerdesign.runtime.machine import usable_cores
 
         threads = self._workers or usable_cores()
         cluster = self._stack.enter_context(

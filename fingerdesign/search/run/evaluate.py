@@ -8,7 +8,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.summary import result_digest, versions
+from fingerdesign.design.scene import Scene
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, Validity, bounded
 from fingerdesign.runtime.child import FailureKind
@@ -17,7 +20,16 @@ from fingerdesign.runtime.machine import (
     peak_memory_MB,
     processor_seconds,
 )
+from fingerdesign.search.run.measured import (
+    grips_of,
+    metrics_of,
+    own_metrics,
+    stick_error_of,
+    traces_of,
+)
+from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION
+from fingerdesign.validate.plane_strain import plane_strain_error
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case
@@ -36,8 +48,6 @@ def validity_of(case: Case, analysis: Analysis) -> Validity:
     """
     sentences, plane, mesh = [], None, None
     if analysis.result.model is not None and analysis.result.model.dimension == 2:
-        from fingerdesign.validate.plane_strain import plane_strain_error
-
         try:
             estimate = plane_strain_error(case.design, case.path_scene)
         except DesignError as error:
@@ -75,8 +85,6 @@ class Job:
     @property
     def case(self) -> Case:
         """The analysis."""
-        from fingerdesign.analysis.case import Case
-
         scene_name = "" if self.scene is None else self.scene_name
         return Case(
             self.design,
@@ -116,10 +124,6 @@ class Job:
     @classmethod
     def from_data(cls, data: dict[str, Any]) -> Job:
         """The job of :meth:`to_data`."""
-        from fingerdesign.design.scene import Scene
-        from fingerdesign.design.schema import Design
-        from fingerdesign.search.study.file import Cost
-
         scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
         made = {
             "design": Design.model_validate(data["design"]),
@@ -164,8 +168,6 @@ def relabelled(outcome: Outcome, job: Job) -> Outcome:
         raise ValueError(f"{outcome.name} is not an outcome of {job.name}: their digests differ")
     metrics = outcome.metrics
     if "cost" in metrics:
-        from fingerdesign.search.run.measured import own_metrics
-
         cost = own_metrics(job.design, job.cost)["cost"]
         metrics = metrics | finite_metrics({"cost": cost})[0]
     return replace(
@@ -200,7 +202,6 @@ def failed(job: Job, failure: Failure) -> Outcome:
 
 def _analysed(job: Job) -> Outcome:
     from fingerdesign.pipeline import run
-    from fingerdesign.search.run.measured import grips_of, metrics_of, stick_error_of, traces_of
 
     # Nameless, since another study's job may be given the outcome: its sentences name no design.
     case = replace(job.case, design=_nameless(job.design))
@@ -255,8 +256,7 @@ def _seeds(job: Job) -> dict[str, int]:
 
 def _refusal(job: Job) -> FailureKind:
     """The kind of a refusal: "memory" where a machine with more of it would not refuse."""
-    from fingerdesign.analysis.forecast.limits import memory_faults
-    from fingerdesign.pipeline import refuse
+    from fingerdesign.analysis.forecast.limits import memory_faults, refuse
 
     if job.fidelity == "auto":
         return "refused"  # the ladder ends where memory does, and says so

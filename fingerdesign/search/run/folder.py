@@ -15,10 +15,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.analysis.summary import versions
 from fingerdesign.errors import cell_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.search.compare.facts import bounds_of, wanted_of
+from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
 
 if TYPE_CHECKING:
@@ -55,8 +57,6 @@ def write_study(
     found = read_comparison([folder])  # what `compare` will say of it
     from dataclasses import replace
 
-    from fingerdesign.search.compare.page import compare_html
-
     facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
     _write(folder / REPORT_FILE, compare_html(found.outcomes, facts))
     return found
@@ -64,8 +64,6 @@ def write_study(
 
 def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """What study.json says: all that repeats the study, and how many outcomes of each kind."""
-    from fingerdesign.analysis.summary import versions
-
     table = study.study
     kinds = Counter(
         outcome.failure.kind if outcome.failure is not None else "ok" for outcome in outcomes

@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from fingerdesign.analysis.summary import versions
+from fingerdesign.checks.starter import find_scene
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.run.evaluate import Job
 
@@ -25,8 +27,6 @@ def study_scenes(study: Study, folder: Path | None = None) -> dict[str, Scene | 
 
     A file lies in ``folder`` (None: the working directory). DesignError with a scene's faults.
     """
-    from fingerdesign.checks.starter import find_scene
-
     if not study.study.scenes:
         return {FUNDAMENTAL: None}
     found: dict[str, Scene | None] = {}
@@ -68,8 +68,6 @@ def planned_variant(
 
 def _invalid(study: Study, variant: Variant) -> Outcome:
     """The outcome of a variant that is no finger; its digest is of the values and their base."""
-    from fingerdesign.analysis.summary import versions
-
     told = json.dumps([study.study.base, study.fixed, variant.values], default=str)
     return Outcome(
         digest=hashlib.sha256(f"invalid\n{told}".encode()).hexdigest(),

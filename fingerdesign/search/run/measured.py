@@ -11,7 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.stages import one_thread
 from fingerdesign.errors import SolverError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
 from fingerdesign.records.result import (
     OPEN,
@@ -21,6 +24,7 @@ from fingerdesign.records.result import (
     GripTrace,
     IncrementResult,
 )
+from fingerdesign.sensing.stick_error import Listening, stick_error
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case
@@ -58,9 +62,6 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
     Grips are as deep as the stage goes, or, where a scene is given, as its path: the model's
     contact candidates reach no farther. Dead gages are known to be dead, and not heard.
     """
-    from fingerdesign.analysis.stages import one_thread
-    from fingerdesign.sensing.stick_error import Listening, stick_error
-
     problem, design = analysis.problem, case.design
     if problem is None:
         return None, ()
@@ -81,9 +82,6 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
 
 def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
     """The metrics that the design alone tells: plates, rubber, cost."""
-    from fingerdesign.layout.frames import plate_frames
-    from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
-
     plates = design.plates.number
     inserts = core_volume(design) + sum(plate_volume(frame) for frame in plate_frames(design))
     rubber = (outline_volume(design.body) - inserts) * 1e-3

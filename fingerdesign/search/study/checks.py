@@ -17,6 +17,7 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.design.faults import dotted, fault_of, shown, undexed
 from fingerdesign.design.keys import parts_of, set_value
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.keys import set_keys, split_share, value_of
 from fingerdesign.search.study.sampling import at_shares, number_of_points
@@ -175,8 +176,6 @@ def _set(
 
 
 def _errors(data: Mapping[str, Any]) -> list[ErrorDetails]:
-    from fingerdesign.design.schema import Design
-
     try:
         Design.model_validate(data)
     except ValidationError as error:
@@ -185,8 +184,6 @@ def _errors(data: Mapping[str, Any]) -> list[ErrorDetails]:
 
 
 def _unknown_faults(data: Mapping[str, Any], owners: Iterable[str]) -> Iterator[Fault]:
-    from fingerdesign.design.schema import Design
-
     wanted = tuple(owners)
     for each in _errors(data):
         if each["type"] == "extra_forbidden":
@@ -197,8 +194,6 @@ def _unknown_faults(data: Mapping[str, Any], owners: Iterable[str]) -> Iterator[
 
 def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple[Fault, bool]]:
     """Faults of ``owners`` by themselves, each with whether it is one of the value's bounds."""
-    from fingerdesign.design.schema import Design
-
     wanted = tuple(owners)
     found: list[tuple[Fault, bool]] = []
     for each in _errors(data):

@@ -17,8 +17,11 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, ValidationError, field_validator, model_validator
 from pydantic_core import ErrorDetails
 
+from fingerdesign.checks.load import read_text
+from fingerdesign.checks.starter import shipped_path
 from fingerdesign.design.base import Many, Table, refuse
-from fingerdesign.design.faults import fault_of, shown
+from fingerdesign.design.digest import content_digest
+from fingerdesign.design.faults import dotted, fault_of, shown
 from fingerdesign.design.tables import safe_name
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.keys import FILE_KEYS, key_faults
@@ -203,8 +206,6 @@ class Study(Table):
 
     def digest(self) -> str:
         """SHA-256 of what decides the variants and their outcomes' selection."""
-        from fingerdesign.design.digest import content_digest
-
         return content_digest(self)
 
 
@@ -222,8 +223,6 @@ def _flat(name: str, table: Any) -> Any:
 
 def read_study(path: Path | str) -> Study:
     """The study of a file, or the shipped one of that name. DesignError with every fault."""
-    from fingerdesign.checks.load import read_text
-
     found = study_path(Path(path))
     return parse_study(read_text(found), str(path), found.parent)
 
@@ -231,8 +230,6 @@ def read_study(path: Path | str) -> Study:
 def study_path(path: Path) -> Path:
     """The study's file, or that of the shipped one of that name. DesignError for neither."""
     import difflib
-
-    from fingerdesign.checks.starter import shipped_path
 
     shipped = shipped_path("maeno2000").parent / "studies"
     if path.exists() or path.parent != Path():
@@ -330,8 +327,6 @@ def _parameter_fault(error: ErrorDetails, location: tuple[int | str, ...]) -> Fa
         remedy = 'add one, such as "plates.pitch_mm" = { low = 0.8, high = 1.2 }'
         return Fault("parameters", "{}", "a table of at least one key", remedy)
     if len(location) == 3 and error["type"] == "tuple_type":
-        from fingerdesign.design.faults import dotted
-
         key = dotted(tuple(shown(p, 80)[1:-1] if _long(p) else p for p in location[:2]))
         bound = "a list of choices or a range { low = .., high = .. }"
         return Fault(key, shown(error["input"]), bound, "correct it")

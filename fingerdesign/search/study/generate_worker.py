@@ -6,14 +6,15 @@ import json
 from pathlib import Path
 from typing import Any
 
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import DesignError, GeometryError
+
 
 def written(request: dict[str, Any]) -> str:
     """Write the CAD of request["design"] into the folder request["cad"]; JSON {"error": reason or
     ""}."""
     from fingerdesign.cad.export import write_cad
     from fingerdesign.cad.solid import build_solid
-    from fingerdesign.design.schema import Design
-    from fingerdesign.errors import DesignError, GeometryError
 
     try:
         solid = build_solid(Design.model_validate(request["design"]))

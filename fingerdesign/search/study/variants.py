@@ -7,7 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design, shipped_designs
 from fingerdesign.design.faults import shown
+from fingerdesign.design.keys import set_value
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.checks import middle_values, study_faults
 from fingerdesign.search.study.keys import set_keys
@@ -45,8 +48,6 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
     outside a key's bounds, a grid without end. Where the base can only exist with values of the
     parameters, those of the middle are set; plates that do not fit are each variant's fault.
     """
-    from fingerdesign.checks.load import with_values
-
     found = _found(study.study.base, folder or Path.cwd())
     faults = study_faults(study, found)
     if faults:
@@ -67,8 +68,6 @@ def base_design(study: Study, folder: Path | None = None) -> Design:
 
 def _found(base: str, folder: Path) -> Design:
     """A file beside the study's comes first, then a shipped design."""
-    from fingerdesign.checks.starter import find_design, shipped_designs
-
     beside = folder / base
     try:
         shipped = base in shipped_designs() and not beside.is_file()
@@ -82,8 +81,6 @@ def _found(base: str, folder: Path) -> Design:
 def _bare(base: Design, values: Mapping[str, Any]) -> Design | None:
     """The base with keys set, its geometry unjudged; None where the keys contradict each other."""
     from pydantic import ValidationError
-
-    from fingerdesign.design.keys import set_value
 
     data = base.model_dump(mode="json", exclude_none=True)
     for key, value in values.items():
@@ -105,8 +102,6 @@ def variant_of(
     study: Study, base: Design, number: int, values: Mapping[str, Choice], digits: int = 4
 ) -> Variant:
     """The base with keys set; its name is the study's with the number."""
-    from fingerdesign.checks.load import with_values
-
     digits = max(digits, len(str(number)))
     name = f"{_stem(study.name, digits)}-{number:0{digits}d}"
     try:

@@ -1,0 +1,94 @@
+"""What may import what: floors, no circles, light front doors, heavy kernels behind theirs."""
+
+import ast
+import subprocess
+import sys
+from collections import Counter
+
+from tests.support.house import (
+    PLACES,
+    ROOT,
+    against_the_order,
+    circles,
+    inside_functions,
+    modules,
+    room,
+)
+
+KERNELS = {
+    "cadquery": {"cad", "mold"},
+    "OCP": {"cad", "mold"},
+    "pytetwild": {"mesh"},
+    "netgen": {"mesh"},
+    "skfem": {"fem"},
+    "pypardiso": {"fem"},
+    "manifold3d": {"mold"},
+    "lib3mf": {"mold"},
+    "ezdxf": {"mold"},
+    "optuna": {"search"},
+    "distributed": {"search"},
+}
+NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
+MOST_LINES, MOST_FILES = 600, 20
+
+
+def said(found) -> str:
+    return "\n".join(f"{e.source}:{e.line} takes {e.name} from {e.target}" for e in found)
+
+
+def test_every_folder_has_a_floor():
+    assert {room(module) for module in modules()} - {""} == set(PLACES)
+
+
+def test_imports_go_down():
+    found = against_the_order()
+    assert not found, said(found)
+
+
+def test_no_files_import_each_other_in_a_loop():
+    assert circles() == []
+
+
+def test_few_names_are_imported_inside_functions():
+    found = inside_functions()
+    assert len(found) <= NAMES_INSIDE_FUNCTIONS, said(found)
+
+
+def outside(path) -> set[str]:
+    """Packages that a file imports, wherever the import stands."""
+    tree = ast.parse(path.read_text("utf-8"))
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module.partition(".")[0])
+    return found
+
+
+def test_heavy_kernels_stay_in_their_place():
+    for module, path in modules().items():
+        if module.startswith("fingerdesign."):
+            for kernel in outside(path) & set(KERNELS):
+                assert room(module) in KERNELS[kernel], f"{module} imports {kernel}"
+
+
+def test_contact_and_control_need_numpy_alone():
+    allowed = set(sys.stdlib_module_names) | {"numpy", "scipy", "fingerdesign"}
+    for module, path in modules().items():
+        if room(module) in {"contact", "control"}:
+            assert outside(path) <= allowed, module
+
+
+def test_importing_the_package_is_light():
+    heavy = "{'numpy', 'pydantic', 'cadquery', 'pyvista', 'netgen', 'skfem', 'matplotlib'}"
+    code = f"import sys, fingerdesign; sys.exit(bool({heavy} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_file_is_one_idea_and_a_folder_can_be_looked_through():
+    files = [*(ROOT / "fingerdesign").rglob("*.py"), *(ROOT / "cli").rglob("*.py")]
+    for path in files:
+        assert len(path.read_text("utf-8").splitlines()) <= MOST_LINES, path
+    for folder, count in Counter(path.parent for path in files).items():
+        assert count <= MOST_FILES, folder
