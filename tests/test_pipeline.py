@@ -80,11 +80,11 @@ def test_extruded_three_d_carries_less_than_plane_strain():
 
 
 def test_a_zone_too_narrow_is_widened_and_said(monkeypatch):
-    from fingerdesign import pipeline
+    from fingerdesign.analysis import stages
 
     design = with_values(load_design(shipped_path("homogeneous")), COARSE)
     wide = analyse(design, SCENE, "plane-strain")
-    monkeypatch.setattr(pipeline, "candidate_zone", lambda *given: Zone(0.8))
+    monkeypatch.setattr(stages, "candidate_zone", lambda *given: Zone(0.8))
     narrow = analyse(design, SCENE, "plane-strain")
     assert any("widened" in reason for reason in narrow.model.reasons)
     assert narrow.increments[-1].normal_force_N == pytest.approx(

@@ -78,7 +78,8 @@ _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 
 def _there(target: str) -> bool:
     """Whether this installation has the command's package (``bench`` is in a checkout only)."""
-    return find_spec(target.partition(".")[0]) is not None
+    module = target.partition(":")[0]
+    return find_spec(module.partition(".")[0]) is not None and find_spec(module) is not None
 
 
 class LazyGroup(click.Group):

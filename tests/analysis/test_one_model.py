@@ -4,8 +4,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import pipeline
-from fingerdesign.analysis import folder as outputs
-from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.checks.starter import shipped_path
 from fingerdesign.errors import DesignError, Fault
@@ -52,7 +51,7 @@ def test_one_factorisation_serves_frictions_and_grips(counted):
 
 def test_fields_are_recovered_where_they_are_asked_for(counted):
     design = with_values(load_design(shipped_path("narrow")), COARSE)
-    case = Case(design, pipeline.fundamental_scene(), "plane-strain", grips=False)
+    case = Case(design, fundamental_scene(), "plane-strain", grips=False)
     assert pipeline.run(case).fields is not None
     assert counted == {"factored": 1, "fields": 1}
 
@@ -64,7 +63,7 @@ def test_analyse_can_be_told_to_leave_fields_out(monkeypatch, tmp_path):
         cases.append(case)
         raise DesignError([Fault("test", 0, "ended here", "none")])
 
-    monkeypatch.setattr(outputs, "analyse_into", stop)
+    monkeypatch.setattr("fingerdesign.pipeline.analyse_into", stop)
     for more in ([], ["--no-fields", "--go-on"]):
         assert main(["analyse", "narrow", "--out", str(tmp_path), "-q", *more]) == 2
     assert [(case.fields, case.go_on) for case in cases] == [(True, False), (False, True)]

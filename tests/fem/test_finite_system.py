@@ -127,7 +127,8 @@ def test_at_rest_it_is_the_small_strain_model(dim, element):
     tangent = finite.linearised(finite.system.at_rest)
     wanted = condense_body(body).compliance
     assert np.abs(tangent.compliance - wanted).max() < 1e-10 * np.abs(wanted).max()
-    assert np.abs(tangent.forces).max() == 0.0
+    # zero but for the rounding of F^-T, which differs between processors
+    assert np.abs(tangent.forces).max() < 1e-14 * YOUNG
 
 
 @pytest.mark.parametrize(("dim", "element"), KINDS)

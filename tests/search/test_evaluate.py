@@ -103,7 +103,7 @@ def test_the_digest_changes_with_what_is_asked(job, monkeypatch) -> None:
     found = [each.digest() for each in asked]
     monkeypatch.setattr(module, "METRICS_VERSION", -1)
     found.append(job.digest())
-    monkeypatch.setattr("fingerdesign.__version__", "0.0.other")
+    monkeypatch.setattr("fingerdesign.analysis.summary.__version__", "0.0.other")
     found.append(job.digest())
     assert len(set(found)) == len(found)
 

@@ -1,12 +1,9 @@
 """The whole folder of a mold: record, report, drawings; checks that fail; CAD that fails."""
 
-import importlib
 import json
 import os
-import sys
 from contextlib import nullcontext
 from dataclasses import replace
-from types import ModuleType
 from xml.etree import ElementTree
 
 import jsonschema
@@ -16,7 +13,6 @@ from fingerdesign_cli.main import main
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold import schema as record_schema
-from fingerdesign.mold.page import picture as mold_picture
 from fingerdesign.mold.page.page import base_svg
 from fingerdesign.mold.page.picture import Badge, Exploded
 from fingerdesign.mold.part import Check
@@ -46,7 +42,6 @@ def stages(hand_made, monkeypatch):
 
     def install(checks=(PASSED,), plan_error=None, cad_error=None, drawn=False):
         design, plan, meshes = hand_made()
-        planning, built = ModuleType("planning"), ModuleType("built")
 
         def plan_mold(given):
             if plan_error is not None:
@@ -60,18 +55,15 @@ def stages(hand_made, monkeypatch):
                 raise cad_error
             return meshes
 
-        planning.plan_mold, built.mold_meshes = plan_mold, mold_meshes
-        checking = ModuleType("checks")
-        checking.run_checks = lambda *given: tuple(checks)
-        for name, module in (("planning", planning), ("built", built), ("checks", checking)):
-            monkeypatch.setitem(sys.modules, f"fingerdesign.mold.{name}", module)
-        worker = importlib.import_module("fingerdesign.mold.placement_worker")
-        monkeypatch.setattr(worker, "placement_job", lambda *given: nullcontext())
-        monkeypatch.setattr(worker, "placement_of", lambda job: dict(EFFECT))
+        monkeypatch.setattr(make, "plan_mold", plan_mold)
+        monkeypatch.setattr(make, "mold_meshes", mold_meshes)
+        monkeypatch.setattr("fingerdesign.mold.checks.run_checks", lambda *given: tuple(checks))
+        monkeypatch.setattr(make, "placement_job", lambda *given: nullcontext())
+        monkeypatch.setattr(make, "placement_of", lambda job: dict(EFFECT))
         if not drawn:
             picture = Exploded(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
-            monkeypatch.setattr(mold_picture, "exploded_job", lambda *given: nullcontext())
-            monkeypatch.setattr(mold_picture, "exploded_of", lambda *given: picture)
+            monkeypatch.setattr(make, "exploded_job", lambda *given: nullcontext())
+            monkeypatch.setattr(make, "exploded_of", lambda *given: picture)
         return design
 
     return install
@@ -106,9 +98,8 @@ def test_the_page_needs_nothing_from_outside(stages, tmp_path):
 
 def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, monkeypatch):
     design = stages()
-    worker = importlib.import_module("fingerdesign.mold.placement_worker")
     doubtful = {**EFFECT, "together": {"rms": 0.4, "worst": 0.7, "worst_plate": 1}}
-    monkeypatch.setattr(worker, "placement_of", lambda job: doubtful)
+    monkeypatch.setattr(make, "placement_of", lambda job: doubtful)
     assert make.make_mold(design, tmp_path).status == "ok"
     page = (tmp_path / "report.html").read_text("utf-8")
     assert '<li class="partly"><span class="answer">can be cast, gages in doubt' in page
