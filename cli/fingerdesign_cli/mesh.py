@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _FILE = click.Path(path_type=Path)
 # Those that keep quadratic cells of both dimensions.
-ENDINGS = ("vtu", "vtk", "msh", "inp", "xdmf", "mdpa")
+ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
 
 
 def _endings(_context: click.Context, _parameter: click.Parameter, value: tuple[str, ...]) -> Any:
@@ -64,7 +64,7 @@ def _endings(_context: click.Context, _parameter: click.Parameter, value: tuple[
     default=("vtu",),
     show_default=True,
     callback=_endings,
-    help="vtu, vtk and xdmf (ParaView), msh (Gmsh), inp (CalculiX, Abaqus), mdpa (Kratos); may be "
+    help="vtu and vtk (ParaView), msh (Gmsh), inp (CalculiX, Abaqus), mdpa (Kratos); may be "
     "repeated.",
 )
 @click.option(

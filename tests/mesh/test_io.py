@@ -40,7 +40,7 @@ def mesh(request: pytest.FixtureRequest) -> Mesh:
     return mesh_section(DESIGN, 3.0) if request.param == 2 else extrude(DESIGN, 3.0)
 
 
-@pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp", "xdmf"])
+@pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
 def test_round_trip(mesh: Mesh, ending: str, tmp_path: Path) -> None:
     path = write_mesh(mesh, tmp_path / f"finger.{ending}")
     again = read_mesh(path)
@@ -100,7 +100,7 @@ CORED = Design.model_validate(
 )
 
 
-@pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp", "xdmf"])
+@pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
 @pytest.mark.parametrize("model", ["solid", "sheet"])
 def test_cores_and_slots_keep_their_names(model: str, ending: str, tmp_path: Path) -> None:
     plates = CORED.plates.model_copy(update={"model": model})
@@ -205,26 +205,6 @@ def test_decks_that_cannot_be_understood(old: str, new: str, words: str, tmp_pat
     path.write_text(DECK.replace(old, new))
     with pytest.raises(MeshError, match=words):
         read_named(path)
-
-
-def test_other_xdmf_files(tmp_path: Path) -> None:
-    path = tmp_path / "m.xdmf"
-    item = '<DataItem Dimensions="4 3" Format="{}">{}</DataItem>'
-    text = (
-        '<Xdmf Version="3.0"><Domain><Grid><Geometry GeometryType="XYZ">{}</Geometry>'
-        '<Topology TopologyType="{}">{}</Topology></Grid></Domain></Xdmf>'
-    )
-    places = item.format("XML", "0 0 0 1 0 0 0 1 0 0 0 1")
-    path.write_text(text.format(places, "Tetrahedron", item.format("XML", "0 1 2 3")))
-    assert read_named(path).cells.tolist() == [[0, 1, 2, 3]]
-    for kind, cells, words in (
-        ("Hexahedron", item.format("XML", "0 1 2 3"), "cells of type Hexahedron"),
-        ("Mixed", item.format("XML", "9 0 1 2 3 0 1 2 3"), "XDMF's type 9"),
-        ("Tetrahedron", item.format("HDF", "m.h5:/cells"), "lie in another file"),
-    ):
-        path.write_text(text.format(places, kind, cells))
-        with pytest.raises(MeshError, match=words):
-            read_named(path)
 
 
 def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path: Path) -> None:

@@ -1,5 +1,4 @@
-"""Meshes to and from files: .vtu, .msh (Gmsh), .vtk, .inp (CalculiX), .xdmf, and what else meshio
-knows.
+"""Meshes to and from files: .vtu, .msh (Gmsh), .vtk, .inp (CalculiX), and what else meshio knows.
 
 Cells carry "region" (0 elastomer, k + 1 plate k, one more the core, which "core" = 1 marks too).
 Named facets are cells of one dimension less that carry their name's number in "facet"
@@ -23,7 +22,6 @@ from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.files.calculix import read_calculix, write_calculix
 from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number, to_mesh
-from fingerdesign.mesh.files.xdmf import read_xdmf, write_xdmf
 from fingerdesign.mesh.types import Mesh
 
 # From blocks of cells, as most file formats hold them, to a mesh with names.
@@ -177,8 +175,6 @@ def write_mesh(mesh: Mesh, path: Path | str) -> Path:
     try:
         if path.suffix == ".inp":
             write_calculix(mesh, aside)
-        elif path.suffix == ".xdmf":
-            _write_xdmf(mesh, aside)
         else:
             _write_meshio(mesh, aside)
         os.replace(aside, path)
@@ -209,20 +205,6 @@ def _write_meshio(mesh: Mesh, path: Path) -> None:
         raise MeshError(f"meshio could not write {name}: {error}") from error
 
 
-def _write_xdmf(mesh: Mesh, path: Path) -> None:
-    content = to_meshio(mesh)
-    names = {f"facet {facet_number(name)}": name for name in mesh.facets}
-    for number in np.unique(mesh.regions).tolist():
-        names[f"region {number}"] = mesh.region_name(number)
-    data = {
-        name: np.concatenate(parts)
-        for name, parts in content.cell_data.items()
-        if not name.startswith("gmsh:")
-    }
-    blocks = [(block.type, block.data) for block in content.cells]
-    write_xdmf(path, content.points, blocks, data, names)
-
-
 def read_mesh(path: Path | str) -> Mesh:
     """Read a mesh that ``write_mesh`` wrote, or any of quadratic triangles or tetrahedra.
 
@@ -249,9 +231,6 @@ def read_named(path: Path | str) -> NamedMesh:
             return read_calculix(path)
         except OSError as error:
             raise MeshError(f"{path} could not be read: {error}") from error
-    if path.suffix == ".xdmf":
-        points, blocks, data = read_xdmf(path)
-        return named_of_blocks(path, points, blocks, data, {}, {})
     import meshio
 
     try:
