@@ -82,6 +82,11 @@ def _write_numbers(file: IO[str], numbers: IntArray) -> None:
 
 
 # CalculiX and Abaqus input decks read: nodes, tetrahedra or triangles, sets and surfaces.
+#
+# meshio's own reader is not used: of what write_calculix writes it returned 0 of 3 surfaces (plane)
+# and 0 of 5 (space), as it skips SURFACE cards and drops the element numbers that they name; sets
+# of sets come nested, and CPE3, CPS6, M3D3 or lower-case types are refused. What is left it reads
+# in 0.7 to 0.9 of the time.
 
 _NODES_OF = {"C3D4": 4, "C3D10": 10, "CPE3": 3, "CPS3": 3, "CPE6": 6, "CPS6": 6}
 _NODES_OF |= {"S3": 3, "S6": 6, "STRI3": 3, "STRI65": 6, "M3D3": 3, "M3D6": 6}
