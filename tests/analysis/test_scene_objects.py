@@ -192,7 +192,6 @@ def test_the_approach_for_a_force_is_about_right(design):
 
 
 def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):
-    from fingerdesign.contact import uniqueness
 
     searched = []
 
@@ -200,7 +199,7 @@ def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):
         searched.append(motion)
         return [known]
 
-    monkeypatch.setattr(uniqueness, "other_solutions", found)
+    monkeypatch.setattr("fingerdesign.analysis.caveats.other_solutions", found)
     usual = analyse(design, parse_scene(PATH), "plane-strain")
     assert not searched
     assert not any("more than one answer" in each for each in usual.warnings)

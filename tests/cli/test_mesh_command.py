@@ -87,7 +87,7 @@ def test_wrong_options_are_bad_input_before_any_meshing(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("fingerdesign.analysis.stages.make_mesh", refuse)
+    monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
     monkeypatch.chdir(design.parent)
     assert main(["mesh", str(design), "--out", "out", *options]) == 2
     assert words in capsys.readouterr().err
@@ -108,7 +108,7 @@ def test_a_section_that_analyse_refuses_is_not_meshed(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("fingerdesign.analysis.stages.make_mesh", refuse)
+    monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
     path, out = tmp_path / "along.toml", tmp_path / "out"
     path.write_text(f'design.name = "along"\nplates.count = 1\n{text}\n')
     options = ["--out", str(out), "--fidelity", "plane-strain"]

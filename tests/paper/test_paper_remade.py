@@ -12,7 +12,6 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.paper import folder as paper_files
-from fingerdesign.paper import page as paper_html
 from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import WORDS, claims_of
 from fingerdesign.paper.figures import paper_figure
@@ -59,7 +58,7 @@ def drawn(found):
 @pytest.fixture
 def quickly_drawn(drawn, monkeypatch):
     """All tests but those about the drawings share one set of them: they take seconds."""
-    monkeypatch.setattr(paper_html, "paper_figures", lambda *_: drawn)
+    monkeypatch.setattr("fingerdesign.paper.folder.paper_figures", lambda *_: drawn)
 
 
 def claim(found, key):

@@ -212,7 +212,7 @@ def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch) -> No
         return found | {"cost": float("inf"), "gage_response": float("nan"), "peak_ratio": 1e200}
 
     own = measured.metrics_of
-    monkeypatch.setattr(measured, "metrics_of", endless)
+    monkeypatch.setattr("fingerdesign.search.run.evaluate.metrics_of", endless)
     found = evaluate(job)
     for name in ("cost", "gage_response", "peak_ratio"):
         assert found.metrics[name] is None

@@ -103,7 +103,7 @@ def test_a_failure_of_writing_leaves_nothing(study, tmp_path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("fingerdesign.search.compare.page.compare_html", full)
+    monkeypatch.setattr("fingerdesign.search.run.folder.compare_html", full)
     with pytest.raises(OSError, match="No space left"), FOLDER.written(tmp_path / "x") as folder:
         write_study(folder, study, any_outcomes(2), TEXT)
     assert list(tmp_path.iterdir()) == []
