@@ -20,7 +20,7 @@ from fingerdesign.analysis.fidelity.choice import choose
 from fingerdesign.analysis.folder import write_outputs, write_solid
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.path import follow_path
+from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
     condense,
@@ -31,7 +31,6 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
-from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError

@@ -96,8 +96,8 @@ def test_python_of_the_method_page_runs(capsys):
 
 def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
     from fingerdesign import parse_design
+    from fingerdesign.mold.plan.plan import PROFILES, limits_of
     from fingerdesign.mold.plan.planning import plan_mold
-    from fingerdesign.mold.plan.profiles import PROFILES, limits_of
 
     text = (ROOT / "docs/molds.md").read_text("utf-8")
     (table,) = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)

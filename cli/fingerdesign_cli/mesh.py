@@ -9,11 +9,10 @@ import click
 
 from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.layout.frames import mirrors_in_z
-from fingerdesign.mesh.asked import asked_sizes
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.picture import draw_mesh
 from fingerdesign.mesh.pictures import draw_quality
-from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.quality import asked_sizes, assess
 from fingerdesign_cli.common import output_folder, output_options, print_json, progress, read_case
 
 if TYPE_CHECKING:

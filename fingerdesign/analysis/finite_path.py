@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.analysis.touch import object_at_touch, targets
+from fingerdesign.analysis.path import object_at_touch, targets
 from fingerdesign.arrays import Array
-from fingerdesign.contact.force_control import Forces
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.measures import Measures, measure
+from fingerdesign.contact.path import Forces
 from fingerdesign.contact.problem import Motion
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.finite.body import finite_body

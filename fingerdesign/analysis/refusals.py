@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.analysis.case import FIDELITIES, Case
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
-from fingerdesign.analysis.touch import steps_sideways
+from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.design import plane_strain_faults, tetwild_faults
 from fingerdesign.checks.scene import scene_faults
 from fingerdesign.errors import Fault

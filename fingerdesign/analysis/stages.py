@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.touch import object_at_touch, touch_point
+from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step

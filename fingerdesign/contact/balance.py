@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.increment import (
     ContactState,
     Increment,
@@ -25,6 +24,7 @@ from fingerdesign.contact.increment import (
     ZoneExhausted,
     solve_increment,
 )
+from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError

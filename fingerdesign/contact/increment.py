@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.contact.active import ActiveInverse, block, dofs_of
 from fingerdesign.contact.laws import (
     OPEN,
     SLIP,
@@ -18,7 +17,7 @@ from fingerdesign.contact.laws import (
     project,
     status_of,
 )
-from fingerdesign.contact.newton import NewtonResult
+from fingerdesign.contact.newton import ActiveInverse, NewtonResult, block, dofs_of
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.contact.strategy import Task, solve_task
 from fingerdesign.errors import SolverError

@@ -16,9 +16,8 @@ from functools import partial
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.laws import project
-from fingerdesign.contact.newton import NewtonResult, newton, relative_residual
+from fingerdesign.contact.newton import ActiveInverse, NewtonResult, newton, relative_residual
 from fingerdesign.contact.pivots import friction_pivots
 
 # Which nodes touch, from the normal forces alone: a cheap first guess for Newton (numpy only).

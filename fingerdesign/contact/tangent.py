@@ -10,10 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.increment import Increment, Workspace
 from fingerdesign.contact.laws import OPEN, SLIP
-from fingerdesign.contact.newton import classify, slip_system, tangential_dofs
+from fingerdesign.contact.newton import ActiveInverse, classify, slip_system, tangential_dofs
 from fingerdesign.contact.problem import ContactProblem
 
 

@@ -20,10 +20,9 @@ from itertools import combinations, product
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.active import ActiveInverse
 from fingerdesign.contact.increment import ContactState, Increment, solve_increment
 from fingerdesign.contact.laws import OPEN, SLIP
-from fingerdesign.contact.newton import classify, newton, slip_system
+from fingerdesign.contact.newton import ActiveInverse, classify, newton, slip_system
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.errors import SolverError

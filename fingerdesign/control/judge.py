@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from fingerdesign.control.plants.plant import Truth
+
+if TYPE_CHECKING:
+    pass
+
 
 GRAVITY = 9.80665  # m/s^2
 

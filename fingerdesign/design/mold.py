@@ -1,7 +1,7 @@
 """The ``[mold]`` table: how a finger is cast. No analysis depends on it: it is not in the digest.
 
 Lengths in mm, angles in degrees. Keys that are absent are computed from the process's profile
-(mold/plan/profiles.py), the bolts and the plates.
+(mold/plan/plan.py), the bolts and the plates.
 """
 
 from __future__ import annotations

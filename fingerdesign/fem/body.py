@@ -19,10 +19,9 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.facing import facing_rows, owners
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.system import System, assemble_system, check_material
-from fingerdesign.fem.trace import ContactTrace, contact_trace
+from fingerdesign.fem.trace import ContactTrace, contact_trace, facing_rows, owners
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 

@@ -11,11 +11,16 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.fem.assembly import assemble_stiffness
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
-from fingerdesign.fem.readout import gage_rows, strain_rows
+from fingerdesign.fem.elements import assemble_stiffness
+from fingerdesign.fem.readout import (
+    gage_rows,
+    plate_at,
+    plate_strain_rows,
+    sheet_gage_rows,
+    strain_rows,
+)
 from fingerdesign.fem.sheet import design_sheets
-from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_rows
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.reduced import ReducedModel

@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.asked import AskedSizes, parts_of, size_zones
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, cropped, cut_open, placed, view
-from fingerdesign.mesh.quality import QualityReport
+from fingerdesign.mesh.quality import AskedSizes, QualityReport, parts_of, size_zones
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.mesh.worker import run_module
 

@@ -30,9 +30,8 @@ from numpy.typing import NDArray
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import readings_of
-from fingerdesign.analysis.path import follow_path
+from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import one_thread, zone_of
-from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
@@ -42,7 +41,7 @@ from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
 from fingerdesign.mold.placement_record import effect_record, with_row
-from fingerdesign.mold.plan.profiles import limits_of
+from fingerdesign.mold.plan.plan import limits_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.mesh import SectionMesh

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerdesign.analysis.summary import versions
-from fingerdesign.mold.plan.profiles import limits_of
+from fingerdesign.mold.plan.plan import limits_of
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.path import object_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh
-from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.arrays import Array
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.measures import completely_slips

@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, fundamental_scene, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.path import object_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh
-from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.checks.load import with_values, without_plates
 from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.errors import DesignError, Fault

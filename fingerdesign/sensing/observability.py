@@ -22,9 +22,9 @@ import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
-from fingerdesign.contact.force_control import Forces, solve_forces
 from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.measures import measure
+from fingerdesign.contact.path import Forces, solve_forces
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.estimator import LAGS
 from fingerdesign.control.signals import gage_readings

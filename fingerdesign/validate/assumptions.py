@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
-from fingerdesign.analysis.touch import steps_sideways
+from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames

@@ -175,8 +175,7 @@ class Reader:
 
     def read(self, gages: Gages) -> Readings:
         """The readings with these gages. Raises DesignError where they leave the finger."""
-        from fingerdesign.fem.readout import gage_rows
-        from fingerdesign.fem.sheet_gage import sheet_gage_rows
+        from fingerdesign.fem.readout import gage_rows, sheet_gage_rows
 
         frames, old = plate_frames(self.solved.design), self.own
         sheets = self.solved.design.plates.model == "sheet"

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_scene
+from fingerdesign.analysis.analysis import _at_side
 from fingerdesign.analysis.case import Case, gage_array
-from fingerdesign.analysis.caveats import _at_side
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.summary import _why_whole
 from fingerdesign.checks.load import parse_design

@@ -2,8 +2,8 @@
 
 import pytest
 
+from fingerdesign.analysis.analysis import _choices
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.caveats import _choices
 from fingerdesign.checks.load import parse_design, parse_scene
 
 MOTION = parse_scene("path.increments_mm = [[0.1, 0.0]]")

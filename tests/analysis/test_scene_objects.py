@@ -5,7 +5,7 @@ import pytest
 
 from fingerdesign import analyse, load_design, parse_scene, with_values
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.touch import object_at_touch, touch_point
+from fingerdesign.analysis.path import object_at_touch, touch_point
 from fingerdesign.checks.starter import shipped_path
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
@@ -199,7 +199,7 @@ def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):
         searched.append(motion)
         return [known]
 
-    monkeypatch.setattr("fingerdesign.analysis.caveats.other_solutions", found)
+    monkeypatch.setattr("fingerdesign.analysis.analysis.other_solutions", found)
     usual = analyse(design, parse_scene(PATH), "plane-strain")
     assert not searched
     assert not any("more than one answer" in each for each in usual.warnings)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.active import ActiveInverse, dofs_of, inverse_of
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
+from fingerdesign.contact.newton import ActiveInverse, dofs_of, inverse_of
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane

@@ -11,8 +11,8 @@ from fingerdesign.contact.balance import (
     rising_root,
     solve_shear,
 )
-from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError

@@ -5,9 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import follow
+from fingerdesign.contact.path import Forces, NoEquilibrium, follow, solve_forces
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.reference import cattaneo_mindlin_line
 from fingerdesign.shapes.objects import Plane, touching

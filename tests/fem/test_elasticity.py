@@ -7,8 +7,7 @@ import skfem
 from skfem.models.elasticity import linear_elasticity
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.assembly import assemble_stiffness, lame_parameters
-from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.fem.elements import assemble_stiffness, lame_parameters, physical_gradients
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.mesh.types import quadratic
 

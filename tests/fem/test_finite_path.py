@@ -8,7 +8,7 @@ import pytest
 import fingerdesign.fem.finite.row as row_module
 from fingerdesign import parse_design, parse_scene
 from fingerdesign.analysis.finite_path import FinitePathStopped, finite_readings
-from fingerdesign.analysis.touch import object_at_touch, targets
+from fingerdesign.analysis.path import object_at_touch, targets
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import contact_problem

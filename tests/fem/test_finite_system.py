@@ -9,8 +9,8 @@ import pytest
 import scipy.sparse as sp
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.body import Body, condense_body
+from fingerdesign.fem.elements import lame_parameters
 from fingerdesign.fem.finite.body import finite_body, finite_system
 from fingerdesign.fem.finite.elements import (
     Inverted,

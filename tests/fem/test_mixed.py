@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fingerdesign.fem.assembly import lame_parameters
-from fingerdesign.fem.elements import physical_gradients, quadrature, tabulate
+from fingerdesign.fem.elements import lame_parameters, physical_gradients, quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.mesh.types import Mesh

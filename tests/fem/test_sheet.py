@@ -15,9 +15,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.model import build_model
-from fingerdesign.fem.sheet import sheet_stiffness
-from fingerdesign.fem.sheet_faces import SheetFacets, sheet_of
-from fingerdesign.fem.sheet_gage import plate_strain_rows, sheet_gage_rows
+from fingerdesign.fem.readout import plate_strain_rows, sheet_gage_rows
+from fingerdesign.fem.sheet import SheetFacets, sheet_of, sheet_stiffness
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

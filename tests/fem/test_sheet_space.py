@@ -9,10 +9,9 @@ import scipy.sparse as sp
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.assembly import assemble_stiffness
-from fingerdesign.fem.sheet import sheet_stiffness
-from fingerdesign.fem.sheet_faces import sheet_of
-from fingerdesign.fem.sheet_gage import plate_at, plate_strain_rows, sheet_gage_rows
+from fingerdesign.fem.elements import assemble_stiffness
+from fingerdesign.fem.readout import plate_at, plate_strain_rows, sheet_gage_rows
+from fingerdesign.fem.sheet import sheet_of, sheet_stiffness
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.tetra.slots import open_slots
 from fingerdesign.mesh.tetra.snap import quadratic_facets, tet_volumes

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import parse_design
-from fingerdesign.mesh.asked import asked_sizes
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
@@ -19,7 +18,7 @@ from fingerdesign.mesh.measures import (
     edge_lengths,
     least_jacobian_ratios,
 )
-from fingerdesign.mesh.quality import assess
+from fingerdesign.mesh.quality import asked_sizes, assess
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic

@@ -12,8 +12,8 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.step_file import resolved
 from fingerdesign.mold.plan.base import base_holes_of, core_box, pour_up
 from fingerdesign.mold.plan.extent import extent_of
+from fingerdesign.mold.plan.plan import limits_of
 from fingerdesign.mold.plan.planning import mold_faults, plan_mold
-from fingerdesign.mold.plan.profiles import limits_of
 
 
 def drawn(seed):

@@ -12,8 +12,8 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step_file import resolved
 from fingerdesign.mold.part import BASE, INSERT
+from fingerdesign.mold.plan.plan import limits_of
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.plan.profiles import limits_of
 
 # Small and low, with windows in the side walls, round, with a bone, narrowed inserts.
 SEEDS = (13, 27, 30, 42, 51, 60, 75, 81, 86, 87, 94)

@@ -8,12 +8,10 @@ import pytest
 from fingerdesign import load_design
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.extent import rim_height
-from fingerdesign.mold.plan.frames import frames_in_mold, scale_of
 from fingerdesign.mold.plan.legs import legs_of
-from fingerdesign.mold.plan.plan import Slot
+from fingerdesign.mold.plan.plan import Slot, limits_of
 from fingerdesign.mold.plan.planning import sides_of
-from fingerdesign.mold.plan.profiles import limits_of
-from fingerdesign.mold.plan.slots import slot_corners, webs
+from fingerdesign.mold.plan.slots import frames_in_mold, scale_of, slot_corners, webs
 
 SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design
-from fingerdesign.mold.plan.frames import frames_in_mold, scale_of
 from fingerdesign.mold.plan.legs import legs_of, legs_share, legs_volume
-from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.plan.plan import MoldPlan, limits_of
 from fingerdesign.mold.plan.planning import sides_of
-from fingerdesign.mold.plan.profiles import limits_of
+from fingerdesign.mold.plan.slots import frames_in_mold, scale_of
 from fingerdesign.mold.products.drawing import polygon_area
 from fingerdesign.mold.products.flat_pattern import flat_patterns
 

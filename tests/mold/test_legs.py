@@ -11,17 +11,16 @@ from fingerdesign.design.schema import Design
 from fingerdesign.design.step_file import resolved
 from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
 from fingerdesign.mold.plan.extent import exits_of, flat_sided, rim_height
-from fingerdesign.mold.plan.frames import (
+from fingerdesign.mold.plan.leg_room import crossing_legs, leg_gaps
+from fingerdesign.mold.plan.legs import legs_of, meets_hole
+from fingerdesign.mold.plan.plan import Leg, limits_of
+from fingerdesign.mold.plan.slots import (
     core_in_mold,
     frames_in_mold,
     leg_bar,
     scale_of,
     turned_bar,
 )
-from fingerdesign.mold.plan.leg_room import crossing_legs, leg_gaps
-from fingerdesign.mold.plan.legs import legs_of, meets_hole
-from fingerdesign.mold.plan.plan import Leg
-from fingerdesign.mold.plan.profiles import limits_of
 
 
 def made(body=None, plates=None, mold=None):

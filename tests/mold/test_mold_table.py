@@ -7,7 +7,7 @@ import pytest
 from fingerdesign.checks.load import dump_design, parse_design
 from fingerdesign.checks.starter import starter_text
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.plan.profiles import PROFILES, density_of, limits_of
+from fingerdesign.mold.plan.plan import PROFILES, density_of, limits_of
 
 NAME = 'design.name = "a"\n'
 

@@ -5,8 +5,7 @@ import pytest
 from fingerdesign_bench.accuracy import verification_bodies as bodies
 
 from fingerdesign import reference
-from fingerdesign.contact.force_control import Forces, NoEquilibrium
-from fingerdesign.contact.path import follow
+from fingerdesign.contact.path import Forces, NoEquilibrium, follow
 
 
 def test_equal_cylinders():

@@ -48,9 +48,8 @@ class Answer:
 def answer(design: Design) -> Answer:
     """Mesh without the cache, condense, and follow the fundamental case in 3-D."""
     from fingerdesign.analysis.case import Case, fundamental_scene
-    from fingerdesign.analysis.path import follow_path
+    from fingerdesign.analysis.path import follow_path, object_at_touch
     from fingerdesign.analysis.stages import condense, one_thread, zone_of
-    from fingerdesign.analysis.touch import object_at_touch
     from fingerdesign.contact.problem import contact_problem
     from fingerdesign.mesh.section.extrude import extrude
     from fingerdesign.mesh.tetra.tetwild import tetrahedralise

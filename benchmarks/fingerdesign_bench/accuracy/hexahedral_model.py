@@ -15,9 +15,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.fem.assembly import isotropic, lame_parameters, sum_blocks
-from fingerdesign.fem.mixed import Pressures
-from fingerdesign.fem.system import System, held_system, with_pressures
+from fingerdesign.fem.elements import isotropic, lame_parameters, sum_blocks
+from fingerdesign.fem.system import Pressures, System, held_system, with_pressures
 from fingerdesign.fem.trace import ContactTrace
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import SurfaceQuadrature

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.force_control import Forces
-from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import (
     Body,

@@ -14,8 +14,7 @@ import numpy as np
 
 from fingerdesign import reference
 from fingerdesign.arrays import Array
-from fingerdesign.contact.force_control import Forces
-from fingerdesign.contact.path import Step, follow
+from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import Body, body_model
 from fingerdesign.mesh.types import Mesh

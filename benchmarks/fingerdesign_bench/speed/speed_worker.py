@@ -108,8 +108,8 @@ def timed_grip(case: dict[str, Any]) -> dict[str, Any]:
 
 def _grip_problem(design: Design, fidelity: str) -> tuple[Any, dict[str, Any]]:
     from fingerdesign.analysis.case import Case, fundamental_scene
+    from fingerdesign.analysis.path import object_at_touch
     from fingerdesign.analysis.stages import condense, make_mesh, zone_of
-    from fingerdesign.analysis.touch import object_at_touch
     from fingerdesign.contact.problem import contact_problem
 
     scene = fundamental_scene()

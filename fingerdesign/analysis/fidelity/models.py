@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Literal
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
-from fingerdesign.analysis.path import follow_path
+from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh, one_thread, zone_of
-from fingerdesign.analysis.touch import object_at_touch
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem

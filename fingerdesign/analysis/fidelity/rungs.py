@@ -23,7 +23,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.fidelity.models import Dimension, Model, Sizes
-from fingerdesign.analysis.touch import steps_sideways
+from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError

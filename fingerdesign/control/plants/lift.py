@@ -28,9 +28,9 @@ from fingerdesign.contact.balance import (
     rising_root,
     solve_shear,
 )
-from fingerdesign.contact.force_control import NoEquilibrium
 from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
+from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.judge import GRAVITY
 from fingerdesign.control.plants.plant import Truth

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.assembly import lame_parameters
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
+from fingerdesign.fem.elements import lame_parameters
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.finite.elements import Group, group
-from fingerdesign.fem.mixed import pressure_nodes
+from fingerdesign.fem.system import pressure_nodes
 
 if TYPE_CHECKING:
     from fingerdesign.fem.body import Body

@@ -16,7 +16,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.force_control import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.increment import (
     ContactState,
     Increment,
@@ -24,6 +23,7 @@ from fingerdesign.contact.increment import (
     ZoneExhausted,
     solve_increment,
 )
+from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate

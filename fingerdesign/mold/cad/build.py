@@ -23,10 +23,16 @@ from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import outline_solid
 from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.cad.features import Features, features_of
-from fingerdesign.mold.cad.flat_sides import FlatSide, direction
-from fingerdesign.mold.cad.parting import Blank, Parting, parted, seam, sides_followed
-from fingerdesign.mold.cad.plate_blanks import core_block, core_room, cut_plates
+from fingerdesign.mold.cad.features import Features, core_block, core_room, cut_plates, features_of
+from fingerdesign.mold.cad.parting import (
+    Blank,
+    FlatSide,
+    Parting,
+    direction,
+    parted,
+    seam,
+    sides_followed,
+)
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, comb_names, wall_name
 from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side
 

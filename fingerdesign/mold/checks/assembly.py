@@ -19,8 +19,7 @@ from scipy.spatial import cKDTree
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.checks.triangles import inside, surface_points
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import CorePin, MoldPlan, Slot
-from fingerdesign.mold.plan.profiles import Limits, limits_of
+from fingerdesign.mold.plan.plan import CorePin, Limits, MoldPlan, Slot, limits_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

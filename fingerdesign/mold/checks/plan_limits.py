@@ -14,8 +14,7 @@ from fingerdesign.layout.volume import plate_volume
 from fingerdesign.mold.checks.assembly import Assembly
 from fingerdesign.mold.checks.triangles import pairs
 from fingerdesign.mold.part import BASE, Check
-from fingerdesign.mold.plan.plan import Bolt, MoldPlan, SidePlan, Slot
-from fingerdesign.mold.plan.profiles import Limits
+from fingerdesign.mold.plan.plan import Bolt, Limits, MoldPlan, SidePlan, Slot
 
 # Whether the planned holes are there, in the triangles as they are made: rays through each.
 #

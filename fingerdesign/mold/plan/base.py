@@ -21,13 +21,12 @@ from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.extent import Extent
-from fingerdesign.mold.plan.frames import core_in_mold
 from fingerdesign.mold.plan.plan import BaseHole, CorePin, MoldPlan, Side, SidePlan
-from fingerdesign.mold.plan.slots import openings_corners
+from fingerdesign.mold.plan.slots import core_in_mold, openings_corners
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 
 Kind = Literal["gate", "riser", "vent", "lock", "screw"]

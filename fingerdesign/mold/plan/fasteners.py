@@ -35,8 +35,7 @@ from fingerdesign.mold.plan.walls import (
 
 if TYPE_CHECKING:
     from fingerdesign.design.mold import Mold
-    from fingerdesign.mold.plan.plan import Side
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits, Side
 
 
 KEY_MM = 2.0  # most height of a key

@@ -13,13 +13,13 @@ import numpy as np
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import Exits, exits_of
-from fingerdesign.mold.plan.frames import end_of, scale_of, turned_bar
 from fingerdesign.mold.plan.leg_room import Room
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Plug, Side, SidePlan, Slot
+from fingerdesign.mold.plan.slots import end_of, scale_of, turned_bar
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 
 # Slots that lack webs between them: which key is owed the change, and remedies that were tried.

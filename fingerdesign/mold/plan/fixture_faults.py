@@ -16,20 +16,19 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import PlateRow, plate_rows, with_key
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.fixture import in_walls, leg_exits, legs_above, slots_on
-from fingerdesign.mold.plan.frames import frames_in_mold, leg_bar, scale_of
 from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.plan.legs import legs_of
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg
-from fingerdesign.mold.plan.profiles import limits_of
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, limits_of
+from fingerdesign.mold.plan.slots import frames_in_mold, leg_bar, scale_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.mold import Comb, MoldLimits
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 CLOSE = 2e-6  # mm; rounding
 TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre

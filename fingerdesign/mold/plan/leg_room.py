@@ -18,12 +18,12 @@ from fingerdesign.layout.frames import PlateFrame, crest_height
 from fingerdesign.layout.gaps import Prisms, core_gaps, prism_distances
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mold.plan.extent import Exits, extent_of, flat_sided, rim_height
-from fingerdesign.mold.plan.frames import core_in_mold, leg_bar
 from fingerdesign.mold.plan.plan import Leg, Side
+from fingerdesign.mold.plan.slots import core_in_mold, leg_bar
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 
 # How far legs lie from other plates, from other legs and from the core; numbers only, mm.

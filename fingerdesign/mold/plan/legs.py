@@ -21,19 +21,19 @@ from fingerdesign.layout.rows import plate_rows
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import Exits, exits_of, half_extent
-from fingerdesign.mold.plan.frames import (
+from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side
+from fingerdesign.mold.plan.slots import (
     end_of,
     frames_in_mold,
     leg_bar,
     sides_of_plate,
     turned_bar,
 )
-from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 
 # The search for legs: every plate end's leg at a few widths and places, the best of each kept.

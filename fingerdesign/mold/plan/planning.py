@@ -22,29 +22,30 @@ from fingerdesign.mold.plan.fixture import _side, plugs_of
 from fingerdesign.mold.plan.fixture_faults import (
     fixture_faults,
 )
-from fingerdesign.mold.plan.frames import frames_in_mold, scale_of
 from fingerdesign.mold.plan.legs import legs_of
 from fingerdesign.mold.plan.plan import (
     SIDES,
     BaseHole,
     CorePin,
     Leg,
+    Limits,
     MoldPlan,
     Plug,
     Side,
     SidePlan,
+    limits_of,
 )
-from fingerdesign.mold.plan.profiles import Limits, limits_of
+from fingerdesign.mold.plan.slots import frames_in_mold, scale_of
 from fingerdesign.mold.plan.walls import Columns, Walls, columns_of, pin_height, z_bolt_height
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.mold.plan.profiles import Limits
+    from fingerdesign.mold.plan.plan import Limits
 
 
 # Remedies with numbers for faults of room: found by planning the mold again with another value.

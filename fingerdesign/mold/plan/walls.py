@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fingerdesign.mold.plan.extent import Extent
-from fingerdesign.mold.plan.plan import CorePin, Plug, Side, SidePlan
-from fingerdesign.mold.plan.profiles import Limits
+from fingerdesign.mold.plan.plan import CorePin, Limits, Plug, Side, SidePlan
 from fingerdesign.mold.plan.slots import openings_corners
 
 # Where fasteners stand beside the finger: columns beyond its side, depths beyond its corner; mm.

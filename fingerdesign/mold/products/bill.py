@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import BaseHole, MoldPlan
-from fingerdesign.mold.plan.profiles import density_of
+from fingerdesign.mold.plan.plan import BaseHole, MoldPlan, density_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design

@@ -13,8 +13,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.plan.frames import end_of
 from fingerdesign.mold.plan.plan import Leg, MoldPlan
+from fingerdesign.mold.plan.slots import end_of
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
