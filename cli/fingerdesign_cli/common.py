@@ -18,6 +18,7 @@ from fingerdesign.checks.starter import design_text, scene_text
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.errors import DesignError, Fault, printable
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.registry import CONTROLLERS
 
 if TYPE_CHECKING:
     from fingerdesign.checks.load import Judged
@@ -147,17 +148,14 @@ def refuse_foreign(kind: RecordFolder, target: Path) -> None:
         raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error
 
 
-# control.roster.NAMES, which would load numpy
-CONTROLLERS = (
-    *("paper", "fixed_force", "fixed_ratio", "reactive", "oracle_1.2", "oracle_1.5", "regulator"),
-)
+CONTROLLER_NAMES = CONTROLLERS.shipped_names()
 
 controllers_option = click.option(
     "--controller",
     "controllers",
     metavar="NAME",
     multiple=True,
-    help=f"This controller alone; may be given again. One of: {', '.join(CONTROLLERS)}.",
+    help=f"This controller alone; may be given again. One of: {', '.join(CONTROLLER_NAMES)}.",
 )
 
 

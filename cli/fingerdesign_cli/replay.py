@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.trials.replay import replay_trace
@@ -68,8 +69,8 @@ def command(
     refuse_foreign(kind, out / name)
     estimator = estimator_for(design, estimator_file)
     chosen = controller or design.grip.controller
-    if chosen == "regulator" and estimator is None:
-        _refuse_untaught(design_file)
+    if estimator is None and needs_training(chosen):
+        _refuse_untaught(chosen, design_file)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
         found = replay_trace(design, trace_file, chosen, estimator, show)
         record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
@@ -82,10 +83,10 @@ def command(
     return 0
 
 
-def _refuse_untaught(design_file: Path) -> None:
+def _refuse_untaught(name: str, design_file: Path) -> None:
     bound = "a controller that needs no estimator, where none is given"
     remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
-    raise DesignError([Fault("--controller", "regulator", bound, remedy)])
+    raise DesignError([Fault("--controller", name, bound, remedy)])
 
 
 def _show(found: Replay, folder: Path) -> None:

@@ -10,7 +10,7 @@ import click
 from fingerdesign.trials.grid import ControlGrid
 from fingerdesign.trials.page import findings
 from fingerdesign_cli.common import (
-    CONTROLLERS,
+    CONTROLLER_NAMES,
     controllers_option,
     cores,
     estimator_for,
@@ -126,7 +126,7 @@ def command(
     with FOLDER.written(target) as folder, progress(name, quiet) as show:
         found = study_control(
             design,
-            controllers or CONTROLLERS,
+            controllers or CONTROLLER_NAMES,
             grid,
             journal,
             estimator=estimator,

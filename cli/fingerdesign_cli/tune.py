@@ -10,7 +10,7 @@ import click
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.trials.tuning_record import RECORD_FILE
 from fingerdesign_cli.common import (
-    CONTROLLERS,
+    CONTROLLER_NAMES,
     controllers_option,
     cores,
     estimator_for,
@@ -95,7 +95,7 @@ def command(
     with kind.written(target) as folder, progress(name, quiet) as show:
         record = tune_controllers(
             design,
-            controllers or CONTROLLERS,
+            controllers or CONTROLLER_NAMES,
             journal,
             estimator=estimator,
             noises=noises,

@@ -12,11 +12,11 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controllers import roster
-from fingerdesign.control.controllers.flow_chart import Command, Controller, PaperController
+from fingerdesign.control.controllers.flow_chart import PaperController, paper_settings
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
 from fingerdesign.control.plants.plant import Plant, Truth, press
 from fingerdesign.control.plants.rig import Rig
+from fingerdesign.control.roster import Command, Controller, make_controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
@@ -227,12 +227,12 @@ def run_episodes(
 
     episodes = []
     for number, friction in enumerate(friction_coefficients):
-        hand = roster.controller(
+        hand = make_controller(
             grip.controller, grip, estimator=estimator, friction=friction, mass_g=object_mass_g
         )
         episode = run(number, friction, hand)
         if grip.controller == "paper":
-            free = run(number, friction, PaperController(roster.paper_settings(grip), rule=False))
+            free = run(number, friction, PaperController(paper_settings(grip), rule=False))
             # A comparison that failed shows nothing either way.
             slips = None if free.ending == "failed" else free.result.gross_slip
             episode = replace(

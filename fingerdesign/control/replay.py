@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controllers.flow_chart import Command, Controller
 from fingerdesign.control.estimator import LAGS, GripEstimator, Moment, Told
 from fingerdesign.control.plants.recorded import RecordedPlant
+from fingerdesign.control.roster import Command, Controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, Fault
 

@@ -2,10 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeVar
+from dataclasses import fields
+from functools import cache
+from typing import Annotated, Any, ClassVar, TypeVar, get_type_hints
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict
-from pydantic_core import PydanticCustomError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    create_model,
+)
+from pydantic.fields import FieldInfo
+from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
+
+from fingerdesign.errors import DesignError
+from fingerdesign.runtime.registry import Kind, Registry
 
 
 class Table(BaseModel):
@@ -40,3 +54,97 @@ def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCus
     return PydanticCustomError(
         "fault", "{bound}; {remedy}", {"value": value, "bound": bound, "remedy": remedy, "key": key}
     )
+
+
+class Named:
+    """Annotates a key that holds one of a registry's names; others are refused with the list."""
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+
+    def __get_pydantic_core_schema__(
+        self, source: object, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self._known)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {"enum": list(self._registry.names()), "type": "string"}
+
+    def _known(self, value: object) -> str:
+        try:
+            name: str = self._registry.find(value, "").name
+        except DesignError as error:
+            first, *rest = (repr(name) for name in reversed(self._registry.names()))
+            expected = f"{', '.join(reversed(rest))} or {first}" if rest else first
+            raise PydanticKnownError("literal_error", {"expected": expected}) from error
+        return name
+
+
+class _OwnTable(Table):
+    """A table that is made from a kind's dataclass, and pickled by it."""
+
+    kind: ClassVar[type]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _blank, (self.kind,), self.__getstate__()
+
+
+def _blank(kind: type) -> Table:
+    made = table_of(kind)
+    return made.__new__(made)
+
+
+@cache
+def table_of(kind: type) -> type[Table]:
+    """The strict table of a kind's dataclass (see :func:`fingerdesign.runtime.registry.key`)."""
+    types = get_type_hints(kind)
+    made: dict[str, Any] = {
+        each.name: (types[each.name], Field(default=each.default, **each.metadata))
+        for each in fields(kind)
+    }
+    model = create_model(kind.__name__, __base__=_OwnTable, __doc__=kind.__doc__, **made)
+    model.kind = kind
+    return model
+
+
+def table_fields(model: type[Table], registry: Registry, before: str) -> None:
+    """Give a table a key for the own table of every kind of a registry, now and later.
+
+    The shipped kinds' tables are there with their defaults; that of a kind from outside is absent
+    unless it is given, so that a plug-in that is not used changes no digest.
+    """
+    shipped = True
+
+    def add(kind: Kind) -> None:
+        if kind.table is None or kind.table_name in model.__pydantic_fields__:
+            return
+        table = table_of(kind.table)
+        info = FieldInfo.from_annotated_attribute(
+            table if shipped else table | None,  # type: ignore[arg-type]
+            Field(default_factory=table) if shipped else Field(default=None),
+        )
+        known = model.__pydantic_fields__
+        behind = {name: known.pop(name) for name in list(known)[list(known).index(before) :]}
+        known |= {kind.table_name: info, **behind}
+        rebuild(model)
+
+    registry.watch(add)
+    shipped = False
+
+
+def rebuild(model: type[Table]) -> None:
+    """Make a table, and those that hold it, anew with the fields that it was given."""
+    model.model_rebuild(force=True)
+    for other in _HOLDERS.get(model, ()):
+        other.model_rebuild(force=True)
+
+
+_HOLDERS: dict[type[Table], list[type[Table]]] = {}
+
+
+def holds(holder: type[Table], *tables: type[Table]) -> None:
+    """Have ``holder`` rebuilt whenever one of ``tables`` in it is given a field."""
+    for table in tables:
+        _HOLDERS.setdefault(table, []).append(holder)

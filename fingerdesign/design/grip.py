@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fingerdesign.design.base import Many, Table
+from fingerdesign.design.base import Many, Named, Table, table_fields
+from fingerdesign.runtime.registry import CONTROLLERS
 
 # ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
 
@@ -81,130 +82,6 @@ class HardwareTable(Table):
     )
 
 
-# ``[grip.regulator]``: how the stick-ratio regulator grips, and how much it is taught.
-
-
-class RegulatorTable(Table):
-    """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
-
-    target: float = Field(
-        default=0.74,
-        gt=0,
-        lt=1,
-        description="share of the friction in use, F_t / (mu F_n), that is held; its inverse is "
-        "the safety margin",
-    )
-    pull_share: float = Field(
-        default=0.03, gt=0, le=1, description="F_t of a step of the first pull, as part of F_n"
-    )
-    press_share: float = Field(
-        default=0.1, gt=0, le=1, description="of F_n, the most that it rises in a step of the climb"
-    )
-    memory: float = Field(
-        default=0.9, ge=0, lt=1, description="of what earlier steps said of the friction"
-    )
-    least_stick: float = Field(
-        default=0.3, ge=0, lt=1, description="stick ratio below which it closes without pulling"
-    )
-    most_used: float = Field(
-        default=0.88, gt=0, le=1, description="share in use above which it does the same"
-    )
-    most_held: float = Field(
-        default=0.82,
-        gt=0,
-        le=1,
-        description="share in use over which a hanging object is pressed harder",
-    )
-    taught_grips: int = Field(
-        default=3000,
-        ge=50,
-        le=100_000,
-        description="simulated grips that its estimator learns from",
-    )
-
-
-# The controllers by name, and the tables of those that the paper's rule is judged against.
-
-ControllerName = Literal[
-    "paper",
-    "fixed_force",
-    "fixed_ratio",
-    "reactive",
-    "oracle_1.2",
-    "oracle_1.5",
-    "regulator",
-]
-
-
-class Rival(Table):
-    """What every rival's table says."""
-
-    pull_share: float = Field(
-        default=0.02,
-        gt=0,
-        le=1,
-        description="F_t rises by about this share of F_n in one control step, no more",
-    )
-
-
-class FixedForce(Rival):
-    """``[grip.fixed_force]``: one normal force for every object."""
-
-    force_N: float = Field(
-        default=14.7,
-        gt=0,
-        le=1e5,
-        description="normal force of one finger; the default is 1.2 times what holds 500 g at a "
-        "friction of 0.2, taken for the worst",
-    )
-
-
-class FixedRatio(Rival):
-    """``[grip.fixed_ratio]``: both forces grow in one ratio."""
-
-    ratio: float = Field(
-        default=0.17,
-        gt=0,
-        lt=5,
-        description="F_t / F_n; the default is a friction of 0.2, taken for the worst, over 1.2",
-    )
-
-
-class Reactive(Rival):
-    """``[grip.reactive]``: pull lightly gripped, grip harder once it slips.
-
-    The defaults lift most objects with `sensitive` and `maeno2000`. A hand that pulls faster, or
-    waits for F_t to fall further, feels the slip when the whole contact slips.
-    """
-
-    pull_share: float = Field(
-        default=0.007,
-        gt=0,
-        le=1,
-        description="F_t rises by about this share of F_n in one control step, no more",
-    )
-    first_force_N: float = Field(
-        default=3.0, gt=0, le=1e5, description="normal force before anything has slipped"
-    )
-    slip_share: float = Field(
-        default=0.75,
-        gt=0,
-        lt=1,
-        description="it slips where F_t rises by less than this share of what the stiffest pull at "
-        "this normal force gave",
-    )
-    force_floor_N: float = Field(
-        default=0.1, gt=0, le=1e3, description="rise of F_t over which that is judged"
-    )
-    step_up: float = Field(
-        default=1.9, gt=1, le=10, description="the normal force grows by this factor at a slip"
-    )
-
-
-class Oracle(Rival):
-    """``[grip.oracle]``: told friction and mass; its margin is in its name."""
-
-
 Friction = Annotated[float, Field(gt=0, le=5)]
 
 
@@ -247,12 +124,11 @@ class Grip(Table):
         default=(), max_length=1000, description="lift: when the hanging object's mass changes"
     )
     hardware: HardwareTable = Field(default_factory=HardwareTable)
-    controller: ControllerName = Field(
+    controller: Annotated[str, Named(CONTROLLERS)] = Field(
         default="paper",
         description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are told friction "
         "and mass and hold 1.2 or 1.5 times the least force",
     )
-    regulator: RegulatorTable = Field(default_factory=RegulatorTable)
     preload_mm: float = Field(
         default=0.03, gt=0, le=50, description="approach before the first tangential move"
     )
@@ -301,8 +177,8 @@ class Grip(Table):
         le=5,
         description="of the surface that the rig is calibrated on, not of the object",
     )
-    fixed_force: FixedForce = Field(default_factory=FixedForce)
-    fixed_ratio: FixedRatio = Field(default_factory=FixedRatio)
-    reactive: Reactive = Field(default_factory=Reactive)
-    oracle: Oracle = Field(default_factory=Oracle)
     seed: int = Field(default=0, ge=0, le=2**32 - 1, description="seeds whatever noise is asked")
+
+
+# The tables of the controllers, ``[grip.NAME]``, each from the file that holds its controller.
+table_fields(Grip, CONTROLLERS, before="seed")

@@ -13,7 +13,7 @@ from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
 
-from fingerdesign.design.base import Many, Table, refuse
+from fingerdesign.design.base import Many, Table, holds, refuse
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
@@ -23,6 +23,7 @@ from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.tables import Gages, Material, Meta
 from fingerdesign.materials import MATERIALS
+from fingerdesign.runtime.registry import load_plugins
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
 
@@ -120,6 +121,10 @@ class Design(Table):
     def digest(self) -> str:
         """SHA-256 of what analyses see, in hexadecimal; not of formatting, comments or ``mold``."""
         return content_digest(self)
+
+
+holds(Design, Grip)
+load_plugins()  # now that all tables are there: plug-ins add to them
 
 
 def _completed(name: str, given: Any) -> Any:

@@ -21,8 +21,7 @@ from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.controllers.flow_chart import PaperController
-from fingerdesign.control.controllers.roster import paper_settings
+from fingerdesign.control.controllers.flow_chart import PaperController, paper_settings
 from fingerdesign.control.episode import Bounds, Episode, run_episode
 from fingerdesign.control.judge import weight_per_finger
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant

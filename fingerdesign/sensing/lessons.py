@@ -17,7 +17,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, gage_array
+from fingerdesign.control.controllers.regulator import RegulatorTable
 from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
+from fingerdesign.control.roster import needs_training, own_table
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.cache import cache_folder
@@ -71,7 +73,7 @@ def settings_of(design: Design) -> Settings:
     return Settings(
         face=design.gages.face,
         max_approach=grip.max_approach_mm,
-        grips=grip.regulator.taught_grips,
+        grips=own_table(grip, RegulatorTable).taught_grips,
         seed=grip.seed,
     )
 
@@ -153,7 +155,7 @@ def with_estimator(case: Case, tell: Tell) -> Case:
 
     Raises DesignError for an estimator of another finger.
     """
-    if not case.runs_grips or case.design.grip.controller != "regulator":
+    if not case.runs_grips or not needs_training(case.design.grip.controller):
         return case
 
     if case.estimator is None:

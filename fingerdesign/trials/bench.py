@@ -13,14 +13,13 @@ import numpy as np
 
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.controllers.flow_chart import Controller
-from fingerdesign.control.controllers.roster import controller
 from fingerdesign.control.episode import Bounds, Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import Outcome, outcome
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Memory, Plant, RememberedPlant
+from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
 from fingerdesign.trials.grid import Cell, ControlGrid, Lot, seed_of, steps_in
@@ -83,7 +82,7 @@ class GripBench:
     def controller(self, cell: Cell) -> Controller:
         """A fresh one; the estimator is told its rig's noise, the oracles friction and mass."""
         estimator = self.estimator
-        return controller(
+        return make_controller(
             cell.controller,
             self.grip,
             estimator=None if estimator is None else estimator.at_noise(cell.noise),

@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.result import GripTrace
 from fingerdesign.report.style import (
     BLUE,
+    COLOURS,
     GREEN,
     INK,
     MUTED,
@@ -28,6 +30,7 @@ from fingerdesign.report.style import (
     spread,
     to_svg,
 )
+from fingerdesign.runtime.registry import CONTROLLERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,18 +38,6 @@ if TYPE_CHECKING:
 
 Row = dict[str, Any]
 
-_OCHRE = "#a67c00"  # on light and dark paper alike
-
-# Colour, dashes and marker of each controller, the same in every figure.
-LOOKS: dict[str, tuple[str, Any, str]] = {
-    "paper": (BLUE, "-", "o"),
-    "regulator": (GREEN, "-", "D"),
-    "reactive": (VERMILION, (0, (6, 2)), "s"),
-    "fixed_force": (PURPLE, (0, (1.5, 1.5)), "^"),
-    "fixed_ratio": (_OCHRE, (0, (6, 2, 1.5, 2)), "v"),
-    "oracle_1.2": (INK, (0, (3, 1, 1, 1, 1, 1)), "P"),
-    "oracle_1.5": (MUTED, (0, (4, 2)), "X"),
-}
 _OTHER = (MUTED, "-", "*")
 _MARKS = {  # why a grip did not succeed -> marker, colour
     "dropped": ("x", INK),
@@ -57,8 +48,12 @@ _MARKS = {  # why a grip did not succeed -> marker, colour
 
 
 def look_of(controller: str) -> tuple[str, Any, str]:
-    """Colour, dashes and marker of a controller."""
-    return LOOKS.get(controller, _OTHER)
+    """Colour, dashes and marker of a controller, the same in every figure."""
+    kind: ControllerKind = CONTROLLERS.find(controller, "controller")
+    if kind.look is None:
+        return _OTHER
+    colour, dashes, marker = kind.look
+    return COLOURS.get(colour, colour), dashes, marker
 
 
 def title_of(controller: str) -> str:

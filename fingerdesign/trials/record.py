@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.control.controllers.roster import MARGINS
 from fingerdesign.control.metrics import (
     MOST_FORCE,
     Outcome,
@@ -18,6 +17,7 @@ from fingerdesign.control.metrics import (
     Summary,
     summarise,
 )
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, ControlGrid
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ class ControlStudy:
         tug = self.grid.tug
         return {
             "controller": name,
-            "told": "friction and weight" if name in MARGINS else None,
+            "told": CONTROLLERS.find(name, "controller").knows,
             "whole_grid": summary_data(self.summary(name)),
             "by_noise": [
                 {"noise_microstrain": noise, **summary_data(self.summary(name, noise))}

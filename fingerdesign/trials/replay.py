@@ -15,11 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.control.controllers.roster import MARGINS, controller
 from fingerdesign.control.plants.recorded import RecordedPlant
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.replay import Replayed, replay
+from fingerdesign.control.roster import make_controller
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.registry import CONTROLLERS
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -97,11 +98,11 @@ def replay_trace(
         raise DesignError(faults)
     plates = gage_array(design)
     plant = RecordedPlant(path, len(plates))  # a faulty one is refused before any work
-    if name in MARGINS:
+    if CONTROLLERS.find(name, "--controller").knows is not None:
         remedy = "take one that feels its way"
         bound = "a controller that is told neither friction nor weight: a trace holds neither"
         raise DesignError([Fault("--controller", name, bound, remedy)])
-    hand = controller(name, design.grip, estimator=estimator)
+    hand = make_controller(name, design.grip, estimator=estimator)
     problem = grip_problem(design, tell=tell)
     tell("calibrating")
     calibration = Rig(problem, design.gages.face, design.grip, plates).calibration()

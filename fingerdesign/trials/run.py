@@ -24,14 +24,15 @@ from pydantic import TypeAdapter
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import peak_memory_MB, versions
-from fingerdesign.control.controllers.roster import NAMES
 from fingerdesign.control.judge import weight_per_finger
 from fingerdesign.control.metrics import MOST_FORCE, Outcome
 from fingerdesign.control.plants.hardware import Hardware
-from fingerdesign.errors import DesignError, Fault, SolverError
+from fingerdesign.control.roster import needs_training
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.lessons import estimator_faults, lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
 from fingerdesign.trials.bench import GripBench
@@ -246,7 +247,7 @@ def study_control(
     problem = grip_problem(design, contact_size_mm, say)
     opposite = opposite_problem(design, contact_size_mm, say)
     modelled = time.perf_counter()
-    if "regulator" in names and estimator is None:
+    if any(map(needs_training, names)) and estimator is None:
         estimator = lesson_for(design, problem, say, workers).estimator
     taught = time.perf_counter()
     hardware, plates = hardware_of(design), gage_array(design)
@@ -328,14 +329,10 @@ def write_study(study: ControlStudy, folder: Path) -> None:
 
 
 def _refuse(names: Sequence[str], grid: ControlGrid) -> None:
-    from difflib import get_close_matches
-
     faults = grid.faults()
     for name in names:
-        if name not in NAMES:
-            near = get_close_matches(name, NAMES, 1, 0.5)
-            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-            faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
+        if name not in CONTROLLERS.names():
+            faults.append(CONTROLLERS.fault(name, "--controller"))
     if faults:
         raise DesignError(faults)
 

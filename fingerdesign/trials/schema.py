@@ -10,9 +10,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.control.controllers.roster import NAMES
 from fingerdesign.control.metrics import Spread
 from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.grid import Tug
 from fingerdesign.trials.record import SCHEMA_VERSION
 from fingerdesign.trials.run import VARIED
@@ -103,7 +103,7 @@ def _controller() -> dict[str, Any]:
     by_noise = {"noise_microstrain": _SIZE, **summary}
     return _object(
         {
-            "controller": {"enum": list(NAMES)},
+            "controller": {"enum": list(CONTROLLERS.names())},
             "told": _or_null({**_TEXT, "description": "of the object; null: nothing"}),
             "whole_grid": _object(summary, "all noises together, tugged grips apart"),
             "by_noise": {"type": "array", "items": _object(by_noise)},

@@ -18,10 +18,11 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design
-from fingerdesign.control.controllers.roster import NAMES
 from fingerdesign.control.metrics import Outcome
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.control.roster import needs_training
+from fingerdesign.errors import DesignError
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
 from fingerdesign.trials.bench import GripBench
@@ -29,7 +30,6 @@ from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid
 from fingerdesign.trials.run import hardware_of
 from fingerdesign.trials.tuning import (
     BUDGET,
-    RANGES,
     Asked,
     BenchJudge,
     Judge,
@@ -37,6 +37,7 @@ from fingerdesign.trials.tuning import (
     Tell,
     Values,
     bench_judge,
+    ranges_of,
     tune,
     tuning_cells,
 )
@@ -166,7 +167,7 @@ def tune_controllers(
     _refuse(names, noises, seed)
     start = time.perf_counter()
     problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
-    if "regulator" in names and estimator is None:
+    if any(map(needs_training, names)) and estimator is None:
         lesson = lesson_for(
             design,
             problem=problem,
@@ -224,7 +225,7 @@ def tune_controllers(
 def default_values(design: Design, controller: str) -> dict[str, float]:
     """A design's own values of the parameters that a controller is tuned in."""
     found = {}
-    for each in RANGES[controller]:
+    for each in ranges_of(controller):
         value: Any = design
         for name in each.key.split("."):
             value = getattr(value, name)
@@ -262,13 +263,9 @@ class _Progress:
 
 
 def _refuse(names: Sequence[str], noises: Sequence[float], seed: int) -> None:
-    from difflib import get_close_matches
-
     faults = ControlGrid(noises=tuple(noises), seed=seed).faults()
     for name in names:
-        if name not in NAMES:
-            near = get_close_matches(name, NAMES, 1, 0.5)
-            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-            faults.append(Fault("--controller", name, f"one of {', '.join(NAMES)}", remedy))
+        if name not in CONTROLLERS.names():
+            faults.append(CONTROLLERS.fault(name, "--controller"))
     if faults:
         raise DesignError(faults)

@@ -28,9 +28,11 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.control.plants.plant import Memory
+from fingerdesign.control.roster import ControllerKind, Range
 from fingerdesign.design.grip import Grip as Table
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
 
@@ -42,67 +44,6 @@ Values = Mapping[str, float]
 Tell = Callable[[str, float], None]
 # Outcomes of each (parameters, grips), in order.
 Judge = Callable[[Sequence[tuple[Values, Sequence[Cell]]]], list[list[Outcome]]]
-
-
-@dataclass(frozen=True)
-class Range:
-    """A parameter (dotted key of the design) between two bounds; searched by its logarithm."""
-
-    key: str
-    low: float
-    high: float
-    logarithmic: bool = True
-
-    def at(self, share: float) -> float:
-        """The value at ``share`` (0 to 1) of the range, to four digits."""
-        low, high = self._scaled(self.low), self._scaled(self.high)
-        value = low + share * (high - low)
-        return float(f"{np.exp(value) if self.logarithmic else value:.4g}")
-
-    def share(self, value: float) -> float:
-        """Where ``value`` lies in the range, 0 to 1; beyond an end at that end."""
-        low, high = self._scaled(self.low), self._scaled(self.high)
-        inside = min(max(value, self.low), self.high)
-        return float((self._scaled(inside) - low) / (high - low))
-
-    def _scaled(self, value: float) -> float:
-        return float(np.log(value)) if self.logarithmic else value
-
-
-_PULL = (0.003, 0.06)  # two moves to the limit of a slippery object, or sixty
-RANGES: dict[str, tuple[Range, ...]] = {
-    "paper": (
-        Range("grip.curve_per_N", 0.01, 1.0),
-        Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
-        Range("grip.force_floor_N", 0.005, 0.3),
-        Range("grip.dead_band_mm", 0.005, 1.0),
-        Range("grip.hold_force_N", 0.05, 5.0),
-    ),
-    "fixed_force": (
-        Range("grip.fixed_force.force_N", 0.5, 40.0),
-        Range("grip.fixed_force.pull_share", *_PULL),
-    ),
-    "fixed_ratio": (
-        Range("grip.fixed_ratio.ratio", 0.05, 0.8),
-        Range("grip.fixed_ratio.pull_share", *_PULL),
-    ),
-    "reactive": (
-        Range("grip.reactive.first_force_N", 0.3, 20.0),
-        Range("grip.reactive.slip_share", 0.1, 0.99, logarithmic=False),
-        Range("grip.reactive.force_floor_N", 0.003, 0.3),
-        Range("grip.reactive.step_up", 1.05, 2.5),
-        Range("grip.reactive.pull_share", *_PULL),
-    ),
-    "oracle_1.2": (Range("grip.oracle.pull_share", *_PULL),),
-    "oracle_1.5": (Range("grip.oracle.pull_share", *_PULL),),
-    "regulator": (
-        Range("grip.regulator.target", 0.5, 0.9, logarithmic=False),
-        Range("grip.regulator.pull_share", *_PULL),
-        Range("grip.regulator.memory", 0.5, 0.99, logarithmic=False),
-        Range("grip.regulator.least_stick", 0.0, 0.6, logarithmic=False),
-        Range("grip.regulator.most_used", 0.75, 1.0, logarithmic=False),
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -182,7 +123,7 @@ def tune(
     cells: the grips, as many as the last round asks for; each round takes them from the start.
     Raises DesignError for a controller without ranges or too few grips.
     """
-    own = _ranges_of(controller) if ranges is None else tuple(ranges)
+    own = ranges_of(controller) if ranges is None else tuple(ranges)
     if len(cells) < budget[-1].grips:
         bound = f"at least {budget[-1].grips}, as the last round asks for"
         raise DesignError([Fault("grips", len(cells), bound, "give more")])
@@ -213,11 +154,10 @@ def tune(
     )
 
 
-def _ranges_of(controller: str) -> tuple[Range, ...]:
-    if controller not in RANGES:
-        bound = f"one of {', '.join(RANGES)}"
-        raise DesignError([Fault("--controller", controller, bound, "choose one of them")])
-    return RANGES[controller]
+def ranges_of(controller: str) -> tuple[Range, ...]:
+    """The parameters that a controller is tuned in. Raises DesignError for an unknown name."""
+    own: ControllerKind = CONTROLLERS.find(controller, "--controller")
+    return own.tuned
 
 
 def _judge_on(

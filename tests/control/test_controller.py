@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.controllers.flow_chart import PaperController, PaperSettings
-from fingerdesign.control.controllers.roster import paper_settings
+from fingerdesign.control.controllers.flow_chart import (
+    PaperController,
+    PaperSettings,
+    paper_settings,
+)
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import NormalCalibration, Sample

@@ -6,10 +6,10 @@ import pytest
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.controllers.flow_chart import Command
 from fingerdesign.control.episode import Bounds, run_episode, run_episodes, run_grips
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
 from fingerdesign.control.plants.plant import CondensedPlant, Truth, press
+from fingerdesign.control.roster import Command
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 

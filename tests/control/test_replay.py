@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.controllers.flow_chart import Command
 from fingerdesign.control.estimator import LAGS, Told
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import RecordedPlant, trace_of
 from fingerdesign.control.replay import replay
+from fingerdesign.control.roster import Command
 from fingerdesign.errors import DesignError
 
 

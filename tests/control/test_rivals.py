@@ -1,20 +1,20 @@
 """The rivals: where their forces end, what they react to, and that none of them reads a gage."""
 
 import dataclasses
-from typing import get_args
 
 import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.controllers.roster import NAMES, controller, paper_settings
+from fingerdesign.control.controllers.flow_chart import paper_settings
 from fingerdesign.control.episode import Bounds, run_episode
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.roster import make_controller as controller
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import ControllerName
 from fingerdesign.errors import DesignError
+from fingerdesign.runtime.registry import CONTROLLERS
 
 GRAVITY = 9.80665e-3
 BASE = {
@@ -166,6 +166,9 @@ def test_a_tug_is_answered_by_a_harder_grip(lift, name):
     assert trace.normal_force[-1] / trace.normal_force[at - 1] == pytest.approx(ratio, rel=0.05)
 
 
+NAMES = CONTROLLERS.names()
+
+
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "regulator"])
 def test_a_lifted_object_is_not_pulled_any_more(lift, name):
     values = {"fixed_force.force_N": 6.0, "reactive.first_force_N": 6.0}
@@ -227,7 +230,7 @@ def test_no_move_is_larger_than_the_hand_can_do(bench, grip):
 
 
 def test_names_are_those_of_the_table(grip):
-    assert get_args(ControllerName) == NAMES
+    assert CONTROLLERS.shipped_names() == NAMES
     for name in NAMES:
         if name != "regulator":
             assert controller(name, grip, friction=0.5, mass_g=200.0).name == name

@@ -3,11 +3,11 @@
 import re
 from pathlib import Path
 
-from fingerdesign_cli.common import CONTROLLERS
+from fingerdesign_cli.common import CONTROLLER_NAMES
 from fingerdesign_cli.study_control import command
 
-from fingerdesign.control.controllers.roster import NAMES
-from fingerdesign.trials.figures import LOOKS
+from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.trials.figures import look_of
 from fingerdesign.trials.schema import SHIPPED, schema_text
 
 TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")
@@ -30,7 +30,8 @@ def test_its_options_are_the_commands():
 
 
 def test_every_controller_is_offered_and_has_a_look():
-    assert set(CONTROLLERS) == set(NAMES) == set(LOOKS)
+    assert set(CONTROLLER_NAMES) == set(CONTROLLERS.names())
+    assert len({look_of(name) for name in CONTROLLER_NAMES}) == len(CONTROLLER_NAMES)
 
 
 def test_the_shipped_schema_is_the_one_in_the_code():

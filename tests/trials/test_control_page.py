@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from fingerdesign_cli.study_control import _show
 
-from fingerdesign.control.controllers.roster import NAMES
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.records.result import GripTrace
 from fingerdesign.report.style import canvas
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.figures import (
-    LOOKS,
     _draw_paths,
     force_figure,
+    look_of,
     map_figure,
     success_figure,
 )
@@ -139,7 +139,7 @@ def test_a_controller_that_lifts_nothing_is_drawn_too():
 
 
 def test_the_tables_on_the_terminal_fit_80_columns(capsys):
-    made = study(**{name: ({}, DROPPED) for name in NAMES})
+    made = study(**{name: ({}, DROPPED) for name in CONTROLLERS.names()})
     tugs = [replace(each, tug=0.3, reaction_steps=k) for k, each in enumerate(made.outcomes, 1)]
     made = replace(
         made,
@@ -150,9 +150,11 @@ def test_the_tables_on_the_terminal_fit_80_columns(capsys):
     _show(made, Path("judged"))
     lines = capsys.readouterr().out.splitlines()
     rows = [line for line in lines if line[:1] in "┏┃│└"]
-    assert len(rows) == 3 * (3 + len(NAMES))
+    assert len(rows) == 3 * (3 + len(CONTROLLERS.names()))
     assert max(map(len, rows)) <= 80
-    assert sum("7 of 7" in row for row in rows) == len(NAMES)  # the eighth is not lifted
+    assert sum("7 of 7" in row for row in rows) == len(
+        CONTROLLERS.names()
+    )  # the eighth is not lifted
 
 
 def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
@@ -172,4 +174,5 @@ def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
     axes = canvas(4.0, 3.0).subplots()
     _draw_paths(axes, [trace])
     assert axes.get_xlim()[1] > 80.0
-    assert len({colour for colour, _, _ in LOOKS.values()}) == len(LOOKS)
+    names = CONTROLLERS.names()
+    assert len({look_of(name)[0] for name in names}) == len(names)

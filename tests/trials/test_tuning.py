@@ -11,21 +11,21 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
-from fingerdesign.control.controllers.roster import NAMES
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import tune as tune_study
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, seed_of
 from fingerdesign.trials.tune import Kept, default_values, tune_controllers
 from fingerdesign.trials.tuning import (
     BUDGET,
-    RANGES,
     Range,
     Round,
     bench_judge,
+    ranges_of,
     run_cells,
     tune,
     tuned_grip,
@@ -144,15 +144,15 @@ def test_no_grip_is_made_twice_and_the_best_see_all():
     assert len(judge.asked) == len(BUDGET)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", CONTROLLERS.names())
 def test_every_controller_has_the_same_budget(name, design):
     class Nothing(Judge):
         def one(self, values, cell):
             return made_up(cell, False, 1.0)
 
     default = default_values(design, name)
-    assert list(default) == [each.key for each in RANGES[name]]
-    for each in RANGES[name]:
+    assert list(default) == [each.key for each in ranges_of(name)]
+    for each in ranges_of(name):
         assert each.low <= default[each.key] <= each.high
         tuned_grip(design.grip, {each.key: each.at(0.0)})
         tuned_grip(design.grip, {each.key: each.at(1.0)})

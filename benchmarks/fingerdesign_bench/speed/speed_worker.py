@@ -125,8 +125,7 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
     from fingerdesign.analysis.stages import one_thread
     from fingerdesign.checks.load import with_values
     from fingerdesign.control.calibration import calibrate
-    from fingerdesign.control.controllers.flow_chart import PaperController
-    from fingerdesign.control.controllers.roster import paper_settings
+    from fingerdesign.control.controllers.flow_chart import PaperController, paper_settings
     from fingerdesign.control.episode import Bounds, run_episode
     from fingerdesign.control.plants.plant import CondensedPlant
 

@@ -26,41 +26,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample, gage_area, response
 
+if TYPE_CHECKING:
+    from fingerdesign.design.grip import Grip
+
 _TEACHING_SHARE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows
-
-
-@dataclass(frozen=True)
-class Command:
-    """The next move of the object, mm: ``dx`` toward +x, ``dy`` closing.
-
-    hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
-    """
-
-    dx: float
-    dy: float
-    hold: bool
-    area: float | None = None
-
-
-class Controller(Protocol):
-    """Turns samples into commands; the same samples always give the same commands."""
-
-    name: str
-
-    def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip at its preload, felt as ``sample``; forgets any grip before."""
-        ...
-
-    def command(self, sample: Sample) -> Command:
-        """The next move, given what is felt now."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -162,3 +139,33 @@ class PaperController:
         aim = origin.tangential_force + settings.curve * expected**2
         wanted = (aim - sample.tangential_force) / self._stiffness
         return min(max(wanted, 0.0), settings.shear_step)
+
+
+def paper_settings(grip: Grip) -> PaperSettings:
+    """The paper's rule's parameters from a design's ``[grip]`` table."""
+    return PaperSettings(
+        approach_step=grip.approach_step_mm,
+        shear_step=grip.shear_step_mm,
+        curve=grip.curve_per_N,
+        threshold_share=grip.threshold_share,
+        force_floor=grip.force_floor_N,
+        dead_band=grip.dead_band_mm,
+        hold_force=grip.hold_force_N,
+    )
+
+
+@controller(
+    "paper",
+    place=1,
+    tuned=(
+        Range("grip.curve_per_N", 0.01, 1.0),
+        Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
+        Range("grip.force_floor_N", 0.005, 0.3),
+        Range("grip.dead_band_mm", 0.005, 1.0),
+        Range("grip.hold_force_N", 0.05, 5.0),
+    ),
+    look=("blue", "-", "o"),
+)
+def paper(grip: Grip, own: None, held: Object) -> PaperController:
+    """The flow chart; its keys stand in ``[grip]`` itself."""
+    return PaperController(paper_settings(grip))

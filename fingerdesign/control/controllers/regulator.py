@@ -22,11 +22,16 @@ Forces are felt, friction and weight are never told.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controllers.flow_chart import Command
 from fingerdesign.control.estimator import LAGS, LEAST_FORCE, GripEstimator, Moment, Told
+from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
+from fingerdesign.runtime.registry import key
+
+if TYPE_CHECKING:
+    from fingerdesign.design.grip import Grip
 
 _LEAST_USED = 0.15  # less tells nothing of the friction
 _FRICTION = (0.05, 2.0)  # what is believed of any friction
@@ -149,3 +154,64 @@ class Regulator:
         memory = self.settings.memory
         self._weight = memory * self._weight + sure
         self._sum = memory * self._sum + sure * min(max(friction, low), high)
+
+
+@dataclass(frozen=True)
+class RegulatorTable:
+    """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
+
+    target: float = key(
+        0.74,
+        "share of the friction in use, F_t / (mu F_n), that is held; its inverse is "
+        "the safety margin",
+        gt=0,
+        lt=1,
+    )
+    pull_share: float = key(0.03, "F_t of a step of the first pull, as part of F_n", gt=0, le=1)
+    press_share: float = key(
+        0.1, "of F_n, the most that it rises in a step of the climb", gt=0, le=1
+    )
+    memory: float = key(0.9, "of what earlier steps said of the friction", ge=0, lt=1)
+    least_stick: float = key(0.3, "stick ratio below which it closes without pulling", ge=0, lt=1)
+    most_used: float = key(0.88, "share in use above which it does the same", gt=0, le=1)
+    most_held: float = key(
+        0.82, "share in use over which a hanging object is pressed harder", gt=0, le=1
+    )
+    taught_grips: int = key(
+        3000, "simulated grips that its estimator learns from", ge=50, le=100_000
+    )
+
+
+@controller(
+    "regulator",
+    place=7,
+    table=RegulatorTable,
+    tuned=(
+        Range("grip.regulator.target", 0.5, 0.9, logarithmic=False),
+        Range("grip.regulator.pull_share", 0.003, 0.06),
+        Range("grip.regulator.memory", 0.5, 0.99, logarithmic=False),
+        Range("grip.regulator.least_stick", 0.0, 0.6, logarithmic=False),
+        Range("grip.regulator.most_used", 0.75, 1.0, logarithmic=False),
+    ),
+    look=("green", "-", "D"),
+    trained=True,
+)
+def regulator(grip: Grip, own: RegulatorTable, held: Object) -> Regulator:
+    """The stick-ratio regulator with the estimator that was taught on its design."""
+    assert held.estimator is not None
+    return Regulator(regulator_settings(grip, own), held.estimator)
+
+
+def regulator_settings(grip: Grip, own: RegulatorTable) -> RegulatorSettings:
+    """The regulator's parameters from a design's ``[grip]`` table and its own."""
+    return RegulatorSettings(
+        approach_step=grip.approach_step_mm,
+        press_step=own.press_share,
+        pull_step=own.pull_share,
+        shear_step=grip.shear_step_mm,
+        target=own.target,
+        memory=own.memory,
+        least_stick=own.least_stick,
+        most_used=own.most_used,
+        most_held=own.most_held,
+    )

@@ -21,14 +21,19 @@ away, a rig's other sign, are not in a model without inertia.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controllers.flow_chart import Command
 from fingerdesign.control.judge import weight_per_finger
+from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
+from fingerdesign.runtime.registry import key
+
+if TYPE_CHECKING:
+    from fingerdesign.design.grip import Grip
 
 # Of what is missing, in one step: a step late or a stiffness wrong by two does not make it swing.
 _GAIN = 0.5
@@ -62,7 +67,7 @@ class _Hand:
         self._steps = steps
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip; see :class:`fingerdesign.control.controllers.flow_chart.Controller`."""
+        """Begin a grip; see :class:`fingerdesign.control.roster.Controller`."""
         self._forces = calibration.normal.normal_force
         self._travel = np.linspace(0.0, self._steps.bench_travel, len(self._forces))
         self._stiffness = calibration.tangential_stiffness
@@ -71,7 +76,7 @@ class _Hand:
         self._begin(sample)
 
     def command(self, sample: Sample) -> Command:
-        """The next move; see :class:`fingerdesign.control.controllers.flow_chart.Controller`."""
+        """The next move; see :class:`fingerdesign.control.roster.Controller`."""
         wanted = self._wanted(sample)
         dx = 0.0 if sample.lifted else self._pull(sample, wanted)
         self._moved(sample, dx)
@@ -116,7 +121,7 @@ class _Hand:
         return _line_through(self._travel, self._forces, depth)
 
 
-class FixedForce(_Hand):
+class FixedForceHand(_Hand):
     """Presses to ``force`` (N), then pulls, whatever the object."""
 
     name = "fixed_force"
@@ -129,7 +134,7 @@ class FixedForce(_Hand):
         return self._force
 
 
-class FixedRatio(_Hand):
+class FixedRatioHand(_Hand):
     """Keeps F_t / F_n at ``ratio`` from the preload on: margin mu / ratio, whatever the weight.
 
     It grips ahead of its next pull, and pulls no more than that grip is good for.
@@ -152,7 +157,7 @@ class FixedRatio(_Hand):
         return min(max(_GAIN * allowed / self._stiffness, 0.0), self._largest_pull(sample))
 
 
-class Reactive(_Hand):
+class ReactiveHand(_Hand):
     """Pulls at ``first_force`` (N); at a slip it holds, grips ``step_up`` times harder, pulls on.
 
     It slips where F_t rose by less than ``slip_share`` of what it should: by the stiffest pull
@@ -226,7 +231,7 @@ class Reactive(_Hand):
         return self._waiting
 
 
-class Oracle(_Hand):
+class OracleHand(_Hand):
     """Told friction and mass: grips ``margin`` times the least force that holds, then pulls.
 
     The bound that no hand without that knowledge can be asked to beat; a tug that it feels counts
@@ -253,3 +258,175 @@ def _line_through(x: Array, y: Array, at: float) -> float:
     """Linear between points of rising x, the last slope going on past either end."""
     k = int(np.clip(np.searchsorted(x, at) - 1, 0, len(x) - 2))
     return float(y[k] + (at - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k]))
+
+
+# Their tables, and their names. Pulls: two moves to the limit of a slippery object, or sixty.
+_PULL = (0.003, 0.06)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """What every rival's table says."""
+
+    pull_share: float = key(
+        0.02, "F_t rises by about this share of F_n in one control step, no more", gt=0, le=1
+    )
+
+
+@dataclass(frozen=True)
+class FixedForce(Rival):
+    """``[grip.fixed_force]``: one normal force for every object."""
+
+    force_N: float = key(
+        14.7,
+        "normal force of one finger; the default is 1.2 times what holds 500 g at a "
+        "friction of 0.2, taken for the worst",
+        gt=0,
+        le=1e5,
+    )
+
+
+@dataclass(frozen=True)
+class FixedRatio(Rival):
+    """``[grip.fixed_ratio]``: both forces grow in one ratio."""
+
+    ratio: float = key(
+        0.17,
+        "F_t / F_n; the default is a friction of 0.2, taken for the worst, over 1.2",
+        gt=0,
+        lt=5,
+    )
+
+
+@dataclass(frozen=True)
+class Reactive(Rival):
+    """``[grip.reactive]``: pull lightly gripped, grip harder once it slips.
+
+    The defaults lift most objects with `sensitive` and `maeno2000`. A hand that pulls faster, or
+    waits for F_t to fall further, feels the slip when the whole contact slips.
+    """
+
+    pull_share: float = key(
+        0.007, "F_t rises by about this share of F_n in one control step, no more", gt=0, le=1
+    )
+    first_force_N: float = key(3.0, "normal force before anything has slipped", gt=0, le=1e5)
+    slip_share: float = key(
+        0.75,
+        "it slips where F_t rises by less than this share of what the stiffest pull at "
+        "this normal force gave",
+        gt=0,
+        lt=1,
+    )
+    force_floor_N: float = key(0.1, "rise of F_t over which that is judged", gt=0, le=1e3)
+    step_up: float = key(1.9, "the normal force grows by this factor at a slip", gt=1, le=10)
+
+
+@dataclass(frozen=True)
+class Oracle(Rival):
+    """``[grip.oracle]``: told friction and mass; its margin is in its name."""
+
+
+def hand_steps(grip: Grip, own: Rival) -> Steps:
+    """What a hand may do in one control step, from a design's ``[grip]`` table and a rival's own.
+
+    The calibration must have been made with the table's ``max_approach_mm``.
+    """
+    return Steps(
+        approach_step=grip.approach_step_mm,
+        shear_step=grip.shear_step_mm,
+        pull_share=own.pull_share,
+        bench_travel=grip.max_approach_mm,
+        preload=grip.preload_mm,
+    )
+
+
+@controller(
+    "fixed_force",
+    place=2,
+    table=FixedForce,
+    tuned=(
+        Range("grip.fixed_force.force_N", 0.5, 40.0),
+        Range("grip.fixed_force.pull_share", *_PULL),
+    ),
+    look=("purple", (0, (1.5, 1.5)), "^"),
+)
+def fixed_force(grip: Grip, own: FixedForce, held: Object) -> FixedForceHand:
+    """One normal force for every object."""
+    return FixedForceHand(hand_steps(grip, own), own.force_N)
+
+
+@controller(
+    "fixed_ratio",
+    place=3,
+    table=FixedRatio,
+    tuned=(
+        Range("grip.fixed_ratio.ratio", 0.05, 0.8),
+        Range("grip.fixed_ratio.pull_share", *_PULL),
+    ),
+    look=("#a67c00", (0, (6, 2, 1.5, 2)), "v"),  # ochre, on light and dark paper alike
+)
+def fixed_ratio(grip: Grip, own: FixedRatio, held: Object) -> FixedRatioHand:
+    """Both forces grow in one ratio."""
+    return FixedRatioHand(hand_steps(grip, own), own.ratio)
+
+
+@controller(
+    "reactive",
+    place=4,
+    table=Reactive,
+    tuned=(
+        Range("grip.reactive.first_force_N", 0.3, 20.0),
+        Range("grip.reactive.slip_share", 0.1, 0.99, logarithmic=False),
+        Range("grip.reactive.force_floor_N", 0.003, 0.3),
+        Range("grip.reactive.step_up", 1.05, 2.5),
+        Range("grip.reactive.pull_share", *_PULL),
+    ),
+    look=("vermilion", (0, (6, 2)), "s"),
+)
+def reactive(grip: Grip, own: Reactive, held: Object) -> ReactiveHand:
+    """A small force, raised at every slip."""
+    return ReactiveHand(
+        hand_steps(grip, own),
+        own.first_force_N,
+        own.slip_share,
+        own.step_up,
+        own.force_floor_N,
+    )
+
+
+def _oracle(grip: Grip, own: Oracle, held: Object, margin: float) -> OracleHand:
+    assert held.friction is not None
+    assert held.mass_g is not None
+    return OracleHand(hand_steps(grip, own), margin, held.friction, held.mass_g)
+
+
+_PULL_OF_AN_ORACLE = (Range("grip.oracle.pull_share", *_PULL),)
+_TOLD = "friction and weight"
+
+
+@controller(
+    "oracle_1.2",
+    place=5,
+    table=Oracle,
+    table_name="oracle",
+    tuned=_PULL_OF_AN_ORACLE,
+    look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"),
+    knows=_TOLD,
+)
+def oracle_near(grip: Grip, own: Oracle, held: Object) -> OracleHand:
+    """1.2 times the least force that holds."""
+    return _oracle(grip, own, held, 1.2)
+
+
+@controller(
+    "oracle_1.5",
+    place=6,
+    table=Oracle,
+    table_name="oracle",
+    tuned=_PULL_OF_AN_ORACLE,
+    look=("muted", (0, (4, 2)), "X"),
+    knows=_TOLD,
+)
+def oracle_safe(grip: Grip, own: Oracle, held: Object) -> OracleHand:
+    """1.5 times the least force that holds."""
+    return _oracle(grip, own, held, 1.5)

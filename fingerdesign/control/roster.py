@@ -1,0 +1,206 @@
+"""Controllers by the names that ``[grip] controller`` and ``--controller`` take.
+
+    make_controller("oracle_1.2", design.grip, friction=0.3, mass_g=500.0)
+
+A new one is a file in controllers/ with one registration: its own keys, ``[grip.NAME]``, the
+ranges that it is tuned in, its line in the figures, what it must know of the object. ::
+
+    @dataclass(frozen=True)
+    class Press:
+        force_N: float = key(10.0, "normal force", gt=0, le=1e5)
+
+    @controller("press", table=Press, tuned=(Range("grip.press.force_N", 0.5, 40.0),))
+    def press(grip, own, held):
+        return PressController(own.force_N)
+
+Who knows what: the oracles are told friction and mass, the regulator has an estimator that was
+taught on its design; all others have the design's ``[grip]`` table alone, one for every object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+import numpy as np
+
+from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.signals import Sample
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind
+
+if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.grip import Grip
+
+
+@dataclass(frozen=True)
+class Command:
+    """The next move of the object, mm: ``dx`` toward +x, ``dy`` closing.
+
+    hold: the rule has set dx to zero. area: the gage area (mm) behind it, None where none is known.
+    """
+
+    dx: float
+    dy: float
+    hold: bool
+    area: float | None = None
+
+
+class Controller(Protocol):
+    """Turns samples into commands; the same samples always give the same commands."""
+
+    name: str
+
+    def start(self, calibration: Calibration, sample: Sample) -> None:
+        """Begin a grip at its preload, felt as ``sample``; forgets any grip before."""
+        ...
+
+    def command(self, sample: Sample) -> Command:
+        """The next move, given what is felt now."""
+        ...
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter (dotted key of the design) between two bounds; searched by its logarithm."""
+
+    key: str
+    low: float
+    high: float
+    logarithmic: bool = True
+
+    def at(self, share: float) -> float:
+        """The value at ``share`` (0 to 1) of the range, to four digits."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        value = low + share * (high - low)
+        return float(f"{np.exp(value) if self.logarithmic else value:.4g}")
+
+    def share(self, value: float) -> float:
+        """Where ``value`` lies in the range, 0 to 1; beyond an end at that end."""
+        low, high = self._scaled(self.low), self._scaled(self.high)
+        inside = min(max(value, self.low), self.high)
+        return float((self._scaled(inside) - low) / (high - low))
+
+    def _scaled(self, value: float) -> float:
+        return float(np.log(value)) if self.logarithmic else value
+
+
+Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
+_Own = TypeVar("_Own")
+_Make = TypeVar("_Make", bound=Callable[..., Controller])
+
+
+@dataclass(frozen=True)
+class Object:
+    """What a controller may be handed beside the ``[grip]`` table; None: it is not known.
+
+    friction, mass_g: the object's. estimator: the regulator's.
+    """
+
+    friction: float | None = None
+    mass_g: float | None = None
+    estimator: GripEstimator | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerKind(Kind):
+    """A registered controller.
+
+    make: from the ``[grip]`` table, its own table (None where it has none) and the object. tuned:
+    what it is tuned in. look: its line in figures. knows: what of the object it must be told, in
+    words; None: nothing. trained: whether it needs an estimator.
+    """
+
+    make: Callable[[Grip, Any, Object], Controller]
+    tuned: tuple[Range, ...] = ()
+    look: Look | None = None
+    knows: str | None = None
+    trained: bool = False
+
+
+def controller(
+    name: str,
+    *,
+    place: int = LAST,
+    table: type | None = None,
+    table_name: str = "",
+    tuned: tuple[Range, ...] = (),
+    look: Look | None = None,
+    knows: str | None = None,
+    trained: bool = False,
+) -> Callable[[_Make], _Make]:
+    """Register what makes a controller; see :class:`ControllerKind`. table_name: absent: ``name``.
+
+    May be given more than once, under several names.
+    """
+
+    def register(make: _Make) -> _Make:
+        CONTROLLERS.add(
+            ControllerKind(
+                name=name,
+                place=place,
+                table=table,
+                table_name=table_name or name,
+                make=make,
+                tuned=tuned,
+                look=look,
+                knows=knows,
+                trained=trained,
+            )
+        )
+        return make
+
+    return register
+
+
+def make_controller(
+    name: str,
+    grip: Grip,
+    *,
+    estimator: GripEstimator | None = None,
+    friction: float | None = None,
+    mass_g: float | None = None,
+) -> Controller:
+    """A fresh controller with the parameters of a design's ``[grip]`` table.
+
+    friction and mass_g are the object's; only the oracles look at them, and ValueError is raised
+    where they lack. Raises DesignError for an unknown name and for a regulator without estimator.
+    """
+    kind: ControllerKind = CONTROLLERS.find(name, "grip.controller")
+    if kind.knows is not None and (friction is None or mass_g is None):
+        raise ValueError(f"{name} must be told the object's friction and mass")
+    if kind.trained and estimator is None:
+        raise DesignError([untrained_fault(name)])
+    own = None if kind.table is None else _own(grip, kind.table_name, kind.table)
+    return kind.make(grip, own, Object(friction, mass_g, estimator))
+
+
+def needs_training(name: str) -> bool:
+    """Whether a controller needs an estimator; DesignError for an unknown name."""
+    kind: ControllerKind = CONTROLLERS.find(name, "--controller")
+    return kind.trained
+
+
+def own_table(grip: Grip, table: type[_Own]) -> _Own:
+    """A controller's own table, as its dataclass, from a design's ``[grip]`` table."""
+    names = {kind.table: kind.table_name for kind in CONTROLLERS.kinds()}
+    return _own(grip, names[table], table)
+
+
+def _own(grip: Grip, name: str, table: type[_Own]) -> _Own:
+    values = getattr(grip, name, None)
+    if values is None:
+        return table()
+    return table(**{each.name: getattr(values, each.name) for each in fields(table)})  # type: ignore[arg-type]
+
+
+def untrained_fault(name: str) -> Fault:
+    """Why there is no trained controller without an estimator."""
+    return Fault(
+        "grip.controller",
+        name,
+        "a controller that needs no training, where no estimator taught on this design is given",
+        "teach one first, or choose another controller",
+    )

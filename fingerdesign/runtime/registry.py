@@ -1,0 +1,148 @@
+"""Kinds by name: controllers, scene objects, bodies, plate layouts, meshers.
+
+A kind is one entry of a registry, made by a decorator in the one file that holds it. From the
+entries come lists of names, TOML tables, choices of the command line and remedies of faults.
+
+    CONTROLLERS.names()             every name, in the order of lists
+    CONTROLLERS.find("papr", key)   DesignError: "did you mean 'paper'?"
+
+A kind from outside the package is registered by a module that an entry point names::
+
+    [project.entry-points."fingerdesign.plugins"]
+    mine = "my_package.my_kinds"
+
+or by any module that is imported before a file is read. Files that ship kinds are loaded when a
+registry is first used, entry points when a design file is first read; importing this is light.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cache
+from importlib import import_module
+from importlib.metadata import entry_points
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.errors import DesignError, Fault
+
+PLUGINS = "fingerdesign.plugins"
+LAST = 1000  # where a kind stands in lists that does not say: behind those that are shipped
+
+
+def key(default: Any, description: str, **bounds: float) -> Any:
+    """A key of a kind's TOML table, as a field of a plain frozen dataclass.
+
+    bounds: gt, ge, lt or le, in the key's unit. The design's strict table is made from it.
+    """
+    return field(default=default, metadata={"description": description, **bounds})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """What every registered kind says of itself.
+
+    name: as files say it. place: where it stands in lists. table: the dataclass of its TOML table,
+    made with :func:`key`; None where it has none. table_name: the table's key.
+    """
+
+    name: str
+    place: int = LAST
+    table: type | None = None
+    table_name: str = ""
+
+
+class Registry:
+    """The kinds of one sort. what: the sort in words; home: the package whose files ship kinds;
+    decorator: the name under which they register there."""
+
+    def __init__(self, what: str, home: str, decorator: str) -> None:
+        self.what, self.home, self._decorator = what, home, decorator
+        self._kinds: dict[str, Any] = {}
+        self._watchers: list[Callable[[Any], None]] = []
+        self._loaded = False
+
+    def add(self, kind: Any) -> None:
+        """Register a :class:`Kind`. Raises ValueError where its name is another's."""
+        if kind.name in self._kinds:
+            raise ValueError(f"there already is a {self.what} called {kind.name!r}")
+        self._kinds[kind.name] = kind
+        for watcher in self._watchers:
+            watcher(kind)
+
+    def watch(self, watcher: Callable[[Any], None]) -> None:
+        """Call ``watcher`` with every shipped kind, in the order of registration, and from now on
+        with every new one."""
+        self._load()
+        for kind in tuple(self._kinds.values()):
+            watcher(kind)
+        self._watchers.append(watcher)
+
+    def kinds(self) -> tuple[Any, ...]:
+        """Every kind, in the order of lists."""
+        self._load()
+        load_plugins()
+        return tuple(sorted(self._kinds.values(), key=lambda kind: kind.place))
+
+    def names(self) -> tuple[str, ...]:
+        """Every name, in the order of lists."""
+        return tuple(kind.name for kind in self.kinds())
+
+    def find(self, name: object, key: str) -> Any:
+        """The kind of a name. Raises DesignError, with the nearest name, for an unknown one."""
+        self._load()
+        if name not in self._kinds:
+            load_plugins()
+        if name not in self._kinds:
+            raise DesignError([self.fault(name, key)])
+        return self._kinds[str(name)]
+
+    def fault(self, name: object, key: str) -> Fault:
+        """The fault of an unknown name."""
+        names = self.names()
+        near = get_close_matches(str(name), names, 1, 0.5)
+        remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+        return Fault(key, name, f"one of {', '.join(names)}", remedy)
+
+    def shipped_names(self) -> tuple[str, ...]:
+        """Names of the shipped kinds, in the order of lists, read from the files without importing
+        them: for ``--help``."""
+        form = rf'^@{self._decorator}\(\s*"([^"]+)",\s*place=(\d+)'
+        found = []
+        for file in self._files():
+            text = file.read_text("utf-8")
+            found += [(int(place), name) for name, place in re.findall(form, text, re.MULTILINE)]
+        return tuple(name for _, name in sorted(found))
+
+    def _files(self) -> list[Path]:
+        spec = find_spec(self.home)
+        folders = spec.submodule_search_locations if spec else None
+        return sorted(path for each in folders or () for path in Path(each).glob("[!_]*.py"))
+
+    def _load(self) -> None:
+        if not self._loaded:
+            self._loaded = True
+            for file in self._files():
+                import_module(f"{self.home}.{file.stem}")
+
+
+CONTROLLERS = Registry("controller", "fingerdesign.control.controllers", "controller")
+
+
+@cache
+def load_plugins() -> None:
+    """Import, once, every module that an entry point of ``fingerdesign.plugins`` names.
+
+    One that fails is named in a warning, and the rest is loaded.
+    """
+    for point in entry_points(group=PLUGINS):
+        try:
+            point.load()
+        except Exception as error:
+            why = f"{type(error).__name__}: {error}"
+            warnings.warn(f"the plug-in {point.name} ({point.value}): {why}", stacklevel=2)
