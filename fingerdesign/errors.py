@@ -91,6 +91,9 @@ class DesignError(FingerDesignError):
         where = f"{source}: " if source else ""
         super().__init__("\n".join(f"{where}{fault}" for fault in self.faults))
 
+    def __reduce__(self) -> tuple[Any, ...]:  # pickled, it keeps its faults
+        return DesignError, (self.faults, self.source)
+
 
 class GeometryError(FingerDesignError):
     """The CAD kernel could not build the solid, or built one that fails its checks."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +16,6 @@ from fingerdesign.search.optimise.folder import FOLDER, journal_beside, write_op
 from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
 from fingerdesign.search.optimise.page import confirmed_table, sensitivity_tables, verdict
 from fingerdesign.search.optimise.trials import Trials
-from fingerdesign.search.run.child_worker import EVALUATE
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.jobs import study_scenes
 from fingerdesign.search.run.run import run_jobs
@@ -32,7 +30,6 @@ from fingerdesign_cli.common import (
     refuse_foreign,
 )
 from fingerdesign_cli.study_progress import StudyProgress, line, say_failures, scheduler_options
-from fingerdesign_cli.sweep import TEST_EVALUATOR
 
 if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
@@ -93,7 +90,7 @@ def command(
     with (
         Trials(study, search.base, journal) as kept,  # held till the folder is written
         progress(study.name, quiet or as_json) as show,
-        Cluster(workers, scheduler, os.environ.get(TEST_EVALUATOR, EVALUATE)) as cluster,
+        Cluster(workers, scheduler) as cluster,
     ):
         shown = StudyProgress(show, quiet, as_json)
         shown.cluster = cluster

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +12,6 @@ import click
 from fingerdesign.checks.load import read_text
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
-from fingerdesign.search.run.child_worker import EVALUATE
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.folder import FOLDER, write_study
 from fingerdesign.search.run.jobs import planned, study_scenes
@@ -43,7 +41,6 @@ _KINDS = {
     "timeout": "out of time",
     "memory": "out of memory",
 }
-TEST_EVALUATOR = "FINGERDESIGN_EVALUATOR"  # "module:function", for tests of crashes alone
 
 
 @click.command("sweep")
@@ -87,7 +84,7 @@ def command(
     plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
     with progress(study.name, quiet or as_json) as show:
         told = StudyProgress(show, quiet, as_json)
-        with Cluster(workers, scheduler, os.environ.get(TEST_EVALUATOR, EVALUATE)) as cluster:
+        with Cluster(workers, scheduler) as cluster:
             told.cluster = cluster
             outcomes = run_jobs(plan, Store(), cluster, study.limits, told, retry=retry)
         show("writing the report", 1.0)

@@ -6,19 +6,22 @@ loads the CAD kernel.
 
 from __future__ import annotations
 
-import os
-import secrets
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.kernel import volume_of
-from fingerdesign.cad.solid import Solid
+from fingerdesign.cad.solid import Solid, build_solid
 from fingerdesign.cad.tessellation import triangulate
 from fingerdesign.errors import GeometryError
+from fingerdesign.runtime.files import whole_file
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
 
 SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)
 BRONZE = (0.72, 0.45, 0.20, 1.0)
@@ -111,6 +114,13 @@ def write_cad(
     return files
 
 
+def build_and_write(
+    design: Design, folder: Path | str, chord_tolerance_mm: float = 0.01
+) -> tuple[str, ...]:
+    """Build a finger and write its CAD files as :func:`write_cad`; their names."""
+    return tuple(write_cad(build_solid(design), folder, chord_tolerance_mm))
+
+
 def check_watertight(what: str, vertices: Array, triangles: IntArray) -> None:
     """GeometryError unless each edge has two triangles, one running it in each direction."""
     if len(np.unique(vertices, axis=0)) != len(vertices):
@@ -144,14 +154,11 @@ def _binary_stl(vertices: Array, triangles: IntArray) -> bytes:
 
 def _aside(path: Path | str, write: Callable[[Path], object]) -> Path:
     path = Path(path)
-    aside = path.with_name(f".{secrets.token_hex(4)}-{path.name}")
     try:
-        write(aside)
-        if not aside.is_file() or aside.stat().st_size == 0:
-            raise GeometryError(f"{path}: the CAD kernel wrote nothing")
-        os.replace(aside, path)
+        with whole_file(path) as aside:
+            write(aside)
+            if not aside.is_file() or aside.stat().st_size == 0:
+                raise GeometryError(f"{path}: the CAD kernel wrote nothing")
     except OSError as error:
         raise GeometryError(f"{path} could not be written: {error}") from error
-    finally:
-        aside.unlink(missing_ok=True)
     return path

@@ -15,12 +15,14 @@ from itertools import zip_longest
 from typing import Any, Literal
 
 from fingerdesign.errors import FingerDesignError, cell_text
-from fingerdesign.runtime.child import FailureKind
 
 SCHEMA_VERSION = 1
 _DEEPEST = 30  # of tables in tables; designs are 4 deep
 MOST = 1e30  # of any number's size: sums and squares of what is shown stay finite
 Numbers = tuple[float | None, ...]
+
+
+FailureKind = Literal["invalid", "refused", "failed", "crashed", "timeout", "memory"]
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,39 @@
-"""Where kept work lies on this machine."""
+"""Kept work on this machine: content -> arrays, texts or files.
+
+    kept = Cache("meshes", most=300)
+    kept.put_arrays(f"{key}.npz", arrays, about)
+    arrays, about = kept.arrays(f"{key}.npz")
+
+An entry is a file named by the digest of all that it was made from, there whole or not at all. One
+that a crash or a full disk has garbled is taken for absent. Whoever changes what an entry holds
+raises the format number that its name is made from.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
+import json
 import os
+import struct
+import time
+import zipfile
+import zlib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from fingerdesign.runtime.files import write_whole
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_OLD_S = 3600.0  # nobody writes a file for so long
+# What reading a garbled .npz raises, and using what it holds.
+GARBLED = (
+    *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError, AttributeError),
+    *(zipfile.BadZipFile, zlib.error, struct.error, OverflowError, NotImplementedError),
+)
 
 
 def cache_folder(kind: str) -> Path:
@@ -17,3 +47,91 @@ def cache_folder(kind: str) -> Path:
     from platformdirs import user_cache_path
 
     return user_cache_path("fingerdesign", appauthor=False) / kind
+
+
+class Cache:
+    """The kept files of one kind; names may lie in folders. most: the longest unused go first."""
+
+    def __init__(self, kind: str, most: int | None = None, folder: Path | None = None) -> None:
+        self.folder = cache_folder(kind) if folder is None else folder
+        self._most = most
+
+    def path(self, name: str) -> Path:
+        """Where the entry of a name is kept, if it is."""
+        return self.folder / name
+
+    def put(self, name: str, content: bytes, durable: bool = False) -> Path:
+        """Keep an entry in the place of an older one; its path. OSError where that fails."""
+        path = self.path(name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, content, durable)
+        if self._most is not None:
+            found = sorted(
+                (each for each in self.folder.iterdir() if not each.name.startswith(".")),
+                key=lambda each: each.stat().st_mtime,
+            )
+            for old in found[: -self._most]:
+                old.unlink(missing_ok=True)
+        return path
+
+    def text(self, name: str, younger_than_s: float | None = None) -> str | None:
+        """The text kept under a name; None: nothing, a garbled one, or one that is too old.
+
+        OSError where it is there and cannot be read.
+        """
+        path = self.path(name)
+        try:
+            if younger_than_s is not None:
+                age = time.time() - path.stat().st_mtime
+                if not 0.0 <= age < younger_than_s:
+                    return None
+            digest, _, text = path.read_bytes().decode().partition("\n")
+        except (FileNotFoundError, IsADirectoryError, UnicodeDecodeError):
+            return None
+        return text if digest == _digest(text) else None
+
+    def put_text(self, name: str, text: str, durable: bool = False) -> None:
+        """Keep a text, its digest before it. OSError where that fails."""
+        self.put(name, f"{_digest(text)}\n{text}".encode(), durable)
+
+    def arrays(self, name: str) -> tuple[dict[str, NDArray[Any]], Any] | None:
+        """The arrays kept under a name and what was said about them; None: nothing that can be
+        read."""
+        import numpy as np
+
+        path = self.path(name)
+        try:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
+                found = {key: data[key] for key in data.files}
+            about = json.loads(str(found.pop("about")))
+            os.utime(path)
+        except GARBLED:
+            return None
+        return found, about
+
+    def put_arrays(self, name: str, arrays: Mapping[str, NDArray[Any]], about: Any) -> bool:
+        """Keep arrays, and plain values about them; False where the folder cannot be written."""
+        import io
+
+        import numpy as np
+
+        content = io.BytesIO()
+        named: dict[str, Any] = {"about": np.array(json.dumps(about)), **arrays}
+        np.savez_compressed(content, **named)
+        try:
+            self.put(name, content.getvalue())
+        except OSError:
+            return False
+        return True
+
+    def clear(self) -> None:
+        """Remove what processes that were killed have left half-written; nobody would read it."""
+        old = time.time() - _OLD_S
+        for path in [*self.folder.glob(".*"), *self.folder.glob("*/.*")]:
+            with contextlib.suppress(OSError):
+                if path.stat().st_mtime < old:
+                    path.unlink()
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

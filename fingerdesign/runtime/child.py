@@ -1,226 +1,137 @@
-"""A process that evaluates one job after the other, under a time and a memory limit.
+"""The other end of :mod:`isolate`: a process that answers calls until its input ends.
 
-It is started once for many jobs (loading takes two seconds), replaced when it dies, hangs or takes
-too much memory, and after ``RECYCLED_AFTER`` jobs, so that nothing it leaks adds up. It leads a
-process group of its own: what it has started (mesher, CAD kernel) ends with it. Memory is the
-resident one of the whole group, looked at five times a second: a limit of the address space would
-refuse what MKL and the CAD kernel reserve and never touch, and would not hold for the processes
-that it starts.
+A message is its length in eight bytes and a pickle. In come calls, (function's name, its pickled
+arguments), before them the shared arguments under the name "", if there are any; out go ("ready",
+number), and for each call ("taken", number) and ("done", value), ("raised", error) or ("failed",
+(words, machine)).
 """
 
 from __future__ import annotations
 
 import contextlib
-import json
 import os
-import select
+import pickle
 import signal
-import subprocess
+import struct
 import sys
-import tempfile
+import threading
 import time
-from types import TracebackType
-from typing import IO, Any, Literal, Self
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
 
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.runtime.process import environment
 
-RECYCLED_AFTER = 100  # jobs: 3 s of loading are 2 % of their work
-START_LIMIT_S = 120.0  # to load; 2 s on a quiet machine
-_LOOK_S = 0.2
-_OTHERS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-_WORKER = "fingerdesign.search.run.child_worker"
-
-FailureKind = Literal["invalid", "refused", "failed", "crashed", "timeout", "memory"]
+HEAD = struct.Struct("<Q")
+PARENT = "FINGERDESIGN_PARENT"  # environment variable: the number of the process that started this
+_WATCH_S = 0.5
+_idle_since: list[float] = []  # empty while a call runs
 
 
-class ChildFailed(FingerDesignError):
-    """The process did not answer; ``kind`` says how: "crashed", "timeout" or "memory".
-
-    ended_by_others: a signal that no defect sends ended it: a user, or the system short of memory.
-    """
-
-    def __init__(self, kind: FailureKind, message: str, ended_by_others: bool = False) -> None:
-        self.kind: FailureKind = kind
-        self.ended_by_others = ended_by_others
-        super().__init__(message)
+def name_of(function: Callable[..., Any] | str) -> str:
+    """ "package.module:function" of a function that another process can import. ValueError else."""
+    if isinstance(function, str):
+        return function
+    name = function.__qualname__
+    if "<" in name or function.__module__ == "__main__":
+        raise ValueError(f"{function.__module__}:{name} cannot be imported by another process")
+    return f"{function.__module__}:{name}"
 
 
-class Child:
-    """One evaluating process; started by the first job. A context manager: leaving it ends it.
-
-    evaluator: "module:function" of plain values to a line of JSON. ended: it starts no process.
-    """
-
-    def __init__(
-        self,
-        evaluator: str,
-        recycled_after: int = RECYCLED_AFTER,
-        ended: bool = False,
-    ) -> None:
-        self.evaluator, self._recycled_after = evaluator, recycled_after
-        self._killed = ended
-        self._process: subprocess.Popen[bytes] | None = None
-        self._errors: IO[bytes] | None = None
-        self._jobs = 0
-        self._read = bytearray()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.end()
-
-    def run(self, data: dict[str, Any], time_s: float, memory_MB: float) -> str:
-        """The answer to one job. Raises ChildFailed; the next job gets a new process."""
-        gone = self._process is not None and self._process.poll() is not None
-        if gone or self._jobs >= self._recycled_after:
-            self.end()
-        line = (json.dumps(data, allow_nan=False) + "\n").encode()
-        kept = self._process is not None
-        try:
-            self._hand(line, memory_MB)
-        except ChildFailed as error:
-            if not kept or self._killed or error.kind != "crashed":
-                raise
-            self._hand(line, memory_MB)  # it had died while it had nothing to do
-        process = self._process
-        assert process is not None
-        try:
-            return self._answer(process, time_s, memory_MB)
-        except BaseException:
-            self.end()
-            raise
-
-    def _hand(self, line: bytes, memory_MB: float) -> None:
-        """Give a job to the process, started where there is none, and hear that it was taken."""
-        try:
-            process = self._process or self._start(memory_MB)
-            assert process.stdin is not None
-            self._jobs += 1
-            process.stdin.write(line)
-            process.stdin.flush()
-            self._answer(process, START_LIMIT_S, memory_MB)
-        except BrokenPipeError:
-            raise self._died() from None
-        except BaseException:
-            self.end()
-            raise
-
-    def kill(self) -> None:
-        """End the process from another thread; a job that it does fails, and none follows."""
-        self._killed = True
-        process = self._process
-        if process is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-
-    def end(self) -> None:
-        """End the process and all that it has started."""
-        process, self._process = self._process, None
-        self._jobs, self._read = 0, bytearray()
-        if process is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            for pipe in (process.stdin, process.stdout):
-                if pipe is not None:
-                    with contextlib.suppress(BrokenPipeError):
-                        pipe.close()
-        if self._errors is not None:
-            self._errors.close()
-            self._errors = None
-
-    def _start(self, memory_MB: float) -> subprocess.Popen[bytes]:
-        if self._killed:
-            raise ChildFailed("crashed", "it was told to end")
-        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by end()
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", _WORKER, self.evaluator],
-            env=environment() | {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"},
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._errors,
-            start_new_session=True,
-        )
-        if self._killed:  # meanwhile
-            raise ChildFailed("crashed", "it was told to end")
-        self._answer(self._process, START_LIMIT_S, memory_MB)  # "ready"
-        return self._process
-
-    def _answer(self, process: subprocess.Popen[bytes], time_s: float, memory_MB: float) -> str:
-        """The next line that it writes."""
-        assert process.stdout is not None
-        end = time.monotonic() + time_s
-        look, seen = time.monotonic() + _LOOK_S, 0
-        while True:
-            found = self._read.find(b"\n", seen)
-            if found >= 0:
-                line = self._read[:found].decode()
-                del self._read[: found + 1]
-                return line
-            seen = len(self._read)
-            if (now := time.monotonic()) >= look:  # also while it keeps writing
-                look = now + _LOOK_S
-                used = _group_memory_MB(process.pid) + len(self._read) / 1e6
-                if used > memory_MB:
-                    raise ChildFailed("memory", f"took {used:.0f} MB, more than {memory_MB:g} MB")
-                if now > end:
-                    raise ChildFailed("timeout", f"not done after {time_s:g} s")
-            ready, _, _ = select.select([process.stdout], [], [], _LOOK_S)
-            if ready:
-                more = os.read(process.stdout.fileno(), 1 << 20)
-                if not more:
-                    raise self._died()
-                self._read += more
-
-    def _died(self) -> ChildFailed:
-        """Why the process is gone, in words; it is cleared away."""
-        process, said = self._process, ""
-        if process is None:
-            return ChildFailed("crashed", "its process is gone")
-        try:
-            code = process.wait(5.0)
-        except subprocess.TimeoutExpired:
-            code = 0
-        if self._errors is not None:
-            self._errors.seek(0)
-            lines = self._errors.read().decode("utf-8", "replace").strip().splitlines()
-            said = f": {lines[-1][:300]}" if lines else ""
-        self.end()
-        if code < 0:
-            others = -code in _OTHERS
-            return ChildFailed(
-                "crashed", f"its process was ended by {_signal(-code)}{said}", others
-            )
-        return ChildFailed("crashed", f"its process ended with code {code}{said}")
+def resolved(name: str) -> Callable[..., Any]:
+    """The function of a name of :func:`name_of`."""
+    module, _, path = name.partition(":")
+    found: Any = import_module(module)
+    for part in path.split("."):
+        found = getattr(found, part)
+    function: Callable[..., Any] = found
+    return function
 
 
-def _signal(number: int) -> str:
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
+def die_with_parent() -> None:
+    """End this process when the one that started it ends, however that ends (Linux)."""
+    if sys.platform == "linux":
+        import ctypes
+
+        pr_set_pdeathsig = 1
+        ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGKILL)
+        if os.environ.get(PARENT, str(os.getppid())) != str(os.getppid()):
+            os._exit(1)  # it had ended already (in a container the parent itself may be process 1)
 
 
-def _group_memory_MB(leader: int) -> float:
-    """Resident memory of a process and of all that it has started, MB."""
-    import psutil
-
-    try:
-        process = psutil.Process(leader)
-        family = [process, *process.children(recursive=True)]
-    except psutil.Error:
-        return 0.0
-    total = 0
-    for each in family:
-        try:
-            total += each.memory_info().rss
-        except psutil.Error:
+def serve() -> None:
+    """Answer calls. Arguments of the command line: what to load first, seconds without a call after
+    which to end; both may be empty."""
+    die_with_parent()
+    calls, answers = os.fdopen(os.dup(0), "rb"), os.dup(1)
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    os.dup2(2, 1)  # what a library prints is no answer
+    with (
+        contextlib.suppress(OSError),
+        open("/proc/self/oom_score_adj", "w", encoding="ascii") as score,
+    ):
+        score.write("500")  # where memory runs out, let Linux end this process, not its parent
+    load, idle_s = sys.argv[1], float(sys.argv[2] or "inf")
+    threading.Thread(target=_watch, args=(os.getppid(), idle_s), daemon=True).start()
+    if load:
+        resolved(load)()
+    _send(answers, "ready", os.getpid())
+    shared: tuple[Any, ...] = ()
+    _idle_since.append(time.monotonic())
+    while (size := calls.read(HEAD.size)) and len(size) == HEAD.size:
+        name, given = pickle.loads(calls.read(*HEAD.unpack(size)))
+        if not name:
+            shared = pickle.loads(given)
             continue
-    return total / 1e6
+        _idle_since.clear()
+        _send(answers, "taken", os.getpid())
+        kind, value = _answer(name, given, shared)
+        _send(answers, kind, value)
+        if kind == "failed":
+            return  # who knows in what state
+        _idle_since.append(time.monotonic())
+
+
+def _answer(name: str, given: bytes, shared: tuple[Any, ...]) -> tuple[str, Any]:
+    """What came of a call: its kind, and what goes with it."""
+    try:
+        return "done", resolved(name)(*shared, *pickle.loads(given))
+    except FingerDesignError as error:
+        if _travels(error):
+            return "raised", error
+        return "failed", (str(error), False)
+    except Exception as error:
+        machine = isinstance(error, OSError | MemoryError)
+        return "failed", (f"{type(error).__name__}: {error}"[:300], machine)
+
+
+def _travels(error: FingerDesignError) -> bool:
+    """Whether a pickle of an error says what the error says."""
+    try:
+        return str(pickle.loads(pickle.dumps(error, 5))) == str(error)
+    except Exception:
+        return False
+
+
+def _send(answers: int, kind: str, value: Any) -> None:
+    try:
+        content = pickle.dumps((kind, value), 5)
+    except Exception as error:
+        words = f"its answer cannot be sent: {type(error).__name__}: {error}"[:300]
+        content = pickle.dumps(("failed", (words, False)), 5)
+    left = memoryview(HEAD.pack(len(content)) + content)
+    while left:
+        left = left[os.write(answers, left) :]
+
+
+def _watch(parent: int, idle_s: float) -> None:
+    """End this process group once the parent is gone, or for want of calls."""
+    while os.getppid() == parent:
+        time.sleep(_WATCH_S)
+        since = _idle_since[:1]
+        if since and time.monotonic() - since[0] > idle_s:
+            break
+    if hasattr(os, "killpg"):
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)

@@ -15,7 +15,6 @@ from fingerdesign import load_design
 from fingerdesign.cad.export import check_whole_step
 from fingerdesign.errors import GeometryError
 from fingerdesign.records.result import ResultError
-from fingerdesign.runtime.process import environment
 from fingerdesign.search.study import generate as generating
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.generate import generate, reasons
@@ -27,29 +26,28 @@ TEXT = (
     '"materials.silicone.source" = ["=1+1", "<b>x</b>"]\n'
 )
 FAKE = """
-import json, os, pathlib, sys, time
+import os, time
+from fingerdesign.errors import GeometryError
 
-def written(request):
-    folder = pathlib.Path(request["cad"])
+def written(design, folder, chord_tolerance_mm):
     (folder / "finger.step").write_text("STEP")
-    count = request["design"]["plates"]["count"]
+    count = design.plates.count
     if count == 9 and os.environ.get("FAKE_CAD") == "crashes":
         os.abort()
     if count == 9 and os.environ.get("FAKE_CAD") == "hangs":
         time.sleep(60)
     if count == 9 and os.environ.get("FAKE_CAD") == "fails":
-        return json.dumps({"error": "plates 0 and 1 share nothing"})
+        raise GeometryError("plates 0 and 1 share nothing")
     (folder / "body.stl").write_text("STL")
-    return json.dumps({"error": ""})
 """
 KILLED = """
 import sys
 from pathlib import Path
-from fingerdesign.sweep import generate as generating
+from fingerdesign.search.study import generate as generating
 from fingerdesign.search.study.file import read_study
 from fingerdesign.search.study.variants import base_design, variants
 
-generating.CAD_WORKER = "fake_cad_worker:written"
+generating.BUILD = "fake_cad_worker:written"
 study = read_study(sys.argv[1])
 found = variants(study, base_design(study))
 generating.generate(study, found, Path(sys.argv[2]), workers=3)
@@ -62,7 +60,7 @@ def fake_cad(tmp_path, monkeypatch):
     monkeypatch.setenv(
         "PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
     )
-    monkeypatch.setattr(generating, "CAD_WORKER", "fake_cad_worker:written")
+    monkeypatch.setattr(generating, "BUILD", "fake_cad_worker:written")
     return monkeypatch
 
 
@@ -188,7 +186,7 @@ def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
     run = [sys.executable, "-m", "tests_generate_killed", str(study), str(tmp_path / "few")]
     (tmp_path / "tests_generate_killed.py").write_text(KILLED, "utf-8")
     fake_cad.setenv("FAKE_CAD", "hangs")  # at the two variants of 9 plates
-    process = subprocess.Popen(run, env=environment())
+    process = subprocess.Popen(run)
     end = time.monotonic() + 20.0
     while not (tmp_path / "few" / "few-0003").exists() and time.monotonic() < end:
         time.sleep(0.05)

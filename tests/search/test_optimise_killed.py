@@ -36,13 +36,13 @@ def command(tmp_path):
     """Starts `optimise` into a folder; each has its own store."""
     root, running = Path(__file__).parents[2], []
     paths = [str(root), str(root / "cli"), str(Path(__file__).parents[1] / "support")]
+    command_with = str(Path(__file__).parents[1] / "support" / "command_with.py")
     (tmp_path / "search.toml").write_text(STUDY)
 
     def start(name, seconds, confirming_s=0):
         environment = os.environ | {
             "PYTHONPATH": os.pathsep.join(paths),
             "FINGERDESIGN_CACHE": str(tmp_path / f"cache-{name}"),
-            "FINGERDESIGN_EVALUATOR": "optimise_evaluators:formula",
             "EVALUATED": str(tmp_path / f"evaluated-{name}"),
             "EVALUATOR_SECONDS": str(seconds),
             "EVALUATOR_3D_SECONDS": str(confirming_s),
@@ -50,7 +50,7 @@ def command(tmp_path):
         }
         line = ["optimise", "search.toml", "--out", name, "--workers", "2", "--json"]
         process = subprocess.Popen(
-            [sys.executable, "-m", "fingerdesign_cli.main", *line],
+            [sys.executable, command_with, "optimise_evaluators:formula", *line],
             cwd=tmp_path,
             env=environment,
             stdout=subprocess.PIPE,

@@ -35,7 +35,7 @@ time_s = {time_s}
 memory_MB = 500
 """
 PATIENCE_S = 90.0
-CLI = [sys.executable, "-m", "fingerdesign_cli.main"]
+COMMAND = str(Path(__file__).parents[1] / "support" / "command_with.py")
 
 
 @pytest.fixture
@@ -46,7 +46,6 @@ def place(tmp_path):
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(paths),
         "FINGERDESIGN_CACHE": str(tmp_path / "cache"),
-        "FINGERDESIGN_EVALUATOR": "sweep_evaluators:slow",
         "EVALUATED": str(tmp_path / "evaluated"),
         "EVALUATOR_SECONDS": "0.1",
         "OPENBLAS_NUM_THREADS": "1",
@@ -61,13 +60,16 @@ class Place:
         self.folder, self.environment = folder, environment
         self.evaluated = folder / "evaluated"
         self.store = folder / "cache" / "outcomes"
+        self.evaluator = "slow"
 
     def study(self, count=24, time_s=20.0):
         (self.folder / "many.toml").write_text(STUDY.format(count=count, time_s=time_s))
 
     def sweep(self, *more, out="out", **changes):
-        """Start `fingerdesign sweep`."""
-        command = [*CLI, "sweep", "many.toml", "--out", out, "--json", *more]
+        """Start `fingerdesign sweep` with the place's evaluator."""
+        evaluator = f"sweep_evaluators:{self.evaluator}"
+        study = ["sweep", "many.toml", "--out", out, "--json"]
+        command = [sys.executable, COMMAND, evaluator, *study, *more]
         return self.start(command, **changes)
 
     def start(self, command, limit=None, **changes):
@@ -186,22 +188,21 @@ def test_interrupted_keeps_what_is_done(place):
 @pytest.mark.slow
 def test_full_disk_says_so_and_keeps_what_fitted(place):
     place.study(count=20)
-    evaluator = {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:large"}
+    place.evaluator = "large"
 
     def limited():
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 
-    code, _, err = ended(place.sweep("--workers", "1", limit=limited, **evaluator))
+    code, _, err = ended(place.sweep("--workers", "1", limit=limited))
     assert code == 1
     assert "cannot be kept" in err
     assert "File too large" in err
     files = [path for path in place.store.rglob("*") if path.is_file()]
     assert files
     assert all(path.suffix == ".txt" for path in files)  # nothing half
-    code, lines, _ = ended(place.sweep("--workers", "2", **evaluator))
+    code, lines, _ = ended(place.sweep("--workers", "2"))
     assert code == 0
     assert lines[-1]["from_store"] == len(files)
-    place.environment |= evaluator
     assert place.outcomes() == place.undisturbed()
 
 
@@ -228,10 +229,7 @@ def small_disk(tmp_path):
 def test_a_full_file_system_says_so_and_keeps_what_fitted(place, small_disk):
     disk, enlarge = small_disk
     place.study(count=30)
-    changes = {
-        "FINGERDESIGN_EVALUATOR": "sweep_evaluators:large",
-        "FINGERDESIGN_CACHE": str(disk),
-    }
+    place.evaluator, changes = "large", {"FINGERDESIGN_CACHE": str(disk)}
     code, _, err = ended(place.sweep("--workers", "2", **changes))
     assert code == 1
     assert "cannot be kept" in err
@@ -243,7 +241,6 @@ def test_a_full_file_system_says_so_and_keeps_what_fitted(place, small_disk):
     code, lines, _ = ended(place.sweep("--workers", "2", **changes))
     assert code == 0
     assert lines[-1]["from_store"] == len(files)
-    place.environment |= {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:large"}
     assert place.outcomes() == place.undisturbed()
 
 
@@ -266,8 +263,9 @@ def test_spoiled_outcomes_are_computed_again(place):
 @pytest.mark.slow
 def test_a_tenth_crashes_hangs_or_eats_memory(place):
     place.study(count=30, time_s=2.0)
-    run = place.sweep("--workers", "2", FINGERDESIGN_EVALUATOR="sweep_evaluators:tenth")
-    code, lines, _ = ended(run)
+    place.evaluator = "tenth"
+    code, lines, _ = ended(place.sweep("--workers", "2"))
+    place.evaluator = "slow"
     assert code == 0
     assert lines[-1]["failures_by_kind"] == {"crashed": 1, "memory": 1, "timeout": 1}
     causes = (place.folder / "out" / "many" / "failures.csv").read_text()
@@ -324,9 +322,9 @@ def test_a_finger_that_kills_every_worker_is_one_failure(place):
         "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "1",
         "DASK_DISTRIBUTED__SCHEDULER__WORKER_SATURATION": "1.0",
     }
+    place.evaluator = "deadly"
     with dask(place, workers=3) as (address, _, _):
-        evaluator = {"FINGERDESIGN_EVALUATOR": "sweep_evaluators:deadly"}
-        code, lines, _ = ended(place.sweep("--scheduler", address, **evaluator))
+        code, lines, _ = ended(place.sweep("--scheduler", address))
     assert (code, lines[-1]["failures_by_kind"]) == (0, {"crashed": 1})
     (bad,) = [each for each in lines if each.get("failure")]
     assert bad["name"] == "many-0005"

@@ -1,9 +1,6 @@
 """Evaluators for tests, named "sweep_evaluators:NAME": quick, and bad in every way."""
 
-import json
 import os
-import subprocess
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -87,34 +84,6 @@ def deadly(data):
         os.kill(os.getppid(), 9)
         time.sleep(10.0)
     return slow(data)
-
-
-def who(data):
-    """The process, what it has started, and its threads' setting; it prints, too."""
-    if data.get("hang"):
-        started = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1e6)"])
-        Path(data["hang"]).write_text(f"{os.getpid()} {started.pid}", encoding="utf-8")
-        time.sleep(1e6)
-    print("this is no answer", flush=True)
-    os.write(1, b"nor this\n")
-    return json.dumps({"pid": os.getpid(), "threads": os.environ["MKL_NUM_THREADS"]})
-
-
-def endless(data):
-    """Writes on the answers' pipe without an end of the line."""
-    answers = [each for each in map(int, os.listdir("/proc/self/fd")) if each > 2]
-    pipes = [each for each in answers if "pipe:" in _target(each)]
-    while True:
-        for each in pipes:
-            os.write(each, b"x" * 10_000)
-        time.sleep(0.0002)
-
-
-def _target(number):
-    try:
-        return os.readlink(f"/proc/self/fd/{number}")
-    except OSError:
-        return ""
 
 
 def elsewhere(data):

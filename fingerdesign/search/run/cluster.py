@@ -26,10 +26,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
-from fingerdesign.runtime.child import Child, ChildFailed
+from fingerdesign.runtime.isolate import ProcessError, Worker
 from fingerdesign.runtime.machine import usable_cores
-from fingerdesign.search.run.child_worker import EVALUATE
-from fingerdesign.search.run.evaluate import failed
+from fingerdesign.search.run.evaluate import EVALUATE, failed
 
 if TYPE_CHECKING:
     from fingerdesign.search.run.evaluate import Job
@@ -42,7 +41,11 @@ if TYPE_CHECKING:
 # out, so that a worker needs nothing of a study but this package.
 
 TRIES = 3  # of a job whose process somebody ended: the system for want of memory, or a user
-_CHILDREN: dict[tuple[str, int], Child] = {}  # by pool and thread
+RECYCLED_AFTER = 100  # jobs: 3 s of loading are 2 % of their work
+READY_S = 120.0  # to load; 2 s on a quiet machine
+IDLE_S = 600.0  # a child ends then, as on a cluster whose driver has ended
+_MESHER = "fingerdesign.mesh.section.process:start_mesher"
+_CHILDREN: dict[tuple[str, int], tuple[str, Worker]] = {}  # by pool and thread
 _ENDED: set[str] = set()
 _LOCK = threading.Lock()
 
@@ -61,12 +64,17 @@ def work(text: str) -> str:
     for tried in range(1, TRIES + 1):
         child = _child(task["pool"], task["evaluator"])
         try:
-            line = child.run(task["data"], task["time_s"], task["memory_MB"])
-        except ChildFailed as error:
+            line = child.call(
+                *(task["evaluator"], task["data"]),
+                time_s=task["time_s"],
+                memory_MB=task["memory_MB"],
+            )
+        except ProcessError as error:
             if error.ended_by_others and tried < TRIES and task["pool"] not in _ENDED:
                 continue
             again = f", tried {tried} times" if tried > 1 else ""
-            return json.dumps({"failure": [error.kind, f"{error}{again}"]})
+            words = f"not done after {task['time_s']:g} s" if error.kind == "timeout" else error
+            return json.dumps({"failure": [error.kind, f"{words}{again}"]})
         return json.dumps({"outcome": line})
     raise AssertionError("unreachable")
 
@@ -75,7 +83,7 @@ def end_pool(pool: str) -> None:
     """Kill the children of a pool, whatever they are doing; no more are started in it."""
     with _LOCK:
         _ENDED.add(pool)
-        found = [child for (name, _), child in _CHILDREN.items() if name == pool]
+        found = [child for (name, _), (_, child) in _CHILDREN.items() if name == pool]
     for child in found:
         child.kill()
 
@@ -84,21 +92,29 @@ def forget_pool(pool: str) -> None:
     """Clear away the children of a pool that was ended, once no thread uses them any more."""
     with _LOCK:
         found = [key for key in _CHILDREN if key[0] == pool]
-        children = [_CHILDREN.pop(key) for key in found]
+        children = [_CHILDREN.pop(key)[1] for key in found]
     for child in children:
         child.end()
 
 
-def _child(pool: str, evaluator: str) -> Child:
+def _child(pool: str, evaluator: str) -> Worker:
     """This thread's child."""
     key = (pool, threading.get_ident())
+    new = Worker(
+        load=_MESHER if evaluator == EVALUATE else None,
+        recycled_after=RECYCLED_AFTER,
+        ready_s=READY_S,
+        threads=1,
+        idle_s=IDLE_S,
+    )
     with _LOCK:
         if pool in _ENDED:
-            return Child(evaluator, ended=True)
-        child = _CHILDREN.get(key)
-        if child is not None and child.evaluator == evaluator:
+            new.kill()
+            return new
+        for_what, child = _CHILDREN.get(key, ("", None))
+        if child is not None and for_what == evaluator:
             return child
-        new = _CHILDREN[key] = Child(evaluator)
+        _CHILDREN[key] = (evaluator, new)
     if child is not None:
         child.end()
     return new
@@ -118,7 +134,7 @@ class Cluster:
 
     workers: processes at a time on this machine (None: as many as cores); scheduler: the address
     of a Dask scheduler instead, or the file that it wrote it to. evaluator: "module:function", see
-    runtime/child.py.
+    runtime/isolate.py.
     """
 
     def __init__(

@@ -13,8 +13,7 @@ from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
-from fingerdesign.records.outcome import Failure, Outcome, Validity, bounded
-from fingerdesign.runtime.child import FailureKind
+from fingerdesign.records.outcome import Failure, FailureKind, Outcome, Validity, bounded
 from fingerdesign.runtime.machine import (
     forget_peak_memory,
     peak_memory_MB,
@@ -131,6 +130,14 @@ class Job:
             "scene": scene,
         }
         return cls(**(data | made))
+
+
+EVALUATE = "fingerdesign.search.run.evaluate:evaluated"
+
+
+def evaluated(data: dict[str, Any]) -> str:
+    """The outcome of a job in a line of JSON; ``data`` as of :meth:`Job.to_data`."""
+    return evaluate(Job.from_data(data)).to_json()
 
 
 def evaluate(job: Job) -> Outcome:

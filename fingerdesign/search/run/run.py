@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.run.child_worker import EVALUATE
 from fingerdesign.search.run.cluster import Cluster
-from fingerdesign.search.run.evaluate import Job, relabelled
+from fingerdesign.search.run.evaluate import EVALUATE, Job, relabelled
 from fingerdesign.search.run.jobs import Planned, planned, study_scenes
 from fingerdesign.search.run.store import Store
 from fingerdesign.search.study.variants import base_design, variants

@@ -15,23 +15,22 @@ import contextlib
 import csv
 import io
 import json
-import os
-import queue
 import re
 import shutil
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design
-from fingerdesign.errors import Fault, cell_text
+from fingerdesign.errors import DesignError, Fault, GeometryError, cell_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import ResultError
-from fingerdesign.runtime.child import Child, ChildFailed
+from fingerdesign.runtime.files import BusyError, locked, write_whole
+from fingerdesign.runtime.isolate import ProcessError
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.search.study.variants import stems
 
 if TYPE_CHECKING:
@@ -100,17 +99,12 @@ def _cell(value: object) -> object:
     return cell_text(value) if isinstance(value, str) else value
 
 
-try:
-    import fcntl
-except ImportError:  # Windows: two writers of one folder are not kept apart there
-    fcntl = None  # type: ignore[assignment]
-
-
 RECORD = "generate.json"
-CAD_WORKER = "fingerdesign.search.study.generate_worker:written"
+BUILD = "fingerdesign.cad.export:build_and_write"
+RECYCLED_AFTER, READY_S = 100, 120.0  # designs that one process builds; seconds to start it
 CHORD_TOLERANCE_MM = 0.01
 LEFT_OUT, WRITTEN = "left out", "written"  # of a variant's CAD, beside the reason of a failure
-_UNFINISHED = (".*.partial-*", ".*.older-*")
+_UNFINISHED = (".*.partial-*", ".*.older-*", ".????????????-*")
 _LOCK = ".lock"
 
 
@@ -186,85 +180,64 @@ def _write_lists(study: Study, found: Sequence[Made], target: Path, whole: bool)
         if place.name not in valid:
             shutil.rmtree(place)
     keys = list(study.parameters)
-    _write(target / VARIANTS, variants_csv(keys, [(made.variant, made.cad) for made in found]))
-    _write(target / INVALID, invalid_csv(keys, [made.variant for made in found]))
-    _write(target / RECORD, json.dumps(_record(study, found), indent=2, allow_nan=False) + "\n")
+    write_whole(target / VARIANTS, variants_csv(keys, [(made.variant, made.cad) for made in found]))
+    write_whole(target / INVALID, invalid_csv(keys, [made.variant for made in found]))
+    record = json.dumps(_record(study, found), indent=2, allow_nan=False)
+    write_whole(target / RECORD, f"{record}\n")
 
 
 def _all_made(
     study: Study, chosen: Iterator[Variant], target: Path, cad: bool, workers: int
 ) -> Iterator[Made]:
     """Each variant as it is done; a process a worker builds the CAD of many."""
-    children = [Child(CAD_WORKER) for _ in range(workers)]
-    ended = threading.Event()
-    free: queue.Queue[Child] = queue.Queue()
-    for child in children:
-        free.put(child)
+    limits, ended = study.limits, threading.Event()
+    with Pool(
+        workers,
+        time_s=limits.time_s,
+        memory_MB=limits.memory_MB,
+        recycled_after=RECYCLED_AFTER,
+        ready_s=READY_S,
+    ) as pool:
 
-    def make(variant: Variant) -> Made:
-        child = free.get()
-        try:
-            return _made(study, variant, target, child if cad else None, ended)
-        finally:
-            free.put(child)
+        def make(variant: Variant) -> Made:
+            if variant.design is None:
+                return Made(variant)
+            return _made(study, variant, target, pool if cad else None, ended)
 
-    running: set[Future[Made]] = set()
-    with ThreadPoolExecutor(workers) as pool:
         try:
-            for variant in chosen:
-                if variant.design is None:
-                    yield Made(variant)
-                    continue
-                running.add(pool.submit(make, variant))
-                while len(running) >= 2 * workers:
-                    done, running = wait(running, return_when=FIRST_COMPLETED)
-                    yield from (each.result() for each in done)
-            while running:
-                done, running = wait(running, return_when=FIRST_COMPLETED)
-                yield from (each.result() for each in done)
+            yield from pool.as_done(make, chosen)
         except BaseException:
             ended.set()
-            pool.shutdown(wait=False, cancel_futures=True)
-            for child in children:
-                child.kill()
+            pool.kill()
             raise
-        finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-            for child in children:
-                child.end()
 
 
 def _made(
-    study: Study, variant: Variant, target: Path, child: Child | None, ended: threading.Event
+    study: Study, variant: Variant, target: Path, pool: Pool | None, ended: threading.Event
 ) -> Made:
     place = target / variant.name
     text = _design_text(study, variant)
-    if _is_there(place, text, child is not None):
+    if _is_there(place, text, pool is not None):
         built = (place / "finger.step").is_file()
         return Made(variant, WRITTEN if built else LEFT_OUT, kept=True)
     with _variant_folder(variant.name).written(place) as aside:
         (aside / f"{variant.name}.toml").write_text(text, encoding="utf-8")
-        said = LEFT_OUT if child is None else _cad(study, variant, aside, child, ended)
+        said = LEFT_OUT if pool is None else _cad(study, variant, aside, pool, ended)
     return Made(variant, said)
 
 
-def _cad(study: Study, variant: Variant, folder: Path, child: Child, ended: threading.Event) -> str:
+def _cad(study: Study, variant: Variant, folder: Path, pool: Pool, ended: threading.Event) -> str:
     """Build and write the CAD files; a reason where there are none."""
-    assert variant.design is not None
-    asked = {
-        "design": variant.design.model_dump(mode="json"),
-        "cad": str(folder),
-        "chord_tolerance_mm": CHORD_TOLERANCE_MM,
-    }
     try:
-        limits = study.limits
-        why = str(json.loads(child.run(asked, limits.time_s, limits.memory_MB))["error"])
-    except ChildFailed as error:
+        pool.call(BUILD, variant.design, folder, CHORD_TOLERANCE_MM)
+        return WRITTEN
+    except ProcessError as error:
         if ended.is_set():
             raise  # interrupted: it is not the design's fault
-        why = f"the CAD kernel: {error}"
-    if not why:
-        return WRITTEN
+        late = f"not done after {study.limits.time_s:g} s"
+        why = f"the CAD kernel: {late if error.kind == 'timeout' else error}"
+    except (DesignError, GeometryError) as error:
+        why = str(error)
     for file in folder.iterdir():  # some may stand already
         if file.name != f"{variant.name}.toml":
             file.unlink()
@@ -309,21 +282,12 @@ def _variant_folders(study: Study, target: Path) -> list[Path]:
 @contextlib.contextmanager
 def _alone(target: Path) -> Iterator[None]:
     """ResultError while another process writes into ``target``; its lock ends with it."""
-    if fcntl is None:
-        yield
-        return
-    lock = target / _LOCK
-    with lock.open("a") as stream:
+    with contextlib.ExitStack() as stack:
         try:
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+            stack.enter_context(locked(target / _LOCK, wait=False))
+        except BusyError:
             raise ResultError(f"{target} is being written by another process") from None
-        except OSError:  # a file system without locks
-            pass
-        try:
-            yield
-        finally:
-            lock.unlink(missing_ok=True)
+        yield
 
 
 def _clear_abandoned(target: Path) -> None:
@@ -333,16 +297,6 @@ def _clear_abandoned(target: Path) -> None:
             shutil.rmtree(place)
         else:
             place.unlink()
-
-
-def _write(path: Path, text: str) -> None:
-    """Whole or not at all."""
-    aside = path.with_name(f".{path.name}.partial-{os.getpid()}")
-    try:
-        aside.write_text(text, encoding="utf-8")
-        aside.replace(path)
-    finally:
-        aside.unlink(missing_ok=True)
 
 
 def _record(study: Study, found: Sequence[Made]) -> dict[str, object]:

@@ -1,0 +1,185 @@
+"""Files and folders that are there whole or not at all: written aside, then renamed.
+
+    write_whole(path, text)
+    with whole_file(path) as aside: plotter.screenshot(aside)
+    with whole_folder(target) as aside: ...
+
+And what goes with it: hidden names, locks, temporary folders, the leavings of killed processes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import secrets
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows: two writers of one place are not kept apart there
+    fcntl = None  # type: ignore[assignment]
+
+DAY_S = 86400.0
+
+
+class BusyError(OSError):
+    """Another process holds the lock."""
+
+
+def sibling(target: Path, role: str) -> Path:
+    """A hidden name beside ``target`` that nothing else has."""
+    return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
+
+
+@contextmanager
+def whole_file(path: Path | str) -> Iterator[Path]:
+    """A hidden path beside ``path``, of the same ending; what the block writes there takes the
+    place of ``path``, and is gone where the block raises. OSError as of the disk."""
+    path = Path(path)
+    aside = path.with_name(f".{secrets.token_hex(6)}-{path.name}"[:255])
+    try:
+        yield aside
+        os.replace(aside, path)
+    finally:
+        with contextlib.suppress(OSError):
+            aside.unlink(missing_ok=True)
+
+
+def write_whole(path: Path | str, content: str | bytes, durable: bool = False) -> Path:
+    """Write a file whole or not at all; a text as UTF-8 with its line ends as they are.
+
+    durable: it is on the disk before it takes its place. Returns the path.
+    """
+    path = Path(path)
+    data = content.encode() if isinstance(content, str) else content
+    with whole_file(path) as aside, aside.open("xb") as stream:
+        stream.write(data)
+        if durable:
+            stream.flush()
+            os.fsync(stream.fileno())
+    return path
+
+
+@contextmanager
+def whole_folder(target: Path) -> Iterator[Path]:
+    """An empty hidden folder beside ``target``, gone when the block ends; :func:`take_place` puts
+    it in place. OSError where it cannot be made."""
+    aside = sibling(target, "partial")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    aside.mkdir()
+    try:
+        yield aside
+    finally:
+        shutil.rmtree(aside, ignore_errors=True)
+
+
+def take_place(aside: Path, target: Path) -> None:
+    """Rename a folder; the older one is deleted only once the new one is in its place.
+
+    OSError with the older folder's place in ``filename2`` where that could not be put back.
+    """
+    older = sibling(target, "older")
+    try:
+        if target.is_dir():
+            target.rename(older)
+        aside.rename(target)
+    except BaseException as error:  # an interruption between the two as well
+        if older.is_dir() and not target.exists():
+            older.rename(target)
+        if older.is_dir() and isinstance(error, OSError):
+            error.filename2 = str(older)
+        raise
+    shutil.rmtree(older, ignore_errors=True)
+
+
+@contextmanager
+def locked(path: Path, wait: bool = True) -> Iterator[None]:
+    """Hold the lock file ``path``, which goes at the end; it ends with the process.
+
+    BusyError where another process holds it and ``wait`` is False. A file system without locks is
+    no hindrance.
+    """
+    try:
+        stream = None if fcntl is None else _lock(path, wait)
+    except BusyError:
+        raise
+    except OSError:  # finished work is not lost for that
+        stream = None
+    try:
+        yield
+    finally:
+        if stream is not None:
+            path.unlink(missing_ok=True)  # whoever waits for it finds it gone and makes another
+            os.close(stream)
+
+
+def _lock(path: Path, wait: bool) -> int:
+    how = fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB
+    while True:
+        stream = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        try:
+            fcntl.flock(stream, how)
+            if os.path.samestat(os.fstat(stream), path.stat()):
+                return stream
+        except FileNotFoundError:
+            pass  # its holder is done and took it away
+        except BlockingIOError:
+            os.close(stream)
+            raise BusyError(f"{path} is held by another process") from None
+        except BaseException:
+            os.close(stream)
+            raise
+        os.close(stream)
+
+
+@contextmanager
+def scratch(kind: str) -> Iterator[Path]:
+    """A temporary folder of the system's, gone when the block ends; OSError where there is none."""
+    folder = Path(tempfile.mkdtemp(prefix=f"fingerdesign-{kind}-"))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def keep_request(kind: str, name: str, content: str | bytes) -> Path:
+    """Keep what native code was asked, for whoever looks into its failure; the file's path."""
+    path = Path(tempfile.mkdtemp(prefix=f"fingerdesign-{kind}-")) / name
+    return write_whole(path, content)
+
+
+def swept(parent: Path, pattern: re.Pattern[str], older_than_s: float) -> tuple[Path, ...]:
+    """Remove this user's folders in ``parent`` of names that ``pattern`` matches, where they and
+    what lies in them are older; which they were. What cannot be looked into stays."""
+    gone = []
+    try:
+        found = [path for path in parent.iterdir() if pattern.fullmatch(path.name)]
+    except OSError:
+        return ()
+    for path in found:
+        try:
+            mine = not hasattr(os, "getuid") or path.lstat().st_uid == os.getuid()
+            if not mine or path.is_symlink() or not path.is_dir():
+                continue
+            last = max(each.lstat().st_mtime for each in (path, *path.rglob("*")))
+        except OSError:
+            continue
+        if time.time() - last > older_than_s:
+            shutil.rmtree(path, ignore_errors=True)
+            gone.append(path)
+    return tuple(gone)
+
+
+def sweep_abandoned(target: Path, older_than_s: float = DAY_S) -> tuple[Path, ...]:
+    """Remove the temporary folders beside ``target`` that killed processes left; which they were.
+
+    For kinds that are made in minutes: nothing in such a folder was changed for ``older_than_s``.
+    """
+    pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
+    return swept(target.absolute().parent, pattern, older_than_s)

@@ -1,0 +1,135 @@
+"""Records by key in one file: what long work has done, to go on from when it is run again.
+
+    with Journal(path, "tuning", digest) as journal:
+        journal.add({key: {"outcomes": [...]}})
+        journal.get(key), dict(journal)
+
+A record is there whole or not at all, whenever the process is killed (SQLite, from the standard
+library). identity: the digest of all that decides the records beside their keys; a journal of
+another one, or a file that is none, is refused: it is somebody's work.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from fingerdesign.errors import FingerDesignError
+
+FORMAT = 1
+_WAIT_S = 10.0  # for another process that is writing
+_HEADER = b"SQLite format 3\x00"
+
+
+class JournalError(FingerDesignError):
+    """A journal is of something else, or cannot be written."""
+
+
+class Journal:
+    """Records (plain values, as of JSON) by key, in the order in which they were added.
+
+    The file is made by the first record. A context manager; it may be used without, too. Raises
+    JournalError.
+    """
+
+    def __init__(self, path: Path, kind: str, identity: str) -> None:
+        self.path = path
+        self._about = {"format": str(FORMAT), "kind": kind, "identity": identity}
+        self._base: sqlite3.Connection | None = None
+        self._found: dict[str, Any] = {}
+        if path.exists():
+            self._read()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __contains__(self, key: str) -> bool:
+        return key in self._found
+
+    def __iter__(self) -> Iterator[tuple[str, Any]]:
+        return iter(self._found.items())
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def get(self, key: str) -> Any:
+        """The record of a key; None where there is none."""
+        return self._found.get(key)
+
+    def add(self, records: Mapping[str, Any]) -> None:
+        """Keep records, all or none, in the place of older ones of their keys."""
+        rows = [(key, json.dumps(record, allow_nan=False)) for key, record in records.items()]
+        try:
+            base = self._base or self._made()
+            with base:
+                base.executemany("insert or replace into records values (?, ?)", rows)
+        except (sqlite3.Error, OSError) as error:
+            raise JournalError(f"{self.path} cannot be written: {error}") from error
+        self._found |= records
+
+    def close(self) -> None:
+        """Let go of the file."""
+        if self._base is not None:
+            self._base.close()
+            self._base = None
+
+    def discard(self) -> None:
+        """Remove the file: what it holds stands elsewhere."""
+        self.close()
+        for path in (self.path, self.path.with_name(f"{self.path.name}-journal")):
+            path.unlink(missing_ok=True)
+
+    def _made(self) -> sqlite3.Connection:
+        """The file, made where it is not there."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        base = sqlite3.connect(self.path, timeout=_WAIT_S, check_same_thread=False)
+        try:
+            with base:
+                base.execute("create table if not exists about (key text primary key, value text)")
+                base.execute(
+                    "create table if not exists records (key text primary key, record text)"
+                )
+                base.executemany("insert or ignore into about values (?, ?)", self._about.items())
+        except BaseException:
+            base.close()
+            raise
+        self._base = base
+        return base
+
+    def _read(self) -> None:
+        remedy = "move it away, or choose another --out"
+        what = f"{self.path} is no journal of {self._about['kind']}; {remedy}"
+        try:
+            with self.path.open("rb") as stream:
+                begun = stream.read(len(_HEADER))
+            if not _HEADER.startswith(begun):
+                raise JournalError(what)
+            base = self._made()
+            about = dict(base.execute("select key, value from about"))
+            if any(about.get(key) != self._about[key] for key in ("format", "kind")):
+                raise JournalError(what)
+            if about["identity"] != self._about["identity"]:
+                other = f"{self.path} is of another design, setting or version; {remedy}"
+                raise JournalError(other)
+            rows = base.execute("select key, record from records order by rowid")
+            self._found = {key: json.loads(record) for key, record in rows}
+        except OSError as error:
+            raise JournalError(f"{self.path} cannot be read: {error}") from error
+        except (sqlite3.Error, ValueError, TypeError) as error:
+            self.close()
+            raise JournalError(what) from error
+        except BaseException:
+            self.close()
+            raise

@@ -1,0 +1,110 @@
+"""Many calls over a few processes.
+
+    with Pool(workers, shared=(bench,)) as pool:
+        for outcomes in pool.as_done(run_batch, batches): ...
+
+Each thread of the pool has a process of its own (:class:`isolate.Worker`), kept from one call to
+the next, with one thread of BLAS. With one worker the calls may be made in this process instead.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+from fingerdesign.runtime.isolate import Function, Worker
+
+Item = TypeVar("Item")
+Found = TypeVar("Found")
+AHEAD = 2  # items a worker handed over before they are needed: none is idle meanwhile
+
+
+class Pool:
+    """So many processes. A context manager: leaving it waits for the calls that are running, a
+    second or two where they are short, and ends the processes; ``kill`` does not wait.
+
+    shared: given to every function before its own arguments; sent once a process. time_s and
+    memory_MB: limits of one call. recycled_after and ready_s as of :class:`isolate.Worker`.
+    """
+
+    def __init__(
+        self,
+        workers: int,
+        *,
+        shared: tuple[Any, ...] = (),
+        time_s: float | None = None,
+        memory_MB: float | None = None,
+        recycled_after: int | None = None,
+        ready_s: float | None = None,
+    ) -> None:
+        self.workers, self._time_s, self._memory_MB = workers, time_s, memory_MB
+        self._make: Callable[[], Worker] = lambda: Worker(
+            shared=shared, threads=1, recycled_after=recycled_after, ready_s=ready_s
+        )
+        self._own, self._lock = threading.local(), threading.Lock()
+        self._all: list[Worker] = []
+        self._ended = False
+        self._threads = ThreadPoolExecutor(workers)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._threads.shutdown(wait=True, cancel_futures=True)
+        for worker in self._all:
+            worker.end()
+
+    def call(self, function: Function, *given: Any) -> Any:
+        """``function(*shared, *given)`` in the calling thread's process; waits for the answer."""
+        return self._worker().call(function, *given, time_s=self._time_s, memory_MB=self._memory_MB)
+
+    def as_done(self, function: Callable[[Item], Found], items: Iterable[Item]) -> Iterator[Found]:
+        """What ``function``, a thread's, returns of each item, in the order in which it comes.
+
+        It runs in a thread of this process, and has its work done by :meth:`call`.
+        """
+        source, running = iter(items), set[Future[Found]]()
+        while True:
+            for item in source:
+                running.add(self._threads.submit(function, item))
+                if len(running) >= AHEAD * self.workers:
+                    break
+            if not running:
+                return
+            done, running = wait(running, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield future.result()
+
+    def in_order(self, function: Function, items: Iterable[tuple[Any, ...]]) -> Iterator[Any]:
+        """``function(*shared, *item)`` of each item, in their order."""
+        waiting = [self._threads.submit(self.call, function, *item) for item in items]
+        for future in waiting:
+            yield future.result()
+
+    def kill(self) -> None:
+        """End all processes, whatever they are doing; calls that are running fail."""
+        with self._lock:
+            self._ended = True
+            found = list(self._all)
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        for worker in found:
+            worker.kill()
+
+    def _worker(self) -> Worker:
+        """This thread's."""
+        worker: Worker | None = getattr(self._own, "worker", None)
+        if worker is None:
+            worker = self._own.worker = self._make()
+            with self._lock:
+                self._all.append(worker)
+                if self._ended:
+                    worker.kill()
+        return worker

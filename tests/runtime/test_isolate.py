@@ -1,0 +1,272 @@
+"""Calls in other processes: their answers, their limits, their ends, and of all they started."""
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+
+from fingerdesign.errors import DesignError, GeometryError
+from fingerdesign.runtime.child import PARENT
+from fingerdesign.runtime.isolate import ProcessError, Worker, beside, call
+from tests.support import calls
+
+ROOM_MB = 1000.0
+
+
+def runs(number):
+    try:
+        return psutil.Process(number).status() != psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return False
+
+
+def gone(numbers, patience_s=10.0):
+    end = time.monotonic() + patience_s
+    while time.monotonic() < end:
+        if not any(runs(each) for each in numbers):
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def pid_of(worker):
+    return worker.call(calls.who, time_s=20.0)[0]
+
+
+def numbers(path):
+    return [int(each) for each in path.read_text().split()]
+
+
+def written(path):
+    end = time.monotonic() + 20.0
+    while not (path.exists() and path.read_text()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return path
+
+
+# A fresh process.
+
+
+def test_arrays_go_in_and_out_whatever_their_size():
+    for size in (3, 200_000):
+        found = call(calls.double, np.arange(size), time_s=20.0)
+        np.testing.assert_array_equal(found, 2 * np.arange(size))
+    assert call("tests.support.calls:added", 1, 2, time_s=20.0) == 3
+    assert call(calls.who, time_s=20.0)[0] != os.getpid()
+
+
+def test_errors_of_this_package_come_back_as_they_are():
+    with pytest.raises(DesignError) as caught:
+        call(calls.refuse, "design", time_s=20.0)
+    assert [fault.key for fault in caught.value.faults] == ["a.key"]
+    assert str(caught.value) == "x.toml: a.key = 1.0: must be at most 0.5; lower it"
+    with pytest.raises(GeometryError, match="face 7 is an undercut"):
+        call(calls.refuse, "geometry", time_s=20.0)
+
+
+def test_other_errors_are_sentences():
+    with pytest.raises(ProcessError, match="^it failed: ValueError: a reason$") as caught:
+        call(calls.refuse, "value", time_s=20.0)
+    assert (caught.value.kind, caught.value.machine) == ("crashed", False)
+    for kind in ("disk", "memory"):
+        with pytest.raises(ProcessError, match="Error: a reason") as caught:
+            call(calls.refuse, kind, time_s=20.0)
+        assert caught.value.machine
+        assert not caught.value.ended_by_others
+    with pytest.raises(ProcessError, match="its answer cannot be sent"):
+        call(calls.unsent, time_s=20.0)
+    with pytest.raises(ProcessError, match="it failed: ModuleNotFoundError.*no_such"):
+        call("fingerdesign.no_such:thing", time_s=20.0)
+    with pytest.raises(ProcessError, match="no attribute 'nothing'"):
+        call("tests.support.calls:nothing", time_s=20.0)
+
+
+def test_how_a_process_ends_is_said():
+    with pytest.raises(ProcessError, match="ended by SIGSEGV: on the way") as caught:
+        call(calls.end, 11, time_s=20.0)
+    assert (caught.value.kind, caught.value.machine) == ("crashed", False)
+    with pytest.raises(ProcessError, match="ended by SIGKILL") as caught:
+        call(calls.end, 9, time_s=20.0)
+    assert caught.value.ended_by_others
+    assert caught.value.machine
+    with pytest.raises(ProcessError, match="ended with code 3: on the way"):
+        call(calls.end, -3, time_s=20.0)
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert (str(again), again.kind, again.machine) == (str(caught.value), "crashed", True)
+
+
+def test_what_no_other_process_can_import_is_no_function():
+    with pytest.raises(ValueError, match="cannot be imported"):
+        call(lambda: None, time_s=20.0)
+
+
+def test_its_time_and_its_family(tmp_path):
+    with pytest.raises(ProcessError, match=r"did not finish in 2 s") as caught:
+        call(calls.hang, str(tmp_path / "pids"), time_s=2.0)
+    assert caught.value.kind == "timeout"
+    assert gone(numbers(tmp_path / "pids"))
+
+
+def test_its_memory():
+    with pytest.raises(ProcessError, match="more than 200 MB") as caught:
+        call(calls.eat, time_s=60.0, memory_MB=200.0)
+    assert caught.value.kind == "memory"
+
+
+def test_one_that_writes_without_end_is_held_to_its_time_and_memory():
+    for limits, kind in (((1.0, 100_000.0), "timeout"), ((30.0, 150.0), "memory")):
+        with pytest.raises(ProcessError) as caught:
+            call(calls.endless, time_s=limits[0], memory_MB=limits[1])
+        assert caught.value.kind == kind
+
+
+def test_it_runs_where_it_is_told(tmp_path):
+    assert call("os:getcwd", time_s=20.0, folder=tmp_path) == str(tmp_path)
+
+
+# Beside other work.
+
+
+def test_a_job_answers_beside_the_callers_work():
+    with beside(calls.double, np.ones(300_000), time_s=20.0) as job:
+        assert job.result().sum() == 600_000.0
+
+
+def test_a_job_that_is_left_ends_with_all_it_started(tmp_path):
+    with beside(calls.hang, str(tmp_path / "pids"), time_s=60.0):
+        found = numbers(written(tmp_path / "pids"))
+    assert gone(found)
+    with (
+        beside(calls.sleep, 60.0, time_s=0.2) as job,
+        pytest.raises(ProcessError, match=r"did not finish in 0\.2 s"),
+    ):
+        job.result()
+
+
+# A warm one.
+
+
+def test_a_process_is_kept_recycled_and_replaced():
+    with Worker(recycled_after=2) as worker:
+        first, second, third = (pid_of(worker) for _ in range(3))
+        assert first == second != third
+        assert gone([first])
+        os.kill(third, 9)  # while it has nothing to do
+        assert gone([third])
+        fourth = pid_of(worker)
+        assert fourth != third
+    assert gone([fourth])
+
+
+def test_it_is_kept_over_refusals_and_replaced_after_failures():
+    with Worker() as worker:
+        first = pid_of(worker)
+        with pytest.raises(GeometryError):
+            worker.call(calls.refuse, "geometry", time_s=20.0)
+        assert pid_of(worker) == first
+        with pytest.raises(ProcessError):
+            worker.call(calls.refuse, "value", time_s=20.0)
+        assert not worker.alive
+        assert pid_of(worker) != first
+
+
+def test_it_loads_ahead_and_once():
+    with Worker(load=calls.load) as worker:
+        worker.start()
+        assert worker.alive
+        assert worker.call(calls.loaded_in, time_s=20.0) == worker.pid
+
+
+def test_loading_does_not_count_where_it_has_a_time_of_its_own(tmp_path):
+    with Worker(load="tests.support.slow_to_load:load", ready_s=20.0) as worker:
+        assert worker.call(calls.added, 1, time_s=0.9) == 1
+    with (
+        Worker(load="tests.support.slow_to_load:load") as worker,
+        pytest.raises(ProcessError, match="did not finish"),
+    ):
+        worker.call(calls.added, 1, time_s=0.9)
+
+
+def test_what_is_shared_is_given_to_every_process():
+    with Worker(shared=(1, 2), recycled_after=1) as worker:
+        assert [worker.call(calls.added, each, time_s=20.0) for each in (3, 4)] == [6, 7]
+
+
+def test_threads_of_blas_and_prints_are_no_answers():
+    with Worker(threads=1) as worker:
+        assert worker.call(calls.who, time_s=20.0)[1] == "1"
+
+
+def test_another_thread_ends_it(tmp_path):
+    worker, failures = Worker(), []
+
+    def run():
+        with pytest.raises(ProcessError) as caught:
+            worker.call(calls.hang, str(tmp_path / "pids"), time_s=60.0)
+        failures.append(caught.value)
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    found = numbers(written(tmp_path / "pids"))
+    worker.kill()
+    thread.join(10.0)
+    assert [each.kind for each in failures] == ["crashed"]
+    assert gone(found)
+    with pytest.raises(ProcessError, match="told to end"):
+        worker.call(calls.who, time_s=20.0)
+
+
+def test_an_idle_process_ends():
+    with Worker(idle_s=0.2) as worker:
+        number = pid_of(worker)
+        assert gone([number])
+        assert pid_of(worker) != number
+
+
+def test_one_that_nobody_holds_ends():
+    worker = Worker()
+    number = pid_of(worker)
+    del worker
+    assert gone([number])
+
+
+def test_a_killed_parent_leaves_nobody(tmp_path):
+    code = (
+        "import os, signal, sys\n"
+        "from fingerdesign.runtime.isolate import Worker\n"
+        "from tests.support import calls\n"
+        "worker = Worker()\n"
+        "worker.call(calls.who, time_s=20.0)\n"
+        "print(worker.pid, flush=True)\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        check=False,
+    )
+    assert gone([int(done.stdout)])
+
+
+def test_one_whose_parent_has_gone_ends_at_once():
+    code = "from fingerdesign.runtime.child import die_with_parent; die_with_parent()"
+    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    for parent, expected in ((str(os.getpid()), 0), ("1", 1)):
+        environment = os.environ | {PARENT: parent, "PYTHONPATH": path}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, check=False)
+        assert done.returncode == expected
+
+
+def test_importing_it_is_light():
+    code = "import sys, fingerdesign.runtime.isolate; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

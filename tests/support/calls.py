@@ -1,0 +1,100 @@
+"""Functions that tests have called in other processes: quick, and bad in every way."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from fingerdesign.errors import DesignError, Fault, GeometryError
+
+
+def who(*given):
+    """The number of the process, and its threads' setting; it prints, too."""
+    print("this is no answer", flush=True)
+    os.write(1, b"nor this\n")
+    return os.getpid(), os.environ.get("MKL_NUM_THREADS")
+
+
+def double(array):
+    """Twice an array."""
+    return 2 * array
+
+
+def load():
+    """What is loaded once a process."""
+    globals()["loaded"] = os.getpid()
+
+
+def loaded_in():
+    """The process in which :func:`load` ran."""
+    return globals().get("loaded")
+
+
+def added(*numbers):
+    """Their sum."""
+    return sum(numbers)
+
+
+def hang(path):
+    """Starts a process, leaves both numbers in a file, and hangs."""
+    started = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1e6)"])
+    Path(path).write_text(f"{os.getpid()} {started.pid}", encoding="utf-8")
+    time.sleep(1e6)
+
+
+def sleep(seconds):
+    """Slowly."""
+    time.sleep(seconds)
+    return seconds
+
+
+def refuse(kind):
+    """An error of this package, or another."""
+    if kind == "design":
+        raise DesignError([Fault("a.key", 1.0, "at most 0.5", "lower it")], "x.toml")
+    if kind == "geometry":
+        raise GeometryError("face 7 is an undercut")
+    raise {"value": ValueError, "disk": OSError, "memory": MemoryError}[kind]("a reason")
+
+
+def end(how):
+    """A signal's number, or an exit code below zero."""
+    print("on the way", file=sys.stderr, flush=True)
+    if how > 0:
+        os.kill(os.getpid(), how)
+    os._exit(-how)
+
+
+def unsent():
+    """What no pickle holds."""
+    return lambda: None
+
+
+def eat():
+    """Ever more memory."""
+    kept = []
+    while True:
+        kept.append(np.ones(2_000_000))
+        time.sleep(0.02)
+
+
+def endless():
+    """Writes on the answers' pipe, without an end."""
+    pipes = [n for n in map(int, os.listdir("/proc/self/fd")) if n > 2 and "pipe:" in _target(n)]
+    while True:
+        for each in pipes:
+            try:
+                os.write(each, b"x" * 10_000)
+            except OSError:  # the one that calls come on
+                continue
+        time.sleep(0.0002)
+
+
+def _target(number):
+    try:
+        return os.readlink(f"/proc/self/fd/{number}")
+    except OSError:
+        return ""
