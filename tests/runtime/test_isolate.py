@@ -73,7 +73,7 @@ def test_errors_of_this_package_come_back_as_they_are():
 
 
 def test_other_errors_are_sentences():
-    with pytest.raises(ProcessError, match="^it failed: ValueError: a reason$") as caught:
+    with pytest.raises(ProcessError, match=r"^it failed: ValueError: a reason$") as caught:
         call(calls.refuse, "value", time_s=20.0)
     assert (caught.value.kind, caught.value.machine) == ("crashed", False)
     for kind in ("disk", "memory"):
@@ -83,7 +83,7 @@ def test_other_errors_are_sentences():
         assert not caught.value.ended_by_others
     with pytest.raises(ProcessError, match="its answer cannot be sent"):
         call(calls.unsent, time_s=20.0)
-    with pytest.raises(ProcessError, match="it failed: ModuleNotFoundError.*no_such"):
+    with pytest.raises(ProcessError, match=r"it failed: ModuleNotFoundError.*no_such"):
         call("fingerdesign.no_such:thing", time_s=20.0)
     with pytest.raises(ProcessError, match="no attribute 'nothing'"):
         call("tests.support.calls:nothing", time_s=20.0)
