@@ -119,7 +119,7 @@ def exits_of(
     if not bars:
         nothing = np.zeros(0)
         return Exits(*[nothing] * 7)
-    rays = np.stack([_section(bar) for bar in bars]) / scale  # (n, points, 2)
+    rays = _sections(bars) / scale
     signs = np.array([1.0 if side[0] == "+" else -1.0 for side in sides])
     half = np.array([half_extent(body, side) for side in sides])
     along_x = np.array([side.endswith("z") for side in sides])
@@ -150,9 +150,16 @@ def exits_of(
     )
 
 
-def _section(bar: PlateFrame) -> Array:
+def _sections(bars: Sequence[PlateFrame]) -> Array:
+    """Points (n, points, 2) all over the sections of straight bars; searched over by the thousand."""
     s, v = np.meshgrid(np.linspace(-0.5, 0.5, _ALONG), np.linspace(-0.5, 0.5, _ACROSS))
-    return bar.from_local(bar.length * s.ravel(), bar.thickness * v.ravel())
+    along = np.array([bar.length for bar in bars])[:, None] * s.ravel()
+    across = np.array([bar.thickness for bar in bars])[:, None] * v.ravel()
+    centre, axis, normal = (
+        np.array([getattr(bar, name) for bar in bars])[:, None]
+        for name in ("centre", "axis", "normal")
+    )
+    return np.asarray(centre + along[..., None] * axis + across[..., None] * normal)
 
 
 def _margins(

@@ -80,7 +80,7 @@ def turned_bar(frame: PlateFrame, width: float, offset: float) -> PlateFrame:
     """
     radius = frame.bend_radius
     if radius is None:
-        place, y = frame.from_local(offset, 0.0)[0]
+        place, y = frame.centre + offset * frame.axis
         angle, length, thickness = frame.angle_deg, width, frame.thickness
     else:
         half = 0.5 * width / radius
