@@ -87,8 +87,7 @@ def judged_design(
     own = DesignError(found.faults, str(name))
     beside = DesignError([])
     if scene is not None and scene.value is not None and found.value is not None:
-        doubtful = scene.doubtful | found.doubtful
-        beside = DesignError(scene_faults(scene.value, found.value, doubtful), f"{name} (scene)")
+        beside = DesignError(scene_faults(scene.value, found.value), f"{name} (scene)")
     both = DesignError([*own.faults, *beside.faults])
     both.args = ("\n".join(str(error) for error in (own, beside) if error.faults),)
     return found, both if both.faults else None

@@ -2,34 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
-
 import numpy as np
 
 from fingerdesign.checks.remedies import greatest
-from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import Fault
 from fingerdesign.layout import clearance
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.layout.rows import surface_keys
 
 LEAST_EDGE_HEIGHT_MM = 0.1  # of the contact surface's border above the base
 LEAST_EDGE_MM = 0.05  # of what an edge leaves of the top, and of the rounding itself
 
 
-def body_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+def body_faults(body: Body) -> list[Fault]:
     """Every fault of a body whose keys are sound; the first of arc, edge and dome only."""
-    first = _arc_faults(body, doubtful) or _edge_faults(body, doubtful)
-    first = first or _dome_faults(body, doubtful)
-    return first or _core_faults(body, doubtful)
+    first = _arc_faults(body) or _edge_faults(body) or _dome_faults(body)
+    return first or _core_faults(body)
 
 
-def _arc_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+def _arc_faults(body: Body) -> list[Fault]:
     if body.shape in ("block", "step"):
-        return []
-    if involves(doubtful, "body.arc_radius_mm", "body.width_mm", "body.shape"):
         return []
     if body.arc_radius_mm >= 0.5 * body.width_mm - 1e-9:
         return []
@@ -41,16 +35,14 @@ def _arc_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
 def sound_outline(body: Body) -> bool:
     """Whether a parametric body's section has an outline at all."""
     return body.shape == "step" or not (
-        (body.shape != "block" and body.arc_radius_mm < 0.5 * body.width_mm)
-        or _edge_faults(body, frozenset())
+        (body.shape != "block" and body.arc_radius_mm < 0.5 * body.width_mm) or _edge_faults(body)
     )
 
 
-def _edge_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+def _edge_faults(body: Body) -> list[Fault]:
     """A rounding or chamfer that leaves nothing of the top or of the side, or rounds no corner."""
     edge, half = body.edge_radius_mm, 0.5 * body.width_mm
-    names = ("edge_radius_mm", "edge", "width_mm", "base_height_mm", "arc_radius_mm", "shape")
-    if edge is None or involves(doubtful, *(f"body.{name}" for name in names)):
+    if edge is None:
         return []
     key, flat = "body.edge_radius_mm", body.shape == "block"
     if edge > half - LEAST_EDGE_MM + 1e-9:
@@ -73,13 +65,8 @@ def _edge_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
     return []
 
 
-def _dome_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
-    names = ("body.base_height_mm", "body.depth_mm", "body.edge_radius_mm", "body.edge")
-    if (
-        body.dome_radius_mm is None
-        or involves(doubtful, *surface_keys(body), *names)
-        or not sound_outline(body)
-    ):
+def _dome_faults(body: Body) -> list[Fault]:
+    if body.dome_radius_mm is None or not sound_outline(body):
         return []
     least = clearance.least_dome_radius(body, LEAST_EDGE_HEIGHT_MM)
     if body.dome_radius_mm >= least - 1e-9:
@@ -89,7 +76,7 @@ def _dome_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
     return [Fault("body.dome_radius_mm", body.dome_radius_mm, bound, remedy)]
 
 
-def _core_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
+def _core_faults(body: Body) -> list[Fault]:
     """A core that leaves the body, or leaves a skin of rubber too thin to cast."""
     core = body.core
     if core is None or not sound_outline(body):
@@ -100,7 +87,7 @@ def _core_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
         ("depth_mm", core.depth_mm, body.depth_mm),
     ):
         key = f"body.core.{name}"
-        if extent is None or involves(doubtful, key, f"body.{name}", "body.shape", "body.step"):
+        if extent is None:
             continue
         inner = outer - 2.0 * LEAST_CLEARANCE_MM
         if extent > inner + 1e-9 and extent != outer:
@@ -109,16 +96,17 @@ def _core_faults(body: Body, doubtful: Set[str]) -> list[Fault]:
                 f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast; lower it to {at_most(inner)}"
             )
             faults.append(Fault(key, extent, bound, why))
-    if not involves(doubtful, "body.core.bottom_mm") and (
-        0.0 < core.bottom_mm < LEAST_CLEARANCE_MM - 1e-9
-    ):
+    if 0.0 < core.bottom_mm < LEAST_CLEARANCE_MM - 1e-9:
         bound = f"0 (it stands on the base) or at least {LEAST_CLEARANCE_MM}"
         remedy = f"a skin below {LEAST_CLEARANCE_MM} mm cannot be cast"
         faults.append(Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy))
-    rests = {"body.core", "body.base_height_mm", "body.depth_mm", *surface_keys(body)}
-    if faults or involves(doubtful, *rests):
-        return faults
-    return _whole_section(body) or _round_core(body) or _core_top(body) or _core_in_step(body)
+    return (
+        faults
+        or _whole_section(body)
+        or _round_core(body)
+        or _core_top(body)
+        or _core_in_step(body)
+    )
 
 
 def _whole_section(body: Body) -> list[Fault]:

@@ -6,22 +6,19 @@ computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
 
 from __future__ import annotations
 
-from collections.abc import Set
-
 import numpy as np
 
 from fingerdesign.checks.body import body_faults, sound_outline
 from fingerdesign.checks.grip import plant_faults
 from fingerdesign.checks.placing import placing_findings
-from fingerdesign.checks.remedies import Finding
 from fingerdesign.checks.spacing import spacing_findings
-from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.layers import lies_over, not_a_sheet, not_sweepable
-from fingerdesign.layout.rows import PlateRow, plate_rows, surface_keys
+from fingerdesign.layout.rows import PlateRow, plate_rows
 
 # Whether plates can exist by themselves: slender, bent gently, perforated clear of their gage.
 
@@ -31,24 +28,19 @@ MOST_BEND_DEG = 90.0  # from end to end of a bent plate
 LEAST_METAL_MM = 0.1  # beside a hole
 
 
-def plate_faults(design: Design, doubtful: Set[str]) -> list[Fault]:
+def plate_faults(design: Design) -> list[Fault]:
     """Every fault of the plates' own shape, one a key."""
     faults: dict[str, Fault] = {}
     for row in plate_rows(design):
-        for fault in (
-            *_slender(row, doubtful),
-            *_bent(design, row, doubtful),
-            *_holes(design, row, doubtful),
-        ):
+        for fault in (*_slender(row), *_bent(row), *_holes(design, row)):
             faults.setdefault(fault.key, fault)
     return list(faults.values())
 
 
-def _slender(row: PlateRow, doubtful: Set[str]) -> list[Fault]:
+def _slender(row: PlateRow) -> list[Fault]:
     length, thickness = row.table.length_mm, row.table.thickness_mm
-    keys = (*row.keys("length_mm"), "plates.thickness_mm")
     least = LEAST_SLENDERNESS * thickness
-    if length >= least or involves(doubtful, *keys):
+    if length >= least:
         return []
     bound = f"at least {LEAST_SLENDERNESS:g} x plates.thickness_mm = {least:g}"
     thinner = at_most(length / LEAST_SLENDERNESS)
@@ -56,17 +48,17 @@ def _slender(row: PlateRow, doubtful: Set[str]) -> list[Fault]:
     return [Fault(row.key("length_mm"), length, bound, remedy)]
 
 
-def _bent(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
+def _bent(row: PlateRow) -> list[Fault]:
     """A bent plate lies along the surface, and is bent to a radius that a plate can take."""
-    table, rests = row.table, row.where | surface_keys(design.body)
-    if table.follow != "bent" or involves(doubtful, *row.keys("follow", "angle_deg")):
+    table = row.table
+    if table.follow != "bent":
         return []
     if table.angle_deg != 0.0:
         bound = "0 where plates.follow = 'bent': a bent plate lies along the surface"
         remedy = "set it to 0, or plates.follow = 'turned'"
         return [Fault(row.key("angle_deg"), table.angle_deg, bound, remedy)]
     radii = [frame.bend_radius for frame in row.frames if frame.bend_radius is not None]
-    if not radii or involves(doubtful, *rests):
+    if not radii:
         return []
     least = max(LEAST_BEND * table.thickness_mm, table.length_mm / np.radians(MOST_BEND_DEG))
     sharpest = min(radii)
@@ -82,12 +74,11 @@ def _bent(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
     return [Fault(key, cover, bound, remedy)]
 
 
-def _holes(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
+def _holes(design: Design, row: PlateRow) -> list[Fault]:
     """Holes leave metal at the plate's long sides, between each other, and below the gage."""
     table, gages = row.table, design.gages
     diameter, pitch = table.hole_diameter_mm, table.hole_pitch_mm
-    keys = {"plates.hole_diameter_mm", "plates.hole_pitch_mm", *row.keys("length_mm", "span_mm")}
-    if diameter is None or involves(doubtful, *keys):
+    if diameter is None:
         return []
     if diameter > table.length_mm - 2.0 * LEAST_METAL_MM + 1e-9:
         most = table.length_mm - 2.0 * LEAST_METAL_MM
@@ -108,8 +99,6 @@ def _holes(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
         if widest >= diameter + LEAST_METAL_MM:
             remedy = f"lower it to at most {at_most(widest)}"
         return [Fault("plates.hole_pitch_mm", pitch, bound, remedy)]
-    if involves(doubtful, "gages.width_mm", "gages.z_mm", *row.spanned):
-        return []
     away = min(abs(hole.w - frame.middle - gages.z_mm) for hole in frame.holes)
     wanted = 0.5 * (diameter + gages.width_mm)
     if away >= wanted - 1e-9:
@@ -122,30 +111,24 @@ def _holes(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fault]:
     return [Fault("plates.hole_pitch_mm", pitch, bound, remedy)]
 
 
-def gage_faults(design: Design, doubtful: Set[str]) -> list[Fault]:
+def gage_faults(design: Design) -> list[Fault]:
     """Gages longer or wider than the plates that carry them."""
     gages, rows = design.gages, plate_rows(design)
     faults = []
     row = min(rows, key=lambda each: each.table.length_mm)
     key, length = row.key("length_mm"), row.table.length_mm
-    rests = {name for each in rows for name in each.keys("length_mm")}
-    if gages.length_mm > length and not involves(doubtful, "gages.length_mm", *rests):
+    if gages.length_mm > length:
         remedy = f"shorten the gage or raise {key} to at least {gages.length_mm:g}"
         bound = f"at most {key} = {length:g}"
         faults.append(Fault("gages.length_mm", gages.length_mm, bound, remedy))
     row = min(rows, key=lambda each: each.frames[0].span)
     span, key = row.frames[0].span, row.key("span_mm")
-    rests = {name for each in rows for name in each.spanned}
-    if involves(doubtful, "gages.width_mm", *rests):
-        return faults
     across = "z" if row.table.along == "x" else "x"
     if gages.width_mm > span:
         bound = f"at most the plate's span along {across}, {span:g}"
         remedy = f"narrow the gage or raise {key} to at least {gages.width_mm:g}"
         faults.append(Fault("gages.width_mm", gages.width_mm, bound, remedy))
-    elif abs(gages.z_mm) + 0.5 * gages.width_mm > 0.5 * span + 1e-9 and not involves(
-        doubtful, "gages.z_mm"
-    ):
+    elif abs(gages.z_mm) + 0.5 * gages.width_mm > 0.5 * span + 1e-9:
         reach = 0.5 * (span - gages.width_mm)
         bound = f"within -{reach:g} ... {reach:g}, so that the gage lies on the plate"
         remedy = f"move it toward 0, narrow the gage or raise {key}"
@@ -153,103 +136,63 @@ def gage_faults(design: Design, doubtful: Set[str]) -> list[Fault]:
     return faults
 
 
-Doubt = Set[str]  # dotted keys whose values are not the user's
-
 MOST_MOVES = 5000  # a grip takes about 50
-FLATTEST_MM = 1e4  # the largest body.arc_radius_mm
 
 
-def design_faults(design: Design, doubtful: Doubt = frozenset()) -> list[Fault]:
+def design_faults(design: Design) -> list[Fault]:
     """Every fault of the geometry of a design whose keys are sound; empty when it can be built.
 
-    ``doubtful``: keys that were faulty and have their default here; no fault that involves one of
-    them is told.
+    Where plates lie is judged in a body that can exist, beside a core that fits into it; of any
+    other, what plates and gages are by themselves.
     """
-    faults = body_faults(design.body, doubtful) + _mesh_faults(design, doubtful)
-    unsound = {fault.key for fault in faults if fault.key.startswith("body.")}
-    faults += _grip_faults(design, doubtful)
-    faults += [] if involves(doubtful, "mesh.file") else mesh_file_faults(design.mesh)
-    many = ("plates.count", "plates.placement", "plates.rows")
-    if not any(key in doubtful or "plates" in doubtful for key in many) and design.plates.number:
-        faults += _plates_faults(design, doubtful, frozenset(unsound))
-    return faults
+    body = body_faults(design.body)
+    faults = body + _mesh_faults(design) + _grip_faults(design) + mesh_file_faults(design.mesh)
+    if not design.plates.number:
+        return faults
+    shaped = all(fault.key.startswith("body.core.") for fault in body)
+    left_out: dict[str, object] = {"core": None} if body else {}
+    if not shaped:  # below a flat top
+        left_out |= {"shape": "block", "edge_radius_mm": None, "dome_radius_mm": None}
+    rest = design.model_copy(update={"body": design.body.model_copy(update=left_out)})
+    own = plate_faults(rest) + gage_faults(rest)
+    blamed = {fault.key for fault in own}
+    placed = placing_faults(rest) if shaped else []
+    return faults + own + [fault for fault in placed if fault.key not in blamed]
 
 
-def _plates_faults(design: Design, doubtful: Doubt, unsound: Doubt) -> list[Fault]:
-    """The faults of the plates, below a sound body or one that stands in for it."""
-    doubtful = doubtful | unsound
-    whole = not involves(doubtful, "body.arc_radius_mm")
-    if whole and sound_outline(design.body) and not involves(doubtful, "body.dome_radius_mm"):
-        own = plate_faults(design, doubtful) + gage_faults(design, doubtful)
-        told = {fault.key for fault in own}
-        return own + [f for f in placing_faults(design, doubtful) if f.key not in told]
-    # What is told must hold whatever the sound body: below the roundest arc and the flattest one.
-    body = design.body.model_copy(update={"edge_radius_mm": None})
-    if body.dome_radius_mm is not None:
-        # The middle section of every sound dome is the arc's.
-        body = body.model_copy(update={"shape": "arc", "dome_radius_mm": None})
-        doubtful = doubtful | {"body.shape"}
-    if body.shape not in ("arc", "revolved"):
-        return []
-    if involves(doubtful, "body.width_mm") and body.arc_radius_mm < 0.5 * body.width_mm:
-        body = body.model_copy(update={"width_mm": 2.0 * body.arc_radius_mm})
-    radii = (body.arc_radius_mm,) if whole else (0.5 * body.width_mm, FLATTEST_MM)
-    found = []
-    for radius in radii:
-        stand_in = body.model_copy(update={"arc_radius_mm": radius})
-        trial = design.model_copy(update={"body": stand_in})
-        judged = doubtful if whole else doubtful - {"body.arc_radius_mm", "body"}
-        own = plate_faults(trial, doubtful) + gage_faults(trial, doubtful)
-        found.append(own + placing_faults(trial, judged, whole))
-    both = {fault.key for fault in found[0]}
-    return [fault for fault in found[-1] if fault.key in both]
-
-
-def placing_faults(
-    design: Design, doubtful: Doubt = frozenset(), whole: bool = True
-) -> list[Fault]:
-    """Every fault of where the plates lie that involves no ``doubtful`` key; the body is sound.
-
-    Not ``whole``: those that are the same below any surface.
-    """
-
-    def findings(trial: Design) -> list[Finding]:
-        return placing_findings(trial, doubtful, whole) + spacing_findings(trial, doubtful)
+def placing_faults(design: Design) -> list[Fault]:
+    """Every fault of where the plates lie in a sound body, with remedies that have been tried."""
 
     def keys(trial: Design) -> set[str]:
-        wrong = body_faults(trial.body, doubtful)
+        wrong = body_faults(trial.body)
         if wrong or not sound_outline(trial.body):
             return {fault.key for fault in wrong} | {"body"}
-        own = plate_faults(trial, doubtful) + gage_faults(trial, doubtful)
-        return {found.key for found in findings(trial)} | {fault.key for fault in own}
+        own = plate_faults(trial) + gage_faults(trial)
+        found = placing_findings(trial) + spacing_findings(trial)
+        return {each.key for each in found} | {fault.key for fault in own}
 
-    every = findings(design)
+    every = placing_findings(design) + spacing_findings(design)
     before = {found.key for found in every}
     return [found.fault(design, before, keys) for found in every]
 
 
 def is_sound(design: Design) -> bool:
     """Whether :func:`design_faults` finds nothing; faster where it does, for it seeks no remedy."""
-    if body_faults(design.body, frozenset()) or _mesh_faults(design, frozenset()):
-        return False
-    if _grip_faults(design, frozenset()):
+    if body_faults(design.body) or _mesh_faults(design) or _grip_faults(design):
         return False
     if not design.plates.number:
         return True
-    if plate_faults(design, frozenset()) or gage_faults(design, frozenset()):
+    if plate_faults(design) or gage_faults(design):
         return False
-    return not (placing_findings(design, frozenset()) or spacing_findings(design, frozenset()))
+    return not (placing_findings(design) or spacing_findings(design))
 
 
-def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+def _grip_faults(design: Design) -> list[Fault]:
     """Faults of the stage's motions against each other and against the body."""
     grip = design.grip
-    unsure = involves(doubtful, "grip", "plates.count", "plates.placement", "plates.rows")
-    faults = [] if unsure else plant_faults(design)
-    if involves(doubtful, "grip.max_approach_mm", "grip.preload_mm", "grip.approach_step_mm"):
-        return faults
+    faults = plant_faults(design)
     most = design.body.base_height_mm
-    if grip.max_approach_mm > most and not involves(doubtful, "body.base_height_mm"):
+    if grip.max_approach_mm > most:
         bound = f"at most body.base_height_mm = {most:g}"
         remedy = "shorten the stage's travel: the model is of small strains"
         faults.append(Fault("grip.max_approach_mm", grip.max_approach_mm, bound, remedy))
@@ -269,58 +212,39 @@ def _grip_faults(design: Design, doubtful: Doubt) -> list[Fault]:
     return faults
 
 
-_SWEEP_KEYS = (
-    "body.shape",
-    "plates.along",
-    "plates.hole_diameter_mm",
-    "plates.count",
-    "plates.placement",
-    "plates.rows",
-)
-_PLACE_KEYS = (
-    "body.depth_mm",
-    "body.base_height_mm",
-    "body.core",
-    *(f"plates.{name}_mm" for name in ("span", "span_offset", "stagger", "length", "thickness")),
-    *(f"plates.{name}" for name in ("pitch_mm", "cover_mm", "offset_mm", "angle_deg", "follow")),
-)
-
-
-def _mesh_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+def _mesh_faults(design: Design) -> list[Fault]:
     faults = []
     mesh = design.mesh
     why = None
-    if mesh.mesher == "extrude" and not involves(doubtful, "mesh.mesher", *_SWEEP_KEYS):
+    if mesh.mesher == "extrude":
         why = not_sweepable(design)
-        placed = not involves(doubtful, *_PLACE_KEYS, *surface_keys(design.body))
-        if why is None and placed and sound_outline(design.body):
+        if why is None and sound_outline(design.body):
             why = lies_over(design)
     if why is not None:
         bound = f"'tetwild' for a finger that cannot be swept through layers ({why})"
         remedy = "set mesh.mesher = 'tetwild'"
         faults.append(Fault("mesh.mesher", mesh.mesher, bound, remedy))
-    faults += _sheet_faults(design, doubtful)
+    faults += _sheet_faults(design)
     for prefix, sizes in (("mesh", mesh), ("mesh.section", mesh.section)):
-        keys = (f"{prefix}.contact_size_mm", f"{prefix}.far_size_mm")
-        if sizes.contact_size_mm > sizes.far_size_mm and not involves(doubtful, *keys):
+        if sizes.contact_size_mm > sizes.far_size_mm:
             bound = f"at most {prefix}.far_size_mm = {sizes.far_size_mm:g}"
             remedy = "lower it: far_size_mm is the largest size anywhere"
-            faults.append(Fault(keys[0], sizes.contact_size_mm, bound, remedy))
+            key = f"{prefix}.contact_size_mm"
+            faults.append(Fault(key, sizes.contact_size_mm, bound, remedy))
     return faults
 
 
-def _sheet_faults(design: Design, doubtful: Doubt) -> list[Fault]:
+def _sheet_faults(design: Design) -> list[Fault]:
     """Plates as sheets: flat, whole, of elements that bend."""
     plates = design.plates
-    if plates.model != "sheet" or not plates.number or involves(doubtful, "plates.model"):
+    if plates.model != "sheet" or not plates.number:
         return []
     faults = []
-    if design.mesh.element == "P1" and not involves(doubtful, "mesh.element"):
+    if design.mesh.element == "P1":
         bound = "'auto', 'P2' or 'mixed' for plates as sheets"
         remedy = "linear elements do not bend; leave mesh.element out"
         faults.append(Fault("mesh.element", "P1", bound, remedy))
-    shape = ("plates.follow", "plates.hole_diameter_mm", "plates.rows", *surface_keys(design.body))
-    if involves(doubtful, *shape) or not sound_outline(design.body):
+    if not sound_outline(design.body):
         return faults
     for frame in plate_frames(design):
         why = not_a_sheet(frame)

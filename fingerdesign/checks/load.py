@@ -1,30 +1,28 @@
-"""Design and scene files: TOML in, with every fault at once; TOML out."""
+"""Design and scene files: TOML in, with every fault of a stage at once; TOML out.
+
+Stages: the keys, each by itself and, where those of its table are sound, with each other; then, of
+a design whose keys are sound, the geometry.
+"""
 
 from __future__ import annotations
 
-import copy
-import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from fingerdesign.checks.design import design_faults
-from fingerdesign.design.faults import fault_of, involves, shown, undexed
-from fingerdesign.design.keys import parts_of, set_value
+from fingerdesign.design.faults import fault_of, shown
+from fingerdesign.design.keys import set_value
 from fingerdesign.design.mesh import resolved_file
 from fingerdesign.design.scene import Scene
-from fingerdesign.design.schema import Design
+from fingerdesign.design.schema import Design, unknown_materials
 from fingerdesign.design.step_file import resolved, without_sizes
 from fingerdesign.errors import DesignError, Fault
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 # A finger without its plates: the other side of a rig that reads one finger alone.
 
@@ -37,21 +35,18 @@ def without_plates(design: Design) -> Design:
 
 _Model = TypeVar("_Model", bound=BaseModel)
 _Found = TypeVar("_Found", bound=BaseModel, covariant=True)
-MAX_ROUNDS = 12  # of taking faulty keys out; three are the most that any known file needs
 MAX_BYTES = 4_000_000  # a design of a few kilobytes; a scene of 10,000 rows stays below 1 MB
 
 
 @dataclass(frozen=True)
 class Judged(Generic[_Found]):
-    """A file's content with faulty keys replaced by defaults, and every fault found in it.
+    """What a file says, and every fault of the first stage that found any.
 
-    ``value`` is None where nothing sound is left. ``doubtful`` names the keys whose values are not
-    the user's: a fault that involves one of them cannot be told.
+    ``value`` is None where keys are faulty.
     """
 
     value: _Found | None
     faults: list[Fault]
-    doubtful: frozenset[str]
 
 
 def load_design(path: str | Path) -> Design:
@@ -70,10 +65,8 @@ def parse_design(text: str, source: str = "", folder: Path | None = None) -> Des
     Files that it names lie in ``folder`` (None: the working directory) or are absolute. The sizes
     of a STEP body are read from its file.
 
-    Raises :class:`DesignError` with every fault of keys and values, and every one of the geometry
-    that involves no faulty key: the geometry is judged with faulty keys replaced by their defaults
-    (a misspelt key makes the one that was meant faulty), and what such a default may have caused
-    or hidden is told only once the key is mended.
+    Raises :class:`DesignError` with every fault of the keys; where they are sound, with every one
+    of the geometry.
     """
     return _design_of(_toml(text, source), source, folder)
 
@@ -151,16 +144,18 @@ def _toml(text: str, source: str) -> dict[str, Any]:
         raise DesignError([Fault("file", "(text)", "valid TOML", why)], source) from None
 
 
-def _validated(
-    model: type[_Model], data: dict[str, Any]
-) -> tuple[_Model | None, list[ErrorDetails]]:
+def _validated(model: type[_Model], data: dict[str, Any]) -> Judged[_Model]:
+    """The model that data says, or every fault of its keys."""
     try:
-        return model.model_validate(data), []
+        return Judged(model.model_validate(data), [])
     except ValidationError as error:
-        return None, [e for e in error.errors(include_url=False) if not _counts_only_sound(e)]
-
-
-_ROWS = "increments_mm|increments_N"
+        errors = [e for e in error.errors(include_url=False) if not _counts_only_sound(e)]
+    faults = [fault_of(each, model) for each in errors]
+    if issubclass(model, Design):  # a rule between tables, which pydantic asks of sound ones only
+        for refusal in unknown_materials(data):
+            own = ErrorDetails(type="fault", loc=(), msg="", input=None, ctx=refusal.context or {})
+            faults.append(fault_of(own, model))
+    return Judged(None, _distinct(faults))
 
 
 def _counts_only_sound(error: ErrorDetails) -> bool:
@@ -173,7 +168,7 @@ def _counts_only_sound(error: ErrorDetails) -> bool:
 
 
 def judge_design(text: str, source: str = "", folder: Path | None = None) -> Judged[Design]:
-    """Return what can be said of a design's TOML ``text``: the design as far as it is sound.
+    """Return what a design's TOML ``text`` says, and its faults.
 
     ``folder``: where files that it names lie. Raises :class:`DesignError` only where the text is no
     TOML.
@@ -182,8 +177,8 @@ def judge_design(text: str, source: str = "", folder: Path | None = None) -> Jud
 
 
 def judge_scene(text: str, source: str = "") -> Judged[Scene]:
-    """Return what can be said of a scene's TOML ``text``, as :func:`judge_design` does."""
-    return _judged(Scene, _toml(text, source), {"path": {_ROWS: [[1.0, 0.0]]}})
+    """Return what a scene's TOML ``text`` says, as :func:`judge_design` does."""
+    return _validated(Scene, _toml(text, source))
 
 
 def read_text(path: str | Path) -> str:
@@ -193,15 +188,11 @@ def read_text(path: str | Path) -> str:
 
 def _judged_design(data: dict[str, Any], folder: Path | None) -> Judged[Design]:
     known = resolved(resolved_file(data, folder or Path.cwd()), folder)
-    found = _judged(Design, known.data, {"design": {"name": "unnamed"}})
-    told = [*known.faults, *found.faults]
-    doubtful = found.doubtful | known.doubtful
-    if found.value is None:
-        return Judged(None, _distinct(told), doubtful)
-    geometry = design_faults(found.value, doubtful)
-    faults = told + geometry + _assumed_faults(found.value, doubtful)
-    doubtful |= {undexed(fault.key) for fault in geometry}
-    return Judged(found.value, _distinct(faults), doubtful)
+    found = _validated(Design, known.data)
+    keys = _distinct([*known.faults, *found.faults])
+    if keys or found.value is None:
+        return Judged(None, keys)
+    return Judged(found.value, _distinct(design_faults(found.value) + _assumed_faults(found.value)))
 
 
 def _design_of(data: dict[str, Any], source: str, folder: Path | None = None) -> Design:
@@ -211,97 +202,12 @@ def _design_of(data: dict[str, Any], source: str, folder: Path | None = None) ->
     return found.value
 
 
-def _judged(
-    model: type[_Model], data: dict[str, Any], required: Mapping[str, Mapping[str, Any]]
-) -> Judged[_Model]:
-    """Take faulty keys out until the rest validates; ``required`` stands in for what must be, a
-    key or one of several ("a|b").
-
-    Some rules are not asked while a key is faulty, so each round may find further faults; those
-    that a key taken out has caused are left out.
-    """
-    pruned, faults = copy.deepcopy(data), list[Fault]()
-    doubtful: frozenset[str] = frozenset()
-    for _ in range(MAX_ROUNDS):
-        value, errors = _validated(model, pruned)
-        if value is not None:
-            return Judged(value, _distinct(faults), doubtful)
-        found = [fault_of(error, model) for error in errors]
-        faults += [fault for fault in found if not _caused(fault, doubtful)]
-        before = (copy.deepcopy(pruned), doubtful)
-        for error, fault in zip(errors, found, strict=True):
-            if error["type"] == "extra_forbidden":
-                doubtful |= _meant(fault)
-            else:
-                doubtful |= {undexed(fault.key)}
-            _take_out(pruned, error)
-        for table, values in required.items():
-            inner = pruned.setdefault(table, {})
-            for names, stand_in in values.items() if isinstance(inner, dict) else ():
-                if not any(name in inner for name in names.split("|")):
-                    inner[names.split("|")[0]] = stand_in
-        if before == (pruned, doubtful):
-            break
-    return Judged(None, _distinct(faults), doubtful)
-
-
-def _meant(fault: Fault) -> frozenset[str]:
-    """The known key that an unknown one was meant to be, as far as its remedy can tell."""
-    found = re.fullmatch(r"did you mean (.+)\?", fault.remedy)
-    return frozenset(found.groups()) if found else frozenset()
-
-
-def _caused(fault: Fault, doubtful: frozenset[str]) -> bool:
-    """Whether a fault may be owed to a key that was taken out in an earlier round."""
-    key = undexed(fault.key)
-    beside = {
-        "body.dome_radius_mm": ("body.shape",),
-        "body.arc_radius_mm": ("body.shape",),
-        "body.depth_mm": ("body.shape", "body.width_mm"),
-        "body.step.file": ("body.shape", "body.step"),
-        "body.edge": ("body.edge_radius_mm",),
-        "plates.hole_pitch_mm": ("plates.hole_diameter_mm",),
-        "plates.rows": ("plates.placement",),
-        "body.material": ("materials",),
-        "body.core.material": ("materials",),
-        "plates.material": ("materials",),
-    }
-    return involves(doubtful, key, *beside.get(key, ()))
-
-
-def _take_out(data: dict[str, Any], error: ErrorDetails) -> None:
-    """Remove what an error is about: the key, or the table that lacks a key."""
-    location: list[str | int] = list(error["loc"])
-    named = error.get("ctx", {}).get("key") if error["type"] == "fault" else None
-    if named:
-        location = list(parts_of(undexed(named)))
-    if error["type"] == "missing":
-        location = location[:-1]
-    if location == ["body", "dome_radius_mm"] and "dome_radius_mm" not in data.get("body", {}):
-        location = ["body", "shape"]
-    table: Any = data
-    for index, name in enumerate(location):
-        if not isinstance(table, dict) or name not in table:
-            return
-        inner = table[name]
-        if name == "rows" and isinstance(inner, list) and index + 2 < len(location):
-            number = location[index + 1]
-            inner = inner[number] if isinstance(number, int) and number < len(inner) else None
-            if isinstance(inner, dict):  # a row stands for itself: the others keep their numbers
-                inner.pop(location[index + 2], None)
-                return
-        if index + 1 == len(location) or not isinstance(inner, dict):
-            del table[name]
-            return
-        table = inner
-
-
-def _assumed_faults(design: Design, doubtful: frozenset[str]) -> list[Fault]:
+def _assumed_faults(design: Design) -> list[Fault]:
     values = design.model_dump(mode="json")
     known = set(_leaves(values))
     faults = []
     for index, key in enumerate(design.assumed):
-        if key not in known and not involves(doubtful, key):
+        if key not in known:
             from difflib import get_close_matches
 
             near = get_close_matches(key, known, 1, 0.6)

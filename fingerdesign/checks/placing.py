@@ -5,20 +5,19 @@ Each fault names the worst plate (numbered from 0, row by row) and remedies that
 
 from __future__ import annotations
 
-from collections.abc import Set
 from dataclasses import replace
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.checks.remedies import Change, Finding, greatest, least, set_to, worst_by_key
-from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Body, Design, Plates
 from fingerdesign.layout import clearance
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.layout.frames import row_frames
 from fingerdesign.layout.gaps import flat_corners
-from fingerdesign.layout.rows import PlateRow, plate_rows, surface_keys
+from fingerdesign.layout.rows import PlateRow, plate_rows
 
 # Whether plates stay between the body's sides along their row.
 
@@ -51,11 +50,9 @@ def row_reach(body: Body, table: Plates) -> float:
     return float(abs(table.offset_mm) + row + 0.5 * own)
 
 
-def side_findings(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
+def side_findings(design: Design, row: PlateRow) -> list[Finding]:
     """A row whose plates come too near to the sides, or lie where the surface has ended."""
     axis, wide, half, *_ = limits(design.body, row)
-    if involves(doubtful, wide):
-        return []
     reach, allowed = side_reaches(row), half - LEAST_CLEARANCE_MM
     worst = int(np.argmax(reach))
     if reach[worst] <= allowed:  # a place under which the surface ends
@@ -111,13 +108,11 @@ def side_findings(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Fin
 # Whether plates end where they may: with the body, or clear of its end faces and walls.
 
 
-def end_findings(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
+def end_findings(design: Design, row: PlateRow) -> list[Finding]:
     """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
     *_, axis, deep, half = limits(design.body, row)
     if design.body.shape == "revolved":
-        return _round(design, row, doubtful)
-    if involves(doubtful, deep):
-        return []
+        return _round(design, row)
     over = np.array([_excess(frame.low, frame.high, half) for frame in row.frames])
     worst = int(np.argmax(over))
     if over[worst] <= 0.0:
@@ -181,10 +176,8 @@ def _span_culprit(row: PlateRow, half: float) -> str:
     return "stagger_mm" if stagger else "span_offset_mm"
 
 
-def _round(design: Design, row: PlateRow, doubtful: Set[str]) -> list[Finding]:
+def _round(design: Design, row: PlateRow) -> list[Finding]:
     """Plates of a revolved body that leave its round section."""
-    if involves(doubtful, "body.width_mm"):
-        return []
     allowed = 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
     reach = _radii(row)
     worst = int(np.argmax(reach))
@@ -250,33 +243,25 @@ def wall_findings(design: Design, row: PlateRow) -> list[Finding]:
     return [Finding(key, value, bound, over, list, "lower it or move the plates inward")]
 
 
-def placing_findings(design: Design, doubtful: Set[str], whole: bool = True) -> list[Finding]:
+def placing_findings(design: Design) -> list[Finding]:
     """Every plate too near to a face of the body; one finding a key.
 
-    Not ``whole``: only what is the same below any surface. A row whose plates reach the sides is
-    not judged against the surface.
+    A row whose plates reach the sides is not judged against the surface.
     """
-    body = design.body
     found: list[Finding] = []
     for number, row in enumerate(plate_rows(design)):
-        follows = set() if row.table.follow == "level" else surface_keys(body)
-        if involves(doubtful, *row.where, *follows):
-            continue
-        beside, ends = side_findings(design, row, doubtful), list[Finding]()
+        beside = side_findings(design, row)
         found += beside
-        if not whole or any(not np.isfinite(frame.y) for frame in row.frames):
+        if any(not np.isfinite(frame.y) for frame in row.frames):
             continue
-        if not involves(doubtful, *row.spanned):
-            ends = end_findings(design, row, doubtful)
-            found += ends
-        level = {"body.base_height_mm"} if row.placed else row.keys("cover_mm")
-        if beside or involves(doubtful, *surface_keys(body), *level):
+        ends = end_findings(design, row)
+        found += ends
+        if beside:
             continue
-        if not ends and not involves(doubtful, *row.spanned):
+        if not ends:
             found += wall_findings(design, row)
             found += _cover(design, row, number)
-        if not involves(doubtful, "body.base_height_mm"):
-            found += _base(design, row)
+        found += _base(design, row)
     return worst_by_key(found)
 
 

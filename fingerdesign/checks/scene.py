@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
-
 import numpy as np
 
-from fingerdesign.checks.body import sound_outline
-from fingerdesign.design.faults import involves
+from fingerdesign.checks.body import body_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
@@ -20,20 +17,14 @@ _LESS = "move the object less: strains are taken as small"
 _TURN_LESS = "turn the object less: rotations are taken as small"
 
 
-def scene_faults(scene: Scene, design: Design, doubtful: Set[str] = frozenset()) -> list[Fault]:
+def scene_faults(scene: Scene, design: Design) -> list[Fault]:
     """Every fault of a scene against a design; empty when it can be run.
 
-    ``doubtful``: keys of either that were faulty; no fault that involves one of them is told.
+    A body that cannot exist has its own fault: nothing is judged against it.
     """
-    profile = ("body.width_mm", "body.arc_radius_mm", "body.base_height_mm")
-    if involves(doubtful, *profile) or not sound_outline(design.body):
+    if body_faults(design.body):
         return []
-    names = ("shape", "depth_mm", "dome_radius_mm", "edge_radius_mm", "edge", "step")
-    box = (*(f"body.{name}" for name in names), "readout.points_mm")
-    points = [] if involves(doubtful, *box) else _point_faults(scene, design)
-    if involves(doubtful, "path.increments_mm", "path.increments_N", "path.control"):
-        return points
-    return _motion_faults(scene, design) + points
+    return _motion_faults(scene, design) + _point_faults(scene, design)
 
 
 def _motion_faults(scene: Scene, design: Design) -> list[Fault]:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
-
 import numpy as np
 
 from fingerdesign.checks.placing import row_reach
 from fingerdesign.checks.remedies import Change, Finding, greatest, least, set_to, worst_by_key
-from fingerdesign.design.faults import at_least, at_most, involves
+from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
 from fingerdesign.layout.frames import row_frames
 from fingerdesign.layout.gaps import PlateGap, core_gaps, least_gap, neighbour_gaps
-from fingerdesign.layout.rows import PlateRow, plate_rows, surface_keys
+from fingerdesign.layout.rows import PlateRow, plate_rows
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5
@@ -21,34 +19,18 @@ _MOST_PAIRS = 120  # of plates of two rows, for which a remedy is sought: about 
 _SHORTER = "shorten, thin or turn the plates, or lower plates.count"
 
 
-def spacing_findings(design: Design, doubtful: Set[str]) -> list[Finding]:
+def spacing_findings(design: Design) -> list[Finding]:
     """Plates too near to each other, row by row and row against row; or to the core."""
     found: list[Finding] = []
     rows = plate_rows(design)
-    known = [row for row in rows if not involves(doubtful, *_rests(design, row))]
-    for row in known:
-        found += _within(design, row, rows.index(row))
-    for k, second in enumerate(known):
-        for first in known[:k]:
-            apart = {*first.keys("cover_mm"), *second.keys("cover_mm"), *first.spanned}
-            if not involves(doubtful, *apart, *second.spanned):
-                found += _between(design, first, second, (rows.index(first), rows.index(second)))
-    core = {"body.core", *surface_keys(design.body), "body.base_height_mm", "body.depth_mm"}
-    for row in known:
-        if not involves(doubtful, *core, *row.keys("cover_mm"), *row.spanned):
-            found += _core(design, row, rows.index(row))
+    for row in rows:
+        found += _within(design, row)
+    for number, row in enumerate(rows):
+        for first in range(number):
+            found += _between(design, rows[first], row, (first, number))
+    for number, row in enumerate(rows):
+        found += _core(design, row, number)
     return worst_by_key(found)
-
-
-def _rests(design: Design, row: PlateRow) -> set[str]:
-    """What the distances within a row rest on; its cover, only where the surface is no straight
-    line or arc below which it is the same at any depth."""
-    if row.placed:
-        return row.where | ({"plates.span_offset_mm", "plates.stagger_mm"})
-    body, rests = design.body, row.where | surface_keys(design.body)
-    if row.table.follow == "level" and body.edge_radius_mm is None and body.step is None:
-        rests = rests - {"body.width_mm"}  # an arc's circle goes on beyond the sides
-    return rests | (row.spanned if row.table.stagger_mm else set())
 
 
 def _least(design: Design) -> float:
@@ -64,7 +46,7 @@ def _bound(design: Design, gap: PlateGap) -> str:
     return f"such that plates stay {_least(design):g} mm (half a thickness) apart {_told(gap)}"
 
 
-def _within(design: Design, row: PlateRow, number: int) -> list[Finding]:
+def _within(design: Design, row: PlateRow) -> list[Finding]:
     gap, wanted = least_gap(row.frames), _least(design)
     if gap is None or gap.distance >= wanted - 1e-9:
         return []

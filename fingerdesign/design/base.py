@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from functools import cache
 from typing import Annotated, Any, ClassVar, TypeVar, get_type_hints
@@ -13,10 +14,17 @@ from pydantic import (
     Field,
     GetCoreSchemaHandler,
     GetJsonSchemaHandler,
+    ValidationError,
     create_model,
 )
 from pydantic.fields import FieldInfo
-from pydantic_core import CoreSchema, PydanticCustomError, PydanticKnownError, core_schema
+from pydantic_core import (
+    CoreSchema,
+    InitErrorDetails,
+    PydanticCustomError,
+    PydanticKnownError,
+    core_schema,
+)
 
 from fingerdesign.errors import DesignError
 from fingerdesign.runtime.registry import Kind, Registry
@@ -43,6 +51,13 @@ _T = TypeVar("_T")
 Row2 = Annotated[tuple[float, float], BeforeValidator(_as_tuple)]
 Row3 = Annotated[tuple[float, float, float], BeforeValidator(_as_tuple)]
 Many = Annotated[tuple[_T, ...], BeforeValidator(_as_tuple)]
+
+
+def refuse_all(refusals: Iterable[PydanticCustomError]) -> None:
+    """Raise every one of a table's own rules that it breaks, at once."""
+    errors = [InitErrorDetails(type=each, input=None) for each in refusals]
+    if errors:
+        raise ValidationError.from_exception_data("rules of the table", errors)
 
 
 def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCustomError:

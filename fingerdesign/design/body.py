@@ -6,12 +6,13 @@ turned about y; or the user's own STEP file. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Row3, Table, refuse
+from fingerdesign.design.base import Row3, Table, refuse, refuse_all
 
 _ARC_RADIUS_MM = 20.0
 
@@ -138,63 +139,67 @@ class Body(Table):
 
     @model_validator(mode="after")
     def _keys_fit_the_shape(self) -> Self:
+        refuse_all(self._misfits())
+        return self
+
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        """Keys that the shape lacks or has no use for."""
         if self.shape == "dome" and self.dome_radius_mm is None:
-            raise refuse(
+            yield refuse(
                 "(absent)",
                 "given where body.shape = 'dome'",
                 "add it: the radius of the crest's arc in z",
                 "body.dome_radius_mm",
             )
         if self.shape != "dome" and self.dome_radius_mm is not None:
-            raise refuse(
+            yield refuse(
                 self.dome_radius_mm,
                 f"absent where body.shape = '{self.shape}'",
                 "remove it or set body.shape = 'dome'",
                 "body.dome_radius_mm",
             )
         if self.shape == "revolved" and self.depth_mm != self.width_mm:
-            raise refuse(
+            yield refuse(
                 self.depth_mm,
                 f"body.width_mm = {self.width_mm:g} where body.shape = 'revolved'",
                 "remove it: a revolved body is as deep as wide",
                 "body.depth_mm",
             )
         if self.shape == "step" and self.step is None:
-            raise refuse(
+            yield refuse(
                 "(absent)",
                 "given where body.shape = 'step'",
                 "add a table [body.step] with file = 'finger.step'",
                 "body.step.file",
             )
         if self.shape != "step" and self.step is not None:
-            raise refuse(
+            yield refuse(
                 self.step.file,
                 f"absent where body.shape = '{self.shape}'",
                 "remove [body.step] or set body.shape = 'step'",
                 "body.step.file",
             )
         if self.shape == "step" and self.edge_radius_mm is not None:
-            raise refuse(
+            yield refuse(
                 self.edge_radius_mm,
                 "absent where body.shape = 'step'",
                 "round the edges in your CAD",
                 "body.edge_radius_mm",
             )
         if self.shape in ("block", "step") and self.arc_radius_mm != _ARC_RADIUS_MM:
-            raise refuse(
+            yield refuse(
                 self.arc_radius_mm,
                 f"absent where body.shape = '{self.shape}'",
                 "remove it: there is no arc, or set body.shape = 'arc'",
                 "body.arc_radius_mm",
             )
         if self.edge_radius_mm is None and self.edge != "round":
-            raise refuse(
+            yield refuse(
                 self.edge,
                 "absent where body.edge_radius_mm is not given",
                 "remove it or give body.edge_radius_mm",
                 "body.edge",
             )
-        return self
 
     @property
     def straight(self) -> bool:

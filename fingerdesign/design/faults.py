@@ -6,7 +6,7 @@ import difflib
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel
@@ -62,23 +62,6 @@ def undexed(key: str) -> str:
     'path.increments_mm'
     """
     return re.sub(r"(\[\d+\])+$", "", key)
-
-
-def involves(doubtful: Iterable[str], *keys: str) -> bool:
-    """Whether one of ``keys`` is, holds or stands in one that is doubtful.
-
-    >>> involves({"body"}, "body.width_mm"), involves({"mesh.section"}, "mesh.layers")
-    (True, False)
-    >>> involves({"plates.rows"}, "plates.rows[1].count")
-    True
-    """
-    return any(
-        key == other
-        or key.startswith((f"{other}.", f"{other}["))
-        or other.startswith((f"{key}.", f"{key}["))
-        for key in keys
-        for other in doubtful
-    )
 
 
 def shown(value: object, width: int = 60) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Table, refuse
+from fingerdesign.design.base import Table, refuse, refuse_all
 from fingerdesign.errors import Fault
 
 
@@ -62,21 +63,25 @@ class MeshOptions(Table):
 
     @model_validator(mode="after")
     def _file_where_it_is_read(self) -> Self:
+        refuse_all(self._misfits())
+        return self
+
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        """A file where none is read, or none where one is."""
         if self.mesher == "file" and self.file is None:
-            raise refuse(
+            yield refuse(
                 "(absent)",
                 "given where mesh.mesher = 'file'",
                 "add it: the mesh's file",
                 "mesh.file",
             )
         if self.mesher != "file" and self.file is not None:
-            raise refuse(
+            yield refuse(
                 self.file,
                 f"absent where mesh.mesher = '{self.mesher}'",
                 "remove it or set mesh.mesher = 'file'",
                 "mesh.file",
             )
-        return self
 
 
 def resolved_file(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, refuse
+from fingerdesign.design.base import Many, Table, refuse, refuse_all
 
 MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
 _FARTHEST_MM = 500  # no body is larger
@@ -144,15 +146,20 @@ class Plates(Table):
 
     @model_validator(mode="after")
     def _placed_one_way(self) -> Self:
+        refuse_all(self._misfits())
+        return self
+
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        """Keys that do not go together."""
         if self.placement is not None and self.rows:
-            raise refuse(
+            yield refuse(
                 f"{len(self.rows)} rows",
                 "absent where plates.placement is given",
                 "write every plate into plates.placement, or remove it",
                 "plates.rows",
             )
-        if self.rows and self.number > MAX_PLATES:
-            raise refuse(
+        elif self.rows and self.number > MAX_PLATES:
+            yield refuse(
                 f"{self.number} plates in {1 + len(self.rows)} rows",
                 f"such that all rows together have at most {MAX_PLATES} plates",
                 "lower plates.count or the rows' own",
@@ -161,20 +168,19 @@ class Plates(Table):
         for key, idle in (("along", "x"), ("follow", "level"), ("offset_mm", 0.0)):
             value = getattr(self, key)
             if self.placement is not None and value != idle:
-                raise refuse(
+                yield refuse(
                     value,
                     f"{idle!r} where plates.placement is given",
                     "remove it: plates.placement says where each plate lies",
                     f"plates.{key}",
                 )
         if self.hole_diameter_mm is None and self.hole_pitch_mm != _HOLE_PITCH_MM:
-            raise refuse(
+            yield refuse(
                 self.hole_pitch_mm,
                 "absent where plates.hole_diameter_mm is not given",
                 "remove it or give plates.hole_diameter_mm",
                 "plates.hole_pitch_mm",
             )
-        return self
 
     @property
     def all_rows(self) -> tuple[Plates, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Row3, Table, refuse
+from fingerdesign.design.base import Many, Row3, Table, refuse, refuse_all
 from fingerdesign.design.digest import content_digest
 
 LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
@@ -72,15 +74,20 @@ class SceneObject(Table):
 
     @model_validator(mode="after")
     def _radius_where_round(self) -> Self:
+        refuse_all(self._misfits())
+        return self
+
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        """Keys that the shape lacks or has no use for."""
         if self.shape == "plane" and self.radius_mm is not None:
-            raise refuse(
+            yield refuse(
                 self.radius_mm,
                 "left out for a plane",
                 "remove it, or set object.shape",
                 "object.radius_mm",
             )
         if self.shape != "plane" and self.radius_mm is None:
-            raise refuse(
+            yield refuse(
                 None, f"given for a {self.shape}", "add radius_mm to [object]", "object.radius_mm"
             )
         idle: dict[str, list[tuple[str, str | float]]] = {
@@ -90,13 +97,12 @@ class SceneObject(Table):
         }
         for name, without in idle[self.shape]:
             if getattr(self, name) != without:
-                raise refuse(
+                yield refuse(
                     getattr(self, name),
                     f"{without} for this {self.shape}: it would change nothing",
                     "remove it",
                     f"object.{name}",
                 )
-        return self
 
     @property
     def plane_in_z(self) -> bool:

@@ -6,14 +6,15 @@ Lengths in mm, moduli in MPa, angles in degrees. Every key but ``design.name`` h
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import BaseModel, Field, model_validator
+from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, holds, refuse
+from fingerdesign.design.base import Many, Table, holds, refuse, refuse_all
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
@@ -70,17 +71,7 @@ class Design(Table):
 
     @model_validator(mode="after")
     def _names_exist(self) -> Self:
-        tables = {"body": self.body.material, "plates": self.plates.material}
-        if self.body.core is not None:
-            tables["body.core"] = self.body.core.material
-        for table, name in tables.items():
-            if name not in self.materials:
-                raise refuse(
-                    name,
-                    f"a known material ({', '.join(sorted({*MATERIALS, *self.materials}))})",
-                    f"correct it or add a table [materials.{name}]",
-                    f"{table}.material",
-                )
+        refuse_all(unknown_materials(self))
         return self
 
     @property
@@ -138,6 +129,26 @@ def _completed(name: str, given: Any) -> Any:
     if changed and "source" not in (given or {}):
         del merged["source"]  # no longer that source's values
     return merged
+
+
+def unknown_materials(design: Any) -> Iterator[PydanticCustomError]:
+    """A refusal for each part whose material is neither known nor in [materials].
+
+    design: a :class:`Design`, or a file's raw table whatever stands in it.
+    """
+    given = _part(design, "materials")
+    known = {*MATERIALS, *(given if isinstance(given, Mapping) else ())}
+    body = _part(design, "body")
+    parts = {"body": body, "plates": _part(design, "plates"), "body.core": _part(body, "core")}
+    for table, part in parts.items():
+        name = _part(part, "material")
+        if isinstance(name, str) and name not in known:
+            yield refuse(
+                name,
+                f"a known material ({', '.join(sorted(known))})",
+                f"correct it or add a table [materials.{name}]",
+                f"{table}.material",
+            )
 
 
 def _part(table: Any, key: str) -> Any:

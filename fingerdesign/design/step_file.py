@@ -6,18 +6,14 @@ from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import ValidationError
 
 from fingerdesign.design.body import StepFile
-from fingerdesign.design.faults import fault_of
 from fingerdesign.design.mesh import mesh_file_digest
-from fingerdesign.design.schema import Design
 from fingerdesign.design.step import content_of, step_facts
 from fingerdesign.errors import DesignError, Fault
-
-if TYPE_CHECKING:
-    pass
-
 
 LEAST_BASE_HEIGHT_MM = 0.5  # that of every body; a contact surface may run down to the base
 
@@ -29,13 +25,11 @@ SAME_MM = 1e-6  # a size given beside the file is its solid's: a design written 
 class Resolved:
     """A design's table with the file's whereabouts and sizes filled in.
 
-    Where the file or its rules will not do, the body is a plain one, ``faults`` say why, and
-    ``doubtful`` names the keys whose values are then not the user's.
+    ``faults`` say why the file will not do, or which sizes stand in the design too.
     """
 
     data: dict[str, Any]
     faults: tuple[Fault, ...] = ()
-    doubtful: frozenset[str] = frozenset()
 
 
 def resolved(data: Mapping[str, Any], folder: Path | str | None = None) -> Resolved:
@@ -52,21 +46,12 @@ def resolved(data: Mapping[str, Any], folder: Path | str | None = None) -> Resol
         return Resolved(out)
     home = Path.cwd() if folder is None else Path(folder)
     table["file"] = str((home / table["file"]).absolute())
-    from pydantic import ValidationError
-
     try:
-        step = StepFile.model_validate(table)
-    except ValidationError as error:
-        # Judged by a stand-in's value of the faulty key, the file would seem wrong.
-        own = [
-            fault_of({**each, "loc": ("body", "step", *each["loc"])}, Design)
-            for each in error.errors()
-        ]
-        return Resolved(_plain(out), tuple(own), frozenset({"body"}))
-    try:
-        sizes = step_sizes(step)
+        sizes = step_sizes(StepFile.model_validate(table))
+    except ValidationError:  # its keys are judged with all others
+        return Resolved(out)
     except DesignError as error:
-        return Resolved(_plain(out), error.faults, frozenset({"body"}))
+        return Resolved(out, error.faults)
     faults = []
     for key, value in sizes.items():
         given = body.get(key)
@@ -112,9 +97,3 @@ def portable(parameters: Mapping[str, object]) -> dict[str, object]:
             except DesignError:
                 out[f"{key}.content"] = "absent"
     return out
-
-
-def _plain(data: dict[str, Any]) -> dict[str, Any]:
-    """The design with a plain body in place of one that cannot be read."""
-    body = {key: data["body"][key] for key in ("material", "core") if key in data["body"]}
-    return {**data, "body": body}

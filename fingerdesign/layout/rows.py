@@ -30,13 +30,6 @@ class PlateRow:
         """The dotted key that gave the row's value ``name``."""
         return f"plates.rows[{self.number}].{name}" if name in self.own else f"plates.{name}"
 
-    def keys(self, *names: str) -> set[str]:
-        """The dotted keys that values ``names`` rest on, those that would override them too."""
-        found = {self.key(name) for name in names}
-        if self.number is not None:
-            found |= {f"plates.rows[{self.number}].{name}" for name in names}
-        return found
-
     def value(self, name: str) -> object:
         """The row's value ``name``; what absence means where it is absent."""
         value = getattr(self.table, name)
@@ -47,33 +40,6 @@ class PlateRow:
         if self.placed and self.table.placement is not None:
             return f"plates.placement[{index}]", list(self.table.placement[index])
         return self.key(name), self.value(name)
-
-    @property
-    def where(self) -> set[str]:
-        """The keys that say where the plates lie in their section plane, beside the surface's."""
-        if self.placed:
-            return {"plates.placement", "plates.length_mm", "plates.thickness_mm"}
-        names = ["count", "pitch_mm", "offset_mm", "angle_deg", "length_mm", "along", "follow"]
-        if self.table.follow != "level":
-            names.append("cover_mm")
-        return self.keys(*names) | {"plates.thickness_mm"}
-
-    @property
-    def spanned(self) -> set[str]:
-        """The keys that say how far the plates reach across their section plane."""
-        across = "body.depth_mm" if self.table.along == "x" else "body.width_mm"
-        if self.placed:
-            names = {"plates.placement", "plates.span_mm", "plates.span_offset_mm"}
-            return {*names, "plates.stagger_mm", across}
-        return self.keys("span_mm", "span_offset_mm", "stagger_mm", "along", "count") | {across}
-
-
-def surface_keys(body: Body) -> set[str]:
-    """The keys that the contact surface's shape rests on."""
-    names = {"shape", "width_mm", "arc_radius_mm", "edge_radius_mm", "edge", "step"}
-    if body.shape == "dome":
-        names |= {"dome_radius_mm", "depth_mm"}
-    return {f"body.{name}" for name in names}
 
 
 def plate_rows(design: Design) -> tuple[PlateRow, ...]:

@@ -183,7 +183,7 @@ def told(data):
     return set()
 
 
-def test_what_is_told_beside_a_faulty_key_stands_whatever_its_value():
+def test_a_faulty_key_comes_before_any_geometry():
     chance = random.Random(1)
     for _ in range(400):
         data = {"design": {"name": "a"}} | {
@@ -194,11 +194,8 @@ def test_what_is_told_beside_a_faulty_key_stands_whatever_its_value():
         }
         if chance.random() < 0.4:
             data["body"] |= {"shape": "dome", "dome_radius_mm": chance.uniform(5, 40)}
+        assert all("." in key for key in told(data))  # judged, whatever is in it
         table = chance.choice(list(TRIED))
         key = chance.choice(list(TRIED[table]))
         data[table][key] = -1e9
-        beside = told(data) - {f"{table}.{key}"}
-        data[table][key] = chance.uniform(*TRIED[table][key])
-        mended = told(data)
-        if not any(fault.startswith("body.") for fault in mended):  # those hide the plates'
-            assert beside <= mended, data
+        assert told(data) == {f"{table}.{key}"}

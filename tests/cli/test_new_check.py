@@ -103,15 +103,21 @@ def test_check_reports_every_fault_of_every_file(capsys):
 
 
 def test_check_judges_the_scene_beside_faults_of_its_own_and_of_the_design(capsys):
+    def keys(scene):
+        Path("scene.toml").write_text(scene)
+        assert main(["check", "bad.toml", "--scene", "scene.toml"]) == 2
+        return [line.split(" = ")[0] for line in capsys.readouterr().err.splitlines()]
+
     Path("bad.toml").write_text('design.name = "a"\ngages.length_mm = 9')
-    Path("scene.toml").write_text(
-        "path.increments_mm = []\nreadout.points_mm = [[0, 30, 0], [0, 31, 0]]"
-    )
-    assert main(["check", "bad.toml", "--scene", "scene.toml"]) == 2
-    lines = capsys.readouterr().err.splitlines()
-    keys = ["scene.toml: path.increments_mm", "bad.toml: gages.length_mm"]
-    keys += ["bad.toml (scene): readout.points_mm[1]"]
-    assert [line.split(" = ")[0] for line in lines] == keys
+    points = "readout.points_mm = [[0, 30, 0], [0, 31, 0]]"
+    assert keys(f"path.increments_mm = []\n{points}") == [
+        "scene.toml: path.increments_mm",
+        "bad.toml: gages.length_mm",
+    ]
+    assert keys(f"path.increments_mm = [[0.1, 0]]\n{points}") == [
+        "bad.toml: gages.length_mm",
+        "bad.toml (scene): readout.points_mm[1]",
+    ]
 
 
 def test_check_of_shipped_names_says_what_its_columns_are(capsys):

@@ -218,9 +218,11 @@ def test_the_core_in_the_plates_way_may_be_lowered():
     assert keys(body={"core": {"height_mm": height}}, plates=plates) == []
 
 
-def test_faults_of_rows_beside_a_faulty_row_key():
-    lines = "plates.rows = [{ cover_mm = -1 }, { cover_mm = 8.0, pitch_mm = 0.05 }]"
+def test_faults_of_several_rows_at_once():
+    lines = "plates.rows = [{ cover_mm = -1 }, { cover_mm = 8.0, pitch_mm = -1 }]"
     assert set(told(lines)) == {"plates.rows[0].cover_mm", "plates.rows[1].pitch_mm"}
+    lines = "plates.rows = [{ cover_mm = 6.0 }, { cover_mm = 8.0, pitch_mm = 0.05 }]"
+    assert set(told(lines)) == {"plates.rows[1].pitch_mm"}
     assert set(told("plates.rows = [{ cuont = 3 }]")) == {"plates.rows[0].cuont"}
 
 

@@ -150,19 +150,24 @@ def test_points_outside_are_one_fault_on_the_worst():
     assert fault.remedy.endswith("so are 0")
 
 
-def test_points_are_judged_where_the_path_is_faulty_and_the_reverse():
-    found = judge_scene("path.increments_mm = []\nreadout.points_mm = [[0, 13, 0], [0, 20, 0]]")
-    assert [fault.key for fault in found.faults] == ["path.increments_mm"]
-    (fault,) = scene_faults(found.value, DESIGN, found.doubtful)
-    assert fault.key == "readout.points_mm[1]"
-    found = judge_scene("path.increments_mm = [[9, 0]]\nreadout.points_mm = [[0, 20]]")
-    (fault,) = scene_faults(found.value, DESIGN, found.doubtful)
-    assert fault.key == "path.increments_mm[0][0]"
+def test_every_fault_of_a_scenes_keys_at_once():
+    found = judge_scene(
+        "path.increments_mm = []\nreadout.points_mm = [[0, 13]]\n"
+        'object = {shape = "sphere", axis = "x", tilt_deg = 3}'
+    )
+    assert found.value is None
+    assert {fault.key for fault in found.faults} == {
+        "path.increments_mm",
+        "readout.points_mm[0][2]",
+        "object.radius_mm",
+        "object.axis",
+        "object.tilt_deg",
+    }
 
 
-def test_a_scene_is_not_judged_on_the_designs_faulty_keys():
-    scene = parse_scene(PATH + "readout.points_mm = [[0, 20, 0]]")
-    assert scene_faults(scene, DESIGN, {"body.depth_mm"}) == []
-    deep = parse_scene("path.increments_mm = [[9, 0]]")
-    assert scene_faults(deep, DESIGN, {"body.base_height_mm"}) == []
-    assert scene_faults(deep, DESIGN, {"body.depth_mm", "plates.pitch_mm"})
+def test_motions_and_points_are_judged_in_a_body_that_can_exist():
+    scene = parse_scene("path.increments_mm = [[9, 0]]\nreadout.points_mm = [[0, 20, 0]]")
+    keys = [fault.key for fault in scene_faults(scene, DESIGN)]
+    assert keys == ["path.increments_mm[0][0]", "readout.points_mm[0]"]
+    body = DESIGN.body.model_copy(update={"arc_radius_mm": 5.0})
+    assert scene_faults(scene, DESIGN.model_copy(update={"body": body})) == []
