@@ -151,7 +151,7 @@ def exits_of(
 
 
 def _sections(bars: Sequence[PlateFrame]) -> Array:
-    """Points (n, points, 2) all over the sections of straight bars; searched over by the thousand."""
+    """Points (n, points, 2) all over the sections of straight bars."""
     s, v = np.meshgrid(np.linspace(-0.5, 0.5, _ALONG), np.linspace(-0.5, 0.5, _ACROSS))
     along = np.array([bar.length for bar in bars])[:, None] * s.ravel()
     across = np.array([bar.thickness for bar in bars])[:, None] * v.ravel()
