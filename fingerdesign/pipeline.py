@@ -35,7 +35,7 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.zone import Zone
-from fingerdesign.mesh.section.process import start_mesher
+from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import result_folder
 from fingerdesign.records.result import GripResult, GripTrace, Result
 from fingerdesign.runtime.progress import Tell

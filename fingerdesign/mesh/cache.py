@@ -7,25 +7,21 @@ the materials.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
-import os
-import secrets
-import zipfile
-import zlib
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerdesign.design.digest import content_digest
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
@@ -61,33 +57,34 @@ def mesh_key(
 
 def kept_mesh_file(key: str) -> Path:
     """Where the mesh of a key is kept, if it is."""
-    return cache_folder("meshes") / f"{key}.npz"
+    return _kept().path(f"{key}.npz")
 
 
 def load_mesh(key: str) -> Mesh | None:
     """The mesh kept under a key, or None: nothing kept, or a file that cannot be read."""
-    path = kept_mesh_file(key)
+    found = _kept().arrays(f"{key}.npz")
+    if found is None:
+        return None
+    data, about = found
     try:
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-            about: dict[str, Any] = json.loads(str(data["about"]))
-            mesh = Mesh(
-                points=data["points"],
-                cells=data["cells"].astype(np.int64),
-                regions=data["regions"].astype(np.int64),
-                facets={name: data[f"facets_{name}"].astype(np.int64) for name in about["facets"]},
-                mesher=about["mesher"],
-                symmetric=about["symmetric"],
-                notes=about["notes"],
-                region_names={int(k): name for k, name in about["region_names"].items()},
-            )
+        mesh = Mesh(
+            points=data["points"],
+            cells=data["cells"].astype(np.int64),
+            regions=data["regions"].astype(np.int64),
+            facets={name: data[f"facets_{name}"].astype(np.int64) for name in about["facets"]},
+            mesher=about["mesher"],
+            symmetric=about["symmetric"],
+            notes=about["notes"],
+            region_names={int(k): name for k, name in about["region_names"].items()},
+        )
         _check(mesh)
-        os.utime(path)
-    except (
-        *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError),
-        *(zipfile.BadZipFile, zlib.error, AttributeError),
-    ):
+    except GARBLED:
         return None
     return mesh
+
+
+def _kept() -> Cache:
+    return Cache("meshes", KEPT)
 
 
 def _check(mesh: Mesh) -> None:
@@ -108,8 +105,6 @@ def _check(mesh: Mesh) -> None:
 
 def keep_mesh(key: str, mesh: Mesh) -> bool:
     """Keep a mesh under a key; False where the folder cannot be written (the work goes on)."""
-    folder = cache_folder("meshes")
-    aside = folder / f".{secrets.token_hex(8)}.npz"
     about = {
         "facets": sorted(mesh.facets),
         "mesher": mesh.mesher,
@@ -117,26 +112,10 @@ def keep_mesh(key: str, mesh: Mesh) -> bool:
         "notes": mesh.notes,
         "region_names": mesh.region_names,
     }
-    facets: dict[str, Any] = {
-        f"facets_{name}": rows.astype(np.int32) for name, rows in mesh.facets.items()
+    arrays: dict[str, NDArray[Any]] = {
+        "points": mesh.points,
+        "cells": mesh.cells.astype(np.int32),
+        "regions": mesh.regions.astype(np.int32),
+        **{f"facets_{name}": rows.astype(np.int32) for name, rows in mesh.facets.items()},
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(
-            aside,
-            points=mesh.points,
-            cells=mesh.cells.astype(np.int32),
-            regions=mesh.regions.astype(np.int32),
-            about=np.array(json.dumps(about)),
-            **facets,
-        )
-        os.replace(aside, folder / f"{key}.npz")
-        kept = sorted(folder.glob("*.npz"), key=lambda path: path.stat().st_mtime)
-        for old in kept[:-KEPT]:
-            old.unlink(missing_ok=True)
-    except OSError:
-        return False
-    finally:
-        with contextlib.suppress(OSError):
-            aside.unlink(missing_ok=True)
-    return True
+    return _kept().put_arrays(f"{key}.npz", arrays, about)

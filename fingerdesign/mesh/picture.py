@@ -1,15 +1,11 @@
 """A picture of a mesh: its outside with edges and, of a whole finger, its inside too (pyvista).
 
 Plates are bronze, a core purple, and a legend says so. VTK is native code that can crash where
-graphics drivers are odd: it draws in a process of its own,
-``python -m fingerdesign.mesh.picture IN.npz OUT.png``.
+graphics drivers are odd: it draws in a process of its own.
 """
 
 from __future__ import annotations
 
-import os
-import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +15,8 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.mesh.worker import run_module
+from fingerdesign.runtime.files import whole_file
+from fingerdesign.runtime.isolate import Function, ProcessError, call
 
 TIME_LIMIT_S = 120.0  # drawing takes 1 to 2 s; a software renderer on a busy machine far longer
 SIZE = (1600, 1120)
@@ -66,21 +63,23 @@ def draw_mesh(
     cores = [number for number, region in mesh.region_names.items() if region == "core"]
     part = np.where(np.isin(mesh.regions, cores), 2, np.minimum(mesh.regions, 1))
     whole = mesh.dimension == 3 and not mesh.symmetric
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".picture-") as temporary:
-        folder = Path(temporary)
-        np.savez(
-            folder / "in.npz",
-            points=placed(mesh),
-            cells=mesh.corners,
-            part=part,
-            whole=whole,
-            title=picture_title(mesh, name),
-        )
-        try:
-            run_module(__name__, ["in.npz", "out.png"], folder, time_limit_s)
-        except MeshError as error:
-            raise MeshError(f"the picture {path} could not be drawn: {error}") from error
-        os.replace(folder / "out.png", path)
+    data = {
+        "points": placed(mesh),
+        "cells": mesh.corners,
+        "part": part,
+        "whole": whole,
+        "title": picture_title(mesh, name),
+    }
+    return drawn(paint_mesh, path, time_limit_s, data)
+
+
+def drawn(paint: Function, path: Path, time_limit_s: float, *given: Any) -> Path:
+    """``paint(*given, path)`` in a process of its own, whole or not at all; MeshError says why."""
+    try:
+        with whole_file(path.absolute()) as aside:
+            call(paint, *given, aside, time_s=time_limit_s)
+    except ProcessError as error:
+        raise MeshError(f"the picture {path} could not be drawn: {error}") from error
     return path
 
 
@@ -93,12 +92,10 @@ def picture_title(mesh: Mesh, name: str = "") -> str:
     return f"{name}: {about}" if name else about
 
 
-def main(source: str, target: str) -> None:
-    """Draw what ``draw_mesh`` wrote; runs in its process."""
+def paint_mesh(data: dict[str, Any], target: Path) -> None:
+    """Draw a PNG; runs in its process. VTK's errors pass: the caller gets the last line of them."""
     import pyvista
 
-    with np.load(source, allow_pickle=False) as file:
-        data = {name: file[name] for name in file.files}
     whole = bool(data["whole"])
     plotter = pyvista.Plotter(
         off_screen=True,
@@ -110,7 +107,7 @@ def main(source: str, target: str) -> None:
         plotter.subplot(0, column)
         _draw(plotter, data, cut=column == 1)
     plotter.subplot(0, 0)
-    plotter.add_text(str(data["title"]), position="upper_left", font_size=14, color="black")
+    plotter.add_text(data["title"], position="upper_left", font_size=14, color="black")
     parts = zip(("elastomer", "plates", "core"), (SILICONE, BRONZE, CORE), strict=True)
     shown = [list(part) for k, part in enumerate(parts) if (data["part"] == k).any()]
     # VTK writes each word in the colour of its part: only a dark ground shows them all.
@@ -122,7 +119,7 @@ def main(source: str, target: str) -> None:
         bcolor="#1d2833",
         background_opacity=1.0,
     )
-    plotter.screenshot(target)
+    plotter.screenshot(str(target))
 
 
 def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
@@ -143,7 +140,3 @@ def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
     else:
         view(plotter)
     plotter.camera.zoom(1.15)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2])

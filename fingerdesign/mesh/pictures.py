@@ -1,15 +1,10 @@
 """A picture of a mesh's quality: the mesh cut open, coloured by least angle, and histograms.
 
-As mesh/picture.py it draws in a process of its own,
-``python -m fingerdesign.mesh.pictures IN.npz OUT.png``.
+As mesh/picture.py it draws in a process of its own.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import sys
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import IntArray
-from fingerdesign.errors import MeshError
 from fingerdesign.mesh.measures import cell_angles
-from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, cropped, cut_open, placed, view
+from fingerdesign.mesh.picture import EDGES, TIME_LIMIT_S, cropped, cut_open, drawn, placed, view
 from fingerdesign.mesh.quality import AskedSizes, QualityReport, parts_of, size_zones
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.mesh.worker import run_module
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -125,15 +118,7 @@ def draw_quality(
         "where": where,
         "worst": min(MARKED, len(report.worst)),
     }
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".quality-") as name:
-        folder = Path(name)
-        np.savez(folder / "in.npz", about=np.array(json.dumps(about)), **arrays)
-        try:
-            run_module(__name__, ["in.npz", "out.png"], folder, time_limit_s)
-        except MeshError as error:
-            raise MeshError(f"the picture {path} could not be drawn: {error}") from error
-        os.replace(folder / "out.png", path)
-    return path
+    return drawn(paint_quality, path, time_limit_s, arrays, about)
 
 
 def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
@@ -158,16 +143,13 @@ def _interest(mesh: Mesh, design: Design) -> tuple[str, IntArray]:
     return ("close to the core" if core.any() else "at the crest"), np.unique(mesh.cells[core])
 
 
-def main(source: str, target: str) -> None:
-    """Draw what ``draw_quality`` wrote; runs in its process."""
+def paint_quality(data: dict[str, NDArray[Any]], about: dict[str, Any], target: Path) -> None:
+    """Draw what ``draw_quality`` prepared; runs in its process."""
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    with np.load(source, allow_pickle=False) as file:
-        data = {name: file[name] for name in file.files}
-    about = json.loads(str(data["about"]))
     ratios = {name[6:]: values for name, values in data.items() if name.startswith("ratio_")}
     figure = plt.figure(figsize=(14.0, 8.2), dpi=110, layout="constrained")
     grid = figure.add_gridspec(2, 2, width_ratios=[1.6, 1.0], height_ratios=[1.25, 1.0])
@@ -263,7 +245,3 @@ def _pixels(plotter: Any, places: NDArray[Any], shape: tuple[int, ...]) -> NDArr
         x, y, _ = plotter.renderer.GetDisplayPoint()
         found[row] = x, shape[0] - y
     return found
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2])

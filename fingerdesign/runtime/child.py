@@ -96,7 +96,8 @@ def serve() -> None:
 def _answer(name: str, given: bytes, shared: tuple[Any, ...]) -> tuple[str, Any]:
     """What came of a call: its kind, and what goes with it."""
     try:
-        return "done", resolved(name)(*shared, *pickle.loads(given))
+        positional, named = pickle.loads(given)
+        return "done", resolved(name)(*shared, *positional, **named)
     except FingerDesignError as error:
         if _travels(error):
             return "raised", error

@@ -154,6 +154,11 @@ def keep_request(kind: str, name: str, content: str | bytes) -> Path:
     return write_whole(path, content)
 
 
+def remove(folder: Path) -> None:
+    """Remove a folder and all in it, as far as that goes."""
+    shutil.rmtree(folder, ignore_errors=True)
+
+
 def swept(parent: Path, pattern: re.Pattern[str], older_than_s: float) -> tuple[Path, ...]:
     """Remove this user's folders in ``parent`` of names that ``pattern`` matches, where they and
     what lies in them are older; which they were. What cannot be looked into stays."""

@@ -70,21 +70,22 @@ def call(
     time_s: float | None,
     memory_MB: float | None = None,
     folder: Path | None = None,
+    **named: Any,
 ) -> Any:
-    """``function(*given)`` in a fresh process; folder: where it runs, for what litters its own.
+    """``function(*given, **named)`` in a fresh process; folder: where it runs, for what litters.
 
     The time counts from now, loading included. Raises ProcessError and what ``function`` raises of
     this package's errors.
     """
     with Worker(folder=folder) as worker:
-        return worker.call(function, *given, time_s=time_s, memory_MB=memory_MB)
+        return worker.call(function, *given, time_s=time_s, memory_MB=memory_MB, **named)
 
 
 class Job:
     """A call that goes on beside the caller's work; see :func:`beside`."""
 
     def __init__(self, function: Function, given: tuple[Any, ...], time_s: float) -> None:
-        self._request = _request(function, given)
+        self._request = _request(function, given, {})
         self._worker, self._time_s = Worker(), time_s
 
     def __enter__(self) -> Self:
@@ -191,10 +192,14 @@ class Worker:
         *given: Any,
         time_s: float | None,
         memory_MB: float | None = None,
+        **named: Any,
     ) -> Any:
-        """``function(*shared, *given)`` there. Raises ProcessError (the next call gets a new
-        process) and what ``function`` raises of this package's errors."""
-        request = _request(function, given)
+        """``function(*shared, *given, **named)`` there.
+
+        Raises ProcessError (the next call gets a new process) and what ``function`` raises of this
+        package's errors.
+        """
+        request = _request(function, given, named)
         kept = self.alive and self._calls > 0
         try:
             self.begin(request, time_s)
@@ -423,8 +428,8 @@ def _kill_group(process: subprocess.Popen[bytes]) -> None:
         os.killpg(process.pid, signal.SIGKILL)
 
 
-def _request(function: Function, given: tuple[Any, ...]) -> bytes:
-    return pickle.dumps((name_of(function), pickle.dumps(given, 5)), 5)
+def _request(function: Function, given: tuple[Any, ...], named: dict[str, Any]) -> bytes:
+    return pickle.dumps((name_of(function), pickle.dumps((given, named), 5)), 5)
 
 
 def _threads(number: int | None) -> dict[str, str]:

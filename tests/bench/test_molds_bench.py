@@ -17,7 +17,7 @@ from fingerdesign_bench.any_finger.molds_worker import design_of, told
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.starter import shipped_designs
-from fingerdesign.runtime.process import ProcessError
+from fingerdesign.runtime.isolate import ProcessError
 
 
 def record(case, **changed):
@@ -90,10 +90,10 @@ def test_a_twentieth_may_be_refused_and_no_more():
 
 
 def test_a_process_that_ends_early_is_a_crash(monkeypatch):
-    def ends(*_):
-        raise ProcessError("its process was ended by SIGSEGV", -11)
+    def ends(*_, **__):
+        raise ProcessError("crashed", "its process was ended by SIGSEGV")
 
-    monkeypatch.setattr(molds, "run_module", ends)
+    monkeypatch.setattr(molds, "call", ends)
     found = molds._run("pin")
     assert (found["status"], found["reason"]) == ("crashed", "its process was ended by SIGSEGV")
     assert not all(check.holds for check in Molds([found]).checks())

@@ -83,10 +83,10 @@ def test_a_mesher_out_of_time_is_ended_and_its_input_kept(
 @pytest.mark.parametrize(
     ("code", "message"),
     [
-        ("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
-        ("import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "ended by SIGKILL"),
-        ("raise ValueError('bad mesh')", "exit code 1: ValueError: bad mesh"),
-        ("pass", "wrote no answer"),
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
+        ("os.kill(os.getpid(), signal.SIGKILL)", "ended by SIGKILL"),
+        ("raise ValueError('bad mesh')", "it failed: ValueError: bad mesh"),
+        ("os._exit(0)", "ended with code 0"),
     ],
 )
 def test_a_mesher_that_dies_is_an_error(
@@ -97,10 +97,11 @@ def test_a_mesher_that_dies_is_an_error(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    (tmp_path / "dying_mesher.py").write_text(code)
+    text = f"import os, signal\n\n\ndef tetrahedralize(**given):\n    {code}\n"
+    (tmp_path / "dying_mesher.py").write_text(text)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr(process, "WORKER", "dying_mesher")
+    monkeypatch.setattr(process, "TETRAHEDRALISE", "dying_mesher:tetrahedralize")
     with pytest.raises(MeshError, match=message):
         run_tetwild(*cube, field, Attempt(0.01), 30.0)
 

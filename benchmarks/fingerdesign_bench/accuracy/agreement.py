@@ -83,7 +83,7 @@ def agreement_checks(tell: Tell = lambda message: None) -> list[Check]:
     """The ways against each other, and what their meshes cost."""
     from fingerdesign.checks.load import with_values
     from fingerdesign.checks.starter import find_design
-    from fingerdesign.mesh.section.process import start_mesher
+    from fingerdesign.mesh.section.netgen import start_mesher
 
     start_mesher()
     design = find_design(DESIGN)

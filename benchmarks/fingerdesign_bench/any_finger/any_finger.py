@@ -7,7 +7,6 @@ goes on where it stopped. Records of another version of the code are left as the
 from __future__ import annotations
 
 import json
-import tempfile
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -16,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.analysis.summary import versions
-from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.layers import layered
 from fingerdesign.mesh.cache import FORMAT
-from fingerdesign.mesh.worker import run_module
+from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Tell
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
@@ -208,18 +207,13 @@ def _same(key: str, said: str) -> bool:
 def _run(seed: int) -> Record:
     from fingerdesign_bench.any_finger.designs import kinds
 
-    with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as name:
-        try:
-            run_module(
-                "fingerdesign_bench.any_finger.worker",
-                [str(seed), "out.json"],
-                Path(name),
-                TIME_LIMIT_S,
-            )
-            record: Record = json.loads((Path(name) / "out.json").read_text("utf-8"))
-        except MeshError as error:
-            record = {"seed": seed, "kinds": list(kinds(seed)), "status": "crashed"}
-            record["reason"] = str(error)
+    try:
+        record: Record = call(
+            "fingerdesign_bench.any_finger.worker:mesh_one", seed, time_s=TIME_LIMIT_S
+        )
+    except ProcessError as error:
+        record = {"seed": seed, "kinds": list(kinds(seed)), "status": "crashed"}
+        record["reason"] = str(error)
     return record | {"version": _version()}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 from fingerdesign.analysis.case import Case
 from fingerdesign.errors import SolverError
 from fingerdesign.report.style import PAPER, SERIES, canvas, house_style
-from fingerdesign.runtime.process import ProcessError, run_module
+from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Tell
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import pairs
@@ -194,18 +193,12 @@ def name_of(pair: Record) -> str:
 
 
 def _run(pair: Record) -> Record:
-    with tempfile.TemporaryDirectory(prefix="fingerdesign-forecast-") as folder:
-        out = Path(folder, "record.json")
-        try:
-            run_module(
-                "fingerdesign_bench.any_finger.forecast_worker",
-                [json.dumps(pair), str(out)],
-                Path(folder),
-                TIME_LIMIT_S,
-            )
-        except ProcessError as error:
-            raise SolverError(f"{name_of(pair)}: {error}") from error
-        record: Record = json.loads(out.read_text("utf-8"))
+    try:
+        record: Record = call(
+            "fingerdesign_bench.any_finger.forecast_worker:measured", pair, time_s=TIME_LIMIT_S
+        )
+    except ProcessError as error:
+        raise SolverError(f"{name_of(pair)}: {error}") from error
     return record
 
 

@@ -1,13 +1,11 @@
-"""One analysis forecast, then run: ``python -m ...any_finger.forecast_worker PAIR OUT``.
+"""One analysis forecast, then run.
 
 In a process of its own and with an empty mesh cache, so that peak memory and time are its own.
 """
 
 from __future__ import annotations
 
-import json
 import os
-import sys
 import tempfile
 import time
 from dataclasses import asdict
@@ -68,17 +66,8 @@ def _processor_seconds() -> float:
     return told.user + told.system + told.children_user + told.children_system
 
 
-def main(arguments: list[str]) -> int:
-    """Measure the pair given as JSON and write its record."""
-    from fingerdesign.runtime.process import die_with_parent
-
-    die_with_parent()
+def measured(pair: dict[str, Any]) -> dict[str, Any]:
+    """The record of a pair, made in a folder that is thrown away."""
     with tempfile.TemporaryDirectory(prefix="fingerdesign-forecast-") as folder:
         os.environ["FINGERDESIGN_CACHE"] = str(Path(folder, "cache"))
-        record = measure_pair(json.loads(arguments[0]), Path(folder, "out"))
-    Path(arguments[1]).write_text(json.dumps(record, allow_nan=False), encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+        return measure_pair(pair, Path(folder, "out"))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tempfile
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -20,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.summary import versions
-from fingerdesign.runtime.process import ProcessError, run_module
+from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Tell
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
@@ -169,16 +168,13 @@ def code_version() -> str:
 
 def _run(case: str) -> Record:
     start = time.perf_counter()
-    with tempfile.TemporaryDirectory(prefix="fingerdesign-bench-") as name:
-        try:
-            arguments = [case, "out.json"]
-            run_module(
-                "fingerdesign_bench.any_finger.molds_worker", arguments, Path(name), TIME_LIMIT_S
-            )
-            record: Record = json.loads((Path(name) / "out.json").read_text("utf-8"))
-        except ProcessError as error:
-            record = {"case": case, "name": case, "kinds": [], "status": CRASHED}
-            record["reason"] = str(error)
+    try:
+        record: Record = call(
+            "fingerdesign_bench.any_finger.molds_worker:mold_one", case, time_s=TIME_LIMIT_S
+        )
+    except ProcessError as error:
+        record = {"case": case, "name": case, "kinds": [], "status": CRASHED}
+        record["reason"] = str(error)
     return record | {"whole_s": round(time.perf_counter() - start, 2)}
 
 

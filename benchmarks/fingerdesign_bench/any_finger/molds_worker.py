@@ -1,17 +1,13 @@
-"""One design's mold: ``python -m fingerdesign_bench.any_finger.molds_worker CASE OUT``.
+"""One design's mold, in a process of its own: whatever happens to it happens to one mold.
 
-CASE is a shipped design's name or the seed of a random one. In a process of its own: whatever
-happens to it happens to one mold.
+A case is a shipped design's name or the seed of a random one.
 """
 
 from __future__ import annotations
 
-import json
 import os
-import sys
 import tempfile
 import time
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import DesignError
@@ -89,17 +85,3 @@ def design_of(case: str) -> tuple[Design, list[str]]:
 
     design = load_design(shipped_path(case))
     return design, ["shipped", design.body.shape]
-
-
-def main(arguments: list[str]) -> int:
-    """Make the mold of the case given and write the record."""
-    from fingerdesign.runtime.process import die_with_parent
-
-    die_with_parent()
-    record = mold_one(arguments[0])
-    Path(arguments[1]).write_text(json.dumps(record, allow_nan=False), encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,14 +1,8 @@
-"""One random design meshed: ``python -m fingerdesign_bench.any_finger.worker SEED OUT``.
-
-In a process of its own: CAD and all, whatever happens to it happens to one design.
-"""
+"""One random design meshed, in a process of its own: whatever happens happens to one design."""
 
 from __future__ import annotations
 
-import json
-import sys
 import time
-from pathlib import Path
 from typing import Any
 
 from fingerdesign.layout.frames import mirrors_in_z
@@ -57,17 +51,3 @@ def mesh_one(seed: int) -> dict[str, Any]:
         "worst_face_area_error": report.worst_face_area_error,
         "contact_residual_mm": report.contact_residual_mm,
     }
-
-
-def main(arguments: list[str]) -> int:
-    """Mesh the design of the seed given and write the record."""
-    from fingerdesign.mesh.worker import die_with_parent
-
-    die_with_parent()
-    record = mesh_one(int(arguments[0]))
-    Path(arguments[1]).write_text(json.dumps(record, allow_nan=False), encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

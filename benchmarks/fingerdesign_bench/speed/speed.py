@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -20,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.errors import SolverError
-from fingerdesign.mesh.worker import environment
+from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Tell
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
@@ -95,20 +93,11 @@ def measure_speed(tell: Tell = lambda message: None, quick: bool = False) -> Spe
 def run_case(case: dict[str, Any]) -> dict[str, Any]:
     """What ``speed_worker`` measures of a case in a process of its own. Raises SolverError."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-m", "fingerdesign_bench.speed.speed_worker", json.dumps(case)],
-            env=environment(),
-            capture_output=True,
-            text=True,
-            timeout=_TIME_LIMIT_S,
-            check=False,
+        found: dict[str, Any] = call(
+            "fingerdesign_bench.speed.speed_worker:timed", case, time_s=_TIME_LIMIT_S
         )
-    except subprocess.TimeoutExpired:
-        raise SolverError(f"the case {case} did not end in {_TIME_LIMIT_S:g} s") from None
-    if done.returncode != 0:
-        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-        raise SolverError(f"the case {case} failed: {last[:300]}")
-    found: dict[str, Any] = json.loads(done.stdout)
+    except ProcessError as error:
+        raise SolverError(f"the case {case}: {error}") from error
     return found
 
 

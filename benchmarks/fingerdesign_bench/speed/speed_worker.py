@@ -1,4 +1,4 @@
-"""One timed case in a process of its own: ``python -m fingerdesign_bench.speed.speed_worker JSON``.
+"""One timed case in a process of its own.
 
 A new process makes "cold" mean something, and its peak memory is that of the case alone. Before the
 clock starts every module is imported and the mesher's process has made one small mesh.
@@ -6,9 +6,7 @@ clock starts every module is imported and the mesher's process has made one smal
 
 from __future__ import annotations
 
-import json
 import resource
-import sys
 import time
 from typing import TYPE_CHECKING, Any
 
@@ -176,13 +174,6 @@ def _memory_MB() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
-def main(arguments: list[str]) -> int:
-    """Run the case that the first argument says in JSON; print what was measured in JSON."""
-    case = json.loads(arguments[0])
-    found = timed_grip(case) if case.get("grip") else timed_path(case)
-    print(json.dumps(found))
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+def timed(case: dict[str, Any]) -> dict[str, Any]:
+    """What was measured of a case: a grip's, or a path's."""
+    return timed_grip(case) if case.get("grip") else timed_path(case)

@@ -78,7 +78,7 @@ def measure_plane_strain(
     study: Path | None = None,
 ) -> PlaneStrainStudy:
     """Run the study, or what of it ``folder`` has no record of; the map and its rules."""
-    from fingerdesign.mesh.section.process import start_mesher
+    from fingerdesign.mesh.section.netgen import start_mesher
     from fingerdesign_bench.studies.plane_strain import LINES, run_study
     from fingerdesign_bench.studies.plane_strain_file import points_of, read_study, shipped_study
 

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
-import secrets
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +21,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.mesh.files.calculix import read_calculix, write_calculix
 from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number, to_mesh
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.runtime.files import whole_file
 
 # From blocks of cells, as most file formats hold them, to a mesh with names.
 
@@ -171,17 +170,14 @@ def to_meshio(mesh: Mesh) -> Any:
 def write_mesh(mesh: Mesh, path: Path | str) -> Path:
     """Write a mesh in the format that the file's ending names; written aside, then renamed."""
     path = Path(path)
-    aside = path.with_name(f".{secrets.token_hex(4)}-{path.name}")
     try:
-        if path.suffix == ".inp":
-            write_calculix(mesh, aside)
-        else:
-            _write_meshio(mesh, aside)
-        os.replace(aside, path)
+        with whole_file(path) as aside:
+            if path.suffix == ".inp":
+                write_calculix(mesh, aside)
+            else:
+                _write_meshio(mesh, aside)
     except OSError as error:
         raise MeshError(f"{path} could not be written: {error}") from error
-    finally:
-        aside.unlink(missing_ok=True)
     return path
 
 

@@ -16,8 +16,8 @@ from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.volume import section_area
+from fingerdesign.mesh.section.netgen import run_netgen
 from fingerdesign.mesh.section.outline import BODY, Outline, body_outline, core_box
-from fingerdesign.mesh.section.process import run_netgen
 from fingerdesign.mesh.sheets import (
     boundary_facets,
     line_beyond,

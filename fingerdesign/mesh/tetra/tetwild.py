@@ -6,12 +6,10 @@ so its answer must pass the gate (``Gate``) or is made again, and what passed is
 
 from __future__ import annotations
 
-import json
-import shutil
-import tempfile
+import io
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +26,7 @@ from fingerdesign.mesh.tetra.finish import finish
 from fingerdesign.mesh.tetra.inside import check_closed
 from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.mesh.worker import run_module
+from fingerdesign.runtime import files, isolate
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body, Design
@@ -39,7 +37,7 @@ if TYPE_CHECKING:
 # fTetWild (https://github.com/wildmeshing/fTetWild) crashes on empty or coincident input, hangs on
 # an epsilon of 0, returns wrong meshes for open surfaces without a word, and litters its folder.
 
-WORKER = "fingerdesign.mesh.tetra.worker"
+TETRAHEDRALISE = "pytetwild:tetrahedralize"  # only its own process loads it
 # Of the surface's diagonal. Asked for edges of two thirds of it, fTetWild made 100 000 tetrahedra
 # of a cube; of a fifth, 2000.
 LONGEST_EDGE = 0.12
@@ -113,37 +111,34 @@ def run_tetwild(
     squeezed = vertices * squeeze
     diagonal = float(np.linalg.norm(np.ptp(squeezed, axis=0)))
     longest = min(field.sizes.far, LONGEST_EDGE * diagonal)
+    given = {
+        "vertices": squeezed,
+        "faces": triangles.astype(np.int32),
+        "bg_vertices": grid_points * squeeze,
+        "bg_tets": grid_tets,
+        "bg_values": np.minimum(grid_values, longest),
+    }
     options = {
         "edge_length_abs": longest,
         "epsilon": attempt.envelope / diagonal,
         "stop_energy": attempt.stop_energy,
         "num_opt_iter": attempt.iterations,
         "disable_filtering": True,  # its inside test is by winding number; ours is exact
+        "quiet": True,
     }
-    folder = Path(tempfile.mkdtemp(prefix="fingerdesign-tetwild-"))
-    source, target = folder / "in.npz", folder / "out.npz"
-    np.savez(
-        source,
-        vertices=squeezed,
-        triangles=triangles,
-        grid_points=grid_points * squeeze,
-        grid_tets=grid_tets,
-        grid_values=np.minimum(grid_values, longest),
-        options=json.dumps(options),
-    )
-    try:
-        run_module(WORKER, [source.name, target.name], folder, time_limit_s)
-        if not target.exists():
-            raise MeshError("it wrote no answer")
-        with np.load(target) as data:
-            points, tets = data["points"] / squeeze, data["tets"].astype(np.int64)
-    except MeshError as error:  # the input stays for whoever looks into it
-        raise MesherFailed(f"fTetWild: {error}; its input is kept as {source}", folder) from error
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    shutil.rmtree(folder, ignore_errors=True)
-    return points, tets
+    with files.scratch("tetwild") as folder:  # it litters where it runs
+        try:
+            points, tets = isolate.call(
+                TETRAHEDRALISE, time_s=time_limit_s, folder=folder, **given, **options
+            )
+        except isolate.ProcessError as error:
+            content = io.BytesIO()
+            named: dict[str, Any] = given | options
+            np.savez(content, **named)
+            kept = files.keep_request("tetwild", "in.npz", content.getvalue())
+            words = f"fTetWild: {error}; its input is kept as {kept}"
+            raise MesherFailed(words, kept.parent) from error
+    return points / squeeze, np.asarray(tets, dtype=np.int64)
 
 
 # Edges come out longer than asked where the field is steep: at the contact 1.33 times (0.28 mm for
@@ -225,7 +220,7 @@ def tetrahedralise(
         if not short:
             mesh.notes["attempts"] = number
             for folder in kept_inputs:  # of no more use: another attempt has passed
-                shutil.rmtree(folder, ignore_errors=True)
+                files.remove(folder)
             if complaints:
                 mesh.notes["failed_attempts"] = "; ".join(complaints)
             if use_cache:

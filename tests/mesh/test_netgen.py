@@ -11,11 +11,9 @@ import threading
 import numpy as np
 import pytest
 
-import fingerdesign.mesh.section.process as process
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.section.netgen import run_netgen, start_mesher
 from fingerdesign.mesh.section.outline import BODY, Outline
-from fingerdesign.mesh.section.process import run_netgen, start_mesher
-from fingerdesign.mesh.worker import environment
 
 
 def square(size: float, width: float = 1.0) -> dict[str, object]:
@@ -27,10 +25,10 @@ def square(size: float, width: float = 1.0) -> dict[str, object]:
 
 
 def test_one_process_answers_again_and_again_and_alike() -> None:
-    first, number = run_netgen(square(0.2), 30.0), start_mesher()._process.pid
+    first, number = run_netgen(square(0.2), 30.0), start_mesher().pid
     run_netgen(square(0.1, 3.0), 30.0)
     again = run_netgen(square(0.2), 30.0)
-    assert start_mesher()._process.pid == number
+    assert start_mesher().pid == number
     for one, two in zip(first, again, strict=True):
         assert np.array_equal(one, two)
     points, triangles, domains = first
@@ -57,27 +55,20 @@ def test_out_of_time_ends_the_process_and_the_next_mesh_is_made() -> None:
 
 def test_a_process_that_was_ended_is_replaced() -> None:
     old = start_mesher()
-    old._process.kill()
-    old._process.wait()
+    number = old.pid
+    os.kill(number, signal.SIGKILL)
     assert len(run_netgen(square(0.5), 30.0)[1]) > 0
-    assert start_mesher() is not old
+    assert start_mesher().pid != number
 
 
 def test_a_crash_while_meshing_is_named() -> None:
     worker = start_mesher()
     run_netgen(square(0.5), 30.0)
-    timer = threading.Timer(0.3, os.kill, (worker._process.pid, signal.SIGSEGV))
+    timer = threading.Timer(0.3, os.kill, (worker.pid, signal.SIGSEGV))
     timer.start()
     with pytest.raises(MeshError, match="ended by SIGSEGV"):
         run_netgen(square(0.001), 30.0)
     timer.join()
-
-
-def test_a_worker_that_cannot_start_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(process, "WORKER", "fingerdesign.no_such_worker")
-    start_mesher().close()
-    with pytest.raises(MeshError, match=r"exit code 1: .*No module named"):
-        run_netgen(square(0.5), 30.0)
 
 
 def test_each_thread_has_its_own() -> None:
@@ -85,7 +76,7 @@ def test_each_thread_has_its_own() -> None:
 
     def work() -> None:
         triangles = run_netgen(square(0.2), 30.0)[1]
-        found.append((start_mesher()._process.pid, len(triangles)))
+        found.append((start_mesher().pid, len(triangles)))
 
     threads = [threading.Thread(target=work) for _ in range(2)]
     for thread in threads:
@@ -96,27 +87,14 @@ def test_each_thread_has_its_own() -> None:
     assert found[0][1] == found[1][1]
 
 
-def test_a_worker_whose_parent_has_gone_ends_at_once() -> None:
-    code = "from fingerdesign.mesh.worker import die_with_parent; die_with_parent()"
-    for parent, expected in ((str(os.getpid()), 0), ("1", 1)):
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            env=environment() | {"FINGERDESIGN_PARENT": parent},
-            check=False,
-        )
-        assert done.returncode == expected
-
-
 def test_it_ends_with_the_program() -> None:
     code = (
-        "from fingerdesign.mesh.section.process import start_mesher\n"
+        "from fingerdesign.mesh.section.netgen import start_mesher\n"
         "import os, signal\n"
-        "print(start_mesher()._process.pid, flush=True)\n"
+        "print(start_mesher().pid, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment(), capture_output=True, check=False
-    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
     number = int(done.stdout)
     for _ in range(200):
         try:

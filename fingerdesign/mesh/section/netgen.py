@@ -1,0 +1,71 @@
+"""Netgen run safely and often: a process that stays, with a time limit for each mesh.
+
+Starting Python and loading netgen takes longer than meshing a section, and a sweep meshes hundreds.
+So the process is started once (``start_mesher`` does it ahead of need, without waiting) and called
+again and again. One that crashes, fails or runs out of time is ended, and the next mesh starts
+another. Each thread has its own: a process ends with the thread that started it. Only this file
+imports netgen.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+
+from fingerdesign.arrays import Array, IntArray
+from fingerdesign.errors import MeshError
+from fingerdesign.runtime.isolate import ProcessError, Worker
+
+_LOCAL = threading.local()
+
+
+def start_mesher() -> Worker:
+    """This thread's process, started where there is none; does not wait until it is ready."""
+    worker: Worker | None = getattr(_LOCAL, "worker", None)
+    if worker is None:
+        worker = _LOCAL.worker = Worker(load=load_netgen)
+    worker.start()
+    return worker
+
+
+def run_netgen(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
+    """Points (n, 2), triangles (t, 3) and domains (t,) of an outline (``Outline.as_dict``).
+
+    Raises MeshError where netgen fails, crashes or takes longer than ``time_limit_s``.
+    """
+    try:
+        points, table = start_mesher().call(mesh_outline, outline, time_s=time_limit_s)
+    except ProcessError as error:
+        raise MeshError(str(error)) from error
+    return points, table[:, :3].copy(), table[:, 3].copy()
+
+
+def load_netgen() -> None:
+    """Load netgen, in its process."""
+    import netgen.geom2d  # noqa: F401
+
+
+def mesh_outline(outline: dict[str, Any]) -> tuple[Array, IntArray]:
+    """Points (n, 2) and triangles with their domain (t, 4), by netgen; in its process."""
+    from netgen.geom2d import SplineGeometry
+
+    geometry = SplineGeometry()
+    for x, y, size in outline["points"]:
+        if size is None:
+            geometry.AppendPoint(x, y)
+        else:
+            geometry.AppendPoint(x, y, maxh=size)
+    for points, left, right, size in outline["curves"]:
+        kind = "line" if len(points) == 2 else "spline3"
+        geometry.Append([kind, *points], leftdomain=left, rightdomain=right, maxh=size)
+    for domain, size in outline["domains"]:
+        geometry.SetDomainMaxH(domain, size)
+    mesh = geometry.GenerateMesh(maxh=outline["far_size"], grading=outline["gradation"])
+    elements = mesh.Elements2D().NumPy()
+    table = np.empty((len(elements), 4), dtype=np.int64)
+    table[:, :3] = elements["nodes"][:, :3]
+    table[:, :3] -= 1
+    table[:, 3] = elements["index"]
+    return np.asarray(mesh.Coordinates(), dtype=float)[:, :2].copy(), table
