@@ -12,54 +12,13 @@ from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import refuse_foreign
 from fingerdesign.records.result import ResultError
-from fingerdesign_cli.common import (
-    go_on_option,
-    output_options,
-    print_json,
-    print_table,
-    progress,
-)
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.records.result import Result
 
-_FILE = click.Path(path_type=Path)
 
-
-@click.command("analyse")
-@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=_FILE)
-@click.option("--out", required=True, type=_FILE, help="Results go to OUT/NAME of each design.")
-@click.option(
-    "--scene",
-    "scene_file",
-    type=_FILE,
-    help="Run this scene's path alone (a file, or a shipped scene's name); without it, the "
-    "fundamental case and the design's grips.",
-)
-@click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d", "auto"]),
-    default="3d",
-    show_default=True,
-    help="3d meshes half of the finger where design and scene mirror in z = 0, else all of it; "
-    "with pytetwild unless the design says mesh.mesher. auto takes the cheapest model whose "
-    "estimated error is under --tolerance.",
-)
-@click.option(
-    "--tolerance",
-    type=float,
-    default=None,
-    help="Of --fidelity auto: error allowed in forces, stick ratio and gage readings, a part of "
-    "one.  [default: 0.02]",
-)
-@go_on_option
-@click.option(
-    "--no-fields",
-    is_flag=True,
-    help="Recover no displacements: the .vtu file and the pictures show the mesh unmoved.",
-)
-@output_options
-def command(
+def analyse(
     designs: tuple[Path, ...],
     out: Path,
     scene_file: Path | None,
@@ -70,11 +29,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html.
-
-    A DESIGN is a file, or the name of a shipped finger. A result is written whole or not at all;
-    one failing design does not stop the others.
-    """
+    """Analyse each DESIGN: contact, gages, grips, and a report in OUT/NAME/report.html."""
     options: dict[str, Any] = {"go_on": go_on, "fields": not no_fields}
     if tolerance is not None:
         if fidelity != "auto":

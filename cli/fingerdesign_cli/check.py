@@ -16,13 +16,8 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.errors import DesignError, printable
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.zone import summarise
-from fingerdesign_cli.common import (
-    judged_design,
-    judged_scene,
-    output_options,
-    print_json,
-    print_table,
-)
+from fingerdesign_cli.inputs import judged_design, judged_scene
+from fingerdesign_cli.terminal import print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
@@ -33,29 +28,10 @@ if TYPE_CHECKING:
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second
 _NUMBERS_WIDE = 63  # characters of the table without its first column's words
-_FILE = click.Path(path_type=Path)
 
 
-@click.command("check")
-@click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=_FILE)
-@click.option(
-    "--scene",
-    "scene_file",
-    metavar="SCENE",
-    type=_FILE,
-    help="A scene's file or a shipped one's name; without it, fundamental.",
-)
-@output_options
-def command(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
-    """Name every fault of every DESIGN at once, each as key, value, bound and remedy.
-
-    DESIGN is a file or a shipped design's name. What rests on a faulty key is judged once that is
-    mended.
-
-    For sound designs: the plates' clearances, the volume, and forecasts of the contact's
-    half-width and of what `analyse` will take: equations, memory and time on this machine. Not
-    where SCENE is faulty. Exit code 2 where any file has a fault.
-    """
+def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_json: bool) -> int:
+    """Name every fault of every DESIGN at once, each as key, value, bound and remedy."""
     from fingerdesign.analysis.forecast.forecast import forecasts
     from fingerdesign.analysis.forecast.limits import too_large
 

@@ -17,7 +17,7 @@ from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_com
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.study.metrics import METRICS
-from fingerdesign_cli.common import print_json, print_table
+from fingerdesign_cli.terminal import print_json, print_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,31 +26,10 @@ if TYPE_CHECKING:
     from fingerdesign.search.compare.read import Comparison
     from fingerdesign.search.compare.recommend import Recommendation
 
-_FILE = click.Path(path_type=Path)
 NEAR = 0.5  # of a name that was meant
 
 
-@click.command("compare")
-@click.argument("results", metavar="RESULT...", nargs=-1, required=True, type=_FILE)
-@click.option("--out", required=True, type=_FILE, help="The page, FILE.html.")
-@click.option("--csv", "csv_file", metavar="FILE", type=_FILE, help="Also a row a design as CSV.")
-@click.option(
-    "--json",
-    "json_file",
-    metavar="FILE",
-    type=_FILE,
-    help="Also all outcomes, a line of JSON each; `-`: what is recommended, on stdout.",
-)
-@click.option(
-    "--objective",
-    "asked",
-    metavar="METRIC[:min|max]",
-    multiple=True,
-    help="What a finger is wanted for, instead of the study's own; may be given again.",
-)
-@click.option("--name", default="", help="To head the page; without it that of the study.")
-@click.option("--quiet", "-q", is_flag=True, help="Print only failures.")
-def command(
+def compare(
     results: tuple[Path, ...],
     out: Path,
     csv_file: Path | None,
@@ -59,15 +38,7 @@ def command(
     name: str,
     quiet: bool,
 ) -> int:
-    """Compare the designs of every RESULT on one page that opens offline.
-
-    A RESULT is what sweep or optimise wrote (OUT/NAME), a result of analyse, a folder of such
-    folders, or a file of outcomes (outcomes.jsonl). The page recommends a finger and says why;
-    its table sorts and filters, its chart shows the Pareto front, two designs stand side by side,
-    failures are listed, and every number can be saved.
-
-    Exit code 2 where a RESULT is none. Failed designs are shown with their causes: exit code 0.
-    """
+    """Compare the designs of every RESULT on one page that opens offline."""
     to_stdout = str(json_file) == "-"
     _refuse_places({"--out": out, "--csv": csv_file, "--json": json_file}, results)
     found = read_comparison(results, _objectives(asked), name)

@@ -12,52 +12,22 @@ import click
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.result import ResultError
 from fingerdesign.search.study.file import read_study, study_path
-from fingerdesign.search.study.generate import generate, reasons, refuse_foreign
+from fingerdesign.search.study.generate import generate as write_variants
+from fingerdesign.search.study.generate import reasons, refuse_foreign
 from fingerdesign.search.study.sampling import number_of_points, points
 from fingerdesign.search.study.variants import base_design, variant_of
-from fingerdesign_cli.common import (
-    cores,
-    output_folder,
-    output_options,
-    print_table,
-    progress,
-)
-from fingerdesign_cli.study_progress import line
+from fingerdesign_cli.search import line
+from fingerdesign_cli.terminal import cores, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.search.study.file import Study
     from fingerdesign.search.study.generate import Made
     from fingerdesign.search.study.variants import Variant
 
-_FILE = click.Path(path_type=Path)
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are told one by one
 
 
-@click.command("generate")
-@click.argument("study_file", metavar="STUDY", type=_FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=_FILE,
-    callback=output_folder,
-    help="The variants go to OUT/NAME of the study.",
-)
-@click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
-@click.option(
-    "--only",
-    metavar="N",
-    type=click.IntRange(min=1),
-    multiple=True,
-    help="Only the variant of this number; may be given again.",
-)
-@click.option("--cad/--no-cad", default=True, show_default=True, help="Write STEP and STL too.")
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    help="Processes; without it as many as there are cores.",
-)
-@output_options
-def command(
+def generate(
     study_file: Path,
     out: Path,
     count: int | None,
@@ -67,18 +37,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME.
-
-    It holds the variant's design as TOML, finger.step, and finger.stl (the outside), body.stl and
-    plates.stl. variants.csv lists values and digests of designs; invalid.csv those that cannot
-    exist, with the faults found (one that hides others is told first). Run again, it makes what is
-    missing.
-
-    With --json a line of JSON a variant as it is done (number: the variant's; done: how many are),
-    and a last one for the folder.
-
-    Exit code 1 where the CAD of a variant fails, or no variant can exist.
-    """
+    """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME."""
     study = read_study(study_file)
     base = base_design(study, study_path(study_file).parent)
     target = out / study.name
@@ -97,7 +56,7 @@ def command(
                 told = f"; CAD failed of {failed}" if failed else ""
                 show(f"{done} of {of}, {invalid} invalid{told}", done / of)
 
-        found = generate(
+        found = write_variants(
             study,
             chosen,
             target,

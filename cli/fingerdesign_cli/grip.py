@@ -11,60 +11,15 @@ import click
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.faults import undexed
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign_cli.common import (
-    go_on_option,
-    output_folder,
-    output_options,
-    print_json,
-    print_table,
-    progress,
-    read_case,
-    read_estimator,
-)
+from fingerdesign_cli.inputs import read_case, read_estimator
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.records.result import GripResult, Result
 
-_FILE = click.Path(path_type=Path)
 
-
-@click.command("grip")
-@click.argument("design_file", metavar="DESIGN", type=_FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=_FILE,
-    callback=output_folder,
-    help="The result goes to OUT/NAME of the design.",
-)
-@click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
-@click.option(
-    "--friction",
-    "frictions",
-    metavar="MU",
-    type=float,
-    multiple=True,
-    help="Friction coefficient of the object; repeat it for one lift each. "
-    "Instead of grip.friction_coefficients.",
-)
-@click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
-@click.option(
-    "--fidelity",
-    type=click.Choice(["plane-strain", "3d"]),
-    default="plane-strain",
-    show_default=True,
-    help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
-)
-@click.option(
-    "--estimator",
-    "estimator_file",
-    type=_FILE,
-    help="What the regulator grips by, from `fingerdesign teach`; without it, it is taught first.",
-)
-@go_on_option
-@output_options
-def command(
+def grip(
     design_file: Path,
     out: Path,
     controller: str | None,
@@ -76,13 +31,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
-
-    DESIGN is a file or a shipped design's name.
-
-    The controller feels gages and forces only. Exit code 0 also where an object slips or is not
-    lifted: that is a finding, and stands in the table and in result.json.
-    """
+    """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient."""
     changes = {
         "--controller": ("grip.controller", controller),
         "--friction": ("grip.friction_coefficients", list(frictions) or None),

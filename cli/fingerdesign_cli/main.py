@@ -22,47 +22,58 @@ import click
 import fingerdesign
 from fingerdesign.errors import DesignError, FingerDesignError, printable
 
+_FINGER, _HAND, _STUDY = (f"fingerdesign_cli.commands.{x}" for x in ("finger", "hand", "study"))
+
 # name -> (module:command, the line of --help); a module that is not there is not offered.
 COMMANDS = {
-    "new": ("fingerdesign_cli.new:command", "Write a commented starter design."),
-    "check": ("fingerdesign_cli.check:command", "Is a design sound? Every fault at once."),
-    "mesh": ("fingerdesign_cli.mesh:command", "Mesh a design and report the mesh's quality."),
+    "new": (f"{_FINGER}:new", "Write a commented starter design."),
+    "check": (f"{_FINGER}:check", "Is a design sound? Every fault at once."),
+    "mesh": (
+        f"{_FINGER}:mesh",
+        "Mesh a design and report the mesh's quality.",
+    ),
     "analyse": (
-        "fingerdesign_cli.analyse:command",
+        f"{_FINGER}:analyse",
         "Analyse designs: contact, gages, grips, report.",
     ),
     "grip": (
-        "fingerdesign_cli.grip:command",
+        f"{_HAND}:grip",
         "Lift an object whose weight and friction are unknown.",
     ),
-    "replay": ("fingerdesign_cli.replay:command", "Ask a controller along a recorded grip."),
+    "replay": (f"{_HAND}:replay", "Ask a controller along a recorded grip."),
     "validate": (
-        "fingerdesign_cli.validate:command",
+        f"{_FINGER}:validate",
         "What each modelling assumption costs, and saves.",
     ),
     "teach": (
-        "fingerdesign_cli.teach:command",
+        f"{_HAND}:teach",
         "Teach the estimator that the regulator grips by.",
     ),
-    "gages": ("fingerdesign_cli.gages:command", "How few gages tell the stick ratio, and where."),
-    "tune": ("fingerdesign_cli.tune:command", "Tune controllers alike, on grips of their own."),
-    "paper": ("fingerdesign_cli.paper:command", "Remake every figure of the paper."),
+    "gages": (
+        f"{_HAND}:gages",
+        "How few gages tell the stick ratio, and where.",
+    ),
+    "tune": (
+        f"{_HAND}:tune",
+        "Tune controllers alike, on grips of their own.",
+    ),
+    "paper": (f"{_HAND}:paper", "Remake every figure of the paper."),
     "study-control": (
-        "fingerdesign_cli.study_control:command",
+        f"{_HAND}:study_control",
         "Compare controllers over friction, weight and noise.",
     ),
-    "mold": ("fingerdesign_cli.mold:command", "Make the mold that a finger is cast in."),
-    "generate": ("fingerdesign_cli.generate:command", "Write a study's variants as files."),
-    "sweep": ("fingerdesign_cli.sweep:command", "Analyse every variant of a study."),
+    "mold": (f"{_FINGER}:mold", "Make the mold that a finger is cast in."),
+    "generate": (f"{_STUDY}:generate", "Write a study's variants as files."),
+    "sweep": (f"{_STUDY}:sweep", "Analyse every variant of a study."),
     "optimise": (
-        "fingerdesign_cli.optimise:command",
+        f"{_STUDY}:optimise",
         "Search for better fingers; the best are confirmed in 3-D.",
     ),
     "compare": (
-        "fingerdesign_cli.compare:command",
+        f"{_STUDY}:compare",
         "Which finger is better at what, on one page.",
     ),
-    "view": ("fingerdesign_cli.view:command", "Look at a result."),
+    "view": (f"{_FINGER}:view", "Look at a result."),
     "bench": (  # benchmarks/ is in a checkout, not in the wheel
         "fingerdesign_bench.cli.bench:command",
         "Compare with known answers; speed and accuracy.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -13,7 +13,8 @@ from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.picture import draw_mesh
 from fingerdesign.mesh.pictures import draw_quality
 from fingerdesign.mesh.quality import asked_sizes, assess
-from fingerdesign_cli.common import output_folder, output_options, print_json, progress, read_case
+from fingerdesign_cli.inputs import read_case
+from fingerdesign_cli.terminal import print_json, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -21,59 +22,11 @@ if TYPE_CHECKING:
     from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
 
-_FILE = click.Path(path_type=Path)
 # Those that keep quadratic cells of both dimensions.
 ENDINGS = ("vtu", "vtk", "msh", "inp", "mdpa")
 
 
-def _endings(_context: click.Context, _parameter: click.Parameter, value: tuple[str, ...]) -> Any:
-    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in value))
-    for ending in endings:
-        if ending not in ENDINGS:
-            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
-    return endings
-
-
-@click.command("mesh")
-@click.argument("design", metavar="DESIGN", type=_FILE)
-@click.option(
-    "--out",
-    metavar="DIR",
-    required=True,
-    type=_FILE,
-    callback=output_folder,
-    help="The folder to write into.",
-)
-@click.option(
-    "--fidelity", type=click.Choice(["plane-strain", "3d"]), default="3d", show_default=True
-)
-@click.option(
-    "--scene",
-    "scene_file",
-    metavar="SCENE",
-    type=_FILE,
-    help="A scene's file or a shipped one's name: fine where its contact will be; without it, "
-    "the fundamental case's.",
-)
-@click.option(
-    "--format",
-    "formats",
-    metavar="ENDING",
-    multiple=True,
-    default=("vtu",),
-    show_default=True,
-    callback=_endings,
-    help="vtu and vtk (ParaView), msh (Gmsh), inp (CalculiX, Abaqus), mdpa (Kratos); may be "
-    "repeated.",
-)
-@click.option(
-    "--picture/--no-picture",
-    default=True,
-    help="Draw mesh.png and quality.png.",
-    show_default=True,
-)
-@output_options
-def command(
+def mesh(
     design: Path,
     out: Path,
     fidelity: str,
@@ -83,17 +36,11 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Mesh DESIGN as an analysis would, and say how good the mesh is.
-
-    DESIGN is a file or a shipped design's name; with mesh.mesher = "file" its mesh is read, checked
-    and fitted. Writes mesh.ENDING for each --format, quality.txt and quality.json (angles, aspects,
-    sizes against those asked, volumes and distances to the CAD faces), mesh.png and quality.png.
-    Quadratic elements; cells carry their region (elastomer, plate_0, ..., core), facets the name of
-    their face (base, contact, side, end, symmetry).
-    """
+    """Mesh DESIGN as an analysis would, and say how good the mesh is."""
     from fingerdesign.analysis.case import Case, fundamental_scene
     from fingerdesign.analysis.forecast.limits import refuse
 
+    formats = _endings(formats)
     finger, scene = read_case(design, scene_file)
     refuse(Case(finger, scene, fidelity), scene or fundamental_scene())
     with progress(finger.design.name, quiet) as tell:
@@ -138,3 +85,17 @@ def _write(
         (out / name).write_text(content, encoding="utf-8")
         files.append(out / name)
     return files
+
+
+def _endings(value: tuple[str, ...]) -> tuple[str, ...]:
+    endings = tuple(dict.fromkeys(ending.lstrip(".").lower() for ending in value))
+    for ending in endings:
+        if ending not in ENDINGS:
+            raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
+    return endings
+
+
+_KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
+    *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
+    *("youngs_modulus", "sheets", "gage_point", "plates_left_out", "discretisation"),
+)

@@ -8,46 +8,18 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fingerdesign.mold.make import FOLDER, older_passed, write_mold
-from fingerdesign_cli.common import (
-    output_folder,
-    output_options,
-    print_json,
-    print_table,
-    progress,
-    read_case,
-    refuse_foreign,
-)
+from fingerdesign_cli.inputs import read_case, refuse_foreign
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.record import MoldReport
 
-_FILE = click.Path(path_type=Path)
 _INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are told one by one
 
 
-@click.command("mold")
-@click.argument("design_file", metavar="DESIGN", type=_FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=_FILE,
-    callback=output_folder,
-    help="The mold goes to OUT/NAME of the design.",
-)
-@click.option(
-    "--process",
-    type=click.Choice(["sla", "fdm", "machined"]),
-    help="Instead of mold.process: how the parts are made.",
-)
-@click.option(
-    "--fixture",
-    type=click.Choice(["comb", "jig", "slots"]),
-    help="Instead of mold.plate_fixture: what holds the plates.",
-)
-@output_options
-def command(
+def mold(
     design_file: Path,
     out: Path,
     process: str | None,
@@ -55,15 +27,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes.
-
-    OUT/NAME then holds each part as STL and STEP, mold.3mf (printed parts on the bed, in mm), DXF
-    drawings of plates and combs, bill_of_materials.csv, exploded.png, mold_report.json and
-    report.html with the casting notes. The design's [mold] table says how it is made; docs/molds.md
-    tells its keys.
-
-    Exit code 1 where a check fails: record and report say which, and why.
-    """
+    """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes."""
     design, _ = read_case(design_file)
     name = design.design.name
     design = _made_by(design, process, fixture)

@@ -8,46 +8,15 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.paper.folder import write_paper
-from fingerdesign_cli.common import (
-    output_folder,
-    output_options,
-    print_json,
-    print_table,
-    progress,
-    read_case,
-)
+from fingerdesign_cli.inputs import read_case
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.paper.claims import Remade
 
-_FILE = click.Path(path_type=Path)
 
-
-@click.command("paper")
-@click.option(
-    "--out",
-    required=True,
-    type=_FILE,
-    callback=output_folder,
-    help="The folder that the figures go to.",
-)
-@click.option(
-    "--design",
-    "design_file",
-    metavar="DESIGN",
-    type=_FILE,
-    default="maeno2000",
-    show_default=True,
-    help="With this finger: a file, or a shipped design's name.",
-)
-@output_options
-def command(out: Path, design_file: Path, quiet: bool, as_json: bool) -> int:
-    """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
-
-    OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
-    SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
-    where a claim of the paper does not hold: that is a finding.
-    """
+def paper(out: Path, design_file: Path, quiet: bool, as_json: bool) -> int:
+    """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them."""
     design, _ = read_case(design_file)
     with progress("paper", quiet) as show:
         from fingerdesign.paper.remade import remake

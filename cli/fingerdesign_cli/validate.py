@@ -11,41 +11,16 @@ from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.result import ResultError
 from fingerdesign.validate.advice import NONE, spread_cell
-from fingerdesign_cli.common import output_options, print_json, print_table, progress, read_case
+from fingerdesign_cli.inputs import read_case
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.validate.record import Row, Validation
 
-_FILE = click.Path(path_type=Path)
-_KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
-    *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
-    *("youngs_modulus", "sheets", "gage_point", "plates_left_out", "discretisation"),
-)
 
-
-@click.command("validate")
-@click.argument("design", metavar="DESIGN", type=_FILE)
-@click.option("--out", required=True, type=_FILE, help="The record goes to OUT/NAME.")
-@click.option(
-    "--scene",
-    "scene_file",
-    type=_FILE,
-    help="In this scene (a file, or a shipped scene's name); without it, the fundamental case.",
-)
-@click.option(
-    "--deep", is_flag=True, help="Finite strain in three dimensions too: minutes, not seconds."
-)
-@click.option(
-    "--only",
-    "keys",
-    multiple=True,
-    metavar="ASSUMPTION",
-    help=f"This assumption alone; may be given again. One of: {', '.join(_KEYS)}.",
-)
-@output_options
-def command(
+def validate(
     design: Path,
     out: Path,
     scene_file: Path | None,
@@ -54,14 +29,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves.
-
-    Each is held against the next better model, at equal motion and at equal force. OUT/NAME then
-    holds validate.html (table, chart, advice), validate.json, validate.csv and validate.png.
-
-    Exit code 0 also where DESIGN and scene can tell nothing: each row says why. 1, status "failed"
-    and a sentence as failure, where models failed and no assumption was told.
-    """
+    """Tell what each modelling assumption costs for DESIGN in a scene, and what it saves."""
     finger, scene = _read(design, scene_file, out)
     from fingerdesign.validate.run import FOLDER, validate, write_validation
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import click
 import pytest
 from fingerdesign_cli import main as cli_main
-from fingerdesign_cli.common import progress
 from fingerdesign_cli.main import main
+from fingerdesign_cli.terminal import progress
 
 from fingerdesign.errors import FingerDesignError
 

@@ -1,8 +1,8 @@
 """What a file or an argument says is printed, never obeyed by the terminal."""
 
 import pytest
-from fingerdesign_cli.common import print_table
 from fingerdesign_cli.main import main
+from fingerdesign_cli.terminal import print_table
 
 BAD = "a\x1b[31m\x9b2J\u202e\x07\x7fb"
 

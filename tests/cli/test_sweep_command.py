@@ -7,7 +7,7 @@ import sys
 
 import pytest
 from fingerdesign_cli.main import main
-from fingerdesign_cli.study_progress import StudyProgress, words
+from fingerdesign_cli.search import StudyProgress, words
 
 STUDY = """
 [study]
@@ -118,7 +118,7 @@ def test_a_long_variant_is_told_to_be_alive(monkeypatch):
 
     monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
     clock = [1000.0]
-    monkeypatch.setattr("fingerdesign_cli.study_progress.time.monotonic", lambda: clock[0])
+    monkeypatch.setattr("fingerdesign_cli.search.time.monotonic", lambda: clock[0])
     shown: dict[str, float] = {}
     told = StudyProgress(
         lambda message, fraction=None: shown.setdefault(message, clock[0]), True, False

@@ -6,10 +6,10 @@ For studies that are killed: a process of their own, in which jobs are evaluated
 import functools
 import sys
 
-from fingerdesign_cli import optimise, sweep
+from fingerdesign_cli import search
 from fingerdesign_cli.main import main
 
 from fingerdesign.search.run.cluster import Cluster
 
-sweep.Cluster = optimise.Cluster = functools.partial(Cluster, evaluator=sys.argv[1])
+search.Cluster = functools.partial(Cluster, evaluator=sys.argv[1])
 sys.exit(main(sys.argv[2:]))

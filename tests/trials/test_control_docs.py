@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-from fingerdesign_cli.common import CONTROLLER_NAMES
-from fingerdesign_cli.study_control import command
+from fingerdesign_cli.options import CONTROLLER_NAMES
+from fingerdesign_cli.trials import command
 
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.figures import look_of

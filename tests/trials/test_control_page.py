@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fingerdesign_cli.study_control import _show
+from fingerdesign_cli.trials import _show
 
 from fingerdesign.control.metrics import Outcome
 from fingerdesign.records.result import GripTrace

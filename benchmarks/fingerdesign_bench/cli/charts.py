@@ -8,13 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from fingerdesign_cli.common import (
-    output_folder,
-    output_options,
-    print_json,
-    print_table,
-    progress,
-)
+from fingerdesign_cli.options import output_folder, output_options
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign_bench.check import Check

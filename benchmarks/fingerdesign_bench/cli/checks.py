@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from fingerdesign_cli.common import optional_folder, output_options, progress
+from fingerdesign_cli.options import optional_folder, output_options
+from fingerdesign_cli.terminal import progress
 
 from fingerdesign_bench.cli.charts import show_checks
 

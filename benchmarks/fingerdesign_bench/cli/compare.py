@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from fingerdesign_cli.common import optional_folder, output_options, progress
+from fingerdesign_cli.options import optional_folder, output_options
+from fingerdesign_cli.terminal import progress
 
 from fingerdesign_bench.cli.charts import say_busy, show_checks
 

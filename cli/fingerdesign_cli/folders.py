@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,24 +11,46 @@ import click
 
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
 from fingerdesign.analysis.page.verdict import findings
+from fingerdesign.checks import starter
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE, read_result
-from fingerdesign_cli.common import output_options, print_json, print_table
+from fingerdesign_cli.terminal import print_json, print_table
 
 if TYPE_CHECKING:
     from fingerdesign.records.result import Result
     from fingerdesign.report.table import Table
 
 
-@click.command("view")
-@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-@click.option("--open", "open_browser", is_flag=True, help="Open the report in the browser.")
-@output_options
-def command(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> None:
-    """Show the result in DIR, or each result in the folders of DIR, and where its report is.
+# ``fingerdesign new``: a commented starter design or scene.
 
-    Exit code 2 where there is no result. That of a failed analysis is shown like any other.
-    """
+
+def _toml(file: Path) -> Path:
+    return file.with_suffix(".toml") if file.name else Path("finger.toml")
+
+
+def new(file: Path, source: str | None, scene: bool, force: bool, quiet: bool) -> None:
+    """Write a commented starter design to FILE.toml, its name taken from FILE; or a scene."""
+    if file.suffix != ".toml":
+        raise click.UsageError(f"FILE = {file}: must end in .toml; try {_toml(file)}")
+    if file.exists() and not force:
+        raise click.UsageError(f"FILE = {file}: must not exist; choose another name or --force")
+    if scene:
+        text, schema_file = starter.starter_scene_text(source), starter.SCENE_SCHEMA_FILE
+    else:
+        name = re.sub(r"[^A-Za-z0-9_-]+", "-", file.stem).strip("-")[:64] or "finger"
+        text, schema_file = starter.starter_text(name, source), starter.SCHEMA_FILE
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    schema = file.parent / schema_file
+    if force or not schema.exists():
+        schema.write_text(starter.schema_json(schema_file), encoding="utf-8")
+    if not quiet:
+        design = "DESIGN --scene " if scene else ""
+        click.echo(f"{file} written; next: fingerdesign check {design}{shlex.quote(str(file))}")
+
+
+def view(folder: Path, open_browser: bool, quiet: bool, as_json: bool) -> None:
+    """Show the result in DIR, or each result in the folders of DIR, and where its report is."""
     places = _places(folder)
     results = [read_result(place) for place in places]
     if as_json:

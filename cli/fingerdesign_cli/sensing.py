@@ -2,58 +2,64 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.page import FOLDER, write_observability
 from fingerdesign.sensing.record import plain
-from fingerdesign_cli.common import (
-    output_folder,
-    output_options,
-    print_json,
-    print_table,
-    progress,
-    read_case,
-    refuse_foreign,
-)
+from fingerdesign_cli.inputs import read_case, refuse_foreign
+from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.sensing.record import Observability
+    from fingerdesign.sensing.teach import Lesson
 
-_FILE = click.Path(path_type=Path)
+
+# ``fingerdesign teach``: an estimator of the stick ratio for a design's gages, for a rig too.
 
 
-@click.command("gages")
-@click.argument("design_file", metavar="DESIGN", type=_FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=_FILE,
-    callback=output_folder,
-    help="The record goes to OUT/NAME of the design.",
-)
-@click.option(
-    "--noise",
-    type=float,
-    default=0.5,
-    show_default=True,
-    help="Standard deviation of a gage's sample, microstrain.",
-)
-@click.option(
-    "--grips",
-    type=int,
-    default=600,
-    show_default=True,
-    help="Grips to learn from; more tell finer differences.",
-)
-@click.option(
-    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
-)
-@output_options
-def command(
+def teach(
+    design_file: Path, out: Path, noise: float, workers: int, quiet: bool, as_json: bool
+) -> int:
+    """Teach the estimator that the regulator grips by, on DESIGN's own model."""
+    design, _ = read_case(design_file)
+    from fingerdesign.sensing.lessons import at_noise, lesson_for, lesson_text
+
+    name = design.design.name
+    kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
+    refuse_foreign(kind, out / name)
+    with kind.written(out / name) as folder, progress(name, quiet) as show:
+        lesson = lesson_for(design, tell=lambda told: show(told, 0.0), workers=workers)
+        lesson = at_noise(lesson, noise)
+        record = {k: v for k, v in json.loads(lesson_text(lesson)).items() if k != "estimator"}
+        (folder / "estimator.json").write_text(lesson.estimator.to_json(), encoding="utf-8")
+        (folder / "lesson.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
+        show("writing", 1.0)
+    if as_json:
+        print_json({"design": name, **record})
+    elif not quiet:
+        _show_errors(lesson, name, out / name)
+    return 0
+
+
+def _show_errors(lesson: Lesson, name: str, folder: Path) -> None:
+    rows = [
+        [f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"]
+        for noise, stick, used in zip(
+            lesson.noises, lesson.stick_errors, lesson.used_errors, strict=True
+        )
+    ]
+    columns = ["noise, microstrain", "stick ratio", "friction in use"]
+    print_table(f"{name}: errors (RMS) on grips that were not taught", columns, rows)
+    click.echo(f"{lesson.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
+
+
+def gages(
     design_file: Path,
     out: Path,
     noise: float,
@@ -62,12 +68,7 @@ def command(
     quiet: bool,
     as_json: bool,
 ) -> int:
-    """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
-
-    OUT/NAME then holds observability.json (all numbers), counts.csv (error by number of gages),
-    gages.csv (each gage: its rank, and what it costs dead) and observability.png. Errors are of
-    learners on grips in plane strain that they were not taught on. A minute or two.
-    """
+    """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where."""
     design, _ = read_case(design_file)
     refuse(design, noise, grips)
     name = design.design.name

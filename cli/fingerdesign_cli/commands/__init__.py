@@ -1,0 +1,1 @@
+"""The commands as click sees them: names, options and help; no work."""

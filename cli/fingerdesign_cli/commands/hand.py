@@ -1,0 +1,311 @@
+"""Commands about the hand: grips, recorded grips, what the gages tell, controllers, the paper."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import click
+
+from fingerdesign_cli.options import (
+    FILE,
+    controllers_option,
+    go_on_option,
+    output_folder,
+    output_options,
+    work,
+)
+
+
+def _finite(_context: click.Context, parameter: click.Parameter, value: float) -> float:
+    """NaN passes any range of click's."""
+    if not math.isfinite(value):
+        raise click.BadParameter(f"{value} is not a finite number", param=parameter)
+    return value
+
+
+@click.command("grip")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="The result goes to OUT/NAME of the design.",
+)
+@click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
+@click.option(
+    "--friction",
+    "frictions",
+    metavar="MU",
+    type=float,
+    multiple=True,
+    help="Friction coefficient of the object; repeat it for one lift each. "
+    "Instead of grip.friction_coefficients.",
+)
+@click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
+@click.option(
+    "--fidelity",
+    type=click.Choice(["plane-strain", "3d"]),
+    default="plane-strain",
+    show_default=True,
+    help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
+)
+@click.option(
+    "--estimator",
+    "estimator_file",
+    type=FILE,
+    help="What the regulator grips by, from `fingerdesign teach`; without it, it is taught first.",
+)
+@go_on_option
+@output_options
+def grip(**given: Any) -> int | None:
+    """Lift an object with DESIGN by the design's [grip] table, once per friction coefficient.
+
+    DESIGN is a file or a shipped design's name.
+
+    The controller feels gages and forces only. Exit code 0 also where an object slips or is not
+    lifted: that is a finding, and stands in the table and in result.json.
+    """
+    return work("grip:grip", given)
+
+
+@click.command("replay")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.argument("trace_file", metavar="TRACE", type=FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="Files go to OUT/NAME of the design.",
+)
+@click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
+@click.option(
+    "--estimator",
+    "estimator_file",
+    type=FILE,
+    help="An estimator taught on DESIGN (JSON): tells the stick ratio; the regulator needs it.",
+)
+@output_options
+def replay(**given: Any) -> int | None:
+    """Ask a controller along a grip recorded on a rig with the finger DESIGN.
+
+    TRACE is a CSV file: time_s, dx_mm, dy_mm, normal_force_N, tangential_force_N, gage_1, ... (in
+    microstrain), and lifted (0 or 1) if the hand sees it; a row a sample. OUT/NAME/replay.csv tells
+    what the controller asks for at each. A trace with gaps, NaN, other units or too few gages is
+    refused by row and column.
+    """
+    return work("trials:replay", given)
+
+
+@click.command("teach")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="Files go to OUT/NAME of the design.",
+)
+@click.option(
+    "--noise",
+    type=click.FloatRange(0.0, 1e3),
+    callback=_finite,
+    default=0.5,
+    show_default=True,
+    help="Of a sample of your gages, microstrain: written into the file.",
+)
+@click.option(
+    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
+)
+@output_options
+def teach(**given: Any) -> int | None:
+    """Teach the estimator that the regulator grips by, on DESIGN's own model.
+
+    OUT/NAME/estimator.json runs on a rig with numpy alone (fingerdesign.control.estimator);
+    lesson.json tells its errors on grips that it was not taught on. Minutes the first time; what
+    has been taught is kept, and changes of the [grip] table's controllers teach nothing anew.
+    """
+    return work("sensing:teach", given)
+
+
+@click.command("gages")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="The record goes to OUT/NAME of the design.",
+)
+@click.option(
+    "--noise",
+    type=float,
+    default=0.5,
+    show_default=True,
+    help="Standard deviation of a gage's sample, microstrain.",
+)
+@click.option(
+    "--grips",
+    type=int,
+    default=600,
+    show_default=True,
+    help="Grips to learn from; more tell finer differences.",
+)
+@click.option(
+    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
+)
+@output_options
+def gages(**given: Any) -> int | None:
+    """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
+
+    OUT/NAME then holds observability.json (all numbers), counts.csv (error by number of gages),
+    gages.csv (each gage: its rank, and what it costs dead) and observability.png. Errors are of
+    learners on grips in plane strain that they were not taught on. A minute or two.
+    """
+    return work("sensing:gages", given)
+
+
+@click.command("tune")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="The record goes to OUT/NAME of the design.",
+)
+@controllers_option
+@click.option(
+    "--noise",
+    "noises",
+    metavar="E",
+    type=float,
+    multiple=True,
+    default=(0.5,),
+    show_default=True,
+    help="Standard deviation of a gage's sample in the tuning grips, microstrain; may be given "
+    "again.",
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Of trials, grips and noise.")
+@click.option(
+    "--estimator",
+    "estimator_file",
+    metavar="FILE",
+    type=FILE,
+    help="For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+    "or taken from the cache.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Processes; without it as many as there are cores.",
+)
+@output_options
+def tune(**given: Any) -> int | None:
+    """Tune the controllers of DESIGN, each by the same procedure and the same number of grips.
+
+    The grips have other frictions, masses and noise than those of study-control. OUT/NAME then
+    holds tuning.json (every trial) and tuned.toml: DESIGN with the best values in its [grip] table,
+    for `fingerdesign study-control`, whose grid gives other success rates than the grips tuned on.
+    One to six minutes a controller.
+
+    What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted run
+    goes on in the middle of a round.
+    """
+    return work("trials:tune", given)
+
+
+@click.command("study-control")
+@click.argument("design_file", metavar="DESIGN", type=FILE)
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="The record goes to OUT/NAME of the design.",
+)
+@controllers_option
+@click.option(
+    "--friction",
+    "frictions",
+    metavar="MU",
+    type=float,
+    multiple=True,
+    help="Friction coefficient; may be given again. Without it ten from 0.2 to 0.8.",
+)
+@click.option(
+    "--mass-g",
+    "masses",
+    metavar="G",
+    type=float,
+    multiple=True,
+    help="The object's mass; may be given again. Without it ten from 100 to 1000 g.",
+)
+@click.option(
+    "--noise",
+    "noises",
+    metavar="E",
+    type=float,
+    multiple=True,
+    help="Standard deviation of a gage's sample, microstrain; may be given again. Without it 0, "
+    "0.5, 1, 2, 5 and 10.",
+)
+@click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
+@click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of all noise.")
+@click.option(
+    "--estimator",
+    "estimator_file",
+    metavar="FILE",
+    type=FILE,
+    help="For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+    "first (minutes), or taken from the cache.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Processes; without it as many as there are cores.",
+)
+@output_options
+def study_control(**given: Any) -> int | None:
+    """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain.
+
+    Each lifts every object at every noise and, once, holds it against a tug. OUT/NAME then holds
+    control.html (findings, tables, figures), control.json, grips.csv (every grip), control.png and
+    path_*.csv (the grips that are drawn).
+
+    What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted study
+    goes on where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
+    finding.
+    """
+    return work("trials:study_control", given)
+
+
+@click.command("paper")
+@click.option(
+    "--out",
+    required=True,
+    type=FILE,
+    callback=output_folder,
+    help="The folder that the figures go to.",
+)
+@click.option(
+    "--design",
+    "design_file",
+    metavar="DESIGN",
+    type=FILE,
+    default="maeno2000",
+    show_default=True,
+    help="With this finger: a file, or a shipped design's name.",
+)
+@output_options
+def paper(**given: Any) -> int | None:
+    """Remake the paper's Figs 2, 3, 6, 7, 8, 10 and 12, and judge its words by them.
+
+    OUT then holds paper.html (the paper's words beside what was measured), each figure as PNG and
+    SVG with its data as CSV, and paper.json. In plane strain, under a minute. Exit code 0 also
+    where a claim of the paper does not hold: that is a finding.
+    """
+    return work("paper:paper", given)

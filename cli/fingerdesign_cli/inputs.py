@@ -1,0 +1,101 @@
+"""What subcommands share: --quiet and --json, files or shipped names, progress, tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from fingerdesign.checks.load import judge_design, judge_scene
+from fingerdesign.checks.scene import scene_faults
+from fingerdesign.checks.starter import design_text, scene_text
+from fingerdesign.control.estimator import EstimatorError, GripEstimator
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.result import ResultError
+
+if TYPE_CHECKING:
+    from fingerdesign.checks.load import Judged
+    from fingerdesign.control.estimator import GripEstimator
+    from fingerdesign.design.scene import Scene
+    from fingerdesign.design.schema import Design
+    from fingerdesign.errors import DesignError
+    from fingerdesign.records.folder import RecordFolder
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+
+def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
+    """Return a design and a scene, each of a file or shipped under that name.
+
+    Raises :class:`DesignError` with every fault of both and of the one against the other.
+    """
+    scene: Judged[Scene] | None = None
+    errors: list[DesignError] = []
+    if scene_name is not None:
+        scene, error = judged_scene(scene_name)
+        errors += [error] if error else []
+    found, error = judged_design(design_name, scene)
+    errors += [error] if error else []
+    if errors or found is None or found.value is None:
+        every = DesignError([fault for each in errors for fault in each.faults])
+        every.args = ("\n".join(str(each) for each in errors),)
+        raise every
+    return found.value, scene.value if scene is not None else None
+
+
+def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:
+    """Judge a scene's file, or the shipped one; with the error that holds its faults, if any."""
+    try:
+        found = judge_scene(scene_text(name), str(name))
+    except DesignError as error:
+        return None, error
+    return found, DesignError(found.faults, str(name)) if found.faults else None
+
+
+def judged_design(
+    name: Path, scene: Judged[Scene] | None = None
+) -> tuple[Judged[Design] | None, DesignError | None]:
+    """Judge a design's file, or the shipped one, and against it the scene where there is one."""
+    try:
+        found = judge_design(design_text(name), str(name), Path(name).parent)
+    except DesignError as error:
+        return None, error
+    own = DesignError(found.faults, str(name))
+    beside = DesignError([])
+    if scene is not None and scene.value is not None and found.value is not None:
+        beside = DesignError(scene_faults(scene.value, found.value), f"{name} (scene)")
+    both = DesignError([*own.faults, *beside.faults])
+    both.args = ("\n".join(str(error) for error in (own, beside) if error.faults),)
+    return found, both if both.faults else None
+
+
+def read_estimator(path: Path) -> GripEstimator:
+    """The estimator in a file that ``fingerdesign teach`` wrote; DesignError for any other."""
+    try:
+        return GripEstimator.from_json(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, EstimatorError) as error:
+        fault = Fault("--estimator", str(path), "an estimator's JSON file", str(error))
+        raise DesignError([fault]) from error
+
+
+def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
+    """As :func:`read_estimator`; DesignError too for one that was taught on another design."""
+    if path is None:
+        return None
+    from fingerdesign.sensing.lessons import estimator_faults
+
+    estimator = read_estimator(path)
+    faults = estimator_faults(design, estimator)
+    if faults:
+        raise DesignError(faults, str(path))
+    return estimator
+
+
+def refuse_foreign(kind: RecordFolder, target: Path) -> None:
+    """DesignError, before any work, where ``target`` holds what is no older record of the kind."""
+    try:
+        kind.refuse_foreign(target)
+    except ResultError as error:
+        bound = f"a folder for a {kind.kind}"
+        remedy = f"choose another, for {str(error).removesuffix('; choose another --out')}"
+        raise DesignError([Fault("--out", str(target.parent), bound, remedy)]) from error

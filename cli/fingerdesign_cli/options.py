@@ -1,0 +1,93 @@
+"""Options that commands share, and how a command calls its work: light, so that --help is.
+
+A command's options stand in commands/; what it does in a module beside this one, which imports
+what it needs at its top and is loaded when the command runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from fingerdesign.runtime.registry import CONTROLLERS
+
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+
+FILE = click.Path(path_type=Path)
+
+
+def work(target: str, given: dict[str, Any]) -> int | None:
+    """Call ``module:function`` of this package with a command's parameters; loads the module."""
+    module, _, name = target.partition(":")
+    code: int | None = getattr(import_module(f"fingerdesign_cli.{module}"), name)(**given)
+    return code
+
+
+def output_folder(_context: click.Context, parameter: click.Parameter, value: Path) -> Path:
+    """Refuse an option's folder that cannot become one: it or a folder above it is a file."""
+    for path in (value, *value.parents):
+        if path.exists() and not path.is_dir():
+            above = "" if path == value else f"; {path} is a file"
+            wrong = f"{parameter.opts[0]} = {value}: must be a folder, not a file{above}"
+            raise click.UsageError(f"{wrong}; choose another")
+    return value
+
+
+def optional_folder(
+    context: click.Context, parameter: click.Parameter, value: Path | None
+) -> Path | None:
+    """As :func:`output_folder`, where the option may be left out."""
+    return None if value is None else output_folder(context, parameter, value)
+
+
+def output_options(function: _Command) -> _Command:
+    """Give a command the flags ``--quiet`` (``quiet``) and ``--json`` (``as_json``)."""
+    function = click.option("--json", "as_json", is_flag=True, help="Print JSON on stdout.")(
+        function
+    )
+    return click.option("--quiet", "-q", is_flag=True, help="Print only failures.")(function)
+
+
+def go_on_option(function: _Command) -> _Command:
+    """Give a command the flag ``--go-on`` (``go_on``)."""
+    return click.option(
+        "--go-on", is_flag=True, help="Even where the forecast exceeds the memory that is free."
+    )(function)
+
+
+CONTROLLER_NAMES = CONTROLLERS.shipped_names()
+
+
+controllers_option = click.option(
+    "--controller",
+    "controllers",
+    metavar="NAME",
+    multiple=True,
+    help=f"This controller alone; may be given again. One of: {', '.join(CONTROLLER_NAMES)}.",
+)
+
+
+def scheduler_options(function: _Command) -> _Command:
+    """Give a command ``--workers`` (``workers``) and ``--scheduler`` (``scheduler``)."""
+    function = click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        callback=_alone,
+        help="Run on the workers of this Dask scheduler: tcp://host:8786 for one, or its file.",
+    )(function)
+    return click.option(
+        "--workers",
+        type=click.IntRange(1, 1024),
+        is_eager=True,
+        help="Processes on this machine; without it as many as there are cores.",
+    )(function)
+
+
+def _alone(context: click.Context, _parameter: click.Parameter, value: str | None) -> str | None:
+    if value is not None and context.params.get("workers") is not None:
+        raise click.UsageError("--workers and --scheduler: give one; a cluster has its own workers")
+    return value

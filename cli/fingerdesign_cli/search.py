@@ -1,0 +1,350 @@
+"""``fingerdesign sweep``: all variants of a study, on the cores at hand or on a cluster."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from fingerdesign.checks.load import read_text
+from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.words import summary
+from fingerdesign.search.optimise.confirm import Optimised, confirm
+from fingerdesign.search.optimise.folder import FOLDER as SEARCH_FOLDER
+from fingerdesign.search.optimise.folder import journal_beside, write_optimised
+from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
+from fingerdesign.search.optimise.page import confirmed_table, sensitivity_tables, verdict
+from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.run.cluster import Cluster
+from fingerdesign.search.run.folder import FOLDER, write_study
+from fingerdesign.search.run.jobs import planned, study_scenes
+from fingerdesign.search.run.run import run_jobs
+from fingerdesign.search.run.store import TRANSIENT, Store
+from fingerdesign.search.study.file import parse_study, study_path
+from fingerdesign.search.study.variants import base_design, variants
+from fingerdesign_cli.inputs import refuse_foreign
+from fingerdesign_cli.terminal import Progress, print_table, progress
+
+if TYPE_CHECKING:
+    from fingerdesign.records.outcome import Outcome
+    from fingerdesign.search.compare.read import Comparison
+    from fingerdesign.search.optimise.confirm import Optimised
+    from fingerdesign.search.run.cluster import Cluster
+    from fingerdesign.search.run.jobs import Planned
+    from fingerdesign.search.run.run import Standing
+
+
+# What commands on studies share: where they run, progress with time left and failures.
+
+_NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
+_Command = TypeVar("_Command", bound=Callable[..., Any])
+_PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
+
+
+class StudyProgress:
+    """Shows where a study stands, on a bar, in plain lines, or a JSON line an outcome.
+
+    cluster: set it once it is there; its dashboard's address is told when it has started.
+    """
+
+    def __init__(self, show: Progress, quiet: bool, as_json: bool) -> None:
+        self._show, self._quiet, self._as_json = show, quiet, as_json
+        self._said_dashboard = False
+        self._next, self._waited = 0.0, False
+        self._start, self._said = time.monotonic(), ""
+        self.cluster: Cluster | None = None
+        self.last: Standing | None = None
+
+    def __call__(self, standing: Standing) -> None:
+        """Show a standing."""
+        self.last = standing
+        if (standing.threads or standing.waiting) and not self._said_dashboard:
+            self._said_dashboard = True
+            self._dashboard()
+        if self._as_json and standing.outcome is not None:
+            line(told(standing))
+        now = time.monotonic()
+        news = standing.number == standing.of or standing.waiting != self._waited
+        if news or sys.stderr.isatty() or now >= self._next:
+            self._next, self._waited = now + _PLAIN_S, standing.waiting
+            said = words(standing)
+            if said == self._said and not sys.stderr.isatty():  # nothing new: it is alive
+                said += f", {now - self._start:.0f} s so far"
+            else:
+                self._said = said
+            self._show(said, standing.number / max(standing.of, 1))
+
+    def _dashboard(self) -> None:
+        address = None if self.cluster is None else self.cluster.dashboard
+        if self._as_json:
+            line({"dashboard": address})
+        elif not self._quiet:
+            click.echo(f"Dask dashboard: {address or 'none (it needs bokeh)'}", err=True)
+
+
+def words(standing: Standing) -> str:
+    """As "12 of 200, 1 failed, 3 min left"."""
+    said = [f"{standing.number} of {standing.of}"]
+    if standing.failures:
+        said.append(f"{standing.failures} failed")
+    if standing.waiting:
+        said.append("waiting for workers")
+    elif standing.left is not None and standing.number < standing.of:
+        said.append(f"{duration(standing.left)} left")
+    return ", ".join(said)
+
+
+def duration(seconds: float) -> str:
+    """In words.
+
+    >>> duration(4.2), duration(200.0), duration(9000.0)
+    ('4 s', '3 min', '2.5 h')
+    """
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def told(standing: Standing) -> dict[str, Any]:
+    """A standing with an outcome, for scripts.
+
+    done, of: outcomes at hand, and of how many; number: the variant's, None for the reference.
+    """
+    outcome = standing.outcome
+    assert outcome is not None
+    failure = outcome.failure
+    return {
+        "done": standing.number,
+        "of": standing.of,
+        "number": variant_number(outcome.name),
+        "name": outcome.name,
+        "scene": outcome.scene,
+        "status": outcome.status,
+        "failure": None if failure is None else {"kind": failure.kind, "cause": failure.sentence},
+        "from_store": standing.from_store,
+        "failures": standing.failures,
+        "seconds": round(standing.seconds, 3),
+        "seconds_left": None if standing.left is None else round(standing.left, 1),
+    }
+
+
+def variant_number(name: str) -> int | None:
+    """The number in the name of a variant's outcome; None for one of no variant.
+
+    >>> variant_number("fingers-0007"), variant_number("fingers-0007-3d")
+    (7, 7)
+    >>> variant_number("reference-maeno2000") is None
+    True
+    """
+    found = None if name.startswith("reference-") else _NUMBER.search(name)
+    return None if found is None else int(found[1])
+
+
+def say_failures(failures: int, of: int, causes: Path) -> None:
+    """One line on stderr, of variants that failed; nothing where none did."""
+    if failures:
+        click.echo(f"{failures} of {of} failed: causes in {causes}", err=True)
+
+
+def line(value: dict[str, Any]) -> None:
+    """One line of JSON on stdout, at once."""
+    click.echo(json.dumps(value, allow_nan=False))
+    sys.stdout.flush()
+
+
+# ``fingerdesign optimise``: search for better fingers, and confirm the best of them.
+
+
+def optimise(
+    study_file: Path,
+    out: Path,
+    trials: int | None,
+    workers: int | None,
+    scheduler: str | None,
+    retry: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Search STUDY for fingers that are better in its [[objectives]], within its [constraints]."""
+    path = study_path(study_file)
+    text, folder = read_text(path), path.parent
+    study = parse_study(text, str(study_file))
+    refuse_aimless(study)
+    target = out / study.name
+    refuse_foreign(SEARCH_FOLDER, target)
+    search = Search(study, base_design(study, folder), study_scenes(study, folder))
+    store = Store()
+    journal = journal_beside(target.absolute())
+    with (
+        Trials(study, search.base, journal) as kept,  # held till the folder is written
+        progress(study.name, quiet or as_json) as show,
+        Cluster(workers, scheduler) as cluster,
+    ):
+        shown = StudyProgress(show, quiet, as_json)
+        shown.cluster = cluster
+        tell = _Told(shown, len(search.scenes))
+
+        def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
+            return run_jobs(plan, store, cluster, study.limits, tell.standing, retry=retry)
+
+        tried = searched(
+            search,
+            kept,
+            evaluated,
+            trials,
+            max(BATCH, workers or 0),
+            tell.trials,
+        )
+        tell.confirming()
+        confirmation = confirm(search, tried, evaluated, lambda message: show(message, None))
+        show("writing the report", 1.0)
+        with SEARCH_FOLDER.written(target) as aside:
+            found = Optimised(search, tried, confirmation)
+            write_optimised(aside, found, text)
+    if as_json:
+        line({"folder": str(target), **found.data()})
+    elif not quiet:
+        _show_front(found, target)
+    else:
+        every = [o for each in tried for o in each.outcomes] + list(confirmation.outcomes)
+        failures = sum(o.failure is not None for o in every)
+        say_failures(failures, len(every), target / "failures.csv")
+    return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
+
+
+class _Told:
+    """Shows each batch's standing as one of the whole search, then that of the confirmation."""
+
+    def __init__(self, show: StudyProgress, scenes: int) -> None:
+        self._show, self._scenes = show, scenes
+        self._done = self._of = self._earlier = self._failures = self._before = 0
+        self._start: float | None = None
+        self._searching = True
+
+    def trials(self, done: int, of: int) -> None:
+        """So many trials are done, and of how many."""
+        if self._start is None:
+            self._start, self._earlier = time.monotonic(), done
+        self._done, self._of, self._before = done, of, self._failures
+
+    def confirming(self) -> None:
+        """The search is over: from now on the confirmation's own numbers."""
+        self._searching = False
+
+    def standing(self, now: Standing) -> None:
+        """Show where a batch stands."""
+        if not self._searching:
+            self._show(now)
+            return
+        if self._done == self._of:  # trials of an earlier run are read again, or computed
+            if now.threads:
+                self._show(now)
+            return
+        self._failures = self._before + now.failures
+        number = self._done * self._scenes + now.number
+        of, earlier = self._of * self._scenes, self._earlier * self._scenes
+        left, seconds = None, time.monotonic() - (self._start or time.monotonic())
+        if number > earlier:
+            left = seconds / (number - earlier) * (of - number)
+        failures = self._failures
+        self._show(
+            replace(now, number=number, of=of, failures=failures, left=left, seconds=seconds)
+        )
+
+
+def _show_front(found: Optimised, target: Path) -> None:
+    for sentence in (*found.sentences(), *verdict(found)):
+        click.echo(sentence)
+    for table in (confirmed_table(found), *sensitivity_tables(found)):
+        if table is not None:
+            print_table(table.caption, table.columns, table.rows)
+    click.echo(f"report: {target / 'report.html'}")
+
+
+_KINDS = {
+    "invalid": "invalid",
+    "refused": "refused",
+    "failed": "without a result",
+    "crashed": "crashed",
+    "timeout": "out of time",
+    "memory": "out of memory",
+}
+
+
+def sweep(
+    study_file: Path,
+    out: Path,
+    workers: int | None,
+    scheduler: str | None,
+    retry: bool,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
+    path = study_path(study_file)
+    text, folder = read_text(path), path.parent
+    study = parse_study(text, str(study_file))
+    target = out / study.name
+    refuse_foreign(FOLDER, target)
+    scenes = study_scenes(study, folder)
+    plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
+    with progress(study.name, quiet or as_json) as show:
+        told = StudyProgress(show, quiet, as_json)
+        with Cluster(workers, scheduler) as cluster:
+            told.cluster = cluster
+            outcomes = run_jobs(plan, Store(), cluster, study.limits, told, retry=retry)
+        show("writing the report", 1.0)
+        with FOLDER.written(target) as aside:
+            found = write_study(aside, study, outcomes, text)
+    if as_json:
+        line({"folder": str(target), **_counts(outcomes, told.last)})
+    elif not quiet:
+        _show(found, outcomes, told.last, target)
+    else:
+        failures = sum(outcome.failure is not None for outcome in outcomes)
+        say_failures(failures, len(outcomes), target / "failures.csv")
+    return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
+
+
+def _counts(outcomes: Sequence[Outcome], last: Standing | None) -> dict[str, object]:
+    """What came of a study, for scripts."""
+    kinds = Counter(outcome.failure.kind for outcome in outcomes if outcome.failure is not None)
+    return {
+        "variants": len(outcomes),
+        "failures": sum(kinds.values()),
+        "failures_by_kind": dict(sorted(kinds.items())),
+        "from_store": 0 if last is None else last.stored,
+        "computed": 0 if last is None else last.computed,
+        "seconds": 0.0 if last is None else round(last.seconds, 3),
+    }
+
+
+def _show(
+    found: Comparison, outcomes: Sequence[Outcome], last: Standing | None, target: Path
+) -> None:
+    facts = found.facts
+    best = recommend(found.outcomes, facts.objectives, facts.constraints)
+    said = summary(found.outcomes, facts, best)
+    click.echo(said.counts)
+    counts = _counts(outcomes, last)
+    kinds = counts["failures_by_kind"]
+    assert isinstance(kinds, dict)
+    if kinds:
+        told = ", ".join(f"{number} {_KINDS[kind]}" for kind, number in kinds.items())
+        click.echo(f"failed: {told}; causes in {target / 'failures.csv'}")
+    if set(kinds) & set(TRANSIENT):
+        click.echo("--retry runs these again, with the limits that the study has now")
+    if counts["computed"] == 0 and counts["from_store"]:
+        click.echo("nothing was computed: every outcome was in the store")
+    elif counts["from_store"]:
+        click.echo(f"{counts['computed']} computed, {counts['from_store']} were in the store")
+    click.echo(f"recommended: {said.recommended}. {said.why}" if said.recommended else said.why)
+    click.echo(f"report: {target / 'report.html'}")

@@ -1,0 +1,289 @@
+"""``fingerdesign study-control``: controllers over friction x weight x noise, on one design."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from fingerdesign.control.roster import needs_training
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.folder import RecordFolder
+from fingerdesign.trials.grid import ControlGrid
+from fingerdesign.trials.page import findings
+from fingerdesign.trials.replay import replay_trace
+from fingerdesign.trials.tuning_record import RECORD_FILE
+from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
+from fingerdesign_cli.options import (
+    CONTROLLER_NAMES,
+)
+from fingerdesign_cli.terminal import cores, print_json, print_table, progress
+
+if TYPE_CHECKING:
+    from fingerdesign.control.metrics import Summary
+    from fingerdesign.trials.grid import ControlGrid
+    from fingerdesign.trials.record import ControlStudy
+    from fingerdesign.trials.replay import Replay
+
+
+# ``fingerdesign tune``: every controller tuned alike, on grips that are not those of the study.
+
+
+def tune(
+    design_file: Path,
+    out: Path,
+    controllers: tuple[str, ...],
+    noises: tuple[float, ...],
+    seed: int,
+    estimator_file: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Tune the controllers of DESIGN, each by the same procedure and the same number of grips."""
+    design, _ = read_case(design_file)
+    from fingerdesign.trials.tune import DESIGN_FILE, tune_controllers, write_tuning
+
+    name = design.design.name
+    target = out / name
+    journal = target.absolute().with_name(f"{name}.unfinished.jsonl")
+    kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
+    refuse_foreign(kind, target)
+    estimator = estimator_for(design, estimator_file)
+    with kind.written(target) as folder, progress(name, quiet) as show:
+        record = tune_controllers(
+            design,
+            controllers or CONTROLLER_NAMES,
+            journal,
+            estimator=estimator,
+            noises=noises,
+            seed=seed,
+            workers=workers or cores(),
+            tell=lambda message, fraction: show(message, fraction),
+        )
+        write_tuning(record, design, folder)
+    journal.unlink(missing_ok=True)
+    if as_json:
+        print_json(record.data())
+    elif not quiet:
+        headings = ["controller", "success % (before)", "held %", "dropped", "crushed"]
+        headings += ["not lifted", "peak (before)", "takes"]
+        rows = [_row(name, found) for name, found in record.controllers.items()]
+        print_table(f"{record.design}: tuned on {len(record.cells)} grips", headings, rows)
+        click.echo("rates on other grips differ: judge the tuned design with study-control")
+        click.echo(f"{record.seconds:.0f} s; tuned design: {target / DESIGN_FILE}")
+    return 0
+
+
+def _row(name: str, found: dict[str, Any]) -> list[str]:
+    best, default = found["best"], found["default"]
+    takes = (f"{key.removeprefix('grip.')} {value:g}" for key, value in best["values"].items())
+    return [
+        name,
+        f"{100 * best['success_rate']:.1f} ({100 * default['success_rate']:.1f})",
+        f"{100 * best['held_rate']:.1f}",
+        *(f"{best[key]}" for key in ("dropped", "crushed", "not_lifted")),
+        f"{_ratio(best['mean_peak_ratio'])} ({_ratio(default['mean_peak_ratio'])})",
+        ", ".join(takes),
+    ]
+
+
+def _ratio(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2f}"
+
+
+# ``fingerdesign replay``: a grip recorded on a rig, put before a controller.
+
+
+def replay(
+    design_file: Path,
+    trace_file: Path,
+    out: Path,
+    controller: str | None,
+    estimator_file: Path | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Ask a controller along a grip recorded on a rig with the finger DESIGN."""
+    design, _ = read_case(design_file)
+    name = design.design.name
+    kind = RecordFolder("replay", "replay.json", ("replay.json", "replay.csv"))
+    refuse_foreign(kind, out / name)
+    estimator = estimator_for(design, estimator_file)
+    chosen = controller or design.grip.controller
+    if estimator is None and needs_training(chosen):
+        _refuse_untaught(chosen, design_file)
+    with kind.written(out / name) as folder, progress(name, quiet) as show:
+        found = replay_trace(design, trace_file, chosen, estimator, show)
+        record = json.dumps(found.record(), indent=1, allow_nan=False) + "\n"
+        (folder / "replay.json").write_text(record, encoding="utf-8")
+        (folder / "replay.csv").write_text(found.table(), encoding="utf-8")
+    if as_json:
+        print_json(found.record())
+    elif not quiet:
+        _show_replay(found, out / name)
+    return 0
+
+
+def _refuse_untaught(name: str, design_file: Path) -> None:
+    bound = "a controller that needs no estimator, where none is given"
+    remedy = f"give --estimator FILE (fingerdesign teach {design_file})"
+    raise DesignError([Fault("--controller", name, bound, remedy)])
+
+
+def _show_replay(found: Replay, folder: Path) -> None:
+    record = found.record()
+
+    def number(key: str) -> str:
+        return "-" if record[key] is None else f"{record[key]:.3g}"
+
+    rows = [
+        ["closing, mm", number("closed_mm"), number("asked_closing_mm")],
+        ["shear, mm", number("sheared_mm"), number("asked_shear_mm")],
+    ]
+    title = f"{found.design}, rows {record['first_row']} to {record['last_row']} of {found.trace}"
+    print_table(title, ["", "the rig", found.controller], rows)
+    click.echo(f"holds: {found.holds}")
+    if record["least_stick_ratio_told"] is not None:
+        least, most = number("least_stick_ratio_told"), number("most_friction_used_told")
+        click.echo(f"told: stick ratio down to {least}, friction used up to {most}")
+    click.echo(f"row by row: {folder / 'replay.csv'}")
+
+
+def study_control(
+    design_file: Path,
+    out: Path,
+    controllers: tuple[str, ...],
+    frictions: tuple[float, ...],
+    masses: tuple[float, ...],
+    noises: tuple[float, ...],
+    quick: bool,
+    no_tug: bool,
+    seed: int,
+    estimator_file: Path | None,
+    workers: int | None,
+    quiet: bool,
+    as_json: bool,
+) -> int:
+    """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain."""
+    design, _ = read_case(design_file)
+    from fingerdesign.trials.run import (
+        FOLDER,
+        journal_beside,
+        study_control,
+        write_study,
+    )
+
+    name = design.design.name
+    target = out / name
+    grid = _grid(frictions, masses, noises, quick, no_tug, seed)
+    grid.refuse()
+    refuse_foreign(FOLDER, target)
+    estimator = estimator_for(design, estimator_file)
+    journal = journal_beside(target.absolute())
+    with FOLDER.written(target) as folder, progress(name, quiet) as show:
+        found = study_control(
+            design,
+            controllers or CONTROLLER_NAMES,
+            grid,
+            journal,
+            estimator=estimator,
+            workers=workers or cores(),
+            tell=lambda message, fraction: show(message, fraction),
+        )
+        show("writing the report", 1.0)
+        write_study(found, folder)
+    journal.unlink(missing_ok=True)
+    if as_json:
+        print_json(found.data())
+    elif not quiet:
+        _show(found, target)
+    return 0
+
+
+def _grid(
+    frictions: tuple[float, ...],
+    masses: tuple[float, ...],
+    noises: tuple[float, ...],
+    quick: bool,
+    no_tug: bool,
+    seed: int,
+) -> ControlGrid:
+    from dataclasses import replace
+
+    grid = ControlGrid.quick() if quick else ControlGrid()
+    return replace(
+        grid,
+        frictions=frictions or grid.frictions,
+        masses_g=masses or grid.masses_g,
+        noises=noises or grid.noises,
+        seed=seed,
+        tug=None if no_tug else grid.tug,
+    )
+
+
+def _show(found: ControlStudy, folder: Path) -> None:
+    noise, grid = found.trace_noise, found.grid
+    summaries = {name: found.summary(name, noise) for name in found.controllers}
+    grips = len(grid.frictions) * len(grid.masses_g)
+    print_table(
+        f"{found.design} at {noise:g} microstrain: grips: {grips}; success and held in %",
+        ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
+        [_shares(name, told) for name, told in summaries.items()],
+    )
+    print_table(
+        "medians; margin and peak: force over the least that holds",
+        ["controller", "margin", "peak", "least stick", "slip, mm", "steps"],
+        [_medians(name, told) for name, told in summaries.items()],
+    )
+    if grid.tug is not None:
+        rate = found.hardware["sample_rate_Hz"]
+        print_table(
+            f"tugged with {100 * grid.tug.share:g} % of the weight: reactions in ms",
+            ["controller", "held %", "answered", "median", "slowest"],
+            [_answers(name, found.summary(name, tugged=True), rate) for name in found.controllers],
+        )
+    for each in findings(found.data()):
+        click.echo(f"{each.question} {each.answer}: {each.words}")
+    for warning in found.warnings:
+        click.echo(f"mind: {warning}")
+    click.echo(f"{found.seconds['whole']:.0f} s; report: {folder / 'control.html'}")
+
+
+def _shares(name: str, told: Summary) -> list[str]:
+    low, high = told.success.interval or (0.0, 1.0)
+    return [
+        name,
+        _number(told.success.rate, 1, 100.0),
+        f"{100 * low:.1f}–{100 * high:.1f}",
+        _number(told.held.rate, 1, 100.0),
+        *(str(count) for count in (told.dropped, told.crushed, told.not_lifted)),
+    ]
+
+
+def _medians(name: str, told: Summary) -> list[str]:
+    spreads = (
+        (told.margin_at_lift, 2),
+        (told.peak_ratio, 2),
+        (told.minimum_stick_ratio, 2),
+        (told.slip_distance_mm, 3),
+        (told.steps, 0),
+    )
+    return [name, *(_number(None if s is None else s.median, digits) for s, digits in spreads)]
+
+
+def _answers(name: str, told: Summary, rate_hz: float) -> list[str]:
+    reaction = told.reaction_steps
+    times = (None, None) if reaction is None else (reaction.median, reaction.most)
+    return [
+        name,
+        _number(told.held.rate, 1, 100.0),
+        f"{told.answered.count} of {told.answered.of}",
+        *(_number(each, 0, 1000.0 / rate_hz) for each in times),
+    ]
+
+
+def _number(value: float | None, decimals: int, factor: float = 1.0) -> str:
+    return "–" if value is None else f"{factor * value:.{decimals}f}"
