@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -19,7 +18,7 @@ from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.records.arrays import ContactHistory
 from fingerdesign.records.result import GageResult, IncrementResult, PointStrain
-from fingerdesign.shapes.objects import Cylinder, Plane, RigidObject, Sphere, touching
+from fingerdesign.shapes.objects import Plane, RigidObject, touching
 
 if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem, Motion
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
 def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
     """The scene's object where it first touches the undeformed finger, let down along y."""
-    made = _made(rigid)
+    made = rigid.made()
     if isinstance(made, Plane) and made.direction == (0.0, -1.0, 0.0) and body.step is None:
         return made.at_height(surface_of(body).crest)
     return _let_down(made, body)[0]
@@ -42,7 +41,7 @@ def object_at_touch(rigid: SceneObject, body: Body) -> RigidObject:
 
 def touch_point(rigid: SceneObject, body: Body) -> tuple[float, float]:
     """Where (x, z) mm the object first touches the undeformed finger."""
-    point = _let_down(_made(rigid), body)[1]
+    point = _let_down(rigid.made(), body)[1]
     return float(point[0]), float(point[2])
 
 
@@ -67,28 +66,6 @@ def targets(path: ScenePath) -> list[Motion | Forces]:
 def steps_sideways(scene: Scene) -> bool:
     """Whether anything in the scene leaves the plane of the section z = 0."""
     return not (scene.object.plane_in_z and scene.path.mirrors_in_z)
-
-
-def _made(rigid: SceneObject) -> RigidObject:
-    tilt, turn = math.radians(rigid.tilt_deg), math.radians(rigid.turn_deg)
-    if rigid.shape == "plane":
-        return Plane(0.0, _turned(np.array([math.sin(tilt), -math.cos(tilt), 0.0]), turn))
-    radius = float(rigid.radius_mm or 0.0)
-    if rigid.shape == "sphere":
-        return Sphere(0.0, radius)
-    along_x = np.array([math.cos(tilt), math.sin(tilt), 0.0])
-    axis = along_x if rigid.axis == "x" else np.array([0.0, 0.0, 1.0])
-    return Cylinder(0.0, radius, _turned(axis, turn))
-
-
-def _turned(
-    vector: np.ndarray[tuple[int], np.dtype[np.float64]], turn: float
-) -> tuple[float, float, float]:
-    """``vector`` turned about +y."""
-    x, y, z = (float(value) for value in vector)
-    if turn == 0.0:
-        return x, y, z
-    return x * math.cos(turn) + z * math.sin(turn), y, -x * math.sin(turn) + z * math.cos(turn)
 
 
 # From solved increments to what a result holds: microstrain, tables, histories.

@@ -20,7 +20,7 @@ taught on its design; all others have the design's ``[grip]`` table alone, one f
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
@@ -28,7 +28,7 @@ import numpy as np
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind
+from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind, own_values
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
@@ -173,8 +173,7 @@ def make_controller(
         raise ValueError(f"{name} must be told the object's friction and mass")
     if kind.trained and estimator is None:
         raise DesignError([untrained_fault(name)])
-    own = None if kind.table is None else _own(grip, kind.table_name, kind.table)
-    return kind.make(grip, own, Object(friction, mass_g, estimator))
+    return kind.make(grip, own_values(grip, kind), Object(friction, mass_g, estimator))
 
 
 def needs_training(name: str) -> bool:
@@ -185,15 +184,9 @@ def needs_training(name: str) -> bool:
 
 def own_table(grip: Grip, table: type[_Own]) -> _Own:
     """A controller's own table, as its dataclass, from a design's ``[grip]`` table."""
-    names = {kind.table: kind.table_name for kind in CONTROLLERS.kinds()}
-    return _own(grip, names[table], table)
-
-
-def _own(grip: Grip, name: str, table: type[_Own]) -> _Own:
-    values = getattr(grip, name, None)
-    if values is None:
-        return table()
-    return table(**{each.name: getattr(values, each.name) for each in fields(table)})  # type: ignore[arg-type]
+    kind = next(kind for kind in CONTROLLERS.kinds() if kind.table is table)
+    own: _Own = own_values(grip, kind)
+    return own
 
 
 def untrained_fault(name: str) -> Fault:

@@ -26,7 +26,6 @@ from pydantic_core import (
     core_schema,
 )
 
-from fingerdesign.errors import DesignError
 from fingerdesign.runtime.registry import Kind, Registry
 
 
@@ -88,13 +87,11 @@ class Named:
         return {"enum": list(self._registry.names()), "type": "string"}
 
     def _known(self, value: object) -> str:
-        try:
-            name: str = self._registry.find(value, "").name
-        except DesignError as error:
-            first, *rest = (repr(name) for name in reversed(self._registry.names()))
-            expected = f"{', '.join(reversed(rest))} or {first}" if rest else first
-            raise PydanticKnownError("literal_error", {"expected": expected}) from error
-        return name
+        if not self._registry.knows(value):
+            *others, last = (repr(name) for name in self._registry.names())
+            expected = f"{', '.join(others)} or {last}" if others else last
+            raise PydanticKnownError("literal_error", {"expected": expected})
+        return str(value)
 
 
 class _OwnTable(Table):
@@ -130,12 +127,11 @@ def table_fields(model: type[Table], registry: Registry, before: str) -> None:
     The shipped kinds' tables are there with their defaults; that of a kind from outside is absent
     unless it is given, so that a plug-in that is not used changes no digest.
     """
-    shipped = True
 
     def add(kind: Kind) -> None:
         if kind.table is None or kind.table_name in model.__pydantic_fields__:
             return
-        table = table_of(kind.table)
+        table, shipped = table_of(kind.table), kind.name in registry.shipped_names()
         info = FieldInfo.from_annotated_attribute(
             table if shipped else table | None,  # type: ignore[arg-type]
             Field(default_factory=table) if shipped else Field(default=None),
@@ -146,7 +142,25 @@ def table_fields(model: type[Table], registry: Registry, before: str) -> None:
         rebuild(model)
 
     registry.watch(add)
-    shipped = False
+
+
+def key_fields(model: type[Table], registry: Registry) -> None:
+    """Give a table the own keys of every kind of a registry, now and later; absent unless given."""
+
+    def add(kind: Kind) -> None:
+        if kind.table is None:
+            return
+        for name, info in table_of(kind.table).model_fields.items():
+            if name in model.__pydantic_fields__:
+                raise ValueError(f"{kind.name}: there already is a key {name!r}")
+            own = FieldInfo.from_annotated_attribute(
+                Annotated[info.annotation | None, *info.metadata],  # type: ignore[operator,arg-type]
+                Field(default=None, description=f"{kind.name} only: {info.description}"),
+            )
+            model.__pydantic_fields__[name] = own
+        rebuild(model)
+
+    registry.watch(add)
 
 
 def rebuild(model: type[Table]) -> None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Table, refuse, refuse_all
+from fingerdesign.design.base import Named, Table, refuse, refuse_all, table_fields
 from fingerdesign.errors import Fault
+from fingerdesign.runtime.registry import MESHERS
 
 
 class SectionMesh(Table):
@@ -31,7 +32,7 @@ class SectionMesh(Table):
 class MeshOptions(Table):
     """How the 3-D finger is meshed; ``section`` is for plane strain."""
 
-    mesher: Literal["tetwild", "extrude", "file"] = Field(
+    mesher: Annotated[str, Named(MESHERS)] = Field(
         default="tetwild",
         description="tetwild (any finger) | extrude (a section swept through layers) | file (made "
         "elsewhere)",
@@ -82,6 +83,9 @@ class MeshOptions(Table):
                 "remove it or set mesh.mesher = 'file'",
                 "mesh.file",
             )
+
+
+table_fields(MeshOptions, MESHERS, before="section")
 
 
 def resolved_file(data: Mapping[str, Any], folder: Path) -> dict[str, Any]:

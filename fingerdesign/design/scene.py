@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Row3, Table, refuse, refuse_all
+from fingerdesign.arrays import Array
+from fingerdesign.design.base import Many, Named, Row3, Table, holds, key_fields, refuse, refuse_all
 from fingerdesign.design.digest import content_digest
+from fingerdesign.runtime.registry import SCENE_OBJECTS
+from fingerdesign.shapes.objects import ObjectKind, RigidObject
 
 LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
@@ -50,7 +54,7 @@ def _two(rows: Any) -> Any:
 class SceneObject(Table):
     """The rigid object above the crest: let down along y it first touches at approach 0."""
 
-    shape: Literal["plane", "cylinder", "sphere"] = Field(
+    shape: Annotated[str, Named(SCENE_OBJECTS)] = Field(
         default="plane", description="plane | cylinder | sphere"
     )
     radius_mm: float | None = Field(
@@ -73,29 +77,25 @@ class SceneObject(Table):
     )
 
     @model_validator(mode="after")
-    def _radius_where_round(self) -> Self:
+    def _keys_fit_the_shape(self) -> Self:
         refuse_all(self._misfits())
         return self
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that the shape lacks or has no use for."""
-        if self.shape == "plane" and self.radius_mm is not None:
-            yield refuse(
-                self.radius_mm,
-                "left out for a plane",
-                "remove it, or set object.shape",
-                "object.radius_mm",
-            )
-        if self.shape != "plane" and self.radius_mm is None:
-            yield refuse(
-                None, f"given for a {self.shape}", "add radius_mm to [object]", "object.radius_mm"
-            )
-        idle: dict[str, list[tuple[str, str | float]]] = {
-            "plane": [("axis", "z"), *([] if self.tilt_deg else [("turn_deg", 0.0)])],
-            "sphere": [("axis", "z"), ("tilt_deg", 0.0), ("turn_deg", 0.0)],
-            "cylinder": [("tilt_deg", 0.0)] if self.axis == "z" else [],
-        }
-        for name, without in idle[self.shape]:
+        shape = self._kind.shape
+        own = [each.name for each in fields(self._kind.table)] if self._kind.table else []
+        for name, info in type(self).model_fields.items():
+            if info.default is not None or name in own:
+                continue
+            value = getattr(self, name)
+            if name in shape.needs and value is None:
+                bound, remedy = f"given for a {self.shape}", f"add {name} to [object]"
+                yield refuse(None, bound, remedy, f"object.{name}")
+            if name not in shape.needs and value is not None:
+                bound, remedy = f"left out for a {self.shape}", "remove it, or set object.shape"
+                yield refuse(value, bound, remedy, f"object.{name}")
+        for name, without in shape.idle(self):
             if getattr(self, name) != without:
                 yield refuse(
                     getattr(self, name),
@@ -105,24 +105,35 @@ class SceneObject(Table):
                 )
 
     @property
+    def _kind(self) -> ObjectKind:
+        kind: ObjectKind = SCENE_OBJECTS.find(self.shape, "object.shape")
+        return kind
+
+    def made(self) -> RigidObject:
+        """The rigid object, its reference point at height 0."""
+        return self._kind.shape.make(self)
+
+    def curvature(self) -> Array:
+        """Curvature (2, 2) of the object's lower face over (x, z), 1/mm; tilt left out."""
+        return self._kind.shape.curvature(self)
+
+    @property
+    def flat(self) -> bool:
+        """Whether the lower face is a plane, level or tilted."""
+        return self._kind.shape.flat
+
+    @property
     def plane_in_z(self) -> bool:
         """Whether every section of constant z is the same (then plane strain can hold it)."""
-        return self.shape != "sphere" and not self._out_of_line and not self._along_x
+        return self._kind.shape.plane_in_z(self)
 
     @property
     def mirrors_in_z(self) -> bool:
         """Whether the object is its own mirror image in z = 0."""
-        return not self._out_of_line
+        return self._kind.shape.mirrors_in_z(self)
 
-    @property
-    def _out_of_line(self) -> bool:
-        """Whether a turn matters, and is not half a turn or none."""
-        half_turns = self.turn_deg / 180.0
-        return half_turns != round(half_turns) and (bool(self.tilt_deg) or self.shape == "cylinder")
 
-    @property
-    def _along_x(self) -> bool:
-        return self.shape == "cylinder" and self.axis == "x"
+key_fields(SceneObject, SCENE_OBJECTS)
 
 
 class ScenePath(Table):
@@ -238,3 +249,6 @@ class Scene(Table):
     def digest(self) -> str:
         """SHA-256 of the content, in hexadecimal; formatting and comments do not matter."""
         return content_digest(self)
+
+
+holds(Scene, SceneObject)

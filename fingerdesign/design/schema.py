@@ -114,7 +114,7 @@ class Design(Table):
         return content_digest(self)
 
 
-holds(Design, Grip)
+holds(Design, Grip, MeshOptions)
 load_plugins()  # now that all tables are there: plug-ins add to them
 
 

@@ -229,14 +229,14 @@ def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[
     """Forecast half-extents of the contact along x and z, mm; infinite where z has no end to it."""
     across, along = _object_curvatures(rigid)
     own = crest_curvatures(design.body)
-    tilted = rigid.shape == "plane" and bool(rigid.tilt_deg)
+    tilted = rigid.flat and bool(rigid.tilt_deg)
     if own == (0.0, 0.0) and tilted:
         return _wedge(rigid, approach), math.inf
     if own[1] + along == 0.0:
         return contact_half_width(design, approach, across), math.inf
-    if rigid.shape == "plane" and not tilted:
+    if rigid.flat and not tilted:
         return (contact_half_width(design, approach),) * 2
-    wide, deep = _overlap_reaches(np.diag(own) + _curvature_matrix(rigid), approach)
+    wide, deep = _overlap_reaches(np.diag(own) + rigid.curvature(), approach)
     return wide, math.inf if tilted else deep
 
 
@@ -294,22 +294,8 @@ def _within(design: Design, half_width: float, half_depth: float) -> Zone:
 
 
 def _object_curvatures(rigid: SceneObject) -> tuple[float, float]:
-    matrix = _curvature_matrix(rigid)
+    matrix = rigid.curvature()
     return float(matrix[0, 0]), float(matrix[1, 1])
-
-
-def _curvature_matrix(rigid: SceneObject) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Curvature of the object's lower face over (x, z), 1/mm; tilt left out."""
-    if rigid.shape == "plane" or rigid.radius_mm is None:
-        return np.zeros((2, 2))
-    curvature = 1.0 / rigid.radius_mm
-    if rigid.shape == "sphere":
-        return np.eye(2) * curvature
-    turn = math.radians(rigid.turn_deg)
-    axis = np.array(
-        [math.cos(turn), -math.sin(turn)] if rigid.axis == "x" else [math.sin(turn), math.cos(turn)]
-    )
-    return curvature * (np.eye(2) - np.outer(axis, axis))
 
 
 def _overlap_reaches(

@@ -20,9 +20,9 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -57,15 +57,26 @@ class Kind:
     table_name: str = ""
 
 
+def own_values(owner: object, kind: Any) -> Any:
+    """The values of a kind's own table, as its dataclass, from the table that holds it; its
+    defaults where it is absent, None where the kind has none."""
+    if kind.table is None:
+        return None
+    values = getattr(owner, kind.table_name, None)
+    if values is None:
+        return kind.table()
+    return kind.table(**{each.name: getattr(values, each.name) for each in fields(kind.table)})
+
+
 class Registry:
-    """The kinds of one sort. what: the sort in words; home: the package whose files ship kinds;
-    decorator: the name under which they register there."""
+    """The kinds of one sort. what: the sort in words; home: the package in whose files kinds are
+    shipped; decorator: the name under which they register there."""
 
     def __init__(self, what: str, home: str, decorator: str) -> None:
-        self.what, self.home, self._decorator = what, home, decorator
+        self.what, self.home = what, home
+        self._form = re.compile(rf'^@{decorator}\(\s*"([^"]+)",\s*place=(\d+)', re.MULTILINE)
         self._kinds: dict[str, Any] = {}
         self._watchers: list[Callable[[Any], None]] = []
-        self._loaded = False
 
     def add(self, kind: Any) -> None:
         """Register a :class:`Kind`. Raises ValueError where its name is another's."""
@@ -76,31 +87,48 @@ class Registry:
             watcher(kind)
 
     def watch(self, watcher: Callable[[Any], None]) -> None:
-        """Call ``watcher`` with every shipped kind, in the order of registration, and from now on
-        with every new one."""
-        self._load()
+        """Call ``watcher`` with every kind that is there, and from now on with every new one."""
         for kind in tuple(self._kinds.values()):
             watcher(kind)
         self._watchers.append(watcher)
 
+    def load(self) -> None:
+        """Import the files that ship kinds."""
+        for module in dict.fromkeys(module for _, _, module in self._shipped):
+            import_module(module)
+
     def kinds(self) -> tuple[Any, ...]:
         """Every kind, in the order of lists."""
-        self._load()
+        self.load()
         load_plugins()
         return tuple(sorted(self._kinds.values(), key=lambda kind: kind.place))
 
     def names(self) -> tuple[str, ...]:
         """Every name, in the order of lists."""
-        return tuple(kind.name for kind in self.kinds())
+        load_plugins()
+        shipped = self.shipped_names()
+        others = [kind for kind in self._kinds.values() if kind.name not in shipped]
+        return (*shipped, *(kind.name for kind in sorted(others, key=lambda kind: kind.place)))
+
+    def knows(self, name: object) -> bool:
+        """Whether there is a kind of that name."""
+        return name in self._kinds or name in self.shipped_names() or name in self.names()
 
     def find(self, name: object, key: str) -> Any:
         """The kind of a name. Raises DesignError, with the nearest name, for an unknown one."""
-        self._load()
+        if name not in self._kinds:
+            for _, known, module in self._shipped:
+                if known == name:
+                    import_module(module)
         if name not in self._kinds:
             load_plugins()
         if name not in self._kinds:
             raise DesignError([self.fault(name, key)])
         return self._kinds[str(name)]
+
+    def get(self, name: object) -> Any:
+        """The kind of a name, None for an unknown one: a record may be another machine's."""
+        return self.find(name, "") if self.knows(name) else None
 
     def fault(self, name: object, key: str) -> Fault:
         """The fault of an unknown name."""
@@ -110,28 +138,27 @@ class Registry:
         return Fault(key, name, f"one of {', '.join(names)}", remedy)
 
     def shipped_names(self) -> tuple[str, ...]:
-        """Names of the shipped kinds, in the order of lists, read from the files without importing
-        them: for ``--help``."""
-        form = rf'^@{self._decorator}\(\s*"([^"]+)",\s*place=(\d+)'
-        found = []
-        for file in self._files():
-            text = file.read_text("utf-8")
-            found += [(int(place), name) for name, place in re.findall(form, text, re.MULTILINE)]
-        return tuple(name for _, name in sorted(found))
+        """Names of the shipped kinds, in the order of lists, without importing them."""
+        return tuple(name for _, name, _ in self._shipped)
 
-    def _files(self) -> list[Path]:
+    @cached_property
+    def _shipped(self) -> list[tuple[int, str, str]]:
+        """Place, name and module of every kind that a file of the home registers, read from their
+        text: importing the files would take long, and ``--help`` lists the names."""
         spec = find_spec(self.home)
-        folders = spec.submodule_search_locations if spec else None
-        return sorted(path for each in folders or () for path in Path(each).glob("[!_]*.py"))
-
-    def _load(self) -> None:
-        if not self._loaded:
-            self._loaded = True
-            for file in self._files():
-                import_module(f"{self.home}.{file.stem}")
+        if spec is None or spec.origin is None:
+            return []
+        root, found = Path(spec.origin).parent, []
+        for file in sorted(root.rglob("*.py")):
+            module = ".".join([self.home, *file.relative_to(root).with_suffix("").parts])
+            registered = self._form.findall(file.read_text("utf-8"))
+            found += [(int(place), name, module) for name, place in registered]
+        return sorted(found)
 
 
 CONTROLLERS = Registry("controller", "fingerdesign.control.controllers", "controller")
+SCENE_OBJECTS = Registry("scene object", "fingerdesign.shapes", "scene_object")
+MESHERS = Registry("mesher", "fingerdesign.mesh", "mesher")
 
 
 @cache

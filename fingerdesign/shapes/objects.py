@@ -1,19 +1,24 @@
-"""Rigid objects in closed form: plane, cylinder, sphere (numpy only).
+"""Rigid objects in closed form: plane, cylinder, sphere, or one registered elsewhere (numpy only).
 
 Each knows its signed distance (> 0 outside) and outward unit normal at points (q, 2) or (q, 3), and
 ``underside``: the height of its lower face over (x, z), by which it is let down onto a finger until
 it touches. In plane strain the object is its section z = 0.
+
+What a scene's ``[object]`` table says of one is answered by its :class:`SceneShape`, registered
+with ``@scene_object("name")``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol, Self, TypeVar
+from typing import Any, ClassVar, Protocol, Self, TypeVar
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.runtime.registry import LAST, SCENE_OBJECTS, Kind
 
 Vector = tuple[float, float, float]
 
@@ -172,3 +177,168 @@ def touching(
     y = float(surface(centre[:1], centre[1:])[0])
     drop = float(rigid.underside(centre[:1], centre[1:])[0])
     return rigid.at_height(y - drop), np.array([centre[0], y, centre[1]])
+
+
+# What a scene's table says of each.
+
+
+class ObjectTable(Protocol):
+    """The keys of ``[object]`` that every kind may read; a kind's own stand beside them."""
+
+    @property
+    def radius_mm(self) -> float | None: ...
+    @property
+    def axis(self) -> str: ...
+    @property
+    def tilt_deg(self) -> float: ...
+    @property
+    def turn_deg(self) -> float: ...
+
+
+class SceneShape:
+    """A kind of object, as a scene's table asks for it; a new one says at least ``make``.
+
+    What is not said is as of an object of which nothing is known: no two sections alike, no mirror
+    plane, as wide a contact as under a flat one.
+    """
+
+    needs: ClassVar[tuple[str, ...]] = ()  # keys, else absent, that must be given
+    flat: ClassVar[bool] = False  # its lower face is a plane
+
+    def make(self, table: Any) -> RigidObject:
+        """The object, its reference point at height 0."""
+        raise NotImplementedError
+
+    def curvature(self, table: Any) -> Array:
+        """Curvature (2, 2) of the lower face over (x, z), 1/mm; tilt left out."""
+        return np.zeros((2, 2))
+
+    def idle(self, table: Any) -> Iterator[tuple[str, str | float]]:
+        """Keys that would change nothing, each with its default."""
+        return iter(())
+
+    def plane_in_z(self, table: Any) -> bool:
+        """Whether every section of constant z is the same."""
+        return False
+
+    def mirrors_in_z(self, table: Any) -> bool:
+        """Whether it is its own mirror image in z = 0."""
+        return False
+
+    def words(self, keys: Mapping[str, object]) -> str:
+        """Where it points, as words behind its name; empty: nowhere."""
+        return ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObjectKind(Kind):
+    """A registered scene object; ``table`` is of its own keys in ``[object]``."""
+
+    shape: SceneShape
+
+
+_Shape = TypeVar("_Shape", bound=type[SceneShape])
+
+
+def scene_object(
+    name: str, *, place: int = LAST, table: type | None = None
+) -> Callable[[_Shape], _Shape]:
+    """Register a :class:`SceneShape` under the name that ``object.shape`` takes.
+
+    table: a dataclass of the keys of ``[object]`` that it alone has.
+    """
+
+    def register(shape: _Shape) -> _Shape:
+        SCENE_OBJECTS.add(ObjectKind(name=name, place=place, table=table, shape=shape()))
+        return shape
+
+    return register
+
+
+@scene_object("plane", place=1)
+class ScenePlane(SceneShape):
+    """Level, or turned into a slope."""
+
+    flat = True
+
+    def make(self, table: ObjectTable) -> RigidObject:
+        tilt = math.radians(table.tilt_deg)
+        normal = np.array([math.sin(tilt), -math.cos(tilt), 0.0])
+        return Plane(0.0, _turned(normal, math.radians(table.turn_deg)))
+
+    def idle(self, table: ObjectTable) -> Iterator[tuple[str, str | float]]:
+        yield "axis", "z"
+        if not table.tilt_deg:
+            yield "turn_deg", 0.0
+
+    def plane_in_z(self, table: ObjectTable) -> bool:
+        return not table.tilt_deg or _half_turns(table)
+
+    def mirrors_in_z(self, table: ObjectTable) -> bool:
+        return not table.tilt_deg or _half_turns(table)
+
+
+@scene_object("cylinder", place=2)
+class SceneCylinder(SceneShape):
+    """Along z or x, or turned."""
+
+    needs = ("radius_mm",)
+
+    def make(self, table: ObjectTable) -> RigidObject:
+        tilt = math.radians(table.tilt_deg)
+        along_x = np.array([math.cos(tilt), math.sin(tilt), 0.0])
+        axis = along_x if table.axis == "x" else np.array([0.0, 0.0, 1.0])
+        radius = float(table.radius_mm or 0.0)
+        return Cylinder(0.0, radius, _turned(axis, math.radians(table.turn_deg)))
+
+    def curvature(self, table: ObjectTable) -> Array:
+        turn = math.radians(table.turn_deg)
+        along_x, along_z = [math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]
+        axis = np.array(along_x if table.axis == "x" else along_z)
+        return np.asarray(1.0 / float(table.radius_mm or 0.0) * (np.eye(2) - np.outer(axis, axis)))
+
+    def idle(self, table: ObjectTable) -> Iterator[tuple[str, str | float]]:
+        if table.axis == "z":
+            yield "tilt_deg", 0.0
+
+    def plane_in_z(self, table: ObjectTable) -> bool:
+        return _half_turns(table) and table.axis != "x"
+
+    def mirrors_in_z(self, table: ObjectTable) -> bool:
+        return _half_turns(table)
+
+    def words(self, keys: Mapping[str, object]) -> str:
+        return f"along {keys.get('axis', 'z')}"
+
+
+@scene_object("sphere", place=3)
+class SceneSphere(SceneShape):
+    """The same whichever way it is turned."""
+
+    needs = ("radius_mm",)
+
+    def make(self, table: ObjectTable) -> RigidObject:
+        return Sphere(0.0, float(table.radius_mm or 0.0))
+
+    def curvature(self, table: ObjectTable) -> Array:
+        return np.asarray(np.eye(2) * (1.0 / float(table.radius_mm or 0.0)))
+
+    def idle(self, table: ObjectTable) -> Iterator[tuple[str, str | float]]:
+        return iter([("axis", "z"), ("tilt_deg", 0.0), ("turn_deg", 0.0)])
+
+    def mirrors_in_z(self, table: ObjectTable) -> bool:
+        return True
+
+
+def _half_turns(table: ObjectTable) -> bool:
+    """Whether the turn is none, or half a turn, or several."""
+    half_turns = table.turn_deg / 180.0
+    return half_turns == round(half_turns)
+
+
+def _turned(vector: Array, turn: float) -> Vector:
+    """``vector`` turned about +y."""
+    x, y, z = (float(value) for value in vector)
+    if turn == 0.0:
+        return x, y, z
+    return x * math.cos(turn) + z * math.sin(turn), y, -x * math.sin(turn) + z * math.cos(turn)

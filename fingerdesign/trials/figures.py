@@ -49,8 +49,8 @@ _MARKS = {  # why a grip did not succeed -> marker, colour
 
 def look_of(controller: str) -> tuple[str, Any, str]:
     """Colour, dashes and marker of a controller, the same in every figure."""
-    kind: ControllerKind = CONTROLLERS.find(controller, "controller")
-    if kind.look is None:
+    kind: ControllerKind | None = CONTROLLERS.get(controller)
+    if kind is None or kind.look is None:
         return _OTHER
     colour, dashes, marker = kind.look
     return COLOURS.get(colour, colour), dashes, marker

@@ -123,7 +123,7 @@ class ControlStudy:
         tug = self.grid.tug
         return {
             "controller": name,
-            "told": CONTROLLERS.find(name, "controller").knows,
+            "told": getattr(CONTROLLERS.get(name), "knows", None),
             "whole_grid": summary_data(self.summary(name)),
             "by_noise": [
                 {"noise_microstrain": noise, **summary_data(self.summary(name, noise))}

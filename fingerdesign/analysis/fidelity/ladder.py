@@ -62,7 +62,7 @@ def analytic_readings(design: Design, scene: Scene) -> Readings | None:
     """
     body, rigid = design.body, scene.object
     plain = body.shape == "arc" and body.edge_radius_mm is None and body.core is None
-    if not plain or design.plates.number or rigid.shape != "plane" or rigid.tilt_deg:
+    if not plain or design.plates.number or not rigid.flat or rigid.tilt_deg:
         return None
     rows = np.array([row[:2] for row in scene.path.rows])
     if not scene.path.mirrors_in_z or not _monotone(rows):

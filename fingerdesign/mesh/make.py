@@ -1,0 +1,88 @@
+"""Meshers by the name that ``mesh.mesher`` takes, each registered where it is written.
+
+@mesher("mine", table=Mine)
+class MyMesher(Mesher):
+    def make(self, design, own, zone, symmetric):
+        return Mesh(...)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+
+from fingerdesign.errors import Fault
+from fingerdesign.runtime.registry import LAST, MESHERS, Kind, own_values
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
+    from fingerdesign.layout.zone import Zone
+    from fingerdesign.mesh.types import Mesh
+
+
+class Sound(Protocol):
+    """Whether none of these keys of a design is faulty."""
+
+    def __call__(self, *keys: str) -> bool: ...
+
+
+class Mesher:
+    """What makes tetrahedra of a finger, or of its half z >= 0; a new one says at least ``make``.
+
+    sections: it draws the section first, by the section's mesher. elements_from: where a forecast
+    has its number of elements from, in words.
+    """
+
+    sections: ClassVar[bool] = False
+    elements_from: ClassVar[str] = "a size field integrated over the body"
+
+    def make(self, design: Design, own: Any, zone: Zone, symmetric: bool) -> Mesh:
+        """The mesh, fine in the candidate zone. own: its own table, ``[mesh.NAME]``; symmetric:
+        whether the half will do. Raises MeshError."""
+        raise NotImplementedError
+
+    def why_not(self, design: Design, sound: Sound) -> str | None:
+        """Why a design cannot be meshed so, as a clause; None where it can, or where keys that
+        this rests on are not ``sound``."""
+        return None
+
+    def refusals(self, design: Design, symmetric: bool) -> list[Fault]:
+        """What it cannot do of a sound design, before any work; symmetric: of the half."""
+        return []
+
+
+@dataclass(frozen=True, kw_only=True)
+class MesherKind(Kind):
+    """A registered mesher."""
+
+    mesher: Mesher
+
+
+_Made = TypeVar("_Made", bound=type[Mesher])
+
+
+def mesher(name: str, *, place: int = LAST, table: type | None = None) -> Callable[[_Made], _Made]:
+    """Register a :class:`Mesher` under the name that ``mesh.mesher`` takes.
+
+    table: a dataclass of its own keys, ``[mesh.NAME]``.
+    """
+
+    def register(made: _Made) -> _Made:
+        kind = MesherKind(name=name, place=place, table=table, table_name=name, mesher=made())
+        MESHERS.add(kind)
+        return made
+
+    return register
+
+
+def mesher_of(design: Design) -> Mesher:
+    """The mesher that a design names."""
+    kind: MesherKind = MESHERS.find(design.mesh.mesher, "mesh.mesher")
+    return kind.mesher
+
+
+def mesh_finger(design: Design, zone: Zone, symmetric: bool = True) -> Mesh:
+    """The finger, or its half z >= 0, by the design's mesher. Raises MeshError."""
+    kind: MesherKind = MESHERS.find(design.mesh.mesher, "mesh.mesher")
+    return kind.mesher.make(design, own_values(design.mesh, kind), zone, symmetric)
