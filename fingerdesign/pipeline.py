@@ -35,6 +35,7 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import result_folder
 from fingerdesign.records.result import GripResult, GripTrace, Result
@@ -61,7 +62,7 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     scene = case.path_scene
     refuse(case, scene)
     case = with_estimator(case, tell)
-    if case.fidelity in ("plane-strain", "auto") or case.design.mesh.mesher == "extrude":
+    if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
         start_mesher()  # loads netgen while this process loads the rest
     clock = Clock() if clock is None else clock
     zone = zone_of(case, scene)

@@ -8,11 +8,11 @@ from fingerdesign.analysis.case import FIDELITIES, Case
 from fingerdesign.analysis.fidelity.ladder import tolerance_faults
 from fingerdesign.analysis.fidelity.rungs import can_extrude
 from fingerdesign.analysis.path import steps_sideways
-from fingerdesign.checks.design import plane_strain_faults, tetwild_faults
+from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.scene import scene_faults
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import mirrors_in_z
-from fingerdesign.layout.layers import layered
+from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.section import sheet_room_faults
 
 if TYPE_CHECKING:
@@ -60,16 +60,5 @@ def _section_faults(design: Design) -> list[Fault]:
 
 def _space_faults(case: Case, scene: Scene) -> list[Fault]:
     """What the design's mesher cannot do."""
-    mesher = case.design.mesh.mesher
-    if mesher == "tetwild":
-        return tetwild_faults(case.design, mirrors_in_z(case.design) and scene.mirrors_in_z)
-    if mesher == "extrude" and not layered(case.design):
-        return [
-            Fault(
-                "mesh.mesher",
-                mesher,
-                "'tetwild' for a finger that cannot be swept through layers",
-                "set mesh.mesher = 'tetwild'",
-            )
-        ]
-    return sheet_room_faults(case.design) if mesher == "extrude" else []
+    half = mirrors_in_z(case.design) and scene.mirrors_in_z
+    return mesher_of(case.design).refusals(case.design, half)

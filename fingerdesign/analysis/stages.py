@@ -17,10 +17,8 @@ from fingerdesign.contact.problem import ContactProblem, contact_problem
 from fingerdesign.control.episode import run_grips
 from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
-from fingerdesign.mesh.files.imported import imported_mesh
-from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.tetra.tetwild import tetrahedralise
 from fingerdesign.records.result import (
     FieldHistory,
     GripResult,
@@ -60,11 +58,7 @@ def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True)
     """
     if fidelity == "plane-strain":
         return mesh_section(design, zone.half_width)
-    if design.mesh.mesher == "extrude":
-        return extrude(design, zone.half_width, symmetric)
-    if design.mesh.mesher == "file":
-        return imported_mesh(design, symmetric)
-    return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=zone.half_depth)
+    return mesh_finger(design, zone, symmetric)
 
 
 def condense(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteElementModel:

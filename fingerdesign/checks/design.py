@@ -17,8 +17,9 @@ from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.layout.layers import lies_over, not_a_sheet, not_sweepable
+from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.layout.rows import PlateRow, plate_rows
+from fingerdesign.runtime.registry import MESHERS
 
 # Whether plates can exist by themselves: slender, bent gently, perforated clear of their gage.
 
@@ -215,13 +216,9 @@ def _grip_faults(design: Design) -> list[Fault]:
 def _mesh_faults(design: Design) -> list[Fault]:
     faults = []
     mesh = design.mesh
-    why = None
-    if mesh.mesher == "extrude":
-        why = not_sweepable(design)
-        if why is None and sound_outline(design.body):
-            why = lies_over(design)
+    why = MESHERS.find(mesh.mesher, "mesh.mesher").mesher.why_not(design)
     if why is not None:
-        bound = f"'tetwild' for a finger that cannot be swept through layers ({why})"
+        bound = f"'tetwild' for a finger that cannot be {why}"
         remedy = "set mesh.mesher = 'tetwild'"
         faults.append(Fault("mesh.mesher", mesh.mesher, bound, remedy))
     faults += _sheet_faults(design)

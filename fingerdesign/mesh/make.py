@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from fingerdesign.errors import Fault
 from fingerdesign.runtime.registry import LAST, MESHERS, Kind, own_values
@@ -19,12 +19,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
-
-
-class Sound(Protocol):
-    """Whether none of these keys of a design is faulty."""
-
-    def __call__(self, *keys: str) -> bool: ...
 
 
 class Mesher:
@@ -42,9 +36,8 @@ class Mesher:
         whether the half will do. Raises MeshError."""
         raise NotImplementedError
 
-    def why_not(self, design: Design, sound: Sound) -> str | None:
-        """Why a design cannot be meshed so, as a clause; None where it can, or where keys that
-        this rests on are not ``sound``."""
+    def why_not(self, design: Design) -> str | None:
+        """What cannot be done to a design, as a clause; None where it can be meshed so."""
         return None
 
     def refusals(self, design: Design, symmetric: bool) -> list[Fault]:

@@ -35,7 +35,7 @@ _SPARE_ROWS = 3  # sums of the supports' forces
 class Counts:
     """The size of a model.
 
-    mesher     "netgen" (a section), "extrude", "tetwild" or "file"
+    mesher     "netgen" (a section), or the design's
     elements   triangles or tetrahedra; half: of half of the finger, z >= 0
     nodes, corners  of the quadratic mesh, and those of them that are vertices
     dofs       equations of the element used; kept: rows that they are condensed onto
@@ -66,7 +66,7 @@ def count_model(case: Case, zone: Zone) -> Counts:
     elif design.mesh.mesher == "file":
         found = _of_mesh(imported_mesh(design, case.symmetric), case, zone)
     else:
-        found = _tetwild(case, zone)
+        found = _space(case, zone)
     gages = 2 * design.plates.number + 6 * len(case.path_scene.readout.points_mm)
     kept = found.dimension * found.contact_nodes + gages + _SPARE_ROWS
     return replace(found, kept=kept)
@@ -148,11 +148,12 @@ def _heights(case: Case, least_size: float) -> Array:
     return graded_heights(start, fine, float(plain[-1] - plain[-2]), most)
 
 
-def _tetwild(case: Case, zone: Zone) -> Counts:
+def _space(case: Case, zone: Zone) -> Counts:
     design = case.design
     sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
     key = mesh_key(design, sizes, (zone.half_width, zone.half_depth), case.symmetric)
-    kept = load_mesh(key) if kept_mesh_file(key).is_file() else None
+    own = design.mesh.mesher == "tetwild"  # the only one whose meshes are kept
+    kept = load_mesh(key) if own and kept_mesh_file(key).is_file() else None
     if kept is not None:
         return _of_mesh(kept, case, zone)
     plan = count_space(design, zone, case.symmetric)
@@ -163,7 +164,7 @@ def _tetwild(case: Case, zone: Zone) -> Counts:
     dofs += corners if element == "mixed" else 0.0
     return Counts(
         dimension=3,
-        mesher="tetwild",
+        mesher=design.mesh.mesher,
         element=element,
         elements=tets,
         nodes=nodes,

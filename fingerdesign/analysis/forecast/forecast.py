@@ -18,6 +18,7 @@ from fingerdesign.analysis.forecast.counts import count_model
 from fingerdesign.analysis.refusals import impossible
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.mesh.make import mesher_of
 from fingerdesign.runtime.machine import Machine, busy, this_machine
 
 if TYPE_CHECKING:
@@ -241,11 +242,9 @@ def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
 def _forecast(case: Case, machine: Machine) -> Forecast:
     zone = zone_of(case, case.path_scene)
     counts = count_model(case, zone)
-    made = {
-        "netgen": "netgen's size field integrated over the section",
-        "extrude": "netgen's size field integrated over the section, times the layers",
-        "tetwild": "fTetWild's size field integrated over the body",
-    }.get(counts.mesher, "the mesh's file")
+    made = mesher_of(case.design).elements_from
+    if counts.mesher == "netgen":
+        made = "netgen's size field integrated over the section"
     if counts.known:
         read = case.design.mesh.mesher == "file"
         made = "the mesh's file" if read else "the mesh in the cache"

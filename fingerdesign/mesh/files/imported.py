@@ -22,6 +22,7 @@ from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.files.io import read_named
 from fingerdesign.mesh.files.named import NamedMesh, with_mid_nodes
 from fingerdesign.mesh.fit import face_distances, outer_areas, region_name, volumes_by_region
+from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import (
     cell_volumes,
     curved_areas,
@@ -36,6 +37,7 @@ from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, Mesh, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.zone import Zone
 
 
 # What is asked of a mesh made elsewhere: sound cells, known names, the design's own shape.
@@ -419,3 +421,13 @@ def import_words(mesh: Mesh) -> list[str]:
         count = mesh.notes["straightened_nodes"]
         found.append(f"{count} mid-nodes stayed straight, or their cells would fold")
     return found
+
+
+@mesher("file", place=3)
+class MeshFile(Mesher):
+    """A mesh made elsewhere."""
+
+    elements_from = "the mesh's file"
+
+    def make(self, design: Design, own: None, zone: Zone, symmetric: bool) -> Mesh:
+        return imported_mesh(design, symmetric)

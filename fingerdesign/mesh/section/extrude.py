@@ -16,15 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.errors import MeshError
+from fingerdesign.checks.body import sound_outline
+from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
-from fingerdesign.layout.layers import not_layered
+from fingerdesign.layout.layers import layered, lies_over, not_layered, not_sweepable
+from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.section.section import (
     bend_faces,
     core_name,
     extruded_sizes,
     mesh_section,
     onto_surface,
+    sheet_room_faults,
 )
 from fingerdesign.mesh.sheets import boundary_facets, sheet_facets
 from fingerdesign.mesh.types import Mesh, quadratic
@@ -32,6 +35,7 @@ from fingerdesign.mesh.types import Mesh, quadratic
 if TYPE_CHECKING:
     from fingerdesign.design.mesh import SectionMesh
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.zone import Zone
 
 
 # Layers along z for the extruded mesher: thin at free ends and where plates end.
@@ -283,3 +287,26 @@ def _classify(
         named["symmetry"] = lies_at(2, 0.0)
     rest = ~np.any(list(named.values()), axis=0)
     return {name: boundary[mask] for name, mask in (named | {"contact": rest}).items()}
+
+
+@mesher("extrude", place=2)
+class Extruder(Mesher):
+    """A section swept through layers."""
+
+    sections = True
+    elements_from = "netgen's size field integrated over the section, times the layers"
+
+    def make(self, design: Design, own: None, zone: Zone, symmetric: bool) -> Mesh:
+        return extrude(design, zone.half_width, symmetric)
+
+    def why_not(self, design: Design) -> str | None:
+        why = not_sweepable(design)
+        if why is None and sound_outline(design.body):
+            why = lies_over(design)
+        return None if why is None else f"swept through layers ({why})"
+
+    def refusals(self, design: Design, symmetric: bool) -> list[Fault]:
+        if layered(design):
+            return sheet_room_faults(design)
+        bound = "'tetwild' for a finger that cannot be swept through layers"
+        return [Fault("mesh.mesher", "extrude", bound, "set mesh.mesher = 'tetwild'")]

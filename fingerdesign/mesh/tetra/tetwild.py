@@ -16,10 +16,11 @@ import numpy as np
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.solid_process import finger_triangles
 from fingerdesign.checks.design import tetwild_faults
-from fingerdesign.errors import DesignError, MeshError
+from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
+from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.quality import QualityReport, assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, background_grid, expected_elements
 from fingerdesign.mesh.tetra.finish import finish
@@ -30,6 +31,7 @@ from fingerdesign.runtime import files, isolate
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body, Design
+    from fingerdesign.layout.zone import Zone
 
 
 # fTetWild run safely: its input validated, in a process and folder of its own, with a time limit.
@@ -325,3 +327,17 @@ def _tries(ways: tuple[PlateWay, ...], count: int) -> list[tuple[PlateWay, Attem
     )
     order = [(way, setting) for setting in settings for way in ways]
     return [order[i % len(order)] for i in range(max(1, count))]
+
+
+@mesher("tetwild", place=1)
+class TetWild(Mesher):
+    """fTetWild: any finger."""
+
+    elements_from = "fTetWild's size field integrated over the body"
+
+    def make(self, design: Design, own: None, zone: Zone, symmetric: bool) -> Mesh:
+        half_depth = zone.half_depth
+        return tetrahedralise(design, zone.half_width, symmetric, zone_half_depth_mm=half_depth)
+
+    def refusals(self, design: Design, symmetric: bool) -> list[Fault]:
+        return tetwild_faults(design, symmetric)
