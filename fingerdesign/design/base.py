@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import fields
 from functools import cache
-from typing import Annotated, Any, ClassVar, TypeVar, get_type_hints
+from typing import Annotated, Any, ClassVar, Self, TypeVar, get_type_hints
 
 from pydantic import (
     BaseModel,
@@ -26,7 +26,7 @@ from pydantic_core import (
     core_schema,
 )
 
-from fingerdesign.runtime.registry import Kind, Registry
+from fingerdesign.runtime.registry import Kind, Registry, load_plugins
 
 
 class Table(BaseModel):
@@ -39,6 +39,20 @@ class Table(BaseModel):
     model_config = ConfigDict(
         strict=True, frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True
     )
+
+
+class Whole(Table):
+    """A whole file's tables: before one is read, plug-ins are loaded, which may add to them."""
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        load_plugins()
+        return super().model_validate(obj, **options)
+
+    @classmethod
+    def model_validate_json(cls, json_data: str | bytes | bytearray, **options: Any) -> Self:
+        load_plugins()
+        return super().model_validate_json(json_data, **options)
 
 
 def _as_tuple(value: Any) -> Any:

@@ -10,7 +10,17 @@ from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.base import Many, Named, Row3, Table, holds, key_fields, refuse, refuse_all
+from fingerdesign.design.base import (
+    Many,
+    Named,
+    Row3,
+    Table,
+    Whole,
+    holds,
+    key_fields,
+    refuse,
+    refuse_all,
+)
 from fingerdesign.design.digest import content_digest
 from fingerdesign.runtime.registry import SCENE_OBJECTS
 from fingerdesign.shapes.objects import ObjectKind, RigidObject
@@ -228,7 +238,7 @@ class Readout(Table):
     )
 
 
-class Scene(Table):
+class Scene(Whole):
     """What is done to a finger: object, path and readout. Frozen; see :meth:`digest`."""
 
     object: SceneObject = Field(default_factory=SceneObject)

@@ -14,7 +14,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, holds, refuse, refuse_all
+from fingerdesign.design.base import Many, Whole, holds, refuse, refuse_all
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
@@ -24,7 +24,6 @@ from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.tables import Gages, Material, Meta
 from fingerdesign.materials import MATERIALS
-from fingerdesign.runtime.registry import load_plugins
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
 
@@ -32,7 +31,7 @@ __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row
 Part = Literal["body", "plates", "core"]
 
 
-class Design(Table):
+class Design(Whole):
     """A finger: everything that its model, CAD and molds need. Frozen; see :meth:`digest`."""
 
     design: Meta
@@ -115,7 +114,6 @@ class Design(Table):
 
 
 holds(Design, Grip, MeshOptions)
-load_plugins()  # now that all tables are there: plug-ins add to them
 
 
 def _completed(name: str, given: Any) -> Any:

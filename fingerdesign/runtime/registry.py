@@ -12,7 +12,7 @@ A kind from outside the package is registered by a module that an entry point na
     mine = "my_package.my_kinds"
 
 or by any module that is imported before a file is read. Files that ship kinds are loaded when a
-registry is first used, entry points when a design file is first read; importing this is light.
+registry is first used, entry points when a design is first read; importing this is light.
 """
 
 from __future__ import annotations

@@ -1,0 +1,88 @@
+"""A controller, a scene object and a mesher from outside the package; no file of it knows them."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fingerdesign.control.roster import Command, Range, controller
+from fingerdesign.mesh.make import Mesher, mesher
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.runtime.registry import key
+from fingerdesign.shapes.objects import Cylinder, SceneShape, scene_object
+
+
+@dataclass(frozen=True)
+class Steady:
+    """``[grip.steady]``: both axes move by constant steps."""
+
+    pull_mm: float = key(0.002, "dx of every step", gt=0, le=1)
+
+
+class SteadyHand:
+    name = "steady"
+
+    def __init__(self, close: float, pull: float) -> None:
+        self.close, self.pull = close, pull
+
+    def start(self, calibration, sample) -> None:
+        pass
+
+    def command(self, sample) -> Command:
+        return Command(0.0 if sample.lifted else self.pull, self.close, False)
+
+
+@controller("steady", table=Steady, tuned=(Range("grip.steady.pull_mm", 0.001, 0.01),))
+def steady(grip, own, held):
+    return SteadyHand(grip.approach_step_mm, own.pull_mm)
+
+
+@dataclass(frozen=True)
+class Bar:
+    bar_mm: float = key(8.0, "the bar's diameter", gt=0, le=1e4)
+
+
+@scene_object("bar", table=Bar)
+class SceneBar(SceneShape):
+    """A cylinder along z, by its diameter."""
+
+    def make(self, table):
+        return Cylinder(0.0, 0.5 * self._diameter(table))
+
+    def curvature(self, table):
+        return np.diag([2.0 / self._diameter(table), 0.0])
+
+    def idle(self, table) -> Iterator[tuple[str, str | float]]:
+        return iter([("axis", "z"), ("tilt_deg", 0.0), ("turn_deg", 0.0)])
+
+    def plane_in_z(self, table) -> bool:
+        return True
+
+    def mirrors_in_z(self, table) -> bool:
+        return True
+
+    @staticmethod
+    def _diameter(table) -> float:
+        return Bar().bar_mm if table.bar_mm is None else table.bar_mm
+
+
+@dataclass(frozen=True)
+class Slices:
+    """``[mesh.slices]``."""
+
+    number: int = key(3, "layers in half the depth", ge=1, le=50)
+
+
+@mesher("slices", table=Slices)
+class Slicer(Mesher):
+    """The extruder with layers of its own number."""
+
+    sections = True
+
+    def make(self, design, own, zone, symmetric):
+        options = design.mesh.model_copy(update={"layers": own.number})
+        found = extrude(design.model_copy(update={"mesh": options}), zone.half_width, symmetric)
+        return replace(found, mesher="slices")
+
+    def why_not(self, design) -> str | None:
+        return None if design.body.straight else "sliced: its body is not straight"

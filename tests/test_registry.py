@@ -1,0 +1,160 @@
+"""A kind from outside the package is one file and one registration: TOML and commands know it."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fingerdesign.design.schema import design_json_schema
+from fingerdesign.errors import DesignError
+from fingerdesign.runtime.registry import CONTROLLERS, MESHERS, SCENE_OBJECTS, Kind, Registry
+
+ROOT = Path(__file__).resolve().parents[1]
+DESIGN = """
+design.name = "toy"
+[plates]
+count = 5
+[grip]
+controller = "steady"
+friction_coefficients = [0.8]
+object_mass_g = 100.0
+max_steps = 60
+[grip.steady]
+pull_mm = 0.004
+[mesh]
+mesher = "slices"
+contact_size_mm = 1.0
+plate_size_mm = 1.0
+slices.number = 2
+[mesh.section]
+contact_size_mm = 0.2
+plate_size_mm = 0.2
+plate_end_size_mm = 0.1
+"""
+SCENE = """
+[object]
+shape = "bar"
+bar_mm = 16.0
+[path]
+increments_mm = [[0.05, 0.0], [0.1, 0.0], [0.1, 0.02]]
+"""
+KNOWN = SCENE.replace('"bar"', '"cylinder"').replace("bar_mm = 16.0", "radius_mm = 8.0")
+
+
+@pytest.fixture(scope="module")
+def command(tmp_path_factory):
+    """Runs a command of fingerdesign where a package with the toys is installed."""
+    folder = tmp_path_factory.mktemp("toys")
+    about = folder / "toys-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: toys\nVersion: 1.0\n")
+    points = "[fingerdesign.plugins]\ntoys = tests.support.toy_kinds\n"
+    (about / "entry_points.txt").write_text(points)
+    (folder / "toy.toml").write_text(DESIGN)
+    (folder / "bar.toml").write_text(SCENE)
+    (folder / "cylinder.toml").write_text(KNOWN)
+    paths = [str(folder), str(ROOT), str(ROOT / "cli"), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+
+    def run(*arguments):
+        words = [sys.executable, "-m", "fingerdesign_cli.main", *arguments]
+        return subprocess.run(
+            words, cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+
+    run.folder = folder
+    return run
+
+
+def result(folder: Path) -> dict:
+    return json.loads((folder / "toy" / "result.json").read_text("utf-8"))
+
+
+def test_files_of_a_plug_in_are_checked(command):
+    done = command("check", "toy.toml", "--scene", "bar.toml")
+    assert done.returncode == 0, done.stderr
+
+
+def test_an_object_of_a_plug_in_is_pressed(command):
+    for scene in ("bar", "cylinder"):
+        words = ("--scene", f"{scene}.toml", "--fidelity", "plane-strain", "--out", scene)
+        done = command("analyse", "toy.toml", *words, "--quiet")
+        assert done.returncode == 0, done.stderr
+    bar, cylinder = (result(command.folder / name) for name in ("bar", "cylinder"))
+    assert bar["increments"] == cylinder["increments"]  # the same object under another name
+    assert bar["increments"][-1]["normal_force_N"] > 0.1
+
+
+def test_a_controller_of_a_plug_in_grips(command):
+    done = command("grip", "toy.toml", "--out", "grip", "--quiet")
+    assert done.returncode == 0, done.stderr
+    (grip,) = result(command.folder / "grip")["grips"]
+    assert (grip["controller"], grip["lifted"]) == ("steady", True)
+
+
+def test_a_mesher_of_a_plug_in_meshes(command):
+    done = command("mesh", "toy.toml", "--out", "mesh", "--json")
+    assert done.returncode == 0, done.stderr
+    assert '"mesher": "slices"' in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("line", "fault", "remedy"),
+    [
+        ("grip.controller = 'steddy'", "grip.controller = 'steddy'", "did you mean 'steady'?"),
+        ("grip.steady.pull = 1", "grip.steady.pull", "did you mean grip.steady.pull_mm?"),
+        ("grip.steady.pull_mm = 2", "grip.steady.pull_mm = 2", "decrease it"),
+        ("grip.stedy.pull_mm = 2", "grip.stedy", "did you mean grip.steady?"),
+        ("mesh.mesher = 'slice'", "mesh.mesher = 'slice'", "did you mean 'slices'?"),
+        ("body.shape = 'revolved'\nmesh.mesher = 'slices'", "mesh.mesher", "'tetwild'"),
+    ],
+)
+def test_what_no_plug_in_knows_is_refused_with_the_nearest(command, line, fault, remedy):
+    (command.folder / "wrong.toml").write_text(f"design.name = 'wrong'\nplates.count = 0\n{line}\n")
+    done = command("check", "wrong.toml")
+    assert done.returncode == 2
+    assert fault in done.stderr + done.stdout
+    assert remedy in done.stderr + done.stdout
+
+
+@pytest.mark.parametrize(
+    ("scene", "remedy"),
+    [
+        (SCENE.replace('"bar"', '"baar"'), "did you mean 'bar'?"),
+        (SCENE.replace("16.0", "16.0\nradius_mm = 3"), "object.radius_mm = 3"),
+        (KNOWN.replace("radius_mm = 8.0", "radius_mm = 8.0\nbar_mm = 3.0"), "left out for a cyl"),
+        (SCENE.replace("16.0", "-1.0"), "object.bar_mm"),
+    ],
+)
+def test_keys_of_another_object_are_refused(command, scene, remedy):
+    (command.folder / "wrong_scene.toml").write_text(scene)
+    done = command("check", "toy.toml", "--scene", "wrong_scene.toml")
+    assert done.returncode == 2
+    assert remedy in done.stderr + done.stdout
+
+
+@pytest.mark.parametrize("registry", [CONTROLLERS, SCENE_OBJECTS, MESHERS])
+def test_names_that_are_listed_are_those_that_register(registry):
+    listed = registry.shipped_names()
+    loaded = tuple(kind.name for kind in registry.kinds())
+    assert loaded == listed == registry.names()
+    assert registry.find(listed[0], "key").name == listed[0]
+    with pytest.raises(DesignError, match=f"did you mean {listed[0]}"):
+        registry.find(listed[0][:-1], "key")
+
+
+def test_a_name_is_given_once():
+    registry = Registry("toy", "fingerdesign.none", "toy")
+    registry.add(Kind(name="a"))
+    with pytest.raises(ValueError, match="already"):
+        registry.add(Kind(name="a"))
+    assert registry.names() == ("a",)
+
+
+def test_the_shipped_schema_lists_the_shipped_kinds():
+    keys = design_json_schema()["$defs"]
+    assert keys["Grip"]["properties"]["controller"]["enum"] == list(CONTROLLERS.shipped_names())
+    assert keys["MeshOptions"]["properties"]["mesher"]["enum"] == list(MESHERS.shipped_names())
