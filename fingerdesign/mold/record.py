@@ -1,4 +1,4 @@
-"""What mold_report.json holds (see record_schema.py): the mold as made, its checks, its files."""
+"""What mold_report.json holds: the mold as made, its checks, its files."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ import json
 import math
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
+from pydantic import ConfigDict, Field, with_config
+from typing_extensions import TypedDict
 
 from fingerdesign.analysis.summary import versions
-from fingerdesign.mold.plan.plan import limits_of
+from fingerdesign.mold.plan.plan import Side, limits_of
+from fingerdesign.records.base import Count, Size, closed, json_text, plain
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
@@ -30,6 +33,215 @@ SCHEMA_VERSION = 1
 RECORD_FILE = "mold_report.json"
 _PACKAGES = ("manifold3d", "lib3mf", "ezdxf", "pyvista")
 MICRO = 9  # decimals of mm that a record keeps
+
+
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+@closed
+class LimitsData(TypedDict):
+    """What the process can make."""
+
+    wall_mm: Size
+    feature_mm: Size
+    hole_mm: Size
+    slot_mm: Size
+    clearance_mm: Size
+    pin_mm: Size
+    tolerance_mm: Size
+
+
+@closed
+class ProcessData(TypedDict):
+    """How the mold is made."""
+
+    name: Literal["sla", "fdm", "machined"]
+    cure: Literal["platinum", "condensation"]
+    plate_fixture: Literal["comb", "jig", "slots"]
+    draft_deg: Size
+    chord_mm: Size
+    limits: LimitsData
+    comb: dict[str, Size]
+
+
+@closed
+class PrintData(TypedDict):
+    """A part as it lies in mold.3mf."""
+
+    down: Vector
+    flat_area_mm2: Size
+    size_mm: Vector
+
+
+@closed
+class PartData(TypedDict):
+    """A part: where it comes off, its size in the mold, and how it lies on the printer's bed."""
+
+    number: Count
+    name: str
+    made: Literal["process", "sheet", "metal", "silicone"]
+    draw: Annotated[Vector | None, Field(description="null: it stays with the finger")]
+    order: Annotated[int, Field(description="lower ones are taken off before")]
+    size_mm: Vector
+    volume_mm3: Size
+    vertices: Count
+    triangles: Count
+    chord_mm: Annotated[Size, Field(description="greatest distance to the exact surface")]
+    print: PrintData | None
+    files: list[str]
+
+
+@closed
+class PatternData(TypedDict):
+    """A different plate, as cut."""
+
+    name: str
+    plates: list[Count]
+    count: Count
+    material: str
+    thickness_mm: Size
+    width_mm: Size
+    length_mm: Annotated[Size, Field(description="with legs")]
+    bend_radius_mm: Size | None
+    files: list[str]
+
+
+@closed
+class PlacedData(TypedDict):
+    """Where a plate stands in the mold."""
+
+    plate: Count
+    pattern: str
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    along: Literal["x", "z"]
+    angle_deg: float
+    span_mm: Size
+    held_at: list[Side]
+
+
+@closed
+class FixtureData(TypedDict):
+    """How a side is closed, and how many plates it holds."""
+
+    side: Side
+    holding: Literal["wall", "comb", "jig", "slots"]
+    slots: Count
+    narrowest_slot_mm: Size | None
+    shim_mm: Size
+    sheet_mm: Size | None
+    shift_mm: float | None
+
+
+@closed
+class HoleData(TypedDict):
+    """A hole of the base plate, seen from its back: x to the right, z up."""
+
+    kind: Literal["gate", "riser", "vent", "lock", "screw"]
+    x_mm: float
+    z_mm: float
+    diameter_mm: Annotated[Size, Field(description="inside, at the finger")]
+    outer_diameter_mm: Annotated[Size, Field(description="at the plate's back")]
+
+
+@closed
+class BaseData(TypedDict):
+    """The base plate's half sizes, the finger's on it, and its holes."""
+
+    half_x_mm: Size
+    half_z_mm: Size
+    finger_half_x_mm: Size
+    finger_half_z_mm: Size
+    holes: list[HoleData]
+
+
+@closed
+class CheckData(TypedDict):
+    """A check; a measure that is not finite is null (its sentence says why)."""
+
+    name: str
+    part: Annotated[str, Field(description="empty: the mold as a whole")]
+    ok: bool
+    measured: float | None
+    bound: float | None
+    unit: str
+    sentence: str
+
+
+@closed
+class SiliconeData(TypedDict):
+    """What has to be mixed, and of what that consists."""
+
+    finger_cm3: Size
+    locks_cm3: Size
+    gate_risers_vents_cm3: Size
+    flash_cm3: Size
+    excess: Size
+    mixed_cm3: Size
+    density_g_cm3: Size
+    mass_g: Size
+    sentence: str
+
+
+@with_config(ConfigDict(extra="allow"))
+class EffectData(TypedDict):
+    """What a plate off its place does to its gage; its numbers are there where reason is null."""
+
+    reason: str | None
+    sentences: list[str]
+
+
+@closed
+class NotesData(TypedDict):
+    """A section of the casting notes."""
+
+    title: str
+    steps: list[str]
+
+
+@closed
+class ItemData(TypedDict):
+    """A row of the bill of materials."""
+
+    item: str
+    count: Count
+    made: str
+    material: str
+    size: str
+    mass_g: Size | None
+    files: str
+
+
+@closed
+class MoldData(TypedDict):
+    """The content of mold_report.json."""
+
+    schema_version: Literal[1]
+    design: str
+    digest: Annotated[str, Field(description="of finger, [mold] table and program")]
+    design_digest: Annotated[str, Field(description="of the finger alone, as in results")]
+    status: Annotated[Literal["ok", "failed"], Field(description="failed: see failure")]
+    failure: Annotated[str | None, Field(description="what could not be built or failed")]
+    process: ProcessData
+    shrinkage: Annotated[Size, Field(description="linear, of the rubber, share")]
+    scale: Annotated[Size, Field(description="of the cavity over the finger")]
+    parts: list[PartData]
+    plates: list[PatternData]
+    placements: list[PlacedData]
+    fixture: list[FixtureData]
+    base: BaseData
+    checks: list[CheckData]
+    silicone: SiliconeData | None
+    placement: EffectData | None
+    warnings: list[str]
+    notes: list[NotesData]
+    bill: list[ItemData]
+    files: Annotated[list[str], Field(description="names beside the record")]
+    timings_s: dict[str, Size]
+    seconds: Size
+    peak_memory_MB: Size
+    versions: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -76,7 +288,9 @@ class MoldReport:
 
     def data(self) -> dict[str, Any]:
         """As in the file."""
-        values = {name: _plain(getattr(self, name)) for name in self.__dataclass_fields__}
+        values = plain(
+            {name: getattr(self, name) for name in self.__dataclass_fields__}, decimals=MICRO
+        )
         head = {name: values.pop(name) for name in ("design", "digest", "design_digest")}
         failure = values.pop("failure")
         return {
@@ -89,7 +303,7 @@ class MoldReport:
 
     def to_json(self) -> str:
         """The text of mold_report.json."""
-        return json.dumps(self.data(), indent=2, allow_nan=False) + "\n"
+        return json_text(self.data())
 
 
 def write_record(report: MoldReport, folder: Path) -> Path:
@@ -259,16 +473,3 @@ def notes_data(notes: Sequence[Notes]) -> tuple[dict[str, Any], ...]:
 def bill_data(items: Sequence[Item]) -> tuple[dict[str, Any], ...]:
     """The bill of materials, a row an item."""
     return tuple(asdict(item) for item in items)
-
-
-def _plain(value: Any) -> Any:
-    """Tuples as lists, numpy numbers as Python's, lengths without rounding noise."""
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return round(value, MICRO) + 0.0
-    return value

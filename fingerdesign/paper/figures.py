@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 from collections.abc import Iterable, Sequence
@@ -10,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fingerdesign.records.base import write_csv
 from fingerdesign.report.style import PAPER, ReportFigure, inlined
 
 if TYPE_CHECKING:
@@ -47,10 +47,8 @@ class PaperFigure:
         paths = [folder / f"{self.key}.{kind}" for kind in ("png", "svg", "csv")]
         paths[0].write_bytes(self.png)
         paths[1].write_text(self.svg, encoding="utf-8")
-        with paths[2].open("w", encoding="utf-8", newline="") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            writer.writerow(self.columns)
-            writer.writerows([_text(cell) for cell in row] for row in self.rows)
+        rows = ([_text(cell) for cell in row] for row in self.rows)
+        write_csv(paths[2], self.columns, rows)
         return paths
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import fnmatch
 import os
@@ -18,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from fingerdesign.records.base import write_csv
 from fingerdesign.records.result import GripTrace, IncrementResult, PointStrain, Result, ResultError
 
 try:
@@ -147,11 +147,8 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
 
 
 def _write_csv(path: Path, header: list[str], rows: Iterable[list[Any]]) -> None:
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(header)
-        for row in rows:
-            writer.writerow("" if _absent(cell) else cell for cell in row)
+    shown = ([None if _absent(cell) else cell for cell in row] for row in rows)
+    write_csv(path, header, shown)
 
 
 def _absent(cell: Any) -> bool:

@@ -6,8 +6,6 @@ never written. The standard library only.
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
@@ -15,6 +13,7 @@ from itertools import zip_longest
 from typing import Any, Literal
 
 from fingerdesign.errors import FingerDesignError, cell_text
+from fingerdesign.records.base import csv_text
 
 SCHEMA_VERSION = 1
 _DEEPEST = 30  # of tables in tables; designs are 4 deep
@@ -255,12 +254,8 @@ def _increments(outcome: Outcome, gages: int) -> Iterator[list[Any]]:
 
 
 def _text(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([cell_text(name) for name in header])
-    for row in rows:
-        writer.writerow([_cell(value) for value in row])
-    return stream.getvalue()
+    shown = ([_cell(value) for value in row] for row in rows)
+    return csv_text((cell_text(name) for name in header), shown)
 
 
 def _cell(value: Any) -> Any:

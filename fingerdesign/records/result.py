@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.arrays import (
     OPEN,
     SLIP,
@@ -26,6 +23,7 @@ from fingerdesign.records.arrays import (
     GripTrace,
     SlipStudy,
 )
+from fingerdesign.records.base import ResultError, json_text
 
 if TYPE_CHECKING:
     pass
@@ -52,17 +50,12 @@ __all__ = [
     "SlipStudy",
     "SlipStudySummary",
     "TriedModel",
-    "result_json_schema",
 ]
 
 SCHEMA_VERSION = 1
 STAGES = ("geometry", "mesh", "assemble", "condense", "increments", "grips", "report")
 
 _STRICT = {"extra": "forbid", "strict": True}  # what pydantic holds a file to
-
-
-class ResultError(FingerDesignError):
-    """A result cannot be written: it holds a value that is no number, or the folder is not ours."""
 
 
 @dataclass(frozen=True)
@@ -290,8 +283,7 @@ class Result:
 
     def to_json(self) -> str:
         """JSON text, keys in the order of the class. Raises ResultError on a NaN or an infinity."""
-        content = _plain(dataclasses.asdict(self), "")
-        return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+        return json_text(dataclasses.asdict(self), indent=1, ascii_only=False)
 
     @classmethod
     def from_json(cls, text: str, source: str = "result.json") -> Result:
@@ -313,28 +305,6 @@ class Result:
         except ValidationError as error:
             raise DesignError([_fault(item) for item in error.errors()], source) from error
         return result
-
-
-def result_json_schema() -> dict[str, Any]:
-    """JSON schema of ``result.json``; shipped as ``fingerdesign/data/result.schema.json``."""
-    from pydantic import TypeAdapter
-
-    return TypeAdapter(Result).json_schema() | {
-        "$schema": "https://json-schema.org/draft/2020-12/schema"
-    }
-
-
-def _plain(value: Any, key: str) -> Any:
-    """The value in JSON's own types; refuses what is no finite number, naming its key."""
-    if isinstance(value, np.generic | np.ndarray):
-        value = value.tolist()
-    if isinstance(value, dict):
-        return {str(k): _plain(v, f"{key}.{k}" if key else str(k)) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v, f"{key}[{i}]") for i, v in enumerate(value)]
-    if isinstance(value, float) and not math.isfinite(value):
-        raise ResultError(f"{key} = {value} is not a finite number; the result is not written")
-    return value
 
 
 def _fault(item: Any) -> Fault:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import json
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass, fields
 from typing import Any
+
+from fingerdesign.records.base import csv_text, json_text
 
 SCHEMA_VERSION = 1
 RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
@@ -336,9 +334,9 @@ class Observability:
         rows = [self._named(each) for each in self.counts]
         counts = ([_cell(value) for value in row.values()] for row in rows)
         return {
-            RECORD_FILE: json.dumps(self.data(), indent=2, allow_nan=False) + "\n",
-            GAGES_FILE: _csv(names, gages),
-            COUNTS_FILE: _csv(list(rows[0]), counts),
+            RECORD_FILE: json_text(self.data()),
+            GAGES_FILE: csv_text(names, gages),
+            COUNTS_FILE: csv_text(rows[0], counts),
         }
 
 
@@ -347,15 +345,5 @@ def plain(value: float) -> str:
     return f"{float(f'{value:.2g}'):.9f}".rstrip("0").rstrip(".")
 
 
-def _csv(header: list[str], rows: Iterable[list[Any]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
-    return stream.getvalue()
-
-
 def _cell(value: Any) -> Any:
-    if value is None:
-        return ""
     return " ".join(f"{each:g}" for each in value) if isinstance(value, list) else value

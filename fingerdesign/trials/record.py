@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+from typing_extensions import TypedDict
 
 from fingerdesign.control.metrics import (
     MOST_FORCE,
@@ -17,6 +17,7 @@ from fingerdesign.control.metrics import (
     Summary,
     summarise,
 )
+from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, ControlGrid
 
@@ -49,6 +50,141 @@ COLUMNS = {
     "ending": "ending",
     "reason": "reason",
 }
+
+
+Rate = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+@closed
+class ShareData(TypedDict):
+    """``count`` of ``of``; low, high: Wilson's 95 % interval; null of nothing."""
+
+    count: Count
+    of: Count
+    rate: Rate | None
+    low: Rate | None
+    high: Rate | None
+
+
+@closed
+class SpreadData(TypedDict):
+    """Of what has the value; low, high: quartiles."""
+
+    count: Count
+    least: Size
+    low: Size
+    median: Size
+    high: Size
+    most: Size
+
+
+@closed
+class SummaryData(TypedDict):
+    """Many grips: shares of all of them, spreads (null: no grip has the value)."""
+
+    grips: Count
+    success: ShareData
+    held: ShareData
+    dropped: Count
+    crushed: Count
+    not_lifted: Count
+    failed: Count
+    margin_at_lift: SpreadData | None
+    peak_ratio: SpreadData | None
+    peak_normal_force_N: SpreadData | None
+    minimum_stick_ratio: SpreadData | None
+    slip_distance_mm: SpreadData | None
+    steps: SpreadData | None
+    answered: ShareData
+    reaction_steps: SpreadData | None
+
+
+@closed
+class NoiseData(SummaryData):
+    """The grips at one noise."""
+
+    noise_microstrain: Size
+
+
+@closed
+class ControllerData(TypedDict):
+    """One controller over the whole grid."""
+
+    controller: str
+    told: Annotated[str | None, Field(description="of the object; null: nothing")]
+    whole_grid: Annotated[SummaryData, Field(description="all noises, tugged grips apart")]
+    by_noise: list[NoiseData]
+    tugged: SummaryData | None
+
+
+@closed
+class ConditionsData(TypedDict):
+    """The grid's axes."""
+
+    friction_coefficients: list[Size]
+    object_masses_g: list[Size]
+    noises_microstrain: Annotated[list[Size], Field(description="standard deviation of a sample")]
+    seed: Count
+    hold_s: Annotated[Size, Field(description="held on after the lift")]
+    tug: Annotated[dict[str, Size] | None, Field(description="null: no grip is tugged")]
+
+
+@closed
+class CriteriaData(TypedDict):
+    """What success is."""
+
+    most_force_ratio: Size
+    human_margin: Annotated[list[Size], Field(min_length=2, max_length=2)]
+    good_amplifier_microstrain: Size
+
+
+@closed
+class ModelData(TypedDict):
+    """What was gripped with."""
+
+    fidelity: Literal["plane-strain"]
+    contact_nodes: Count
+    gages: Count
+    face: Literal["upper", "lower", "both"]
+    opposite: Literal["mirror", "bare"]
+    contact_size_mm: Size
+    preload_mm: Size
+    max_approach_mm: Size
+    largest_bench_force_N: Annotated[Size, Field(description="at max_approach_mm, without shear")]
+    preload_force_N: Size
+
+
+@closed
+class SecondsData(TypedDict):
+    """Where the time went."""
+
+    model: Size
+    teaching: Size
+    grips: Size
+    whole: Size
+
+
+@closed
+class ControlData(TypedDict):
+    """The content of control.json."""
+
+    schema_version: Literal[1]
+    design: str
+    digest: str
+    status: Literal["ok"]
+    grips: Count
+    criteria: CriteriaData
+    conditions: ConditionsData
+    hardware: Annotated[
+        dict[str, Size | list[Count]], Field(description="its keys are those of [grip.hardware]")
+    ]
+    model: ModelData
+    controllers: list[ControllerData]
+    seconds: SecondsData
+    workers: Count
+    peak_memory_MB: Size
+    warnings: list[str]
+    versions: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -117,7 +253,7 @@ class ControlStudy:
 
     def to_json(self) -> str:
         """The text of control.json."""
-        return json.dumps(self.data(), indent=2, allow_nan=False) + "\n"
+        return json_text(self.data())
 
     def _controller(self, name: str) -> dict[str, Any]:
         tug = self.grid.tug
@@ -171,16 +307,12 @@ def summary_data(summary: Summary) -> dict[str, Any]:
     return found
 
 
-def write_csv(path: Path, outcomes: Sequence[Outcome]) -> None:
+def grips_csv(outcomes: Sequence[Outcome]) -> str:
     """A row a grip; empty where there is no value, true and false as 1 and 0."""
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for each in outcomes:
-            writer.writerow(_cell(getattr(each, name)) for name in COLUMNS.values())
+    return csv_text(
+        COLUMNS, ([_cell(getattr(each, name)) for name in COLUMNS.values()] for each in outcomes)
+    )
 
 
 def _cell(value: Any) -> Any:
-    if value is None:
-        return ""
     return int(value) if isinstance(value, bool) else value

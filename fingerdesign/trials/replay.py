@@ -6,8 +6,6 @@ model in plane strain, at rest, with its ``[grip.hardware]``.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,6 +18,7 @@ from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.replay import Replayed, replay
 from fingerdesign.control.roster import make_controller
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import csv_text
 from fingerdesign.runtime.registry import CONTROLLERS
 
 if TYPE_CHECKING:
@@ -69,12 +68,7 @@ class Replay:
         names = ["row", "time_s", "normal_force_N", "tangential_force_N", "dx_mm", "dy_mm"]
         names += ["asked_dx_mm", "asked_dy_mm", "hold", "gage_area_mm"]
         names += ["stick_ratio_told", "friction_used_told", "friction_told"]
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(names)
-        for step in self.steps:
-            writer.writerow(_cells(step))
-        return text.getvalue()
+        return csv_text(names, map(_cells, self.steps))
 
 
 def replay_trace(

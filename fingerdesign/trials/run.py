@@ -44,7 +44,7 @@ from fingerdesign.trials.record import (
     RECORD_FILE,
     ControlStudy,
     conditions_data,
-    write_csv,
+    grips_csv,
 )
 from fingerdesign.version import __version__
 
@@ -321,7 +321,7 @@ def write_study(study: ControlStudy, folder: Path) -> None:
     (folder / PAGE_FILE).write_text(
         control_html(data, rows, study.traces, study.trace_noise), encoding="utf-8"
     )
-    write_csv(folder / CSV_FILE, study.outcomes)
+    (folder / CSV_FILE).write_text(grips_csv(study.outcomes), encoding="utf-8")
     for trace in study.traces:
         mu, mass = trace.friction_coefficient, trace.object_mass_g
         write_grip_csv(folder / f"path_{trace.controller}_mu{mu:g}_{mass:g}g.csv", trace)

@@ -1,14 +1,15 @@
-"""What validate.json (see schema.py) and validate.csv hold. Errors are parts of one."""
+"""What validate.json and validate.csv hold. Errors are parts of one."""
 
 from __future__ import annotations
 
-import csv
-import json
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field
+from typing_extensions import TypedDict
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
+from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
 from fingerdesign.validate.advice import KEEP, LIMIT
 
 if TYPE_CHECKING:
@@ -20,6 +21,122 @@ SCHEMA_VERSION = 1
 RECORD_FILE = "validate.json"
 CSV_FILE = "validate.csv"
 SIDES = ("equal_motion", "equal_force")
+
+
+@closed
+class SpreadData(TypedDict):
+    """Parts of one, over the path."""
+
+    greatest: Size
+    median: Size
+
+
+@closed
+class ErrorsData(TypedDict):
+    """Of each quantity; null: prescribed, or cannot differ."""
+
+    normal_force: SpreadData | None
+    tangential_force: SpreadData | None
+    contact_width: SpreadData | None
+    stick_ratio: SpreadData | None
+    gage: SpreadData | None
+
+
+@closed
+class SideData(TypedDict):
+    """Two models at equal motion, or at equal force."""
+
+    rows: Count
+    rows_left_out: Count
+    note: str
+    errors: ErrorsData
+    gages: Annotated[list[Size], Field(description="greatest of each gage")]
+
+
+@closed
+class AnswerData(TypedDict):
+    """What one model says, a value a row of the path."""
+
+    model: str
+    dimension: Literal[2, 3]
+    dofs: Count
+    seconds: Size
+    normal_force_N: list[float]
+    tangential_force_N: list[float]
+    contact_width_mm: list[float]
+    stick_ratio: list[float]
+    gages_microstrain: list[list[float]]
+
+
+@closed
+class ComparisonData(TypedDict):
+    """Two models; a side is null where it cannot be had, and ``missing`` says why."""
+
+    label: str
+    assumed: AnswerData
+    better: AnswerData
+    equal_motion: SideData | None
+    equal_force: SideData | None
+    missing: list[str]
+
+
+@closed
+class PlaceData(TypedDict):
+    """Gages at one place along z."""
+
+    z_mm: Size
+    greatest: Size
+    median: Size
+    gages: list[float]
+
+
+@closed
+class RowData(TypedDict):
+    """One assumption."""
+
+    assumption: str
+    title: str
+    assumed: str
+    better: str
+    kind: Literal["model", "value", "reading"]
+    tested: bool
+    reason: Annotated[str | None, Field(description="why it was not tested")]
+    seconds: Size | None
+    better_seconds: Size | None
+    saving: Size | None
+    equal_motion: SideData | None
+    equal_force: SideData | None
+    verdict: Literal["keep", "limited", "drop", "measure", "not tested"]
+    advice: str
+    comparisons: list[ComparisonData]
+    along_z: list[PlaceData] | None
+
+
+@closed
+class Thresholds(TypedDict):
+    """Errors up to which an assumption is kept, or kept within limits."""
+
+    keep: Size
+    limit: Size
+
+
+@closed
+class ValidationData(TypedDict):
+    """The content of validate.json."""
+
+    schema_version: Literal[1]
+    design: str
+    scene: str
+    digest: str
+    status: Annotated[Literal["ok", "failed"], Field(description="failed: see failure")]
+    failure: Annotated[str | None, Field(description="a model failed and no row was told")]
+    deep: bool
+    gages: Count
+    thresholds: Thresholds
+    assumptions: list[RowData]
+    seconds: Size
+    peak_memory_MB: Size
+    versions: dict[str, str]
 
 
 @dataclass(frozen=True)
@@ -114,7 +231,7 @@ class Validation:
 
     def to_json(self) -> str:
         """The text of validate.json."""
-        return json.dumps(self.data(), indent=2, allow_nan=False) + "\n"
+        return json_text(self.data())
 
 
 def compared_row(
@@ -154,17 +271,12 @@ def untested_row(of: Assumption, reason: str) -> Row:
     return Row(of.key, of.title, of.assumed, of.better, of.kind, False, reason, advice=advice)
 
 
-def write_csv(path: Path, validation: Validation) -> None:
+def rows_csv(validation: Validation) -> str:
     """A row for each assumption at equal motion and at equal force; empty where there is none."""
     header = ["assumption", "at", "tested", "verdict", "seconds", "better_seconds", "saving"]
     header += [f"{name}_{which}" for name in QUANTITIES for which in ("greatest", "median")]
     header += ["rows", "rows_left_out", "advice"]
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(header)
-        for row in validation.rows:
-            for name in SIDES:
-                writer.writerow("" if cell is None else cell for cell in _cells(row, name))
+    return csv_text(header, (_cells(row, name) for row in validation.rows for name in SIDES))
 
 
 def _cells(row: Row, name: str) -> list[Any]:

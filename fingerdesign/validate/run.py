@@ -30,8 +30,8 @@ from fingerdesign.validate.record import (
     Row,
     Validation,
     compared_row,
+    rows_csv,
     untested_row,
-    write_csv,
 )
 from fingerdesign.validate.solves import Solves, warm
 
@@ -103,7 +103,7 @@ def write_validation(validation: Validation, folder: Path) -> None:
     data = validation.data()
     (folder / CHART_FILE).write_bytes(chart_png(data))
     (folder / PAGE_FILE).write_text(validate_html(data), encoding="utf-8")
-    write_csv(folder / CSV_FILE, validation)
+    (folder / CSV_FILE).write_text(rows_csv(validation), encoding="utf-8")
     (folder / RECORD_FILE).write_text(validation.to_json(), encoding="utf-8")
 
 

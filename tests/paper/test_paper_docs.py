@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from fingerdesign_cli.paper import command
+from fingerdesign_cli.commands.hand import paper as command
 
 from fingerdesign.paper.claims import WORDS
 from fingerdesign.paper.page import ORDER

@@ -10,6 +10,7 @@ import pytest
 
 import fingerdesign.records.result as results
 from fingerdesign.errors import DesignError
+from fingerdesign.records.base import schema_text
 from fingerdesign.records.folder import (
     read_result,
     result_folder,
@@ -164,11 +165,8 @@ def test_status_and_failure_agree() -> None:
 def test_shipped_schema_is_current_and_holds_a_result() -> None:
     import jsonschema
 
-    wanted = json.dumps(results.result_json_schema(), indent=1) + "\n"
-    assert SCHEMA.read_text(encoding="utf-8") == wanted, (
-        "write it anew: python -c 'import json, fingerdesign.records.result as r; "
-        "print(json.dumps(r.result_json_schema(), indent=1))' > fingerdesign/data/..."
-    )
+    wanted = schema_text("result")
+    assert SCHEMA.read_text(encoding="utf-8") == wanted, "run python -m fingerdesign.records.base"
     schema = json.loads(wanted)
     jsonschema.validate(json.loads(result().to_json()), schema)
     with pytest.raises(jsonschema.ValidationError):

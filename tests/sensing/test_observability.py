@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fingerdesign_cli.commands.hand import gages as command
 from fingerdesign_cli.main import main
-from fingerdesign_cli.sensing import command
 
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, features

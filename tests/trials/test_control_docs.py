@@ -3,12 +3,12 @@
 import re
 from pathlib import Path
 
+from fingerdesign_cli.commands.hand import study_control as command
 from fingerdesign_cli.options import CONTROLLER_NAMES
-from fingerdesign_cli.trials import command
 
+from fingerdesign.records.base import DATA, schema_text
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.figures import look_of
-from fingerdesign.trials.schema import SHIPPED, schema_text
 
 TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")
 
@@ -35,4 +35,4 @@ def test_every_controller_is_offered_and_has_a_look():
 
 
 def test_the_shipped_schema_is_the_one_in_the_code():
-    assert SHIPPED.read_text("utf-8") == schema_text()
+    assert (DATA / "control.schema.json").read_text("utf-8") == schema_text("control")

@@ -15,6 +15,7 @@ from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.records.base import json_schema
 from fingerdesign.records.result import ResultError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
@@ -22,7 +23,6 @@ from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import Cell, ControlGrid, Tug
 from fingerdesign.trials.record import COLUMNS
 from fingerdesign.trials.run import FOLDER, Journal, journal_beside, run_lots
-from fingerdesign.trials.schema import control_schema
 
 DESIGN = """[design]
 name = "half-plane"
@@ -202,7 +202,7 @@ def test_the_command_writes_a_whole_folder(quick_model, tmp_path, capsys):
     assert sum(name.startswith("path_") for name in names) == 4
     record = json.loads((folder / "control.json").read_text("utf-8"))
     assert record == json.loads(capsys.readouterr().out)
-    jsonschema.validate(record, control_schema())
+    jsonschema.validate(record, json_schema("control"))
     assert [each["controller"] for each in record["controllers"]] == ["paper", "oracle_1.2"]
     oracle = record["controllers"][1]
     assert oracle["told"] == "friction and weight"

@@ -8,9 +8,9 @@ import pytest
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.checks.load import parse_design, parse_scene
+from fingerdesign.records.base import DATA, json_schema, schema_text
 from fingerdesign.validate.assumptions import ASSUMPTIONS, nu_values
 from fingerdesign.validate.run import validate
-from fingerdesign.validate.schema import SHIPPED, schema_text, validation_schema
 
 ONE_PLATE = """
 [design]
@@ -147,7 +147,7 @@ def test_the_band_of_another_material_lies_about_its_own_value():
 @pytest.mark.parametrize("which", ["found", "bare"])
 def test_the_record_is_whole(which, request):
     data = json.loads(request.getfixturevalue(which).to_json())
-    jsonschema.validate(data, json.loads(SHIPPED.read_text("utf-8")))
+    jsonschema.validate(data, json.loads((DATA / "validate.schema.json").read_text("utf-8")))
     assert data["thresholds"] == {"keep": 0.02, "limit": 0.1}
     for row in data["assumptions"]:
         for each in row["comparisons"]:
@@ -159,11 +159,11 @@ def test_a_record_that_lacks_a_reading_is_refused(found):
     data = found.data()
     del data["assumptions"][0]["equal_motion"]["errors"]["gage"]
     with pytest.raises(jsonschema.ValidationError, match="gage"):
-        jsonschema.validate(data, validation_schema())
+        jsonschema.validate(data, json_schema("validate"))
 
 
 def test_the_shipped_schema_is_the_one_in_the_code():
-    assert SHIPPED.read_text("utf-8") == schema_text()
+    assert (DATA / "validate.schema.json").read_text("utf-8") == schema_text("validate")
 
 
 def test_keys_are_distinct_and_stable():

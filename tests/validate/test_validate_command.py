@@ -12,11 +12,11 @@ from fingerdesign_cli.validate import _cells
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import SolverError
+from fingerdesign.records.base import json_schema
 from fingerdesign.records.result import ResultError
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.record import Row
 from fingerdesign.validate.run import FOLDER, validate
-from fingerdesign.validate.schema import validation_schema
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
 
@@ -147,7 +147,7 @@ def test_models_that_fail_are_no_success(design, tmp_path, monkeypatch, capsys):
     assert record["status"] == "failed"
     assert record["failure"] == "no assumption could be tested: Plane strain: no equilibrium"
     assert record["failure"] in capsys.readouterr().err
-    jsonschema.validate(record, validation_schema())
+    jsonschema.validate(record, json_schema("validate"))
 
 
 def test_where_nothing_can_be_told_the_record_says_so(design, tmp_path, capsys):

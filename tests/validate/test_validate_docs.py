@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from fingerdesign_cli.validate import command
+from fingerdesign_cli.commands.finger import validate as command
 
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 

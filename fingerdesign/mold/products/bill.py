@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -14,6 +13,7 @@ import numpy as np
 
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import BaseHole, MoldPlan, density_of
+from fingerdesign.records.base import write_csv
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -139,12 +139,8 @@ def bill_of_materials(
 def write_bill(items: Sequence[Item], path: Path) -> None:
     """bill_of_materials.csv: a row an item, units in the column names."""
     names = ["item", "count", "made", "material", "size", "mass_g", "files"]
-    with path.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(names)
-        for item in items:
-            row = asdict(item)
-            writer.writerow("" if row[name] is None else row[name] for name in names)
+    rows = ([asdict(item)[name] for name in names] for item in items)
+    write_csv(path, names, rows)
 
 
 def bolt_length(bolt: Bolt) -> int | None:

@@ -7,8 +7,6 @@ report.html  the designs compared
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections import Counter
 from collections.abc import Sequence
@@ -17,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.summary import versions
 from fingerdesign.errors import cell_text
+from fingerdesign.records.base import csv_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.search.compare.facts import bounds_of, wanted_of
@@ -100,13 +99,11 @@ def failures_csv(outcomes: Sequence[Outcome]) -> str:
     """A row a failed outcome: its kind, its cause in a sentence, its values."""
     failed = [outcome for outcome in outcomes if outcome.failure is not None]
     keys = list(dict.fromkeys(key for outcome in failed for key in outcome.values))
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["name", "scene", "kind", "cause", *(cell_text(key) for key in keys), "digest"])
+    rows = []
     for outcome in failed:
         assert outcome.failure is not None
         values = [outcome.values.get(key, "") for key in keys]
-        writer.writerow(
+        rows.append(
             [
                 *(cell_text(outcome.name), cell_text(outcome.scene), outcome.failure.kind),
                 cell_text(outcome.failure.sentence),
@@ -114,7 +111,8 @@ def failures_csv(outcomes: Sequence[Outcome]) -> str:
                 outcome.digest,
             ]
         )
-    return stream.getvalue()
+    head = ["name", "scene", "kind", "cause", *(cell_text(key) for key in keys), "digest"]
+    return csv_text(head, rows)
 
 
 def _write(path: Path, text: str) -> None:

@@ -12,8 +12,6 @@ design is made, so an interrupted run goes on.
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
 import json
 import re
 import shutil
@@ -26,6 +24,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError, cell_text
+from fingerdesign.records.base import csv_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.files import BusyError, locked, write_whole
@@ -87,12 +86,8 @@ def _parts(fault: Fault) -> list[object]:
 
 
 def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(cell_text(name) for name in header)
-    for row in rows:
-        writer.writerow("" if cell is None else _cell(cell) for cell in row)
-    return stream.getvalue()
+    shown = ([None if cell is None else _cell(cell) for cell in row] for row in rows)
+    return csv_text((cell_text(name) for name in header), shown)
 
 
 def _cell(value: object) -> object:

@@ -12,10 +12,10 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
-from fingerdesign.mold import schema as record_schema
 from fingerdesign.mold.page.page import base_svg
 from fingerdesign.mold.page.picture import Badge, Exploded
 from fingerdesign.mold.part import Check
+from fingerdesign.records.base import DATA, json_schema, schema_text
 from fingerdesign.records.result import ResultError
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
@@ -76,7 +76,7 @@ def test_the_folder_holds_everything_and_the_record_fits_its_schema(stages, tmp_
     assert report.status == "ok"
     assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
-    jsonschema.validate(data, record_schema.mold_schema())
+    jsonschema.validate(data, json_schema("mold"))
     assert data["files"] == sorted(FILES)
     assert data["silicone"]["mass_g"] > 0.0
     assert [part["number"] for part in data["parts"]] == list(range(1, 9))
@@ -146,7 +146,7 @@ def test_what_cannot_be_built_leaves_a_record_that_says_so(stages, tmp_path):
     names = sorted(path.name for path in (tmp_path / "block").iterdir())
     assert names == ["mold_report.json", "report.html"]
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
-    jsonschema.validate(data, record_schema.mold_schema())
+    jsonschema.validate(data, json_schema("mold"))
     assert data["status"] == "failed"
     assert "face 7 is an undercut" in (tmp_path / "block" / "report.html").read_text("utf-8")
 
@@ -174,7 +174,7 @@ def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch
 
 
 def test_the_shipped_schema_is_the_schema():
-    assert record_schema.SHIPPED.read_text("utf-8") == record_schema.schema_text()
+    assert (DATA / "mold.schema.json").read_text("utf-8") == schema_text("mold")
 
 
 def test_digests_tell_molds_apart_and_fingers_not(hand_made):

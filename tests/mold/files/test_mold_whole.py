@@ -7,7 +7,7 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.mold.products.three_mf import read_3mf
-from fingerdesign.mold.schema import mold_schema
+from fingerdesign.records.base import json_schema
 
 pytestmark = pytest.mark.slow
 
@@ -16,7 +16,7 @@ def test_a_shipped_finger_can_be_cast(tmp_path):
     assert main(["mold", "boned", "--out", str(tmp_path), "--quiet"]) == 0
     folder = tmp_path / "boned"
     data = json.loads((folder / "mold_report.json").read_text("utf-8"))
-    jsonschema.validate(data, mold_schema())
+    jsonschema.validate(data, json_schema("mold"))
     assert data["status"] == "ok"
     assert all(check["ok"] for check in data["checks"])
     assert sorted(path.name for path in folder.iterdir()) == data["files"]

@@ -1,0 +1,110 @@
+"""What is written, from one typed definition: JSON text, its shipped schema, CSV, reading it again.
+
+A record's file is typed by a TypedDict (or a frozen dataclass) whose keys are the file's, in their
+order, each with its bound and meaning:
+
+    @closed
+    class Hole(TypedDict):
+        kind: Literal["gate", "vent"]
+        diameter_mm: Annotated[Size, Field(description="inside, at the finger")]
+
+``python -m fingerdesign.records.base`` writes the shipped schemas anew.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable
+from importlib import import_module
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import ConfigDict, Field, TypeAdapter, with_config
+
+from fingerdesign.errors import FingerDesignError
+
+Size = Annotated[float, Field(ge=0.0)]
+Count = Annotated[int, Field(ge=0)]
+
+# A file of the wheel's data: the type that it describes, and its title.
+SCHEMAS = {
+    "result": ("fingerdesign.records.result:Result", ""),
+    "validate": (
+        "fingerdesign.validate.record:ValidationData",
+        "What each modelling assumption costs (fingerdesign validate)",
+    ),
+    "control": (
+        "fingerdesign.trials.record:ControlData",
+        "Controllers over friction, weight and noise (fingerdesign study-control)",
+    ),
+    "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
+}
+closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others
+DATA = Path(__file__).resolve().parents[1] / "data"
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class ResultError(FingerDesignError):
+    """A result cannot be written: it holds a value that is no number, or the folder is not ours."""
+
+
+def plain(value: Any, key: str = "", decimals: int | None = None) -> Any:
+    """The value in JSON's own types, floats rounded to ``decimals`` where these are given.
+
+    Raises ResultError for what is no finite number, naming its key.
+    """
+    if isinstance(value, np.generic | np.ndarray):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {
+            str(k): plain(v, f"{key}.{k}" if key else str(k), decimals) for k, v in value.items()
+        }
+    if isinstance(value, list | tuple):
+        return [plain(v, f"{key}[{i}]", decimals) for i, v in enumerate(value)]
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise ResultError(f"{key} = {value} is not a finite number; the result is not written")
+        return value if decimals is None else round(value, decimals) + 0.0
+    return value
+
+
+def json_text(value: Any, indent: int = 2, ascii_only: bool = True) -> str:
+    """The value as the text of a file, keys in their order; ResultError on NaN or infinity."""
+    text = json.dumps(plain(value), indent=indent, ensure_ascii=ascii_only, allow_nan=False)
+    return text + "\n"
+
+
+def csv_text(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """A table as CSV; an empty cell where there is no value (None)."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
+    return stream.getvalue()
+
+
+def write_csv(path: Path, header: Iterable[str], rows: Iterable[Iterable[Any]]) -> None:
+    """A table as a CSV file, its lines ended alike on every system."""
+    path.write_text(csv_text(header, rows), encoding="utf-8", newline="")
+
+
+def json_schema(name: str) -> dict[str, Any]:
+    """The schema of a kind of record: all keys are there, no others."""
+    target, title = SCHEMAS[name]
+    module, _, kind = target.partition(":")
+    made = TypeAdapter(getattr(import_module(module), kind)).json_schema()
+    return {"$schema": _DIALECT, **made} | ({"title": title} if title else {})
+
+
+def schema_text(name: str) -> str:
+    """The schema the way it is shipped, as fingerdesign/data/NAME.schema.json."""
+    return json.dumps(json_schema(name), indent=2) + "\n"
+
+
+if __name__ == "__main__":
+    for each in SCHEMAS:
+        (DATA / f"{each}.schema.json").write_text(schema_text(each), encoding="utf-8")
