@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,23 @@ def rendered(template: Path, **values: Any) -> str:
     made.filters["image"] = lambda figure: _safe(figure.image)
     style = _safe((COMMON / "report.css").read_text(encoding="utf-8"))
     return str(made.get_template(template.name).render(style=style, **values))
+
+
+@lru_cache
+def macros(template: Path) -> Any:
+    """The macros of a template of plain sentences, each a function; nothing is escaped.
+
+    Whoever shows them on a page lets the page's own template escape them.
+    """
+    import jinja2
+
+    made = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(template.parent),
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return made.get_template(template.name).module
 
 
 def _safe(text: str) -> Any:

@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import re
+import time
 from dataclasses import replace
 
 import pytest
@@ -21,6 +22,11 @@ pytestmark = pytest.mark.skipif(
 WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
 MADE = any_outcomes(60, hostile=True)
 SHOWN = "[...document.querySelectorAll('#table-designs tbody tr:not([hidden])')]"
+# The designs that the chart of two measures draws as points.
+POINTS = (
+    "document.getElementById('pareto').data.filter((t) => !['line', 'ring'].includes(t.name))"
+    ".flatMap((t) => t.customdata)"
+)
 NUMBERS = f"{SHOWN}.map((row) => Number(row.dataset.i))"
 
 
@@ -41,7 +47,29 @@ def opened(tmp_path_factory):
 def browser(opened):
     opened.evaluate("FD.select(null, null)")
     opened.click("#clear-filter")
+    opened.evaluate("document.getElementById('pareto').scrollIntoView({behavior: 'instant'})")
+    wait(opened, "document.getElementById('pareto').data")
     return opened
+
+
+def wait(browser, ready, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not browser.evaluate(f"Boolean({ready})"):
+        assert time.monotonic() < end, f"never true: {ready}"
+        time.sleep(0.05)
+
+
+def point(browser, number):
+    """Where a design's point of the chart is in the window, scrolled into view."""
+    return browser.evaluate(
+        "(() => { const p = document.getElementById('pareto');"
+        "p.scrollIntoView({block: 'center', behavior: 'instant'});"
+        f"const t = p.data.find((each) => each.customdata.includes({number}));"
+        f"const k = t.customdata.indexOf({number});"
+        "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
+        "return [r.x + xaxis._offset + xaxis.l2p(t.x[k]),"
+        "r.y + yaxis._offset + yaxis.l2p(t.y[k])]; })()"
+    )
 
 
 def column(browser, title):
@@ -129,8 +157,7 @@ def test_filters_by_bounds_and_words(browser) -> None:
     count = browser.evaluate("document.getElementById('shown-count').textContent")
     good = sum(o.status == "ok" for o in MADE)
     assert count == f"{len(asked)} of {good} shown"
-    points = browser.evaluate("document.querySelectorAll('#pareto [role=option]').length")
-    assert points == len(asked)
+    wait(browser, f"{POINTS}.length === {len(asked)}")
 
 
 def test_a_filter_that_makes_no_sense_is_told(browser) -> None:
@@ -166,10 +193,10 @@ def test_choosing_two_by_keys_in_the_table(browser) -> None:
 
 
 def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
-    browser.evaluate("document.querySelector('#pareto .field').focus()")
+    browser.evaluate("document.getElementById('pareto').focus()")
     browser.key("Home")
     browser.key("ArrowRight")
-    told = browser.evaluate("document.querySelector('#pareto .told').textContent")
+    told = browser.evaluate("document.getElementById('pareto-active').textContent")
     browser.key("Enter")
     number = browser.evaluate("FD.selected[0]")
     assert "stick error" in told
@@ -178,7 +205,8 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
         key=lambda i: (MADE[i].metrics["stick_error"], cost(i)),
     )
     assert number == by_error[1]
-    browser.click(f"#point-{by_error[-1]}")
+    browser.press_at(*point(browser, by_error[-1]))
+    wait(browser, "FD.selected[1] !== null")
     assert browser.evaluate("FD.selected") == [by_error[1], by_error[-1]]
     chosen = browser.evaluate("document.getElementById('chosen').innerText")
     assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
@@ -201,14 +229,12 @@ def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser) -> None:
 def test_front_of_two_measures_is_right(browser) -> None:
     browser.evaluate(
         "(() => { const s = document.getElementById('axis-y');"
-        "s.value = [...s.options].findIndex((o) => o.text === 'safety margin');"
+        "s.value = [...s.options].find((o) => o.text === 'safety margin').value;"
         "s.dispatchEvent(new Event('change')); })()"
     )
-    drawn = browser.evaluate(
-        "[...document.querySelectorAll('#pareto [role=option]')].filter((e) =>"
-        "e.getAttribute('aria-label').includes('front of these two'))"
-        ".map((e) => Number(e.id.slice(6)))"
-    )
+    line = "document.getElementById('pareto').data[0].customdata"
+    wait(browser, "document.getElementById('pareto').layout.yaxis.title.text.includes('margin')")
+    drawn = browser.evaluate(line)
     feasible = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.feasible ? [i] : []))")
     pairs = {
         i: (MADE[i].metrics["stick_error"], -MADE[i].metrics["safety_margin"]) for i in feasible
@@ -219,6 +245,24 @@ def test_front_of_two_measures_is_right(browser) -> None:
         if not any(u <= x and v <= y and (u, v) != (x, y) for u, v in pairs.values())
     ]
     assert sorted(drawn) == sorted(front)
+    browser.evaluate(
+        "(() => { const s = document.getElementById('axis-y');"
+        "s.value = [...s.options].find((o) => o.text === 'cost').value;"
+        "s.dispatchEvent(new Event('change')); })()"
+    )
+
+
+def test_a_box_in_the_chart_filters_the_table(browser) -> None:
+    number = browser.evaluate("FD.data.study.recommended")
+    x, y = point(browser, number)
+    browser.press_at(x - 30, y - 30, (x + 30, y + 30))
+    total = sum(o.status == "ok" for o in MADE)
+    wait(browser, f"FD.shown.length < {total}")
+    assert number in browser.evaluate("FD.shown")
+    place = column(browser, "cost")
+    field = f"document.querySelector('#table-designs .filters td:nth-child({place}) input').value"
+    low, high = map(float, browser.evaluate(field).split(".."))
+    assert low <= cost(number) <= high
 
 
 def test_downloads(browser) -> None:
@@ -238,9 +282,10 @@ def test_downloads(browser) -> None:
 def test_two_designs_are_drawn_when_they_come_into_sight(browser) -> None:
     browser.evaluate("FD.select(10, 12)")
     browser.evaluate("document.getElementById('views').scrollIntoView({behavior: 'instant'})")
-    browser.evaluate("new Promise((f) => setTimeout(f, 400))")
+    wait(browser, "document.getElementById('forces-1').data")
     assert browser.evaluate("document.querySelectorAll('#views svg, #views canvas').length") >= 2
-    assert browser.evaluate("document.querySelectorAll('#parallel-chart svg').length") >= 1
+    browser.evaluate("document.getElementById('parallel').scrollIntoView({behavior: 'instant'})")
+    wait(browser, "document.querySelectorAll('#parallel-chart svg').length")
 
 
 def test_every_button_has_a_name_and_every_field_a_label(browser) -> None:
@@ -290,13 +335,16 @@ def test_prints(browser, tmp_path) -> None:
 def test_badges_leave_the_star_and_b_is_the_runner_up(browser) -> None:
     facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
     found = recommend(MADE, facts.objectives, facts.constraints)
-    assert browser.evaluate("FD.data.study.runner_up") == found.runner_up
-    browser.evaluate("FD.select(FD.data.study.recommended, FD.data.study.runner_up)")
+    assert browser.evaluate("FD.data.study.pair") == [found.chosen, found.runner_up]
+    browser.evaluate("FD.select(...FD.data.study.pair)")
+    badges = "document.getElementById('pareto').layout.annotations"
+    wait(browser, f"{badges}.length === 2")
     apart = """(() => {
-      const [star, badge] = [".star", ".pick-a"].map((s) =>
-        document.querySelector(`#pareto ${s}`).getBoundingClientRect());
-      const across = Math.abs(star.x + star.width / 2 - badge.x - badge.width / 2);
-      return across >= badge.width / 2;
+      const place = document.getElementById("pareto");
+      const drawn = [...place.querySelectorAll(".trace.scatter path.point")]; // the star last
+      const both = [drawn.pop(), place.querySelector(".annotation")];
+      const [a, b] = both.map((e) => e.getBoundingClientRect());
+      return a.right <= b.x || b.right <= a.x || a.bottom <= b.y || b.bottom <= a.y;
     })()"""
     assert browser.evaluate(apart)
 
@@ -307,8 +355,8 @@ def test_the_two_say_what_they_miss_and_where_grips_differ(browser) -> None:
     )
     rest = [i for i, o in enumerate(MADE) if o.status == "ok" and i != missing]
     browser.evaluate(f"FD.select({missing}, {rest[0]})")
-    text = "document.getElementById('pair-numbers').textContent"
-    assert "Not feasible, A: peak_ratio" in browser.evaluate(text)
+    text = "document.getElementById('pair-numbers').innerText"
+    assert "A: not feasible, peak_ratio" in browser.evaluate(text)
     keep = "[FD.data.designs[%d].metrics.grip_success, FD.data.designs[%d].metrics.grip_success]"
     before = browser.evaluate(keep % (missing, rest[0]))
     for success, told in ((0.5, True), (1.0, False)):
@@ -333,8 +381,8 @@ def test_a_measure_alike_for_all_has_one_mark(tmp_path) -> None:
     few = [replace(o, metrics=o.metrics | {"cost": 7.0}) for o in MADE if o.status == "ok"][:8]
     page.write_text(compare_html(few, facts_of("few", few, WANTED[:2])), encoding="utf-8")
     with Browser(page, tmp_path) as browser:
-        assert "cost: the same for all" in browser.evaluate(
-            "document.querySelector('#pareto svg').textContent"
-        )
-        ticks = "[...document.querySelectorAll('#pareto .tick[text-anchor=end]')]"
-        assert browser.evaluate(f"{ticks}.map((e) => e.textContent)") == ["7"]
+        wait(browser, "document.querySelector('#pareto .ytick')")
+        text = browser.evaluate("document.getElementById('pareto').textContent")
+        assert "cost: the same for all" in text
+        ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"
+        assert browser.evaluate(ticks) == ["7"]

@@ -1,6 +1,7 @@
 """What the comparison page draws of a design, as data: shapes, traces, grips."""
 
 import copy
+import gzip
 import json
 import tomllib
 from pathlib import Path
@@ -11,9 +12,24 @@ import pytest
 from fingerdesign import load_design
 from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.records.outcome import GripOutcome, Traces
-from fingerdesign.search.compare.data import packed_grips, packed_traces, runs, unrolled
-from fingerdesign.search.compare.geometry import MOST_PLATES, outline_of, packed_geometry
+from fingerdesign.layout.volume import outline_volume
+from fingerdesign.records.outcome import Traces
+from fingerdesign.search.compare.data import detail
+from fingerdesign.search.compare.figures import (
+    contact_figure,
+    forces_figure,
+    frictions_of,
+    gages_figure,
+    runs,
+)
+from fingerdesign.search.compare.geometry import (
+    MOST_PLATES,
+    body_triangles,
+    outline_of,
+    packed_geometry,
+)
+from fingerdesign.search.compare.solid import SHARP_DEG, plate_boxes, plate_marks
+from tests.support.any_outcomes import any_outcomes
 
 DESIGNS = sorted((Path(__file__).parents[2] / "designs").glob("*.toml"))
 
@@ -22,37 +38,90 @@ def data_of(path):
     return load_design(path).model_dump(mode="json", exclude_none=True)
 
 
+def points(packed):
+    return np.column_stack([np.array(packed[axis], dtype=float) for axis in "xyz"])
+
+
 @pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 def test_a_shipped_design_is_packed_small_and_whole(path):
     design = load_design(path)
     packed = packed_geometry(data_of(path))
-    assert len(json.dumps(packed, allow_nan=False)) < 5000
+    assert len(gzip.compress(json.dumps(packed, allow_nan=False).encode())) < 5000
     assert packed["note"] == ""
     assert packed["words"].startswith("The body is")
     assert packed["size"][1] == pytest.approx(crest_height(design.body), abs=1e-3)
-    frames = plate_frames(design)
-    assert len(packed["plates"]) == len(frames)
-    for drawn, frame in zip(packed["plates"], frames, strict=True):
-        assert drawn[:2] == pytest.approx(frame.centre, abs=1e-3)
-        assert drawn[5:7] == pytest.approx((frame.low, frame.high), abs=1e-3)
-        assert len(drawn) == 10 + len(frame.holes)
+    assert points(packed["body"])[:, 1].max() == pytest.approx(packed["size"][1], abs=1e-3)
+    assert (packed["plates"] is None) == (not plate_frames(design))
+
+
+@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
+def test_the_body_is_closed_and_of_the_right_volume(path):
+    body = load_design(path).body
+    solid, height = body_triangles(body)
+    _, cosine = solid.edges()
+    assert np.isfinite(cosine).all(), "an edge with one facet: the body is open"
+    # Chords of a convex outline lose a little.
+    assert solid.volume == pytest.approx(outline_volume(body), rel=0.01)
+    assert height == pytest.approx(crest_height(body))
+
+
+@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
+def test_plates_are_boxes_in_their_places_with_marks_on_their_faces(path):
+    for frame in plate_frames(load_design(path)):
+        boxes = plate_boxes(frame)
+        want = frame.length * frame.thickness * frame.span
+        assert boxes.volume == pytest.approx(want, rel=0.01)
+        spread = boxes.vertices.min(axis=0), boxes.vertices.max(axis=0)
+        wide = 2 if frame.along == "x" else 0
+        assert (spread[0][wide], spread[1][wide]) == pytest.approx((frame.low, frame.high))
+        if not frame.bend_radius:
+            assert boxes.vertices.mean(axis=0) == pytest.approx([frame.x, frame.y, frame.z])
+        gages, holes = plate_marks(frame, (0.4, 0.4, 0.0), (1,))
+        assert len(gages.triangles) == 2
+        middle = gages.vertices.mean(axis=0)
+        across = (0.0, *frame.normal) if frame.along == "z" else (*frame.normal, 0.0)
+        if frame.along == "x":
+            above = (middle - [frame.x, frame.y, frame.z]) @ np.array(across)
+            assert above > 0.5 * frame.thickness - 1e-9 or frame.bend_radius
+        assert len(holes.triangles) == 2 * 14 * len(frame.holes)
 
 
 @pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 def test_the_outline_lies_on_the_surface(path):
-    design = load_design(path)
-    body, packed = design.body, packed_geometry(data_of(path))["body"]
-    if body.shape == "revolved":
-        r, y = np.array(packed["rings"]).reshape(-1, 2).T
-        assert y == pytest.approx(surface_height(body, r * (1 - 1e-9)), abs=2e-3)
-        return
-    x, z, heights = (np.array(part) for part in packed["grid"])
-    assert x[[0, -1]] == pytest.approx(np.array([-0.5, 0.5]) * body.width_mm)
-    assert z[-1] == pytest.approx(body.depth_mm / 2)
-    inner = slice(1, -1)  # at the side the outline may be upright
-    want = surface_height(body, x[inner, None], z[None, :])
-    # Heights are of the places as rounded, to a micrometre: steep ones are farther off.
-    assert heights.reshape(len(x), len(z))[inner] == pytest.approx(want, abs=1e-2)
+    body = load_design(path).body
+    x, y, z = body_triangles(body)[0].vertices.T
+    assert np.abs(x).max() == pytest.approx(0.5 * body.width_mm)
+    inner = (y > 1e-9) & (np.abs(x) < 0.5 * body.width_mm - 1e-6)
+    inner &= np.hypot(x, z) < 0.5 * body.width_mm - 1e-6 if body.shape == "revolved" else inner
+    assert y[inner] == pytest.approx(surface_height(body, x[inner], z[inner]), abs=2e-3)
+
+
+@pytest.mark.parametrize("deep", [False, True])
+@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
+def test_the_contact_lies_on_the_surface(path, deep):
+    body = load_design(path).body
+    (made,) = any_outcomes(1, seed=3, failed=0.0, deep=deep)
+    touch = packed_geometry(data_of(path), made.traces)["touch"]
+    found = points(touch)
+    assert len(found) == touch["each"] * len(made.traces.contact_x_mm)
+    there = np.isfinite(found).all(axis=1)
+    assert there.mean() > 0.9
+    x, y, z = found[there].T
+    assert y == pytest.approx(surface_height(body, x, z), abs=0.1)
+    assert (y >= surface_height(body, x, z)).all()
+    if deep:
+        assert touch["each"] == 1
+    else:
+        assert np.ptp(z) > 0.9 * min(body.depth_mm, body.width_mm)
+
+
+def test_only_edges_of_the_body_are_drawn_as_lines():
+    for path in DESIGNS:
+        solid, _ = body_triangles(load_design(path).body)
+        ends, cosine = solid.edges()
+        some = len(solid.sharp_edges(SHARP_DEG))
+        assert 0 < some < 0.4 * len(ends), path.stem
+        assert some == (cosine < np.cos(np.radians(SHARP_DEG))).sum()
 
 
 def test_neighbouring_facets_turn_too_little_to_look_like_an_edge():
@@ -92,11 +161,12 @@ def test_a_step_body_is_drawn_from_border_to_border(tmp_path):
     packed = packed_geometry(data_of(path))
     assert "STEP" in packed["note"]
     assert packed["size"] == pytest.approx([14.0, 8.0, 14.0], abs=1e-3)
-    x, z, heights = (np.array(part, dtype=float) for part in packed["body"]["grid"])
-    ends = z.reshape(len(x), -1)[:, [0, -1]]
-    across = np.abs(x) < 5.9
-    assert np.hypot(x[across, None], ends[across]) == pytest.approx(6.0, abs=0.01)
-    assert heights.reshape(len(x), -1)[across] == pytest.approx(8.0, abs=1e-6)
+    x, y, z = points(packed["body"]).T
+    across = (y > 1e-9) & (np.abs(x) < 5.9)
+    assert y[across] == pytest.approx(8.0, abs=1e-6)
+    for place in np.unique(x[across]):
+        far = np.abs(z[across & (x == place)]).max()
+        assert np.hypot(place, far) == pytest.approx(6.0, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -123,35 +193,83 @@ def test_many_plates_are_cut_off_and_said():
     design = data_of(DESIGNS[0].with_name("maeno2000.toml"))
     design["plates"] |= {"count": MOST_PLATES + 5, "pitch_mm": 0.1, "length_mm": 0.05}
     packed = packed_geometry(design)
-    assert len(packed["plates"]) == MOST_PLATES
+    assert len(packed["plates"]["x"]) == 8 * MOST_PLATES
     assert f"Of {MOST_PLATES + 5} plates" in packed["note"]
 
 
-def test_traces_keep_their_keys_and_four_digits():
-    traces = Traces(
-        normal_force_N=(0.123456, None, 3.0),
-        gages=((1.23456, -200.0), (None, 0.0)),
-        contact_x_mm=(0.0, 0.5, 1.0),
-        status=("..#", "/##"),
-    )
-    packed = packed_traces(traces)
-    assert packed["normal_force_N"] == [0.1235, None, 3]
-    assert packed["gages"] == [[1.235, -200], [None, 0]]
-    assert packed["status"] == ["2.1#", "1/2#"]
-    assert [unrolled(row) for row in packed["status"]] == list(traces.status)
-    assert set(packed) == set(Traces.__dataclass_fields__)
+TRACES = Traces(
+    normal_force_N=(0.123456, 3.0),
+    tangential_force_N=(0.0, 1.0),
+    gages=((1.23456, -200.0), (None, 0.0)),
+    gage_x_mm=(-1.0, 1.0),
+    contact_x_mm=(0.0, 0.5, 1.0),
+    status=("..#", "/##"),
+)
 
 
-def test_runs_come_back_as_they_were():
+def test_runs_have_lengths():
+    assert [runs(row) for row in TRACES.status] == ["2.1#", "1/2#"]
     chance = np.random.default_rng(3)
-    for size in (0, 1, 7, 500):
-        text = "".join(chance.choice(list(".#/"), size))
-        assert unrolled(runs(text)) == text
+    text = "".join(chance.choice(list(".#/"), 500))
+    import re
+
+    back = "".join(c * int(count) for count, c in re.findall(r"(\d+)(\D)", runs(text)))
+    assert back == text
 
 
-def test_grips_carry_what_is_drawn():
-    grip = GripOutcome("regulator", 0.5, 200.0, True, False, 1.23456, 9.87654, 0.4, (1.0,), (0.5,))
-    (packed,) = packed_grips([grip])
-    assert packed["safety_margin"] == 1.235
-    assert packed["normal_force_N"] == [1]
-    assert packed["lifted"] is True
+@pytest.mark.parametrize("number", range(3))
+def test_contact_rows_are_as_long_as_the_status_says(number):
+    made = any_outcomes(3, seed=1, failed=0.0)[number].traces
+    stick, slip = contact_figure(made)["data"]
+    rows = "".join(made.status)
+    step = made.contact_x_mm[1] - made.contact_x_mm[0]
+    for bars, character in ((stick, "#"), (slip, "/")):
+        assert sum(bars["x"]) == pytest.approx(step * rows.count(character), rel=0.01)
+        assert set(bars["y"]) <= set(range(1, len(made.status) + 1))
+
+
+def test_contact_of_a_half_model_is_mirrored():
+    deep = any_outcomes(1, seed=2, failed=0.0, deep=True)[0].traces
+    marks = contact_figure(deep)["marks"]
+    assert (marks["each"], len(marks["x"])) == (1, len(deep.contact_x_mm))
+    half = Traces(contact_x_mm=(0.0, 1.0), contact_z_mm=(0.0, 2.0), status=("#/",))
+    marks = contact_figure(half)["marks"]
+    assert (marks["each"], marks["x"]) == (2, [0, 0, 1, 1])
+    assert marks["y"] == [0, 0, 2, -2]
+
+
+def test_gages_are_traces_with_four_digits_and_words():
+    figure = gages_figure(TRACES)
+    assert [trace["y"] for trace in figure["data"]] == [[1.235, None], [-200, 0]]
+    assert "2 gages over 2 increments. The largest is -200 microstrain" in figure["words"]
+    assert "gage 2, x = 1 mm, at increment 1" in figure["words"]
+    assert figure["best"] == 1
+    assert gages_figure(Traces()) is None
+
+
+def test_forces_stand_against_their_own_limit():
+    outcomes = any_outcomes(3, seed=1, failed=0.0)
+    frictions = frictions_of(outcomes)
+    assert list(frictions) == [0.2, 0.5, 0.8]
+    figure = forces_figure(outcomes[0], frictions)
+    limits = [trace for trace in figure["data"] if trace["name"].startswith("limit")]
+    for trace, friction in zip(limits, frictions, strict=True):
+        assert trace["y"][1] / trace["x"][1] == pytest.approx(friction, rel=1e-3)
+    for trace, grip in zip(figure["data"][3:], outcomes[0].grips, strict=False):
+        good = grip.lifted and not grip.gross_slip
+        assert (trace["marker"]["symbol"] == "x") is not good
+        assert (
+            trace["line"]["color"] == limits[frictions[grip.friction_coefficient]]["line"]["color"]
+        )
+    last = figure["steps"][-1]
+    end = outcomes[0].traces
+    assert last["shapes[0].xanchor"] == pytest.approx(end.normal_force_N[-1], rel=1e-3)
+    assert figure["words"].count("regulator") == 3
+
+
+def test_what_is_not_recorded_has_no_figure():
+    (made,) = any_outcomes(1, failed=1.0)
+    found = detail(made, {})
+    assert found["figures"] == {"contact": None, "gages": None, "forces": None}
+    assert found["count"] == 0
+    json.dumps(found, allow_nan=False)

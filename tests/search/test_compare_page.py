@@ -108,7 +108,13 @@ def test_hostile_texts_stay_text() -> None:
     assert "<script>fetch" not in page
     assert not set(page) & {"\u2028", "\u202e", "\x00", "\x07"}
     own = page.count("<script")
-    assert own == page.count("</script>") == 1 + 2 + 4 + 1
+    assert (
+        own == page.count("</script>") == 1 + 2 + 4 + 2
+    )  # data, details, files, Plotly, the page's own
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)[1]
+    assert "script-src 'sha256-" in policy
+    assert "unsafe-eval" not in policy
+    assert "unsafe-inline" not in policy.split("script-src")[1]
 
 
 @pytest.mark.parametrize("text", [*HOSTILE, "\ud800", "]]>", "&lt;"])

@@ -7,95 +7,36 @@ traces, contact maps, shapes) only when a design is looked at or everything is d
 from __future__ import annotations
 
 import json
-import math
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, fields
-from itertools import groupby
 from typing import Any
 
 from fingerdesign.errors import all_shown
-from fingerdesign.records.outcome import GripOutcome, Numbers, Outcome, Traces
+from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.facts import StudyFacts, why_not
+from fingerdesign.search.compare.figures import (
+    contact_figure,
+    forces_figure,
+    gages_figure,
+    rounded,
+    runs,
+)
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.search.compare.recommend import Recommendation
 
-# A design's path and grips as the comparison page draws them: few digits, status run by run.
-#
-# For drawing alone: what the page offers for download is the outcome's own numbers.
-
-DIGITS = 4  # significant: a drawing is a thousand points wide
-
-
-def packed_traces(traces: Traces) -> dict[str, Any]:
-    """The keys of Traces, JSON-ready, numbers to DIGITS significant digits.
-
-    status: of each increment its characters run by run, "3.12#2/" for 3 open, 12 stick, 2 slip.
-    """
-    found: dict[str, Any] = {
-        name: rounded(getattr(traces, name))
-        for name in (
-            *("approach_mm", "shear_mm", "normal_force_N", "tangential_force_N", "stick_ratio"),
-            *("contact_width_mm", "gage_x_mm", "contact_x_mm", "contact_z_mm"),
-        )
-    }
-    found["gages"] = [rounded(readings) for readings in traces.gages]
-    found["status"] = [runs(row) for row in traces.status]
-    return found
-
-
-def packed_grips(grips: Iterable[GripOutcome]) -> list[dict[str, Any]]:
-    """What the page shows of each grip, JSON-ready; the path to DIGITS significant digits."""
-    return [
-        {
-            "controller": grip.controller,
-            "friction_coefficient": grip.friction_coefficient,
-            "object_mass_g": grip.object_mass_g,
-            "lifted": grip.lifted,
-            "gross_slip": grip.gross_slip,
-            "safety_margin": _number(grip.safety_margin),
-            "peak_normal_force_N": _number(grip.peak_normal_force_N),
-            "normal_force_N": rounded(grip.normal_force_N),
-            "tangential_force_N": rounded(grip.tangential_force_N),
-        }
-        for grip in grips
-    ]
-
-
-def rounded(values: Numbers | Sequence[float | None]) -> list[float | int | None]:
-    """To DIGITS significant digits, whole numbers without a point; what is no number is None.
-
-    >>> rounded((1.23456, None, 120.0, 0.0, float("nan")))
-    [1.235, None, 120, 0, None]
-    """
-    return [_number(value) for value in values]
-
-
-def runs(status: str) -> str:
-    """A row of characters as runs, each its length and the character.
-
-    >>> runs("..##/"), runs("")
-    ('2.2#1/', '')
-    """
-    return "".join(f"{len(list(group))}{character}" for character, group in groupby(status))
-
-
-def unrolled(text: str) -> str:
-    """What :func:`runs` was given.
-
-    >>> unrolled("2.2#1/")
-    '..##/'
-    """
-    return "".join(character * int(count) for count, character in re.findall(r"(\d+)(\D)", text))
-
-
-def _number(value: float | None) -> float | int | None:
-    if value is None or not math.isfinite(value):
-        return None
-    near = float(f"{value:.{DIGITS}g}")
-    return int(near) if near == int(near) else near
-
-
+READINGS = {
+    "normal_force_N": "normal force (N)",
+    "tangential_force_N": "tangential force (N)",
+    "stick_ratio": "stick ratio",
+    "contact_width_mm": "contact width (mm)",
+    "approach_mm": "approach (mm)",
+    "shear_mm": "shear (mm)",
+}
+_FIDELITY = {
+    "plane-strain": "plane strain",
+    "3d": "three dimensions",
+    "auto": "chosen by tolerance",
+}
 _HEAVY = frozenset({"design", "traces", "grips", "schema_version"})
 
 
@@ -107,35 +48,79 @@ def page_data(
     return {
         "study": {
             "name": all_shown(facts.name),
-            "objectives": all_shown([asdict(each) for each in facts.objectives]),
-            "constraints": all_shown({each.metric: each.words for each in facts.constraints}),
             "recommended": found.chosen,
-            "runner_up": found.runner_up,
-            "record": all_shown(facts.record),
+            "pair": _pair(outcomes, found),
         },
-        "metrics": all_shown([asdict(each) for each in facts.metrics]),
-        "parameters": all_shown(parameters_of(outcomes)),
         "designs": [
             _light(outcome)
             | {
                 "feasible": number in feasible,
                 "front": number in front,
-                "missed": all_shown(list(why_not(outcome, facts.objectives, facts.constraints))),
+                "missed": all_shown(list(missed)),
+                "notes": all_shown(
+                    [
+                        *([f"not feasible, {'; '.join(missed)}."] if missed else []),
+                        *(f"mind, {warning}" for warning in outcome.warnings),
+                    ]
+                ),
             }
             for number, outcome in enumerate(outcomes)
+            for missed in [why_not(outcome, facts.objectives, facts.constraints)]
         ],
     }
 
 
-def detail(outcome: Outcome) -> dict[str, Any]:
-    """The heavy part of one design, as it is drawn."""
-    design = all_shown(outcome.design)
-    return {
-        "design": design,
-        "traces": packed_traces(outcome.traces),
-        "grips": all_shown(packed_grips(outcome.grips)),
-        "geometry": all_shown(packed_geometry(outcome.design)),
-    }
+def _pair(outcomes: Sequence[Outcome], found: Recommendation) -> list[int | None]:
+    """The two that are chosen at first: the recommended design and the runner-up."""
+    good = [number for number, outcome in enumerate(outcomes) if outcome.status == "ok"]
+    first = next(iter(good), None) if found.chosen is None else found.chosen
+    others = (number for number in good if number != first)
+    second = next(others, None) if found.runner_up is None else found.runner_up
+    return [first, second]
+
+
+def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
+    """The heavy part of one design, as it is drawn.
+
+    For drawing alone: what the page offers for download is the outcome's own numbers.
+    status: of each increment its characters run by run, "3.12#2/" for 3 open, 12 stick, 2 slip.
+    """
+    traces = outcome.traces
+    contact = contact_figure(traces)
+    found: dict[str, Any] = all_shown(
+        {
+            "geometry": packed_geometry(outcome.design, traces),
+            "figures": {
+                "contact": contact,
+                "gages": gages_figure(traces),
+                "forces": forces_figure(outcome, frictions),
+            },
+            "readings": {key: rounded(getattr(traces, key)) for key in READINGS},
+            "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
+            "marks": contact and contact.pop("marks", None),
+            "status": [runs(row) for row in traces.status],
+            "belief": _belief(outcome),
+            "mind": [*outcome.validity.sentences, *outcome.warnings],
+        }
+    )
+    return found
+
+
+def _belief(outcome: Outcome) -> list[tuple[str, str]]:
+    """How far the numbers may be believed: what, and how far."""
+    flat, mesh = outcome.validity.plane_strain_error, outcome.validity.mesh_error
+    return [
+        ("Computed in", _FIDELITY.get(outcome.fidelity, outcome.fidelity or "not known")),
+        (
+            "Plane strain overstates the normal force by",
+            "not used" if outcome.fidelity == "3d" else _percent(flat),
+        ),
+        ("Error from the mesh", _percent(mesh)),
+    ]
+
+
+def _percent(share: float | None) -> str:
+    return "not estimated" if share is None else f"{100 * share:.2g} %"
 
 
 def parameters_of(outcomes: Sequence[Outcome]) -> list[str]:

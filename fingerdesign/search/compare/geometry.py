@@ -1,6 +1,6 @@
-"""The shape of a finger as the comparison page draws it: outline, plates, gages, in under 5 kB.
+"""The shape of a finger as the comparison page draws it: triangles, edges, and where it is touched.
 
-Numpy only; no CAD is made. The page's scripts (templates/compare_solid.js) build polygons of it.
+Numpy only; no CAD is made.
 """
 
 from __future__ import annotations
@@ -19,11 +19,20 @@ from fingerdesign.design.step import content_of
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames, surface_height
 from fingerdesign.layout.profile import profile_of
+from fingerdesign.records.outcome import Traces
+from fingerdesign.search.compare.solid import (
+    SHARP_DEG,
+    Triangles,
+    block,
+    grid_body,
+    plate_boxes,
+    plate_marks,
+    together,
+    turned_body,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.design.body import Body, Core
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.layout.profile import Profile
 
 
@@ -98,43 +107,28 @@ def _dense_at_ends(count: int) -> Array:
     return np.asarray(np.sin(np.linspace(-0.5, 0.5, count) * np.pi))
 
 
-# What the page inlines for the views of two designs, in this order (report/templates).
-COMPARE_VIEW_SCRIPTS = (
-    "compare_draw.js",
-    "compare_solid.js",
-    "compare_patch.js",
-    "compare_3d.js",
-    "compare_contact.js",
-    "compare_gages.js",
-    "compare_forces.js",
-    "compare_views.js",
-    "compare_parallel.js",
-)
-COMPARE_VIEW_STYLES = ("compare_views.css",)
-
 Packed = dict[str, Any]
 
-MOST_PLATES = 150  # drawn; the order in which plates hide each other is found pair by pair
-_ARC_STEP_DEG = 7.0  # between neighbouring facets; the page draws an edge from 14 degrees on
+MOST_PLATES = 150  # drawn
+_ARC_STEP_DEG = 7.0  # between neighbouring facets, half of what counts as an edge
 _LEAST_PIECES = 4
 _DOME_LINES = 11  # along z
 _STEP_SHARP_DEG = 35.0  # roundings of its own are drawn by few facets
 _DIGITS = 3  # micrometres
+_CONTACT_LIFT = 0.03  # mm of what touches above the drawn surface
 
 
-def packed_geometry(design: Mapping[str, Any]) -> Packed:
-    """What is drawn of a design (its TOML data), JSON-ready; lengths in mm, angles in degrees.
+def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> Packed:
+    """What is drawn of a design (its TOML data), JSON-ready; lengths in mm.
 
     words   the finger in sentences: the drawing's text alternative
     note    what the drawing leaves out, or why there is none; "" otherwise
     size    extents along x, y, z
-    body    one of {"grid": [x.., z.. (of all, or of each height), heights over each x, row by row
-            (null: none)], "sharp_deg": from what angle edges are drawn; absent: 14},
-            {"rings": [r, y, ...]} (half of a body turned about y, crest outward)
-    core    [x0, x1, y0, y1, z0, z1] or null
-    plates  [place, y, angle, length, thickness, low, high, 1 if along z, bend radius or 0,
-            hole radius or 0, places of the holes across...] each, as in design.layout.PlateFrame
-    gages   {length, width, z, upper, lower}: on each plate, and on which faces
+    body, core, plates, gages, holes
+            triangles {x, y, z (of the vertices), i, j, k (of the triangles)}, None: there is none
+    edges   {x, y, z}: lines along the body's sharp edges, with None between two of them
+    touch   {x, y, z, each}: for every contact point of ``traces`` ``each`` places on the surface,
+            one after another; in plane strain a line along z
 
     Never raises for what a design may be: where it cannot be drawn there is no body, and a note.
     """
@@ -146,16 +140,16 @@ def packed_geometry(design: Mapping[str, Any]) -> Packed:
         return _nothing("", "The design's data is not a whole design: it cannot be drawn.")
     words = finger_words(dict(_dotted(found.model_dump(mode="json"))))
     try:
-        return _packed(found, words)
+        return _packed(found, words, traces or Traces())
     except (FingerDesignError, ValueError):
         step = found.body.step is not None
         why = "its STEP file cannot be read here" if step else "its outline does not close"
         return _nothing(words, f"The finger is not drawn: {why}.")
 
 
-def _packed(design: Design, words: str) -> Packed:
+def _packed(design: Design, words: str, traces: Traces) -> Packed:
     body = design.body
-    outline, height = _body(body)
+    solid, height = body_triangles(body)
     width, depth = body.width_mm, body.width_mm if body.shape == "revolved" else body.depth_mm
     notes = []
     if body.shape == "step":
@@ -163,49 +157,76 @@ def _packed(design: Design, words: str) -> Packed:
     frames = [each for each in plate_frames(design) if np.isfinite([each.place, each.y]).all()]
     if len(frames) > MOST_PLATES:
         notes.append(f"Of {len(frames)} plates the first {MOST_PLATES} are drawn.")
-    gages = design.gages
+        frames = frames[:MOST_PLATES]
+    own = design.gages
+    gage = (own.length_mm, own.width_mm, own.z_mm)
+    faces = {"upper": (1,), "lower": (-1,)}.get(own.face, (1, -1))
+    marks = [plate_marks(frame, gage, faces) for frame in frames]
+    core = None if body.core is None else block(_core(body.core, depth))
+    ends = solid.sharp_edges(_STEP_SHARP_DEG if body.step is not None else SHARP_DEG)
+    lines = np.full((len(ends), 3, 3), np.nan)
+    lines[:, :2] = solid.vertices[ends]
     return {
         "words": words,
         "note": " ".join(notes),
         "size": _rounded([width, height, depth]),
-        "body": outline,
-        "core": _core(body.core, depth),
-        "plates": [_plate(frame) for frame in frames[:MOST_PLATES]],
-        "gages": {
-            "length": gages.length_mm,
-            "width": gages.width_mm,
-            "z": gages.z_mm,
-            "upper": gages.face != "lower",
-            "lower": gages.face != "upper",
-        },
+        "body": _triangles(solid),
+        "edges": _places(lines.reshape(-1, 3)),
+        "core": core and _triangles(core),
+        "plates": _triangles(together(plate_boxes(frame) for frame in frames)),
+        "gages": _triangles(together(each[0] for each in marks)),
+        "holes": _triangles(together(each[1] for each in marks)),
+        "touch": _touched(body, depth, traces),
     }
 
 
 def _nothing(words: str, note: str) -> Packed:
-    return {
-        "words": words,
-        "note": note,
-        "size": [1.0, 1.0, 1.0],
-        "body": None,
-        "core": None,
-        "plates": [],
-        "gages": None,
-    }
+    drawn = ("body", "edges", "core", "plates", "gages", "holes", "touch")
+    return {"words": words, "note": note, "size": [1.0, 1.0, 1.0], **dict.fromkeys(drawn)}
 
 
-def _body(body: Body) -> tuple[Packed, float]:
-    """The body's outline, and its greatest height."""
+def _places(points: Array) -> Packed:
+    return {name: _rounded(points[:, k]) for k, name in enumerate("xyz")}
+
+
+def _triangles(found: Triangles) -> Packed | None:
+    if not len(found.triangles):
+        return None
+    corners = {name: found.triangles[:, k].tolist() for k, name in enumerate("ijk")}
+    return _places(found.vertices) | corners
+
+
+def _touched(body: Body, depth: float, traces: Traces) -> Packed | None:
+    """Where the contact points lie on the surface, a little above it; lines along z in 2-D."""
+    x = np.array(traces.contact_x_mm, dtype=float)
+    if not len(x) or not traces.status:
+        return None
+    if traces.contact_z_mm:
+        z = np.array(traces.contact_z_mm, dtype=float)[:, None]
+        if (z >= -1e-9).all():  # a model of the half z >= 0 alone is its own mirror image
+            z = np.concatenate([z, -z], axis=1)
+    else:
+        straight = body.step is None and body.shape != "revolved" and body.dome_radius_mm is None
+        across = np.linspace(-1.0, 1.0, 2 if straight else POINTS)
+        far = np.full(len(x), 0.5 * depth)
+        if body.shape == "revolved":
+            far = np.sqrt(np.maximum(0.0, far**2 - x**2))
+        z = _INNER * far[:, None] * across
+    height = surface_height(body, x[:, None], z)
+    points = np.stack([np.broadcast_to(x[:, None], z.shape), height + _CONTACT_LIFT, z], axis=-1)
+    return _places(points.reshape(-1, 3)) | {"each": z.shape[1]}
+
+
+def body_triangles(body: Body) -> tuple[Triangles, float]:
+    """The body's surface, and its greatest height."""
     half_depth = 0.5 * body.depth_mm
     if body.step is not None:
         grid, height = step_grid(body, content_of(body.step.file))
-        return {
-            "grid": [_rounded(each.ravel()) for each in grid],
-            "sharp_deg": _STEP_SHARP_DEG,
-        }, height
+        return grid_body(*grid), height
     profile = profile_of(body)
     half = outline_of(profile)
     if body.shape == "revolved":
-        return {"rings": _rounded(half.ravel())}, profile.crest
+        return turned_body(half), profile.crest
     x = np.concatenate([-half[::-1, 0], half[1:, 0]])
     # A vertical piece of the outline ends at the side: no two heights over one x.
     keep = np.concatenate([[True], np.diff(x) > 1e-6])
@@ -213,13 +234,12 @@ def _body(body: Body) -> tuple[Packed, float]:
     x = x[keep]
     lines = 2 if body.dome_radius_mm is None else _DOME_LINES
     z = np.linspace(-half_depth, half_depth, lines)
-    if body.dome_radius_mm is None:
-        heights = np.tile(y[:, None], 2)
-    else:
-        heights = surface_height(body, x[:, None], z[None, :])
+    heights = np.tile(y[:, None], lines)
+    if body.dome_radius_mm is not None:
+        domed = surface_height(body, x[:, None], z[None, :])
         # At the side itself the outline's closed form may just miss.
-        heights = np.where(np.isfinite(heights), heights, y[:, None])
-    return {"grid": [_rounded(x), _rounded(z), _rounded(heights.ravel())]}, profile.crest
+        heights = np.where(np.isfinite(domed), domed, heights)
+    return grid_body(x, z, heights), profile.crest
 
 
 def outline_of(profile: Profile) -> np.ndarray:
@@ -241,20 +261,10 @@ def outline_of(profile: Profile) -> np.ndarray:
     return np.vstack(points)
 
 
-def _core(core: Core | None, depth: float) -> list[float] | None:
-    if core is None:
-        return None
+def _core(core: Core, depth: float) -> list[float]:
     deep = 0.5 * (depth if core.depth_mm is None else core.depth_mm)
     half = 0.5 * core.width_mm
-    ends = [-half, half, core.bottom_mm, core.bottom_mm + core.height_mm, -deep, deep]
-    return [float(end) for end in ends]
-
-
-def _plate(frame: PlateFrame) -> list[float | None]:
-    radius = frame.holes[0].radius if frame.holes else 0.0
-    numbers = (frame.place, frame.y, frame.angle_deg, frame.length, frame.thickness)
-    ends = (frame.low, frame.high, float(frame.along == "z"), frame.bend_radius or 0.0, radius)
-    return _rounded([*numbers, *ends, *(hole.w for hole in frame.holes)])
+    return [-half, half, core.bottom_mm, core.bottom_mm + core.height_mm, -deep, deep]
 
 
 def _rounded(values: Any) -> list[float | None]:

@@ -2,31 +2,56 @@
 
 from __future__ import annotations
 
-import base64
-import gzip
+import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from html import escape
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.errors import shown
+from fingerdesign.errors import all_shown, shown
 from fingerdesign.records.outcome import Outcome, designs_csv, grips_csv, increments_csv
 from fingerdesign.report.page import rendered
+from fingerdesign.report.plot import content_policy, digest, packed, plotly_script
 from fingerdesign.report.table import Table, value_text
-from fingerdesign.search.compare.data import detail, page_data, script_json
+from fingerdesign.search.compare.data import READINGS, detail, page_data, script_json
 from fingerdesign.search.compare.facts import StudyFacts
-from fingerdesign.search.compare.geometry import COMPARE_VIEW_SCRIPTS, COMPARE_VIEW_STYLES
+from fingerdesign.search.compare.figures import frictions_of
 from fingerdesign.search.compare.recommend import recommend
-from fingerdesign.search.compare.table import design_table
+from fingerdesign.search.compare.table import (
+    DIGEST_SHOWN,
+    Column,
+    DesignTable,
+    design_table,
+    name_and_unit,
+    value_at,
+)
 from fingerdesign.search.compare.words import summary
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-SCRIPTS = (
-    *("compare_page.js", "compare_table.js", "compare_filter.js", "compare_pareto.js"),
-    *("compare_pair.js", "compare_save.js"),
+SCRIPTS = ("page.js", "table.js", "charts.js", "views.js")
+# Name, what it holds, the file of the page it is made from, and how.
+DOWNLOADS = (
+    ("designs.csv", "a row a design: values, metrics, errors, digest, failure", "designs.csv", ""),
+    (
+        "outcomes.jsonl",
+        "a line of JSON a design: everything, contact maps too",
+        "outcomes.jsonl",
+        "",
+    ),
+    (
+        "increments.csv",
+        "a row an increment of each design: motion, forces, stick, gages",
+        "increments.csv",
+        "",
+    ),
+    ("grips.csv", "a row a step of each grip: forces, and how it ended", "grips.csv", ""),
+    ("outcomes.json", "the same as outcomes.jsonl as one JSON list", "outcomes.jsonl", "list"),
+    ("designs_shown.csv", "the rows that the table shows now", "designs.csv", "shown"),
 )
-STYLES = ("compare.css",)
+MOST_TICK = 14  # characters of a text beside an axis
+MOST_AXES = 5  # of values, and of metrics, that the lines of all designs begin with
 TOGETHER = 16  # designs whose heavy parts are unpacked together
 
 
@@ -55,43 +80,104 @@ def compare_html(
         for number, outcome in enumerate(outcomes)
         if any(outcome.name == each or outcome.name.startswith(f"{each} (") for each in references)
     ]
-    data["columns"] = [
-        {
-            "path": list(column.path),
-            "title": column.title,
-            "unit": column.unit,
-            "numeric": column.numeric,
-            "goal": column.goal,
-            "wanted": column.wanted,
-        }
-        for column in table.columns
-    ]
+    data["columns"] = [_column(column, outcomes) for column in table.columns]
+    plotly, plotly_digest = plotly_script()
+    scripts = "\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS)
     return rendered(
         TEMPLATES / "compare.html.j2",
         name=shown(facts.name),
-        data=_inert(data),
+        data=_safe(script_json(data)),
         details=list(_details(outcomes)),
         together=TOGETHER,
-        archives={name: _packed(text) for name, text in _files(outcomes)},
+        archives={name: packed(text) for name, text in _files(outcomes)},
         designs=data["designs"],
         summary=summary(outcomes, facts, found),
         chosen=found.chosen,
         table=table,
+        axes=_first_axes(outcomes, table, facts),
+        lines=_first_lines(table),
+        references=data["study"]["references"],
+        readings=READINGS,
+        downloads=DOWNLOADS,
         answer=[shown(each) for each in answer],
         notes=[shown(note) for note in notes],
         search_tables=tables,
         failures=_failures(outcomes),
         record=_record(outcomes, facts),
-        page_style=_texts((*STYLES, *COMPARE_VIEW_STYLES)),
-        scripts=_texts((*SCRIPTS, *COMPARE_VIEW_SCRIPTS)),
+        page_style=_safe((TEMPLATES / "compare.css").read_text(encoding="utf-8")),
+        scripts=_safe(scripts),
+        plotly=plotly,
+        policy=_safe(content_policy(digest(scripts), plotly_digest)),
     )
+
+
+def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """What the page's scripts know of a column.
+
+    label, short: its heading beside an axis, and above one; most: characters shown of a text;
+    kinds, ticks: the texts that it has, and as marks of an axis. What Plotly shows it reads as
+    markup: label, short and ticks are escaped.
+    """
+    title, unit = column.title, column.unit
+    if column.path[0] == "values":
+        title, unit = name_and_unit(column.path[1].rpartition(".")[2])
+    found: dict[str, Any] = {
+        "path": list(column.path),
+        "title": column.title,
+        "unit": column.unit,
+        "numeric": column.numeric,
+        "goal": column.goal,
+        "label": escape(f"{column.title} ({column.unit})" if column.unit else column.title),
+        "short": "<br>".join(escape(each) for each in (title, unit) if each),
+    }
+    if column.path[0] == "digest":
+        return found | {"most": DIGEST_SHOWN}
+    if not column.numeric:
+        values = (value_at(outcome, column.path) for outcome in outcomes)
+        texts = {
+            each if isinstance(each, str) else json.dumps(each)
+            for each in values
+            if each is not None
+        }
+        kinds = sorted(all_shown(list(texts)))
+        ticks = [each if len(each) <= MOST_TICK else f"{each[: MOST_TICK - 1]}…" for each in kinds]
+        found |= {"kinds": kinds, "ticks": [escape(each) for each in ticks]}
+    return found
+
+
+def _first_axes(
+    outcomes: Sequence[Outcome], table: DesignTable, facts: StudyFacts
+) -> tuple[int, int] | None:
+    """The columns that the chart begins with: objectives, those that decide nothing last."""
+    numeric = [place for place, column in enumerate(table.columns) if column.numeric]
+
+    def alike(place: int) -> bool:
+        path = table.columns[place].path
+        return len({value_at(outcomes[number], path) for number, _, _ in table.rows}) < 2
+
+    by_path = {column.path: place for place, column in enumerate(table.columns)}
+    wanted = [
+        by_path[path] for each in facts.objectives if (path := ("metrics", each.metric)) in by_path
+    ]
+    order = list(dict.fromkeys([*sorted(wanted, key=alike), *numeric]))
+    return (order[0], order[min(1, len(order) - 1)]) if order else None
+
+
+def _first_lines(table: DesignTable) -> list[int]:
+    """The columns whose axes the lines of all designs begin with."""
+    found = []
+    for kind in ("values", "metrics"):
+        some = [place for place, column in enumerate(table.columns) if column.path[0] == kind]
+        found += some[:MOST_AXES]
+    return found
 
 
 def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """The heavy parts of TOGETHER designs at a time, packed lists of JSON."""
+    frictions = frictions_of(outcomes)
     for first in range(0, len(outcomes), TOGETHER):
-        some = [detail(outcome) for outcome in outcomes[first : first + TOGETHER]]
-        yield _packed(script_json(some))
+        some = [detail(outcome, frictions) for outcome in outcomes[first : first + TOGETHER]]
+        yield packed(script_json(some))
 
 
 def _files(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
@@ -100,11 +186,6 @@ def _files(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:
     yield "outcomes.jsonl", "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     yield "increments.csv", increments_csv(outcomes)
     yield "grips.csv", grips_csv(outcomes)
-
-
-def _packed(text: str) -> str:
-    """gzip in base64: browsers open a page of a few MB faster than one of many."""
-    return base64.b64encode(gzip.compress(text.encode(), 6, mtime=0)).decode("ascii")
 
 
 def _failures(outcomes: Sequence[Outcome]) -> Table:
@@ -139,15 +220,8 @@ def _record(outcomes: Sequence[Outcome], facts: StudyFacts) -> Table:
     return Table("record", "The record", ("what", "value"), tuple(rows), frozenset({0, 1}))
 
 
-def _texts(names: Sequence[str]) -> Any:
-    """Files of the templates' folder, one after another; the program's own, so not escaped."""
+def _safe(text: str) -> Any:
+    """Text of the program's own, or that no browser runs: it needs no escaping."""
     from markupsafe import Markup
 
-    return Markup("\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in names))
-
-
-def _inert(data: Any) -> Any:
-    """Data as the text of a <script> element that no browser runs."""
-    from markupsafe import Markup
-
-    return Markup(script_json(data))
+    return Markup(text)

@@ -17,6 +17,8 @@ from fingerdesign.search.compare.recommend import Recommendation
 NONE = "–"
 DIGITS = 4  # significant, of a column's largest value
 MOST_DECIMALS = 6
+DIGEST_SHOWN = 12  # characters
+FIRST_COLUMNS = 14  # shown at first; the rest is a tick away
 STANDINGS = ("recommended", "front", "feasible", "not feasible")
 _MARKS = {name: f"{mark} {name}" for name, mark in zip(STANDINGS, "★◆○×", strict=True)}
 _UNITS = {
@@ -43,10 +45,18 @@ class Column:
 
 @dataclass(frozen=True)
 class DesignTable:
-    """Columns; a row of texts for each analysed outcome, by its number, the best standing first."""
+    """Columns; a row (number, standing's place, texts) an analysed outcome, best standing first.
+
+    first: numbers of the columns that are shown at first.
+    """
 
     columns: tuple[Column, ...]
-    rows: tuple[tuple[int, tuple[str, ...]], ...]
+    rows: tuple[tuple[int, int, tuple[str, ...]], ...]
+
+    @property
+    def first(self) -> list[int]:
+        """The first of them, and every objective."""
+        return [k for k, each in enumerate(self.columns) if k < FIRST_COLUMNS or each.wanted]
 
 
 def design_table(
@@ -66,7 +76,11 @@ def design_table(
         for column in columns
     ]
     rows = tuple(
-        (number, (_MARKS[standing(number, found)], *(column[place] for column in texts)))
+        (
+            number,
+            STANDINGS.index(standing(number, found)),
+            (_MARKS[standing(number, found)], *(column[place] for column in texts)),
+        )
         for place, number in enumerate(good)
     )
     return DesignTable(tuple(columns), rows)
@@ -156,4 +170,4 @@ def _texts(values: Sequence[Any], column: Column) -> list[str]:
 
 def _word(value: Any, digest: bool) -> str:
     text = NONE if value is None else shown(value_text(value))
-    return text[:12] if digest else text
+    return text[:DIGEST_SHOWN] if digest else text

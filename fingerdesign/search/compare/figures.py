@@ -1,0 +1,293 @@
+"""Contact, gages and forces of one design as Plotly figures, for the comparison page.
+
+A figure is {data, layout (as Plotly has them), steps, shared, words}. Colours are names of the
+page's own ("--blue"). steps: by increment, the change of the layout that shows it; shared: axes
+that two designs side by side have in common; words: the text alternative; marks: points whose
+status changes with the increment. Numbers alone stand in
+figures: no text of an outcome, which Plotly might take for markup.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import groupby, pairwise
+from pathlib import Path
+from typing import Any
+
+from fingerdesign.records.outcome import GripOutcome, Numbers, Outcome, Traces
+from fingerdesign.report.page import macros
+
+DIGITS = 4  # significant: a drawing is a thousand points wide
+STATUS = "#/."  # stick, slip, open
+# One look a friction: colour, dashes and marker all differ, so that no one is needed.
+LOOKS = (
+    ("--blue", "solid", "circle"),
+    ("--vermilion", "dash", "square"),
+    ("--green", "dot", "triangle-up"),
+    ("--purple", "dashdot", "diamond"),
+    ("--muted", "longdash", "triangle-down"),
+)
+_WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
+
+Figure = dict[str, Any]
+
+
+def rounded(values: Numbers | Sequence[float | None]) -> list[float | int | None]:
+    """To DIGITS significant digits, whole numbers without a point; what is no number is None.
+
+    >>> rounded((1.23456, None, 120.0, 0.0, float("nan")))
+    [1.235, None, 120, 0, None]
+    """
+    return [_number(value) for value in values]
+
+
+def _number(value: float | None) -> float | int | None:
+    if value is None or not math.isfinite(value):
+        return None
+    near = float(f"{value:.{DIGITS}g}")
+    return int(near) if near == int(near) else near
+
+
+def runs(status: str) -> str:
+    """A row of characters as runs, each its length and the character.
+
+    >>> runs("..##/"), runs("")
+    ('2.2#1/', '')
+    """
+    return "".join(f"{len(list(group))}{character}" for character, group in groupby(status))
+
+
+def frictions_of(outcomes: Sequence[Outcome]) -> dict[float, int]:
+    """Every friction of a grip and the number of its look, from the lowest on."""
+    found = {grip.friction_coefficient for outcome in outcomes for grip in outcome.grips}
+    return {value: k for k, value in enumerate(sorted(each for each in found if each > 0))}
+
+
+def contact_figure(traces: Traces) -> Figure | None:
+    """Status over x, a row an increment; in 3-D over x and z at one increment."""
+    x, z = traces.contact_x_mm, traces.contact_z_mm
+    if not x or not traces.status:
+        return None
+    known = [value for value in x if value is not None]
+    touched = [
+        value
+        for place, value in enumerate(x)
+        if value is not None
+        and any(row[place : place + 1] not in ("", ".") for row in traces.status)
+    ]
+    low, high = min(touched or known), max(touched or known)
+    more = 0.15 * (high - low) + 0.1
+    wide = [_number(max(low - more, min(known))), _number(min(high + more, max(known)))]
+    words = _sentence("contact", rows=traces.status)
+    if z:
+        return _contact_points(traces, wide, words)
+    count = len(traces.status)
+    looks = {
+        "stick": {"color": "--blue"},
+        "slip": {
+            "color": "--vermilion",
+            "pattern": {"shape": "/", "fgcolor": "--paper", "bgcolor": "--vermilion", "size": 6},
+        },
+    }
+    order = sorted(range(len(x)), key=lambda place: x[place] or 0.0)
+    data = [
+        {
+            "type": "bar",
+            "orientation": "h",
+            "name": name,
+            "marker": look,
+            "width": 0.78,
+            "hoverinfo": "skip",
+            **_bars([x[k] or 0.0 for k in order], order, traces.status, character),
+        }
+        for (name, look), character in zip(looks.items(), STATUS[:2], strict=True)
+    ]
+    frame = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "line": {"color": "--ink"}}
+    layout = {
+        "height": 100 + min(340, max(60, 13 * count)),
+        "barmode": "overlay",
+        "plot_bgcolor": "--open",
+        "showlegend": True,
+        "xaxis": {"title": {"text": "x (mm)"}, "range": wide, "showgrid": False},
+        "yaxis": {"title": {"text": "increment"}, "range": [count + 0.5, 0.5], "showgrid": False},
+        "shapes": [frame | {"y0": 0, "y1": 0}],
+    }
+    steps = [{"shapes[0].y0": k + 0.52, "shapes[0].y1": k + 1.48} for k in range(count)]
+    return {"data": data, "layout": layout, "steps": steps, "shared": ["xaxis"], "words": words}
+
+
+def _bars(
+    x: Sequence[float], order: Sequence[int], status: Sequence[str], wanted: str
+) -> dict[str, Any]:
+    """The runs of one character as bars: base, x (their length) and y (the increment)."""
+    edge = [x[0], *(0.5 * (p + q) for p, q in pairwise(x)), x[-1]]
+    found: dict[str, list[Any]] = {"base": [], "x": [], "y": []}
+    for row, text in enumerate(status, 1):
+        start = 0
+        for character, group in groupby(text[k : k + 1] or "." for k in order):
+            end = start + len(list(group))
+            if character == wanted:
+                found["base"].append(_number(edge[start]))
+                found["x"].append(_number(edge[end] - edge[start]))
+                found["y"].append(row)
+            start = end
+    return found
+
+
+def _contact_points(traces: Traces, wide: list[Any], words: str) -> Figure:
+    """From above; the points of each status are filled in by the page."""
+    looks = (
+        ("stick", "circle", 7, "--blue"),
+        ("slip", "diamond-open", 7, "--vermilion"),
+        ("open", "circle", 2.5, "--muted"),
+    )
+    x, z = rounded(traces.contact_x_mm), rounded(traces.contact_z_mm)
+    each = 1
+    if all(place is None or place >= -1e-9 for place in z):
+        # A model of the half z >= 0 alone is its own mirror image.
+        each = 2
+        x = [value for value in x for _ in range(2)]
+        z = [value for place in z for value in (place, None if place is None else -place)]
+    data = [
+        {
+            "mode": "markers",
+            "name": name,
+            "hoverinfo": "skip",
+            "marker": {"symbol": symbol, "size": size, "color": colour},
+        }
+        for name, symbol, size, colour in looks
+    ]
+    layout = {
+        "height": 300,
+        "showlegend": True,
+        "xaxis": {"title": {"text": "x (mm)"}, "range": wide},
+        "yaxis": {"title": {"text": "z (mm)"}, "scaleanchor": "x"},
+    }
+    marks = {"first": 0, "kinds": STATUS, "x": x, "y": z, "each": each}
+    own = {"steps": [], "shared": ["xaxis"], "marks": marks, "words": words}
+    return {"data": data, "layout": layout, **own}
+
+
+def gages_figure(traces: Traces) -> Figure | None:
+    """Each gage along the path, a trace each; the page brings one out."""
+    if not traces.gages or not traces.gages[0]:
+        return None
+    count, many = len(traces.gages), len(traces.gages[0])
+    best = (0, 0, 0.0)
+    for row, readings in enumerate(traces.gages):
+        for gage, value in enumerate(readings):
+            if value is not None and abs(value) > abs(best[2]):
+                best = (gage, row, value)
+    steps = list(range(1, count + 1))
+    data = [
+        {
+            "mode": "lines",
+            "x": steps,
+            "y": rounded([row[gage] for row in traces.gages]),
+            "name": f"gage {gage + 1}",
+            "line": {"color": "--muted", "width": 0.9},
+        }
+        for gage in range(many)
+    ]
+    cursor = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "--ink"}}
+    known = [value for row in traces.gages for value in row if value is not None]
+    layout = {
+        "xaxis": {"title": {"text": "increment"}, "range": [1, max(2, count)]},
+        "yaxis": {
+            "title": {"text": "reading (microstrain)"},
+            "zeroline": True,
+            "range": _spread([*known, 0.0]),
+        },
+        "shapes": [cursor | {"x0": 1, "x1": 1}],
+    }
+    names = [_placed(traces, gage) for gage in range(many)]
+    words = _sentence(
+        "gages", many=many, count=count, value=best[2], name=names[best[0]], row=best[1] + 1
+    )
+    return {
+        "data": data,
+        "layout": layout,
+        "steps": [{"shapes[0].x0": k, "shapes[0].x1": k} for k in steps],
+        "shared": ["yaxis"],
+        "words": words,
+        "names": names,
+        "best": best[0],
+        "places": rounded(traces.gage_x_mm) if len(traces.gage_x_mm) == many else None,
+    }
+
+
+def _placed(traces: Traces, gage: int) -> str:
+    place = traces.gage_x_mm[gage] if gage < len(traces.gage_x_mm) else None
+    return f"gage {gage + 1}" + ("" if place is None else f", x = {place:.3g} mm")
+
+
+def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | None:
+    """Tangential over normal force: the scene's path, every grip's, and their friction limits."""
+    traces, grips = outcome.traces, outcome.grips
+    if not traces.normal_force_N and not grips:
+        return None
+    every_x = [traces.normal_force_N, *(grip.normal_force_N for grip in grips)]
+    every_y = [traces.tangential_force_N, *(grip.tangential_force_N for grip in grips)]
+    wide, high = (
+        _spread([0.0, *(value for part in parts for value in part if value is not None)])
+        for parts in (every_x, every_y)
+    )
+    data: list[dict[str, Any]] = []
+    for friction in sorted({grip.friction_coefficient for grip in grips} & set(frictions)):
+        colour, dash, _ = LOOKS[frictions[friction] % len(LOOKS)]
+        far = max(wide[1] or 0.0, (high[1] or 0.0) / friction)
+        limit = {"color": colour, "dash": dash, "width": 0.9}
+        line = {"x": [0, _number(far)], "y": [0, _number(friction * far)], "line": limit}
+        name = f"limit μ = {friction:g}"
+        data.append({"mode": "lines", "name": name, "hoverinfo": "skip", **line})
+    data += [_grip(grip, frictions) for grip in grips]
+    normal, tangential = rounded(traces.normal_force_N), rounded(traces.tangential_force_N)
+    if normal:
+        ink: dict[str, Any] = {"color": "--ink", "width": 2.4}
+        scene = {"mode": "lines", "name": "the scene’s path", "line": ink}
+        data.append({"x": normal, "y": tangential, **scene})
+    size = {"xsizemode": "pixel", "ysizemode": "pixel", "x0": -5, "x1": 5, "y0": -5, "y1": 5}
+    now = {"type": "circle", "line": {"color": "--ink"}, "fillcolor": "--paper", **size}
+    layout = {
+        "height": 360,
+        "showlegend": True,
+        "xaxis": {"title": {"text": "normal force (N)"}, "range": wide},
+        "yaxis": {"title": {"text": "tangential force (N)"}, "range": high},
+        "shapes": [now | {"xanchor": 0, "yanchor": 0}] if normal else [],
+    }
+    steps = [
+        {"shapes[0].xanchor": x, "shapes[0].yanchor": y}
+        for x, y in zip(normal, tangential, strict=False)
+    ]
+    words = _sentence("forces", traces=traces, grips=grips)
+    own = {"steps": steps, "shared": ["xaxis", "yaxis"], "words": words}
+    return {"data": data, "layout": layout, **own}
+
+
+def _grip(grip: GripOutcome, frictions: Mapping[float, int]) -> dict[str, Any]:
+    """Its path; the last point is a cross where it was not lifted or slipped as a whole."""
+    colour, dash, symbol = LOOKS[frictions.get(grip.friction_coefficient, -1) % len(LOOKS)]
+    good = grip.lifted and not grip.gross_slip
+    count = len(grip.normal_force_N)
+    sizes = [0] * (count - 1) + [9] * min(1, count)
+    end = "lifted" if good else "not lifted or slipped"
+    return {
+        "mode": "lines+markers",
+        "x": rounded(grip.normal_force_N),
+        "y": rounded(grip.tangential_force_N),
+        "name": f"grip μ = {grip.friction_coefficient:g}, {end}",
+        "line": {"color": colour, "dash": dash, "width": 1.6},
+        "marker": {"symbol": symbol if good else "x", "size": sizes, "color": colour},
+    }
+
+
+def _spread(values: Sequence[float]) -> list[float | int | None]:
+    """Least and greatest, with 6 % more where that is not zero."""
+    low, high = min(values), max(values)
+    more = 0.06 * (high - low) or 0.5
+    return [_number(low - more if low else 0.0), _number(high + more if high else 0.0)]
+
+
+def _sentence(name: str, /, **values: Any) -> str:
+    return str(getattr(macros(_WORDS), name)(**values)).strip()
