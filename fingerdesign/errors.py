@@ -103,5 +103,9 @@ class MeshError(FingerDesignError):
     """No mesh passed the acceptance gate."""
 
 
+class PictureError(FingerDesignError):
+    """The picture could not be drawn; the message says why."""
+
+
 class SolverError(FingerDesignError):
     """A linear or contact problem has no accepted answer; the message gives the reason."""

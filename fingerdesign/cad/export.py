@@ -22,6 +22,7 @@ from fingerdesign.runtime.files import whole_file
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
+    from fingerdesign.layout.frames import PlateFrame
 
 SILICONE_GREY = (0.80, 0.84, 0.88, 0.45)
 BRONZE = (0.72, 0.45, 0.20, 1.0)
@@ -112,6 +113,21 @@ def write_cad(
         if shapes:
             files[name] = write_stl(shapes, folder / name, chord_tolerance_mm)
     return files
+
+
+def build_triangles(
+    design: Design,
+    chord_tolerance_mm: float,
+    half: bool = False,
+    frames: tuple[PlateFrame, ...] | None = None,
+) -> tuple[Array, IntArray, Array, IntArray]:
+    """Build a finger (its half z >= 0) and triangulate it: vertices and triangles of its parts, and
+    those of its outside alone."""
+    solid = build_solid(design, half, frames)
+    return (
+        *triangulate(solid.parts, chord_tolerance_mm),
+        *triangulate([solid.outline], chord_tolerance_mm),
+    )
 
 
 def build_and_write(

@@ -7,16 +7,15 @@ way of every other STEP body. Importing this module loads no CAD kernel; calling
 from __future__ import annotations
 
 import hashlib
-import os
 import re
-import secrets
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, GeometryError
-from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.runtime.cache import Cache
+from fingerdesign.runtime.files import scratch
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -79,24 +78,20 @@ def written(shape: Any) -> Path:
             f"the body's function returned {type(shape).__name__}; it must return a CadQuery "
             "Workplane, Solid or Compound"
         )
-    folder = cache_folder("bodies")
-    aside = folder / f".{secrets.token_hex(8)}.step"
-    writer = STEPControl_Writer()
+    writer, kept = STEPControl_Writer(), Cache("bodies")
     Interface_Static.SetCVal_s("write.step.product.name", "finger")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        done = writer.Transfer(shape.wrapped, STEPControl_AsIs) == IFSelect_RetDone
-        if not done or writer.Write(str(aside)) != IFSelect_RetDone:
-            raise GeometryError("the CAD kernel could not write the function's body as STEP")
-        # The writer counts its products, which would make each call's content another.
-        content = re.sub(rb"'finger \d+'", b"'finger'", aside.read_bytes())
-        aside.write_bytes(content)
+        with scratch("body") as folder:
+            file = folder / "body.step"
+            done = writer.Transfer(shape.wrapped, STEPControl_AsIs) == IFSelect_RetDone
+            if not done or writer.Write(str(file)) != IFSelect_RetDone:
+                raise GeometryError("the CAD kernel could not write the function's body as STEP")
+            # The writer counts its products, which would make each call's content another.
+            content = re.sub(rb"'finger \d+'", b"'finger'", file.read_bytes())
         start = max(content.find(b"DATA;"), 0)  # the header holds the time of writing
-        path = folder / f"{hashlib.sha256(content[start:]).hexdigest()[:32]}.step"
-        if not path.exists():  # never taken away: designs name it
-            os.replace(aside, path)
+        name = f"{hashlib.sha256(content[start:]).hexdigest()[:32]}.step"
+        if kept.path(name).exists():  # never taken away: designs name it
+            return kept.path(name)
+        return kept.put(name, content)
     except OSError as error:
-        raise GeometryError(f"{folder} cannot be written: {error.strerror}") from error
-    finally:
-        aside.unlink(missing_ok=True)
-    return path
+        raise GeometryError(f"{kept.folder} cannot be written: {error.strerror}") from error

@@ -9,26 +9,20 @@ Importing this module loads no CAD kernel.
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import Hole, PlateFrame
-from fingerdesign.runtime.process import ProcessError, run_module
+from fingerdesign.errors import DesignError, GeometryError
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.runtime.files import keep_request
+from fingerdesign.runtime.isolate import ProcessError, call
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 
-WORKER = "fingerdesign.cad.solid_worker"
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
 
 
@@ -58,11 +52,9 @@ def finger_triangles(
     GeometryError where it cannot be built, or where the kernel crashes or exceeds the time limit;
     then the request is kept, and the message says where.
     """
-    request: dict[str, Any] = {"half": half, "chord_tolerance_mm": chord_tolerance_mm}
-    if frames is not None:
-        request["frames"] = [asdict(frame) for frame in frames]
-    with _answered(design, request, time_limit_s) as folder, np.load(folder / "out.npz") as data:
-        return FingerTriangles(*(data[name] for name in FingerTriangles.__dataclass_fields__))
+    request = (chord_tolerance_mm, half, frames)
+    found = _built("fingerdesign.cad.export:build_triangles", time_limit_s, design, *request)
+    return FingerTriangles(*found)
 
 
 def write_finger_cad(
@@ -76,38 +68,31 @@ def write_finger_cad(
     Returns the paths by file name. Errors as of ``finger_triangles``.
     """
     target = Path(folder).resolve()
-    request = {"cad": str(target), "chord_tolerance_mm": chord_tolerance_mm}
-    with _answered(design, request, time_limit_s) as home:
-        names = json.loads((home / "files.json").read_text("utf-8"))
+    request = (target, chord_tolerance_mm)
+    names = _built("fingerdesign.cad.export:build_and_write", time_limit_s, design, *request)
     return {name: target / name for name in names}
 
 
-def frames_of(plates: list[dict[str, Any]]) -> tuple[PlateFrame, ...]:
-    """Frames from their fields, as a request holds them."""
-    return tuple(
-        PlateFrame(**{**plate, "holes": tuple(Hole(**hole) for hole in plate["holes"])})
-        for plate in plates
-    )
-
-
-@contextmanager
-def _answered(design: Design, request: dict[str, Any], time_limit_s: float) -> Iterator[Path]:
-    """The folder in which the worker has answered; removed afterwards, unless the kernel failed."""
-    folder = Path(tempfile.mkdtemp(prefix="fingerdesign-solid-"))
-    whole = {"design": design.model_dump(mode="json"), **request}
+def _built(function: str, time_limit_s: float, design: Design, *request: Any) -> Any:
+    """What a function that builds a design answers; the request is kept where the kernel failed."""
     try:
-        (folder / "request.json").write_text(json.dumps(whole), "utf-8")
-        run_module(WORKER, [str(folder)], folder, time_limit_s)
-        refused = folder / "error.txt"
-        if refused.exists():
-            raise GeometryError(refused.read_text("utf-8"))
-        yield folder
-    except ProcessError as error:  # the request stays for whoever looks into it
+        return call(function, design, *request, time_s=time_limit_s)
+    except DesignError as error:
+        raise GeometryError(str(error)) from error
+    except ProcessError as error:
+        whole = {
+            "design": design.model_dump(mode="json"),
+            "function": function,
+            "given": [_plain(each) for each in request],
+        }
+        kept = keep_request("solid", "request.json", json.dumps(whole))
         raise GeometryError(
             f"the CAD kernel did not build {design.design.name}: {error}; the request is kept as "
-            f"{folder / 'request.json'}"
+            f"{kept}"
         ) from error
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
-    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, tuple):
+        return [asdict(frame) for frame in value]
+    return str(value) if isinstance(value, Path) else value

@@ -1,4 +1,4 @@
-"""Faces of a CAD solid -> faces that numpy computes with; runs in the worker.
+"""A STEP file -> a body whose faces numpy computes with; runs in a process of its own.
 
 Planes, cylinders, cones, spheres and tori (also circles revolved) keep their closed form; every
 other surface becomes a NURBS surface, held against the kernel's own. Importing this module loads
@@ -7,10 +7,12 @@ the CAD kernel.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from OCP.BRep import BRep_Tool
 from OCP.BRepAdaptor import BRepAdaptor_Curve
 from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
@@ -39,9 +41,21 @@ from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
 
 from fingerdesign.arrays import Array
-from fingerdesign.cad.step_shape import INTEGRALS, box_of, parts, refused
+from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks
+from fingerdesign.cad.step_shape import (
+    INTEGRALS,
+    TURNS,
+    box_of,
+    extent,
+    moved,
+    parts,
+    read_solid,
+    refused,
+    volume_of,
+)
+from fingerdesign.runtime.files import scratch
 from fingerdesign.shapes.border import Border
-from fingerdesign.shapes.faces import CadFace
+from fingerdesign.shapes.faces import CadFace, arrays_of, renamed
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus
 
@@ -51,6 +65,50 @@ from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus
 
 PIECES = 600  # of a face's border
 LEAST_PIECES = 24  # of a curved edge: 1e-7 mm on a quarter circle of 0.5 mm
+
+
+def read_body(
+    file: str, name: str, rules: dict[str, Any]
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]], bytes]:
+    """Read, turn, name, move, describe a body: what it is in plain values, its faces as numpy
+    computes with them, and its solid as BREP.
+
+    file: the path; name: what to call it; rules: ``[body.step]``. Raises DesignError for a file
+    that will not do.
+    """
+    solid = moved(read_solid(file, name), TURNS[rules["up"]], np.zeros(3))
+    low, high = extent(solid)
+    found = [describe(TopoDS.Face_s(face), name) for face in parts(solid, TopAbs_FACE)]
+    shift = -on_base(found, low, rules)
+    if rules["centre"]:
+        sideways = -0.5 * (low + high) * np.array([1.0, 0.0, 1.0])
+        # The kernel's extents are good to 1e-7: a body modelled about its middle stays exact.
+        shift += np.where(np.abs(sideways) > 1e-6, sideways, 0.0)
+    if shift.any():
+        solid = moved(solid, TURNS["y"], shift)
+        low, high = low + shift, high + shift
+    faces = [TopoDS.Face_s(face) for face in parts(solid, TopAbs_FACE)]
+    found = [describe(face, name) for face in faces]
+    middles = np.array([middle(face, each.area) for face, each in zip(faces, found, strict=True)])
+    normals = np.array(
+        [each.normal(where[None])[0] for each, where in zip(found, middles, strict=True)]
+    )
+    base, contact = picks(found, middles, normals, rules)
+    names = named(found, base, contact, low, high)
+    joined = groups(solid, faces, found)
+    found = [renamed(*row) for row in zip(found, names, joined, strict=True)]
+    check_body(found, low, high, name)
+    if rules["mirrors_in_z"]:
+        check_mirror(found, name)
+    about, arrays = arrays_of(found)
+    with scratch("step") as folder:
+        outline = folder / "outline.brep"
+        if not BRepTools.Write_s(solid, str(outline)):
+            raise OSError("the CAD kernel could not write outline.brep")
+        brep = outline.read_bytes()
+    words = {"faces": about, "volume": volume_of(solid), "low": list(low), "high": list(high)}
+    words["outline"] = hashlib.sha256(brep).hexdigest()
+    return words, arrays, brep
 
 
 def triple(place: Any) -> Array:

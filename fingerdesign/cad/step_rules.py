@@ -1,6 +1,6 @@
 """The rules of ``[body.step]``: base and contact surface of a STEP body, and what it must be.
 
-Numpy only; runs in the worker. Faults are DesignErrors that say what the rules met.
+Numpy only; runs in a process of its own. Faults are DesignErrors that say what the rules met.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A STEP file's one solid, in the CAD kernel: read, judged, turned, moved; runs in the worker.
+"""A STEP file's one solid, in the CAD kernel (in a process of its own): read, turned, moved.
 
 Importing this module loads the CAD kernel.
 """

@@ -6,15 +6,9 @@ the program then reads them as of any body.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
-import shutil
-import struct
-import tempfile
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -26,8 +20,9 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault, GeometryError
-from fingerdesign.runtime.cache import cache_folder
-from fingerdesign.runtime.process import ProcessError, machine_failed, run_module
+from fingerdesign.runtime.cache import GARBLED, Cache
+from fingerdesign.runtime.files import keep_request
+from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.shapes.faces import CadFace, faces_of, nearest, top_height
 
 if TYPE_CHECKING:
@@ -36,12 +31,11 @@ if TYPE_CHECKING:
 
 # What a STEP body is: extents, faces, heights, volume; read once in a process, then kept.
 #
-# The CAD kernel runs in a process of its own (``cad/step_worker.py``) with a time limit; what it
-# finds is kept in the cache folder under the file's content and the rules of ``[body.step]``. This
-# process computes with numpy alone.
+# The CAD kernel runs in a process of its own with a time limit; what it finds is kept in the cache
+# under the file's content and the rules of ``[body.step]``. This process computes with numpy alone.
 
-WORKER = "fingerdesign.cad.step_worker"
-FORMAT = 6  # raise it when what the worker writes changes
+READ = "fingerdesign.cad.step_read:read_body"
+FORMAT = 6  # raise it when what that returns changes
 TIME_LIMIT_S = 120.0  # 1 s for a dozen faces; a body of 2000 takes half a minute
 MAX_BYTES = 100_000_000  # of a file; a body of 2000 faces has 2 MB
 KEPT = 100  # bodies; the longest unused go first
@@ -165,43 +159,32 @@ def _outcome(step: StepFile, content: str) -> StepFacts | Fault:
     rules = step.model_dump(mode="json", exclude={"file"})
     text = json.dumps({"format": FORMAT, "content": content, "rules": rules}, sort_keys=True)
     digest = hashlib.sha256(text.encode()).hexdigest()
-    home = cache_folder("steps") / digest
-    found = _kept(home, digest)
+    kept = Cache("steps", 2 * KEPT)
+    found = _kept(kept, digest)
     if found is not None:
         return found
     name = Path(step.file).name
-    request = {"file": str(Path(step.file).resolve()), "name": name, "rules": rules}
     try:
-        folder = Path(tempfile.mkdtemp(prefix="fingerdesign-step-"))
+        file = str(Path(step.file).resolve())
+        about, arrays, brep = call(READ, file, name, rules, time_s=TIME_LIMIT_S)
+    except DesignError as error:
+        return error.faults[0]
     except OSError as error:
-        raise _unread(name, str(error)) from error
-    try:
-        (folder / "request.json").write_text(json.dumps(request), "utf-8")
-        run_module(WORKER, [str(folder)], folder, TIME_LIMIT_S)
-    except OSError as error:
-        shutil.rmtree(folder, ignore_errors=True)
         raise _unread(name, str(error)) from error
     except ProcessError as error:
-        shutil.rmtree(folder, ignore_errors=True)
-        if machine_failed(error):
+        if error.machine:
             raise _unread(name, str(error)) from error
         remedy = f"{error}; mend or simplify the body in your CAD"
         return Fault(_KEY, name, "a STEP file that the CAD kernel can take in", remedy)
-    except BaseException:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
     try:
-        if (folder / "fault.json").exists():
-            key, value, bound, remedy = json.loads((folder / "fault.json").read_text("utf-8"))
-            return Fault(key, value, bound, remedy)
-        home = _keep(folder, home)
-        found = _kept(home, digest)
-    finally:
-        if folder != home:
-            shutil.rmtree(folder, ignore_errors=True)
-    if found is None:
-        raise _unread(name, "the CAD kernel's process left no answer")
-    return found
+        outline = kept.put(f"{digest}.brep", brep)
+        kept.put_arrays(f"{digest}.npz", arrays, about)
+    except OSError:  # where the cache cannot be written, it costs time alone
+        try:
+            outline = keep_request("step", "outline.brep", brep)
+        except OSError as error:
+            raise _unread(name, str(error)) from error
+    return _facts(digest, outline, about, arrays)
 
 
 def _unread(name: str, why: str) -> GeometryError:
@@ -212,53 +195,34 @@ def _unread(name: str, why: str) -> GeometryError:
     )
 
 
-def _keep(folder: Path, home: Path) -> Path:
-    """Move the worker's answer into the cache; where that cannot be written, it stays in place."""
-    aside = home.with_name(f".{folder.name}")
-    try:
-        home.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copytree(folder, aside)
-        if _kept(home, home.name) is None:  # what lies there cannot be read
-            shutil.rmtree(home, ignore_errors=True)
-        with contextlib.suppress(OSError):  # somebody else was faster: theirs says the same
-            os.replace(aside, home)
-        if not (home / "facts.npz").exists():
-            return folder
-        old = sorted(home.parent.glob("[0-9a-f]*"), key=lambda each: each.stat().st_mtime)
-        for each in old[:-KEPT]:
-            shutil.rmtree(each, ignore_errors=True)
-    except OSError:
-        return folder
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
-    return home
-
-
-def _kept(home: Path, digest: str) -> StepFacts | None:
-    """The facts in a folder; None: nothing there, or what cannot be read."""
-    brep = home / "outline.brep"
-    try:
-        with (home / "facts.npz").open("rb") as file, np.load(file, allow_pickle=False) as data:
-            arrays = {name: data[name] for name in data.files}
-        about: dict[str, Any] = json.loads(str(arrays.pop("about")))
-        found = StepFacts(
-            _triple(about["low"]),
-            _triple(about["high"]),
-            float(about["volume"]),
-            digest,
-            brep,
-            str(about["outline"]),
-            tuple(faces_of(about["faces"], arrays)),
-        )
-        if not found.faces or not _intact(brep, found.outline):
-            return None
-        os.utime(home)
-    except (
-        *(OSError, EOFError, KeyError, ValueError, TypeError, IndexError, AttributeError),
-        *(zipfile.BadZipFile, zlib.error, struct.error, OverflowError, NotImplementedError),
-    ):
+def _kept(kept: Cache, digest: str) -> StepFacts | None:
+    """The facts that are kept; None: there are none, or they cannot be read."""
+    found, outline = kept.arrays(f"{digest}.npz"), kept.path(f"{digest}.brep")
+    if found is None:
         return None
-    return found
+    try:
+        arrays, about = found
+        facts = _facts(digest, outline, about, arrays)
+        if not facts.faces or not _intact(outline, facts.outline):
+            return None
+        os.utime(outline)
+    except GARBLED:
+        return None
+    return facts
+
+
+def _facts(
+    digest: str, outline: Path, about: dict[str, Any], arrays: dict[str, NDArray[Any]]
+) -> StepFacts:
+    return StepFacts(
+        _triple(about["low"]),
+        _triple(about["high"]),
+        float(about["volume"]),
+        digest,
+        outline,
+        str(about["outline"]),
+        tuple(faces_of(about["faces"], arrays)),
+    )
 
 
 def _intact(brep: Path, outline: str) -> bool:

@@ -20,13 +20,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.analysis.page.picture import PictureError
 from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import GeometryError
+from fingerdesign.errors import FingerDesignError, GeometryError, PictureError
 from fingerdesign.mold.cad.built import mold_meshes
 from fingerdesign.mold.page.picture import exploded_job, exploded_of
-from fingerdesign.mold.placement_worker import placement_job, placement_of
 from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.products.products import write_products
 from fingerdesign.mold.record import (
@@ -43,13 +41,14 @@ from fingerdesign.mold.record import (
 )
 from fingerdesign.records.folder import DAY_S, RecordFolder, sweep_abandoned, swept
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.isolate import beside
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.mold.page.picture import Exploded
     from fingerdesign.mold.part import Check
     from fingerdesign.mold.plan.plan import MoldPlan
-    from fingerdesign.runtime.process import WorkerJob
+    from fingerdesign.runtime.isolate import Job
 
 Tell = Callable[[str, float], None]
 
@@ -64,6 +63,7 @@ FOLDER = RecordFolder(
         *(f"{stem}.{kind}" for stem in (*_STEMS, "plate_*", "rubber") for kind in ("stl", "step")),
     ),
 )
+PLACEMENT_LIMIT_S = 60.0  # it takes 1 to 4 s; a busy machine far longer
 CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
 
 
@@ -115,6 +115,23 @@ def write_mold(
         ) from error
 
 
+def placement_job(design: Design, plan: MoldPlan, time_limit_s: float = PLACEMENT_LIMIT_S) -> Job:
+    """The effect of placement, found beside the CAD: enter it, and give it to
+    :func:`placement_of`."""
+    return beside("fingerdesign.mold.placement:placement_effect", design, plan, time_s=time_limit_s)
+
+
+def placement_of(job: Job) -> dict[str, Any]:
+    """What ``placement.placement_effect`` found, or a record that says how its process failed."""
+    try:
+        found: dict[str, Any] = job.result()
+    except FingerDesignError as error:
+        reason = f"its analysis failed: {error}"
+        sentence = f"What the plates' tolerance does to the gages is not known: {reason}."
+        return {"reason": reason, "sentences": [sentence]}
+    return found
+
+
 def older_passed(target: Path | str) -> bool:
     """Whether a mold is there whose checks all passed."""
     try:
@@ -152,7 +169,7 @@ def make_mold(
 
 
 def _made(
-    design: Design, plan: MoldPlan, folder: Path, placing: WorkerJob, clock: Clock, tell: Tell
+    design: Design, plan: MoldPlan, folder: Path, placing: Job, clock: Clock, tell: Tell
 ) -> MoldReport:
     from fingerdesign.mold.checks import run_checks
 

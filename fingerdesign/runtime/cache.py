@@ -66,12 +66,10 @@ class Cache:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, content, durable)
         if self._most is not None:
-            found = sorted(
-                (each for each in self.folder.iterdir() if not each.name.startswith(".")),
-                key=lambda each: each.stat().st_mtime,
-            )
-            for old in found[: -self._most]:
-                old.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # another process clears, too
+                found = [each for each in self.folder.glob("[!.]*") if each.is_file()]
+                for old in sorted(found, key=lambda each: each.stat().st_mtime)[: -self._most]:
+                    old.unlink(missing_ok=True)
         return path
 
     def text(self, name: str, younger_than_s: float | None = None) -> str | None:

@@ -1,7 +1,6 @@
 """Random designs: sound, of every kind, the same for the same seed; spoiled ones: the key named."""
 
 from collections import Counter
-from pathlib import Path
 
 import pytest
 import tomlkit
@@ -25,10 +24,10 @@ COUNT = 200
 @pytest.fixture
 def step_in_this_process(monkeypatch, tmp_path):
     """STEP files are read without a process of their own: fast, and what is said is the same."""
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign.runtime.child import resolved
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    monkeypatch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    monkeypatch.setattr(step_facts, "call", lambda name, *given, time_s: resolved(name)(*given))
     step_facts._outcome.cache_clear()
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 import fingerdesign
@@ -15,10 +13,10 @@ from fingerdesign.layout.frames import mirrors_in_z
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch, tmp_path):
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign.runtime.child import resolved
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    monkeypatch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    monkeypatch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
     facts_module._outcome.cache_clear()
 
 

@@ -15,7 +15,6 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import outline_volume
-from fingerdesign.runtime.process import environment
 
 Make = Callable[..., Design]
 
@@ -60,5 +59,5 @@ def test_a_kernel_that_does_not_come_back_is_ended(design_of: Make) -> None:
 
 def test_this_process_loads_no_cad_kernel() -> None:
     words = "import sys, fingerdesign.cad.solid_process as p; print('OCP' in sys.modules)"
-    done = subprocess.run([sys.executable, "-c", words], env=environment(), capture_output=True)
+    done = subprocess.run([sys.executable, "-c", words], capture_output=True)
     assert done.stdout.split() == [b"False"], done.stderr

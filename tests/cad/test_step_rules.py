@@ -28,10 +28,10 @@ file = "body.step"
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch, tmp_path):
     """The worker's code without a process of its own: fast, and what it says is the same."""
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign.runtime.child import resolved
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    monkeypatch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
     facts_module._outcome.cache_clear()
 
 
@@ -192,40 +192,41 @@ def test_files_that_are_no_solid(tmp_path):
 
 
 def test_a_process_that_crashes_or_hangs_is_a_fault(tmp_path, monkeypatch):
-    from fingerdesign.runtime.process import run_module
+    from fingerdesign.runtime.isolate import call
 
     path = write(block(), tmp_path / "b.step")
-    monkeypatch.setattr(facts_module, "run_module", run_module)
+    monkeypatch.setattr(facts_module, "call", call)
     monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 0.05)
     fault = fault_of(path)
     assert fault.key == "body.step.file"
     assert "did not finish in 0.05 s" in fault.remedy
     monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 60.0)
-    monkeypatch.setattr(facts_module, "WORKER", "fingerdesign.no_such_module")
+    monkeypatch.setattr(facts_module, "READ", "os:abort")
     facts_module._outcome.cache_clear()
-    assert "exit code 1" in fault_of(path).remedy
+    assert "it failed: TypeError" in fault_of(path).remedy
 
 
-@pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "sys.exit(75)"])
+@pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "raise OSError(28, 'no space')"])
 def test_a_failure_of_the_machine_is_not_told_as_the_files(code, tmp_path, monkeypatch):
-    from fingerdesign.runtime.process import run_module
+    from fingerdesign.runtime.isolate import call
 
     path = write(block(), tmp_path / "b.step")
-    (tmp_path / "ended.py").write_text(f"import os, sys\n{code}\n", "utf-8")
+    text = f"import os\n\n\ndef read(*given):\n    {code}\n"
+    (tmp_path / "ended.py").write_text(text, "utf-8")
     with monkeypatch.context() as patch:
         patch.setenv("PYTHONPATH", str(tmp_path))
-        patch.setattr(facts_module, "run_module", run_module)
-        patch.setattr(facts_module, "WORKER", "ended")
+        patch.setattr(facts_module, "call", call)
+        patch.setattr(facts_module, "READ", "ended:read")
         with pytest.raises(GeometryError, match=r"b\.step could not be read now: .*try again"):
             step_facts(StepFile(file=str(path)))
     assert step_facts(StepFile(file=str(path))).volume == pytest.approx(2390)
 
 
-@pytest.mark.parametrize("name", ["facts.npz", "outline.brep"])
+@pytest.mark.parametrize("ending", [".npz", ".brep"])
 @pytest.mark.parametrize("damage", ["cut", "changed", "emptied", "removed"])
-def test_garbled_entries_are_made_anew(name, damage, tmp_path):
+def test_garbled_entries_are_made_anew(ending, damage, tmp_path):
     step = StepFile(file=str(write(block(), tmp_path / "b.step")))
-    kept = step_facts(step).brep.with_name(name)
+    kept = step_facts(step).brep.with_suffix(ending)
     whole = kept.read_bytes()
     middle = len(whole) // 2
     flipped = bytes([whole[middle] ^ 1])
@@ -238,20 +239,20 @@ def test_garbled_entries_are_made_anew(name, damage, tmp_path):
     facts_module._outcome.cache_clear()
     assert step_facts(step).volume == pytest.approx(2390)
     assert facts_module.outline_file(step).is_file()
-    if name == "outline.brep":
+    if ending == ".brep":
         assert kept.read_bytes() == whole
         kept.write_bytes(whole[:middle])  # while this process holds the facts
         assert facts_module.outline_file(step).read_bytes() == whole
 
 
 def test_the_process_answers_like_the_code_here(tmp_path, monkeypatch):
-    from fingerdesign.runtime.process import run_module
+    from fingerdesign.runtime.isolate import call
 
     step = StepFile(file=str(write(block(), tmp_path / "b.step")))
     here = step_facts(step)
     facts_module._outcome.cache_clear()
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "another"))
-    monkeypatch.setattr(facts_module, "run_module", run_module)
+    monkeypatch.setattr(facts_module, "call", call)
     there = step_facts(step)
     assert there is not here
     assert (there.volume, there.area, there.low) == (here.volume, here.area, here.low)

@@ -106,12 +106,12 @@ MAKES = {
 @pytest.fixture(scope="module")
 def steps(tmp_path_factory):
     """Each body as [body.step], read by the worker's code in this process."""
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign.runtime.child import resolved
 
     folder = tmp_path_factory.mktemp("steps")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("FINGERDESIGN_CACHE", str(folder / "cache"))
-        patch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+        patch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
         yield {
             name: StepFile(
                 file=write(make(), folder / f"{name}.step"), mirrors_in_z="pin" not in name
@@ -248,7 +248,7 @@ def test_the_kept_solid_is_the_body_again(steps):
 def test_a_second_reading_takes_what_was_kept(steps, monkeypatch):
     first = step_facts(steps["spline"])
     facts_module._outcome.cache_clear()
-    monkeypatch.setattr(facts_module, "run_module", None)
+    monkeypatch.setattr(facts_module, "call", None)
     again = step_facts(steps["spline"])
     assert again is not first
     assert again.volume == first.volume
@@ -286,10 +286,10 @@ def test_points_beside_a_centre_of_curvature_have_a_distance(tmp_path, monkeypat
     """Within an ellipsoid, where a nearest point hardly differs from its neighbours."""
     import cadquery as cq
 
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign.runtime.child import resolved
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(facts_module, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    monkeypatch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
     axes = np.array([9.0, 5.0, 7.0])
     stretch = cq.Matrix([[*row, 0.0] for row in np.diag(axes)] + [[0.0, 0.0, 0.0, 1.0]])
     ball = cq.Workplane("XY").sphere(1).val().transformGeometry(stretch)

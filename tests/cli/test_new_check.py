@@ -198,12 +198,13 @@ def test_check_says_what_plane_strain_will_refuse(capsys):
 
 
 def test_check_says_what_was_understood_of_a_step_file(capsys, monkeypatch, tmp_path):
-    from fingerdesign.cad.step_samples import sample_step
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign_bench.any_finger.step_samples import sample_step
+
     from fingerdesign.design import step as step_facts
+    from fingerdesign.runtime.child import resolved
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    monkeypatch.setattr(step_facts, "call", lambda name, *given, time_s: resolved(name)(*given))
     file = sample_step("filleted", 16.0, 12.0, 10.0, 1.5)
     text = f'design.name = "s"\nplates.count = 0\nbody.shape = "step"\nbody.step.file = "{file}"'
     Path("step.toml").write_text(text)

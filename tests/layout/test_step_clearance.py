@@ -1,7 +1,5 @@
 """Plates in a STEP body: judged against its own faces, as those of a like parametric body are."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -29,12 +27,13 @@ cover_mm = 2.8
 @pytest.fixture(scope="module")
 def filleted(tmp_path_factory):
     """A box of 16 x 10 x 12 mm whose upper edges are rounded by 1.5 mm: its design's text."""
-    from fingerdesign.cad.step_samples import sample_step
-    from fingerdesign.cad.step_worker import answer
+    from fingerdesign_bench.any_finger.step_samples import sample_step
+
+    from fingerdesign.runtime.child import resolved
 
     patch = pytest.MonkeyPatch()
     patch.setenv("FINGERDESIGN_CACHE", str(tmp_path_factory.mktemp("cache")))
-    patch.setattr(step_facts, "run_module", lambda _m, a, _f, _t: answer(Path(a[0])))
+    patch.setattr(step_facts, "call", lambda name, *given, time_s: resolved(name)(*given))
     step_facts._outcome.cache_clear()
     yield STEP.format(file=sample_step("filleted", 16.0, 12.0, 10.0, 1.5))
     patch.undo()

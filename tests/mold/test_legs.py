@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign import load_design
-from fingerdesign.cad.step_samples import sample_step
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step_file import resolved
 from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames

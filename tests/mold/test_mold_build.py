@@ -13,8 +13,8 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.mold.cad.build import build_mold
-from fingerdesign.mold.cad.built import load_meshes, mold_meshes, plan_from, save_meshes
-from fingerdesign.mold.cad.worker import all_meshed
+from fingerdesign.mold.cad.built import mold_meshes
+from fingerdesign.mold.cad.meshed import all_meshed
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
 from fingerdesign.mold.plan.plan import SIDES, BaseHole, MoldPlan, Plug, SidePlan
 from fingerdesign.mold.plan.planning import plan_mold
@@ -288,26 +288,6 @@ def test_triangles_keep_the_chord_and_are_watertight_in_single_precision():
         assert found == pytest.approx(mesh.volume, rel=5e-3)
     assert [mesh.name for mesh in meshes.plates] == ["plate_0", "plate_1", "plate_2"]
     assert isinstance(plan, MoldPlan)
-
-
-def test_meshes_and_plan_come_back_as_they_went(tmp_path):
-    from pydantic import TypeAdapter
-
-    plan, built = built_of(design_of("", "hole_diameter_mm = 0.4\nhole_pitch_mm = 1.5"))
-    assert plan_from(TypeAdapter(MoldPlan).dump_python(plan, mode="json")) == plan
-    meshes = all_meshed(built, 0.05)
-    save_meshes(meshes, tmp_path)
-    again = load_meshes(tmp_path)
-    assert (again.low, again.high) == (meshes.low, meshes.high)
-    for one, other in zip(meshes.parts, again.parts, strict=True):
-        assert (one.name, one.draw, one.order, one.made) == (
-            other.name,
-            other.draw,
-            other.order,
-            other.made,
-        )
-        assert np.array_equal(one.triangles, other.triangles)
-        assert np.array_equal(one.blank_vertices, other.blank_vertices)
 
 
 def test_the_worker_writes_a_file_of_each_part_and_each_different_plate(tmp_path):

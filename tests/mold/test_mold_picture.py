@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
+from fingerdesign.errors import PictureError
 from fingerdesign.mold.page import picture as mold_picture
 from fingerdesign.mold.page.picture import (
-    PictureError,
+    SIZE,
+    View,
     exploded_job,
     exploded_of,
     exploded_parts,
     numbered,
 )
-from fingerdesign.mold.page.picture_worker import SIZE, View
 from fingerdesign.mold.part import MoldMeshes, PartMesh
 
 CORNERS = np.array(
@@ -82,6 +83,6 @@ def test_drawn_in_a_process_with_its_badges():
 
 
 def test_a_drawing_that_fails_is_a_sentence(monkeypatch):
-    monkeypatch.setattr(mold_picture, "WORKER", "fingerdesign.no_such_module")
-    with exploded_job(meshes()) as job, pytest.raises(PictureError, match="exit code 1"):
+    monkeypatch.setattr(mold_picture, "COLOURS", dict.fromkeys(mold_picture.COLOURS, "no colour"))
+    with exploded_job(meshes()) as job, pytest.raises(PictureError, match=r"it failed: .*colour"):
         exploded_of(job, meshes())

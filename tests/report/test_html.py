@@ -10,7 +10,7 @@ import pytest
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import page as html_module
 from fingerdesign.analysis.page.page import report_html, write_report
-from fingerdesign.analysis.page.picture import PictureError
+from fingerdesign.errors import PictureError
 from fingerdesign.records.result import PointStrain
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}

@@ -168,7 +168,7 @@ def _core(chance: Generator, shape: str, width: float, depth: float, base: float
 
 def _step_body(chance: Generator, width: float, depth: float, base: float) -> tuple[Data, float]:
     """A [body] of a sample STEP file; its sizes are the file's."""
-    from fingerdesign.cad.step_samples import SHAPES, sample_step
+    from fingerdesign_bench.any_finger.step_samples import SHAPES, sample_step
 
     shape = str(chance.choice(list(SHAPES)))
     crown = _draw(chance, "crown of a STEP body, mm", 1)
@@ -403,7 +403,7 @@ def _deep_dome(chance: Generator, data: Data) -> str:
 
 def _step_key(key: str, value: object) -> Spoil:
     def spoil(chance: Generator, data: Data) -> str:
-        from fingerdesign.cad.step_samples import sample_step
+        from fingerdesign_bench.any_finger.step_samples import sample_step
 
         file = str(sample_step("filleted", 16.0, 12.0, 10.0, 1.5))
         data["body"] = {"shape": "step", "step": {"file": file}}

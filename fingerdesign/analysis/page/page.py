@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.page.picture import Picture, PictureError, PictureJob
+from fingerdesign.analysis.page.picture import Picture, PictureJob
 from fingerdesign.analysis.page.tables import (
     assumed_values,
     design_table,
@@ -22,6 +22,7 @@ from fingerdesign.analysis.page.tables import (
 from fingerdesign.analysis.page.verdict import findings
 from fingerdesign.analysis.page.words import finger_text
 from fingerdesign.analysis.page.work import SECTIONS, report_figures
+from fingerdesign.errors import PictureError
 from fingerdesign.report.page import rendered
 from fingerdesign.report.style import COLOURS
 

@@ -6,26 +6,24 @@ own with a time limit; its failure is a :class:`PictureError` and the report doe
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
+import io
 from dataclasses import dataclass
-from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import fingerdesign.analysis.page.picture_worker as picture_worker
-from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page.words import count_text
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.errors import FingerDesignError
+from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.result import OPEN, FieldHistory, GageLayout
+from fingerdesign.runtime.isolate import ProcessError, beside
+
+if TYPE_CHECKING:
+    from fingerdesign.analysis.analysis import Analysis
 
 # Surfaces to look at, out of a mesh: of the body and of each plate (numpy only).
 #
@@ -152,10 +150,6 @@ TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy
 UNMOVED_MM = 1e-6  # a displacement that is not worth a picture
 
 
-class PictureError(FingerDesignError):
-    """The picture could not be drawn; the message says why."""
-
-
 @dataclass(frozen=True)
 class Picture:
     """A PNG and what it shows, in words; scale_mm: the colour scale's top, None without colours."""
@@ -175,23 +169,10 @@ class PictureJob:
         self.time_limit_s = time_limit_s
         self.words: dict[str, str] = {}
         self._arrays = _scene(analysis, self.words)
+        self._job = beside(draw, self._arrays, time_s=time_limit_s)
 
     def __enter__(self) -> PictureJob:
-        self._folder = tempfile.TemporaryDirectory(prefix="fingerdesign-picture-")
-        folder = Path(self._folder.name)
-        np.savez(folder / "scene.npz", **self._arrays)
-        root = str(Path(__file__).parents[3])
-        path = os.pathsep.join(filter(None, [root, os.environ.get("PYTHONPATH", "")]))
-        command = [sys.executable, "-m", picture_worker.__name__, "scene.npz"]
-        self._errors = (folder / "errors.txt").open("wb")
-        self._process = subprocess.Popen(
-            command,
-            cwd=folder,
-            env=os.environ | {"PYTHONPATH": path},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=self._errors,
-        )
+        self._job.__enter__()
         return self
 
     def __exit__(
@@ -200,26 +181,19 @@ class PictureJob:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        if self._process.poll() is None:
-            self._process.kill()
-        self._process.wait()
-        self._errors.close()
-        self._folder.cleanup()
+        self._job.__exit__(kind, error, trace)
 
     def pictures(self) -> dict[str, Picture]:
         """Name ("inside", "deformed") -> picture. Waits; raises PictureError."""
         try:
-            code = self._process.wait(self.time_limit_s)
-        except subprocess.TimeoutExpired as error:
-            raise PictureError(f"drawing took longer than {self.time_limit_s:g} s") from error
-        folder = Path(self._folder.name)
-        if code != 0:
-            lines = (folder / "errors.txt").read_text("utf-8", "replace").strip().splitlines()
-            how = f"ended by signal {-code}" if code < 0 else f"exit code {code}"
-            reason = f": {lines[-1][:300]}" if lines else ""
-            raise PictureError(f"the drawing process failed ({how}){reason}")
+            drawn: dict[str, bytes] = self._job.result()
+        except ProcessError as error:
+            if error.kind == "timeout":
+                late = f"drawing took longer than {self.time_limit_s:g} s"
+                raise PictureError(late) from error
+            raise PictureError(f"the drawing process failed: {error}") from error
         return {
-            name: Picture((folder / f"{name}.png").read_bytes(), words, self._scale(name))
+            name: Picture(drawn[name], words, self._scale(name))
             for name, words in self.words.items()
         }
 
@@ -308,3 +282,117 @@ def _contact_zone(analysis: Analysis) -> dict[str, Any]:
         points = np.concatenate([points, points * np.array([1.0, 1.0, -1.0])])
         touched = np.tile(touched, 2)
     return {"zone_points": points, "zone_triangles": triangles, "zone_touched": touched}
+
+
+# The drawing, in a process of its own.
+
+SIZE = (940, 640)
+VIEW_ANGLE, FILLED = 25.0, 0.94  # degrees, vertical; the part of the frame that may be used
+BODY, PLATE, GAGE, ZONE = "#8fb4cf", "#c07f36", "#0d3b66", "#d2560a"
+CORE = "#5f8f4e"
+
+
+def draw(scene: dict[str, Any]) -> dict[str, bytes]:
+    """Name -> PNG of what ``_scene`` holds. pyvista's errors pass."""
+    found = {"inside": _png(_inside(scene))}
+    if "moved" in scene:
+        found["deformed"] = _png(_deformed(scene))
+    return found
+
+
+def _png(plotter: Any) -> bytes:
+    png = io.BytesIO()
+    plotter.screenshot(png, transparent_background=True)
+    return png.getvalue()
+
+
+def _inside(scene: dict[str, Any]) -> Any:
+    import pyvista
+
+    plotter = _plotter()
+    body = _triangles(scene["body_points"], scene["body_triangles"])
+    plotter.add_mesh(body, color=BODY, opacity=0.28, smooth_shading=False)
+    _add_outline(plotter, body)
+    if "zone_points" in scene:
+        # Just above the body, or the two would flicker into each other.
+        zone = _triangles(scene["zone_points"] + [0.0, 0.02, 0.0], scene["zone_triangles"])
+        zone["touched"] = scene["zone_touched"].astype(float)
+        zone = zone.clip_scalar("touched", value=0.5, invert=False)
+        if zone.n_cells:
+            plotter.add_mesh(zone, color=ZONE, opacity=0.45, show_scalar_bar=False)
+    if "core_points" in scene:
+        core = _triangles(scene["core_points"], scene["core_triangles"])
+        plotter.add_mesh(core, color=CORE, opacity=0.55, smooth_shading=False, ambient=0.2)
+        _add_outline(plotter, core, "#3d5135")
+    if "plate_points" in scene:
+        plates = _triangles(scene["plate_points"], scene["plate_triangles"])
+        plotter.add_mesh(plates, color=PLATE, smooth_shading=False, ambient=0.25)
+        _add_outline(plotter, plates, "#5f3d14")
+    for quad in scene.get("gages", ()):
+        gage = pyvista.PolyData(quad, faces=[4, 0, 1, 2, 3])
+        plotter.add_mesh(gage, color=GAGE, ambient=0.5)
+    return _look(plotter, scene["body_points"])
+
+
+def _deformed(scene: dict[str, Any]) -> Any:
+    plotter = _plotter()
+    body = _triangles(scene["body_points"] + scene["moved"], scene["body_triangles"])
+    body["moved by (mm)"] = np.linalg.norm(scene["moved"], axis=1)
+    plotter.add_mesh(
+        body,
+        scalars="moved by (mm)",
+        cmap="cividis",
+        smooth_shading=False,
+        ambient=0.45,
+        diffuse=0.55,
+        show_scalar_bar=False,  # the page draws it, in the page's own ink
+    )
+    _add_outline(plotter, _triangles(scene["body_points"], scene["body_triangles"]))
+    return _look(plotter, scene["body_points"])
+
+
+def _plotter() -> Any:
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_depth_peeling(6)
+    return plotter
+
+
+def _look(plotter: Any, points: Any) -> Any:
+    """Camera in front, to the left and above (it sees the plates' upper faces), y up.
+
+    Just so far away that the corners of the bounding box stay inside the frame.
+    """
+    low, high = points.min(axis=0), points.max(axis=0)
+    centre = 0.5 * (low + high)
+    toward = np.array([-0.55, 0.5, 1.0]) / np.linalg.norm([0.55, 0.5, 1.0])
+    right = np.cross([0.0, 1.0, 0.0], toward)
+    right /= np.linalg.norm(right)
+    corners = np.array(np.meshgrid(*zip(low - centre, high - centre, strict=True))).reshape(3, -1).T
+    nearness, across, up = corners @ toward, corners @ right, corners @ np.cross(toward, right)
+    slope = FILLED * np.tan(np.radians(0.5 * VIEW_ANGLE))
+    wide = slope * SIZE[0] / SIZE[1]
+    distance = (nearness + np.maximum(np.abs(up) / slope, np.abs(across) / wide)).max()
+    camera = plotter.camera
+    camera.focal_point, camera.up = centre, (0.0, 1.0, 0.0)
+    camera.position = centre + distance * toward
+    camera.view_angle = VIEW_ANGLE
+    plotter.reset_camera_clipping_range()
+    plotter.add_axes(color="#6c6f73", line_width=3, viewport=(0.0, 0.0, 0.14, 0.2))
+    return plotter
+
+
+def _add_outline(plotter: Any, solid: Any, colour: str = "#5b7386") -> None:
+    """The solid's sharp edges; points are merged first, or a mirrored half's seam would show."""
+    edges = solid.clean().extract_feature_edges(feature_angle=25, manifold_edges=False)
+    if edges.n_cells:
+        plotter.add_mesh(edges, color=colour, line_width=1.6)
+
+
+def _triangles(points: Any, triangles: Any) -> Any:
+    import pyvista
+
+    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+    return pyvista.PolyData(points, faces=faces)

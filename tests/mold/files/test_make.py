@@ -1,5 +1,6 @@
 """The whole folder of a mold: record, report, drawings; checks that fail; CAD that fails."""
 
+import functools
 import json
 import os
 from contextlib import nullcontext
@@ -13,7 +14,7 @@ from fingerdesign_cli.main import main
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.page.page import base_svg
-from fingerdesign.mold.page.picture import Badge, Exploded
+from fingerdesign.mold.page.picture import Badge, Exploded, exploded_job
 from fingerdesign.mold.part import Check
 from fingerdesign.records.base import DATA, json_schema, schema_text
 from fingerdesign.records.result import ResultError
@@ -166,7 +167,8 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
 
 def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
     design = stages(drawn=True)
-    monkeypatch.setattr("fingerdesign.mold.page.picture.WORKER", "fingerdesign.no_such_module")
+    limited = functools.partial(exploded_job, time_limit_s=0.01)
+    monkeypatch.setattr(make, "exploded_job", limited)
     report = make.make_mold(design, tmp_path)
     assert report.status == "ok"
     assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")

@@ -6,13 +6,12 @@ x = 0 and z = 0. The file's name holds the shape and the sizes, so each is made 
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fingerdesign.cad.from_python import written
-from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.runtime.cache import Cache
 
 FORMAT = 1  # raise it when a shape changes
 
@@ -25,15 +24,11 @@ def sample_step(shape: str, width: float, depth: float, height: float, crown: fl
     """
     make = SHAPES[shape]
     sizes = "-".join(f"{size:.3f}" for size in (width, depth, height, crown))
-    folder = cache_folder("samples")
-    path = folder / f"{shape}-{FORMAT}-{sizes}.step"
-    if not path.is_file():
+    kept, name = Cache("samples"), f"{shape}-{FORMAT}-{sizes}.step"
+    if not kept.path(name).is_file():
         made = written(make(width, depth, height, crown))
-        folder.mkdir(parents=True, exist_ok=True)
-        aside = path.with_suffix(f".{os.getpid()}")
-        aside.write_bytes(made.read_bytes())
-        os.replace(aside, path)
-    return path
+        kept.put(name, made.read_bytes())
+    return kept.path(name)
 
 
 def _spline(width: float, depth: float, height: float, crown: float) -> Any:

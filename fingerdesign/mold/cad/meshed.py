@@ -1,16 +1,13 @@
-"""The process that builds molds: ``python -m fingerdesign.mold.cad.worker FOLDER``.
+"""Built -> MoldMeshes and files: the parts' triangles, STL and STEP of each, one STEP assembly.
 
-In FOLDER it finds request.json, {"design", "plan", "folder": for the CAD files}, and leaves
-meshes.npz and meshes.json, or error.txt with the sentence of a GeometryError. It ends with
-MACHINE_FAILED where the disk or the memory is full.
+All in mold coordinates, mm. Vertices are rounded to the single precision of STL, so that what is
+checked is what is written. Importing this module loads the CAD kernel.
 """
 
 from __future__ import annotations
 
 import errno
-import json
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,23 +20,15 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, write_triangles
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.tessellation import merge_vertices, triangulate_measured
-from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError, GeometryError
+from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
-from fingerdesign.mold.cad.built import plan_from, save_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.flat_pattern import flat_patterns
-from fingerdesign.runtime.process import MACHINE_FAILED, die_with_parent
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
-
-# Built -> MoldMeshes and files: the parts' triangles, STL and STEP of each, one STEP assembly.
-#
-# All in mold coordinates, mm. Vertices are rounded to the single precision of STL, so that what is
-# checked is what is written. Importing this module loads the CAD kernel.
 
 Rgba = tuple[float, float, float, float]
 
@@ -168,28 +157,9 @@ def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float
     return *merge_vertices(rounded, triangles), chord
 
 
-def main(arguments: Sequence[str]) -> int:
-    """Answer one request; 0 also where the mold cannot be built."""
-    die_with_parent()
-    try:
-        _answer(Path(arguments[0]))
-    except (OSError, MemoryError) as error:
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)
-        return MACHINE_FAILED
-    return 0
-
-
-def _answer(home: Path) -> None:
-    request = json.loads((home / "request.json").read_text("utf-8"))
-    try:
-        design, plan = Design.model_validate(request["design"]), plan_from(request["plan"])
-        built = build_mold(design, plan)
-        meshes = all_meshed(built, design.mold.chord_mm)
-        write_files(design, plan, built, meshes, Path(request["folder"]))
-        save_meshes(meshes, home)
-    except (DesignError, GeometryError) as error:
-        (home / "error.txt").write_text(str(error), "utf-8")
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+def build_and_write(design: Design, plan: MoldPlan, folder: Path) -> MoldMeshes:
+    """Build a planned mold, write its files into ``folder``; its triangles."""
+    built = build_mold(design, plan)
+    meshes = all_meshed(built, design.mold.chord_mm)
+    write_files(design, plan, built, meshes, folder)
+    return meshes
