@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import click
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE
 from fingerdesign.records.outcome import designs_csv
+from fingerdesign.runtime.files import write_whole
 from fingerdesign.search.compare.facts import GOALS, Wanted, why_not
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
@@ -121,21 +121,8 @@ def _refuse_unknown(found: Comparison) -> None:
 
 
 def _write(path: Path, text: str) -> None:
-    """The file, whole or not at all."""
-    import tempfile
-
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, aside = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as stream:
-            stream.write(text)
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(aside, 0o666 & ~umask)
-        os.replace(aside, path)
-    except BaseException:
-        Path(aside).unlink(missing_ok=True)
-        raise
+    write_whole(path, text)
 
 
 def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:

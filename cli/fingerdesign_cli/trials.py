@@ -48,7 +48,7 @@ def tune(
 
     name = design.design.name
     target = out / name
-    journal = target.absolute().with_name(f"{name}.unfinished.jsonl")
+    journal = target.absolute().with_name(f"{name}.unfinished.sqlite")
     kind = RecordFolder("tuning", RECORD_FILE, (RECORD_FILE, DESIGN_FILE))
     refuse_foreign(kind, target)
     estimator = estimator_for(design, estimator_file)

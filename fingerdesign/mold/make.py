@@ -39,8 +39,9 @@ from fingerdesign.mold.record import (
     process_data,
     write_record,
 )
-from fingerdesign.records.folder import DAY_S, RecordFolder, sweep_abandoned, swept
+from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.files import DAY_S, sweep_abandoned, swept
 from fingerdesign.runtime.isolate import beside
 
 if TYPE_CHECKING:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import shutil
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +11,8 @@ from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.paper.lifts import ROUTE_FRICTION, SAMPLE_NOISE, SEEDS
 from fingerdesign.paper.page import paper_figures, paper_html
-from fingerdesign.records.folder import sibling
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.files import move_into, whole_folder
 
 if TYPE_CHECKING:
     from fingerdesign.paper.claims import Remade
@@ -32,21 +30,17 @@ def write_paper(found: Remade, folder: Path) -> list[Path]:
     """
     figures = paper_figures(found, ROUTE_FRICTION, SAMPLE_NOISE)
     folder = folder.absolute()
-    aside = sibling(folder, "partial")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        aside.mkdir()
-        made = [path for figure in figures for path in figure.write(aside)]
-        record = json.dumps(record_of(found, figures), indent=2, allow_nan=False) + "\n"
-        made += [aside / RECORD_FILE, aside / PAGE_FILE]
-        made[-2].write_text(record, encoding="utf-8")
-        made[-1].write_text(paper_html(found, figures, versions()), encoding="utf-8")
-        for path in made:
-            os.replace(path, folder / path.name)
+        with whole_folder(folder) as aside:
+            made = [path for figure in figures for path in figure.write(aside)]
+            record = json.dumps(record_of(found, figures), indent=2, allow_nan=False) + "\n"
+            made += [aside / RECORD_FILE, aside / PAGE_FILE]
+            made[-2].write_text(record, encoding="utf-8")
+            made[-1].write_text(paper_html(found, figures, versions()), encoding="utf-8")
+            move_into(folder, made)
     except OSError as error:
         raise ResultError(f"cannot write into {folder}: {error}") from error
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
     return [folder / path.name for path in made]
 
 

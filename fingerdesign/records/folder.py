@@ -5,12 +5,8 @@ from __future__ import annotations
 import dataclasses
 import fnmatch
 import os
-import re
-import secrets
-import shutil
-import time
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,11 +15,7 @@ import numpy as np
 
 from fingerdesign.records.base import write_csv
 from fingerdesign.records.result import GripTrace, IncrementResult, PointStrain, Result, ResultError
-
-try:
-    import fcntl
-except ImportError:  # Windows: two writers of one folder are not kept apart there
-    fcntl = None  # type: ignore[assignment]
+from fingerdesign.runtime.files import locked, take_place, whole_folder
 
 RESULT_FILE = "result.json"
 # What a result is made of: a folder that holds anything else is not replaced.
@@ -40,21 +32,30 @@ def result_folder(target: Path | str) -> Iterator[Path]:
     """
     target = Path(target).absolute()
     refuse_foreign(target)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        aside = sibling(target, "partial")
-        aside.mkdir()
-    except OSError as error:
-        raise ResultError(f"cannot write beside {target}: {error}") from error
-    try:
+    with _aside(target) as aside:
         yield aside
         if not (aside / RESULT_FILE).is_file():
             raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
-        with _locked(target):
+        with locked(target.with_name(f".{target.name}.lock")):
             refuse_foreign(target)
-            take_place(aside, target)
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
+            _put(aside, target)
+
+
+@contextmanager
+def _aside(target: Path) -> Iterator[Path]:
+    with ExitStack() as stack:
+        try:
+            aside = stack.enter_context(whole_folder(target))
+        except OSError as error:
+            raise ResultError(f"cannot write beside {target}: {error}") from error
+        yield aside
+
+
+def _put(aside: Path, target: Path) -> None:
+    try:
+        take_place(aside, target)
+    except OSError as error:
+        raise ResultError(f"cannot put the result in place at {target}: {error}") from error
 
 
 def write_result_folder(
@@ -196,60 +197,6 @@ def refuse_foreign(target: Path) -> None:
         )
 
 
-def take_place(aside: Path, target: Path) -> None:
-    """Rename; the older folder is deleted only once the new one is in its place."""
-    older = sibling(target, "older")
-    try:
-        try:
-            if target.is_dir():
-                target.rename(older)
-            aside.rename(target)
-        except BaseException:  # an interruption between the two as well
-            if older.is_dir() and not target.exists():
-                older.rename(target)
-            raise
-    except OSError as error:
-        kept = f"; the older result is in {older}" if older.is_dir() else ""
-        raise ResultError(f"cannot put the result in place at {target}: {error}{kept}") from error
-    shutil.rmtree(older, ignore_errors=True)
-
-
-@contextmanager
-def _locked(target: Path) -> Iterator[None]:
-    """Keep other writers of ``target`` waiting; the hidden lock beside it goes at the end."""
-    path = target.with_name(f".{target.name}.lock")
-    try:
-        stream = None if fcntl is None else _lock_file(path)
-    except OSError:  # a file system without locks: finished work is not lost for that
-        stream = None
-    try:
-        yield
-    finally:
-        if stream is not None:
-            path.unlink(missing_ok=True)  # whoever waits for it finds it gone and makes another
-            os.close(stream)
-
-
-def _lock_file(path: Path) -> int:
-    while True:
-        stream = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
-        try:
-            fcntl.flock(stream, fcntl.LOCK_EX)
-            if os.path.samestat(os.fstat(stream), path.stat()):
-                return stream
-        except FileNotFoundError:
-            pass  # its holder is done and took it away
-        except BaseException:
-            os.close(stream)
-            raise
-        os.close(stream)
-
-
-def sibling(target: Path, role: str) -> Path:
-    """A hidden name beside ``target`` that nothing else has."""
-    return target.with_name(f".{target.name}.{role}-{secrets.token_hex(4)}")
-
-
 # A folder of files made together: written aside and renamed, so it is there whole or not at all.
 #
 #     VALIDATION = RecordFolder("validation", "validation.json", ("validation.json", "*.png"))
@@ -258,8 +205,6 @@ def sibling(target: Path, role: str) -> Path:
 #
 # What is not an older folder of the same kind is not replaced. Results of analyses have a folder of
 # their own kind (result_folder.py).
-
-DAY_S = 86400.0
 
 
 @dataclass(frozen=True)
@@ -283,20 +228,12 @@ class RecordFolder:
         """
         target = Path(target).absolute()
         self.refuse_foreign(target)
-        aside = sibling(target, "partial")
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            aside.mkdir()
-        except OSError as error:
-            raise ResultError(f"cannot write beside {target}: {error}") from error
-        try:
+        with _aside(target) as aside:
             yield aside
             if not (aside / self.record).is_file():
                 raise ResultError(f"{target} was not written: it was made without {self.record}")
             self.refuse_foreign(target)
-            take_place(aside, target)
-        finally:
-            shutil.rmtree(aside, ignore_errors=True)
+            _put(aside, target)
 
     def refuse_foreign(self, target: Path) -> None:
         """ResultError where ``target`` is no place for such a folder."""
@@ -324,34 +261,3 @@ class RecordFolder:
         if not any(fnmatch.fnmatch(path.name, pattern) for pattern in self.products):
             return True
         return not self.filled and path.is_dir()
-
-
-def sweep_abandoned(target: Path, older_than_s: float = DAY_S) -> tuple[Path, ...]:
-    """Remove the temporary folders beside ``target`` that killed processes left; which they were.
-
-    For kinds that are made in minutes: nothing in such a folder was changed for ``older_than_s``.
-    """
-    pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
-    return swept(target.absolute().parent, pattern, older_than_s)
-
-
-def swept(parent: Path, pattern: re.Pattern[str], older_than_s: float) -> tuple[Path, ...]:
-    """Remove this user's folders in ``parent`` of names that ``pattern`` matches, where they and
-    what lies in them are older; which they were. What cannot be looked into stays."""
-    gone = []
-    try:
-        found = [path for path in parent.iterdir() if pattern.fullmatch(path.name)]
-    except OSError:
-        return ()
-    for path in found:
-        try:
-            mine = not hasattr(os, "getuid") or path.lstat().st_uid == os.getuid()
-            if not mine or path.is_symlink() or not path.is_dir():
-                continue
-            last = max(each.lstat().st_mtime for each in (path, *path.rglob("*")))
-        except OSError:
-            continue
-        if time.time() - last > older_than_s:
-            shutil.rmtree(path, ignore_errors=True)
-            gone.append(path)
-    return tuple(gone)

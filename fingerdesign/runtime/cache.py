@@ -23,7 +23,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.runtime.files import write_whole
+from fingerdesign.runtime.files import sibling, write_whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,6 +64,8 @@ class Cache:
         """Keep an entry in the place of an older one; its path. OSError where that fails."""
         path = self.path(name)
         path.parent.mkdir(parents=True, exist_ok=True)
+        if path.is_dir():  # not ours: out of the way
+            path.rename(sibling(path, "older"))
         write_whole(path, content, durable)
         if self._most is not None:
             with contextlib.suppress(OSError):  # another process clears, too

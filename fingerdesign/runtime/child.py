@@ -104,7 +104,8 @@ def _answer(name: str, given: bytes, shared: tuple[Any, ...]) -> tuple[str, Any]
         return "failed", (str(error), False)
     except Exception as error:
         machine = isinstance(error, OSError | MemoryError)
-        return "failed", (f"{type(error).__name__}: {error}"[:300], machine)
+        words = " ".join(f"{type(error).__name__}: {error}".split())
+        return "failed", (words[:300], machine)
 
 
 def _travels(error: FingerDesignError) -> bool:

@@ -16,7 +16,7 @@ import secrets
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -79,10 +79,16 @@ def whole_folder(target: Path) -> Iterator[Path]:
         shutil.rmtree(aside, ignore_errors=True)
 
 
+def move_into(folder: Path, files: Iterable[Path]) -> None:
+    """Move files one by one into a folder of the same disk, each in the place of an older one."""
+    for path in files:
+        os.replace(path, folder / path.name)
+
+
 def take_place(aside: Path, target: Path) -> None:
     """Rename a folder; the older one is deleted only once the new one is in its place.
 
-    OSError with the older folder's place in ``filename2`` where that could not be put back.
+    OSError where that fails; its message says where the older folder is, if not in its place.
     """
     older = sibling(target, "older")
     try:
@@ -90,10 +96,11 @@ def take_place(aside: Path, target: Path) -> None:
             target.rename(older)
         aside.rename(target)
     except BaseException as error:  # an interruption between the two as well
-        if older.is_dir() and not target.exists():
-            older.rename(target)
+        with contextlib.suppress(OSError):
+            if older.is_dir() and not target.exists():
+                older.rename(target)
         if older.is_dir() and isinstance(error, OSError):
-            error.filename2 = str(older)
+            raise OSError(f"{error}; the older result is in {older}") from error
         raise
     shutil.rmtree(older, ignore_errors=True)
 

@@ -114,16 +114,18 @@ class Journal:
         try:
             with self.path.open("rb") as stream:
                 begun = stream.read(len(_HEADER))
-            if not _HEADER.startswith(begun):
+            if begun != _HEADER[: len(begun)]:
                 raise JournalError(what)
-            base = self._made()
+            if not begun:  # it was ended before its first record
+                return
+            base = self._base = sqlite3.connect(self.path, _WAIT_S, check_same_thread=False)
             about = dict(base.execute("select key, value from about"))
             if any(about.get(key) != self._about[key] for key in ("format", "kind")):
                 raise JournalError(what)
             if about["identity"] != self._about["identity"]:
                 other = f"{self.path} is of another design, setting or version; {remedy}"
                 raise JournalError(other)
-            rows = base.execute("select key, record from records order by rowid")
+            rows = base.execute("select key, record from records order by rowid").fetchall()
             self._found = {key: json.loads(record) for key, record in rows}
         except OSError as error:
             raise JournalError(f"{self.path} cannot be read: {error}") from error

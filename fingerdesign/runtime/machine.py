@@ -9,14 +9,13 @@ import json
 import os
 import platform
 import resource
-import secrets
 import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 
-from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.runtime.cache import Cache
 
 # What work costs this process and all that it has started: processor seconds, memory.
 
@@ -85,13 +84,14 @@ class Machine:
 @functools.cache
 def this_machine() -> Machine:
     """The machine as measured once a process, or within the last day by another one."""
-    path = _file()
-    known = _read(path)
+    kept, name = Cache("machines"), _name()
+    known = _read(kept, name)
     if known is not None:
         return known
     found = measure_machine()
     if not busy(found.cores):
-        _keep(path, found)
+        with contextlib.suppress(OSError):  # not to be written: measured again next time
+            kept.put_text(name, json.dumps(asdict(found)))
     return found
 
 
@@ -180,27 +180,16 @@ def available_memory_MB() -> float | None:
     return max(0.0, min(found)) / 2**20 if found else None
 
 
-def _file() -> Path:
-    """Where this machine's speed is kept: by its name, processor, cores and numpy."""
+def _name() -> str:
+    """What this machine's speed is kept by: its name, processor, cores and numpy."""
     about = [platform.node(), platform.machine(), platform.processor(), str(usable_cores())]
-    name = hashlib.sha256("\n".join([*about, np.__version__]).encode()).hexdigest()[:16]
-    return cache_folder("meshes").parent / f"machine-{name}.json"
+    return hashlib.sha256("\n".join([*about, np.__version__]).encode()).hexdigest()[:16]
 
 
-def _read(path: Path) -> Machine | None:
+def _read(kept: Cache, name: str) -> Machine | None:
     try:
-        if not 0.0 <= time.time() - path.stat().st_mtime < _KEPT_S:
-            return None
-        found = Machine(**json.loads(path.read_text("utf-8")))
+        found = Machine(**json.loads(kept.text(name, younger_than_s=_KEPT_S) or ""))
         sound = min(found.one_core, found.all_cores) > 0.0 and found.cores == usable_cores()
     except (OSError, ValueError, TypeError):
         return None
     return found if sound else None
-
-
-def _keep(path: Path, found: Machine) -> None:
-    aside = path.with_name(f".{secrets.token_hex(8)}.json")
-    with contextlib.suppress(OSError):  # not to be written: measured again next time
-        path.parent.mkdir(parents=True, exist_ok=True)
-        aside.write_text(json.dumps(asdict(found)), encoding="utf-8")
-        os.replace(aside, path)

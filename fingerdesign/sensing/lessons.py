@@ -11,9 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, gage_array
@@ -22,7 +20,7 @@ from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
 from fingerdesign.control.roster import needs_training, own_table
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.teach import Lesson, Settings, teach
@@ -53,17 +51,13 @@ def lesson_for(
     """
     settings = settings_of(design)
     key = lesson_key(design, settings)
-    kept = _folder() / f"{key}.json"
-    if kept.is_file():
-        found = _read(kept)
-        if found is not None:
-            return found
+    kept = Cache("lessons")
+    found = _read(kept, key)
+    if found is not None:
+        return found
     problem = grip_problem(design, tell=tell) if problem is None else problem
     lesson = teach(problem, key, settings, tell, workers=workers)
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    aside = kept.with_suffix(f".{os.getpid()}")
-    aside.write_text(lesson_text(lesson), encoding="utf-8")
-    aside.replace(kept)
+    kept.put_text(f"{key}.txt", lesson_text(lesson))
     return lesson
 
 
@@ -126,10 +120,10 @@ def lesson_text(lesson: Lesson) -> str:
     return json.dumps(record, allow_nan=False) + "\n"
 
 
-def _read(path: Path) -> Lesson | None:
-    """The kept lesson; None where it is cut short or of another format."""
+def _read(kept: Cache, key: str) -> Lesson | None:
+    """The kept lesson; None where there is none, or one of another format."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(kept.text(f"{key}.txt") or "")
         return Lesson(
             GripEstimator.from_json(json.dumps(record["estimator"])),
             tuple(record["noises_microstrain"]),
@@ -139,10 +133,6 @@ def _read(path: Path) -> Lesson | None:
         )
     except (OSError, ValueError, KeyError, TypeError, EstimatorError):
         return None
-
-
-def _folder() -> Path:
-    return cache_folder("lessons")
 
 
 def at_noise(lesson: Lesson, noise: float) -> Lesson:

@@ -34,7 +34,7 @@ from fingerdesign.control.estimator import (
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.control.slip_study import stick_response
 from fingerdesign.errors import SolverError
-from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Tell
 from fingerdesign.sensing.paths import Wandering, wander
 
@@ -141,31 +141,11 @@ def wanderings(
             found += _wander(problem, settings, part)
             tell(f"grips: {len(found)} of {settings.grips}")
         return found
-    from concurrent.futures import ProcessPoolExecutor
-    from multiprocessing import get_context
-
-    with ProcessPoolExecutor(
-        workers, get_context("spawn"), initializer=_begin, initargs=(problem, settings)
-    ) as pool:
-        for each in pool.map(_wander_again, parts):
+    with Pool(workers, shared=(problem, settings)) as pool:
+        for each in pool.in_order(_wander, [(part,) for part in parts]):
             found += each
             tell(f"grips: {len(found)} of {settings.grips}")
     return found
-
-
-_WORK: list[tuple[ContactProblem, Settings]] = []  # of a worker process
-
-
-def _begin(problem: ContactProblem, settings: Settings) -> None:
-    die_with_parent()
-    _WORK.append((problem, settings))
-
-
-def _wander_again(part: range) -> list[Wandering]:
-    from threadpoolctl import threadpool_limits
-
-    with threadpool_limits(1):
-        return _wander(*_WORK[0], part)
 
 
 def _wander(problem: ContactProblem, settings: Settings, part: range) -> list[Wandering]:

@@ -10,11 +10,8 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import asdict, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +28,9 @@ from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.records.result import ResultError
-from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.runtime.isolate import ProcessError
+from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.lessons import estimator_faults, lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
@@ -54,16 +53,15 @@ if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace
 
 
-# The lots of a grid over processes; what is done is kept, line by line, and not done again.
+# The lots of a grid over processes; what is done is kept, grip by grip, and not done again.
 #
-# A line of the file is one grip. Its first line names what decides every grip beside its own
-# conditions: a study that was interrupted goes on where it stopped, also with other frictions,
-# weights, noises or controllers than before (one that is taught anew apart).
+# The journal says what decides every grip beside its own conditions: a study that was interrupted
+# goes on where it stopped, also with other frictions, weights, noises or controllers than before
+# (one that is taught anew apart).
 
 Tell = Callable[[str, float], None]
 Key = tuple[str, float, float, float, float]
 
-_HEAD = '{"control_study": "'
 _OUTCOME = TypeAdapter(Outcome)
 
 
@@ -72,70 +70,43 @@ def key_of(cell: Cell | Outcome) -> Key:
     return cell.controller, cell.friction, cell.mass_g, cell.noise, cell.tug
 
 
-class Journal:
-    """Outcomes in a JSON-lines file, those of an earlier run first.
+class Grips:
+    """Outcomes in a journal, those of an earlier run first.
 
     digest: of all that decides a grip beside its cell. A file of another digest, or one that is no
-    journal, is a ResultError: it is somebody's work. A last line cut short is left out.
+    journal of a control study, is a ResultError: it is somebody's work.
     """
 
     def __init__(self, path: Path, digest: str) -> None:
-        self._path, self._digest = path, digest
         self.outcomes: dict[Key, Outcome] = {}
-        if path.exists():
-            self._read()
+        try:
+            self._journal = Journal(path, "a control study", digest)
+        except JournalError as error:
+            raise ResultError(str(error)) from error
+        try:
+            for _, record in self._journal:
+                Outcome(**record)  # no key too many
+                each = _OUTCOME.validate_json(json.dumps(record), strict=True)
+                self.outcomes[key_of(each)] = each
+        except (ValueError, TypeError) as error:
+            what = f"{path}: not a grip of a control study"
+            raise ResultError(f"{what}; move it away, or choose another --out") from error
 
     def add(self, outcomes: Iterable[Outcome]) -> None:
         """Keep outcomes, in memory and in the file."""
-        found = list(outcomes)
-        new = not self._path.exists()
-        with self._path.open("a", encoding="utf-8") as stream:
-            if new:
-                stream.write(json.dumps({"control_study": self._digest}) + "\n")
-            stream.writelines(json.dumps(asdict(each), allow_nan=False) + "\n" for each in found)
-        self.outcomes |= {key_of(each): each for each in found}
+        found = {key_of(each): each for each in outcomes}
+        self._journal.add({repr(key): asdict(each) for key, each in found.items()})
+        self.outcomes |= found
 
-    def discard(self) -> None:
-        """Remove the file: its outcomes stand elsewhere."""
-        self._path.unlink(missing_ok=True)
-
-    def _read(self) -> None:
-        try:
-            text = self._path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise ResultError(f"{self._path} cannot be read: {error}") from error
-        whole = text[: text.rfind("\n") + 1]
-        lines = whole.splitlines()
-        remedy = "move it away, or choose another --out"
-        if not lines and not _HEAD.startswith(text[: len(_HEAD)]):
-            raise ResultError(f"{self._path} is no journal of a control study; {remedy}")
-        for number, line in enumerate(lines, start=1):
-            try:
-                record = json.loads(line, parse_constant=_not_finite)
-                if number > 1:
-                    Outcome(**record)  # no key too many
-                    each = _OUTCOME.validate_json(line, strict=True)
-                    self.outcomes[key_of(each)] = each
-                    continue
-                found = record["control_study"]
-            except (ValueError, TypeError, KeyError, RecursionError) as error:
-                what = f"{self._path}, line {number}: not a grip of a control study"
-                raise ResultError(f"{what}; {remedy}") from error
-            if found != self._digest:
-                what = f"{self._path} is of another design, setting or version"
-                raise ResultError(f"{what}; {remedy}")
-        if whole != text or not lines:  # go on behind the last whole line
-            self._path.write_text(whole, encoding="utf-8") if lines else self._path.unlink()
-
-
-def _not_finite(text: str) -> float:
-    raise ValueError(f"{text} is not a finite number")
+    def close(self) -> None:
+        """Let go of the file."""
+        self._journal.close()
 
 
 def run_lots(
     bench: GripBench,
     lots: Sequence[Lot],
-    journal: Journal,
+    journal: Grips,
     workers: int,
     tell: Tell = lambda message, fraction: None,
 ) -> None:
@@ -154,7 +125,7 @@ def run_lots(
             tell(f"gripping: {found[0].controller}", done / total)
 
 
-def _left(lot: Lot, journal: Journal) -> Lot:
+def _left(lot: Lot, journal: Grips) -> Lot:
     cells = tuple(cell for cell in lot.cells if key_of(cell) not in journal.outcomes)
     return replace(lot, cells=cells)
 
@@ -166,47 +137,18 @@ def _results(
     if workers <= 1 or len(lots) <= 1:
         yield (bench.run_lot(lot) for lot in lots)
         return
-    pool = ProcessPoolExecutor(
-        min(workers, len(lots)), get_context("spawn"), initializer=_begin, initargs=(bench,)
-    )
-    waiting = {pool.submit(_run, lot) for lot in lots}
-    try:
-        yield _as_they_come(waiting)
-    except BrokenProcessPool as error:
-        raise SolverError(
-            "a process of the study ended; was there memory enough? Run it again: it goes on where "
-            "it stopped"
-        ) from error
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+    with Pool(min(workers, len(lots)), shared=(bench,)) as pool:
+        try:
+            yield pool.as_done(lambda lot: pool.call(_run, lot), lots)
+        except ProcessError as error:
+            raise SolverError(
+                f"a process of the study ended ({error}); was there memory enough? Run it again: "
+                "it goes on where it stopped"
+            ) from error
 
 
-def _as_they_come(waiting: set[Future[list[Outcome]]]) -> Iterator[list[Outcome]]:
-    while waiting:
-        done, waiting = wait(waiting, return_when=FIRST_COMPLETED)
-        for future in done:
-            yield future.result()
-
-
-_bench: GripBench | None = None  # of a process of the pool
-
-
-def _begin(bench: GripBench) -> None:
-    """Start a process of the pool: one BLAS thread, the bench, and no ear for Ctrl-C."""
-    import signal
-
-    from threadpoolctl import threadpool_limits
-
-    global _bench
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    die_with_parent()
-    threadpool_limits(limits=1, user_api="blas")
-    _bench = bench
-
-
-def _run(lot: Lot) -> list[Outcome]:
-    assert _bench is not None
-    return _bench.run_lot(lot)
+def _run(bench: GripBench, lot: Lot) -> list[Outcome]:
+    return bench.run_lot(lot)
 
 
 VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
@@ -228,7 +170,7 @@ def study_control(
     contact_size_mm: float = CONTACT_SIZE_MM,
     tell: Tell = lambda message, fraction: None,
 ) -> ControlStudy:
-    """Run every grip that ``journal`` (JSON lines) does not hold yet, and sum up.
+    """Run every grip that the file ``journal`` does not hold yet, and sum up.
 
     estimator: the regulator's; without one it is taught on this design, or taken from the cache.
     The journal stays: whoever has written the study's files may delete it. Raises DesignError for
@@ -254,7 +196,7 @@ def study_control(
     face = design.gages.face
     bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
     digest = study_digest(design, grid, estimator, contact_size_mm)
-    kept = Journal(journal, digest)
+    kept = Grips(journal, digest)
     lots = list(grid.lots(names))
     with one_thread():
         run_lots(bench, lots, kept, workers, tell)
@@ -262,6 +204,7 @@ def study_control(
         tell("drawing the paths", 1.0)
         noise = shown_noise(grid)
         traces = tuple(_traces(bench, names, noise))
+    kept.close()
     outcomes = [kept.outcomes[key_of(cell)] for lot in lots for cell in lot.cells]
     done = time.perf_counter()
     return ControlStudy(
@@ -293,8 +236,8 @@ def hardware_of(design: Design) -> Hardware:
 
 
 def journal_beside(target: Path) -> Path:
-    """The JSON-lines file that keeps the grips of an unfinished study for the folder ``target``."""
-    return target.with_name(f"{target.name}.unfinished.jsonl")
+    """The file that keeps the grips of an unfinished study for the folder ``target``."""
+    return target.with_name(f"{target.name}.unfinished.sqlite")
 
 
 def shown_noise(grid: ControlGrid) -> float:

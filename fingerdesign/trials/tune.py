@@ -22,6 +22,7 @@ from fingerdesign.control.metrics import Outcome
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 
-# What an unfinished tuning has done, a JSON line each: judged trials and finished controllers.
+# What an unfinished tuning has done: judged trials and finished controllers.
 #
 # The procedure is seeded, so a run that is begun anew asks for the same trials: those that stand
 # here are taken from here, and it goes on in the middle of a round.
@@ -68,27 +69,22 @@ Told = Callable[[int, int], None]  # grips judged of those asked for at once
 class Kept:
     """The journal of a run with ``digest``; a file of something else is a ResultError.
 
-    A line that was cut short is left out, and made again. controllers: finished tunings by name.
+    controllers: finished tunings by name.
     """
 
     def __init__(self, path: Path, digest: str) -> None:
-        self._path, self._digest = path, digest
+        try:
+            self._journal = Journal(path, "a tuning", digest)
+        except JournalError as error:
+            raise ResultError(str(error)) from error
         self.controllers: dict[str, dict[str, Any]] = {}
         self._judged: dict[str, list[Outcome]] = {}
-        for line in path.read_text(encoding="utf-8").splitlines() if path.exists() else ():
-            try:
-                record = json.loads(line)
-                own = record["digest"] == digest
-                if own and "trial" in record:
-                    found = [Outcome(**each) for each in record["outcomes"]]
-                    self._judged[str(record["trial"])] = found
-                elif own:
-                    self.controllers[str(record["controller"])] = record["tuning"]
-            except (ValueError, KeyError, TypeError):
-                continue
-            if not own:
-                what = f"{path} is of another design, setting or version"
-                raise ResultError(f"{what}; move it away, or choose another --out")
+        for key, record in self._journal:
+            kind, _, name = key.partition(" ")
+            if kind == "trial":
+                self._judged[name] = [Outcome(**each) for each in record]
+            else:
+                self.controllers[name] = record
 
     @property
     def grips(self) -> int:
@@ -97,13 +93,13 @@ class Kept:
 
     def add(self, controller: str, tuning: dict[str, Any]) -> None:
         """Keep a finished tuning."""
-        self._write({"controller": controller, "tuning": tuning})
+        self._journal.add({f"controller {controller}": tuning})
         self.controllers[controller] = tuning
 
     def add_trial(self, values: Values, cells: Sequence[Cell], outcomes: list[Outcome]) -> None:
         """Keep what came of a trial's grips."""
         key = _key(values, cells)
-        self._write({"trial": key, "outcomes": [asdict(each) for each in outcomes]})
+        self._journal.add({f"trial {key}": [asdict(each) for each in outcomes]})
         self._judged[key] = outcomes
 
     def judge(self, judge: BenchJudge, told: Told = lambda done, of: None) -> Judge:
@@ -127,11 +123,9 @@ class Kept:
 
         return judged
 
-    def _write(self, record: dict[str, Any]) -> None:
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        line = json.dumps({"digest": self._digest, **record}, allow_nan=False)
-        with self._path.open("a", encoding="utf-8") as stream:
-            stream.write("\n" + line + "\n")
+    def close(self) -> None:
+        """Let go of the file."""
+        self._journal.close()
 
 
 def _key(values: Values, cells: Sequence[Cell]) -> str:
@@ -156,7 +150,7 @@ def tune_controllers(
     contact_size_mm: float = CONTACT_SIZE_MM,
     tell: Tell = lambda message, fraction: None,
 ) -> TuningRecord:
-    """Tune those controllers that ``journal`` (JSON lines) does not hold yet, trial by trial.
+    """Tune those controllers that the file ``journal`` does not hold yet, trial by trial.
 
     estimator: the regulator's; without one it is taught on this design, or taken from the cache.
     noises: of the gages in the tuning grips, microstrain, in turn. The journal stays: whoever has
@@ -200,6 +194,7 @@ def tune_controllers(
                 tell=progress.round,
             )
             kept.add(name, tuning_data(found))
+    kept.close()
     varied = "gage_noise_microstrain"
     return TuningRecord(
         design=design.design.name,

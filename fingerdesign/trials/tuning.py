@@ -16,11 +16,8 @@ parameters of its own would still be given every round; an oracle has one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -31,7 +28,8 @@ from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.roster import ControllerKind, Range
 from fingerdesign.design.grip import Grip as Table
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.runtime.isolate import ProcessError
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
@@ -264,21 +262,17 @@ def bench_judge(bench: GripBench, workers: int) -> Iterator[BenchJudge]:
             (run_cells(seeded, values, cells) for values, cells in asked), made
         )
         return
-    pool = ProcessPoolExecutor(
-        workers, get_context("spawn"), initializer=_begin, initargs=(seeded,)
-    )
+    with Pool(workers, shared=(seeded,)) as pool:
 
-    def judge(asked: Asked, made: Made = _unheard) -> list[list[Outcome]]:
-        try:
-            waiting = [pool.submit(_run, dict(values), tuple(cells)) for values, cells in asked]
-            return _in_order((each.result() for each in waiting), made)
-        except BrokenProcessPool as error:
-            raise SolverError("a process of the tuning ended; was there memory enough?") from error
+        def judge(asked: Asked, made: Made = _unheard) -> list[list[Outcome]]:
+            waiting = [(dict(values), tuple(cells)) for values, cells in asked]
+            try:
+                return _in_order(pool.in_order(run_cells, waiting), made)
+            except ProcessError as error:
+                words = f"a process of the tuning ended ({error}); was there memory enough?"
+                raise SolverError(words) from error
 
-    try:
         yield judge
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
 
 
 def _unheard(number: int, outcomes: list[Outcome]) -> None:
@@ -291,24 +285,3 @@ def _in_order(found: Iterable[list[Outcome]], made: Made) -> list[list[Outcome]]
         made(number, outcomes)
         judged.append(outcomes)
     return judged
-
-
-_bench: GripBench | None = None  # of a process of the pool
-
-
-def _begin(bench: GripBench) -> None:
-    """Start a process of the pool: one BLAS thread, the bench, and no ear for Ctrl-C."""
-    import signal
-
-    from threadpoolctl import threadpool_limits
-
-    global _bench
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    die_with_parent()
-    threadpool_limits(limits=1, user_api="blas")
-    _bench = bench
-
-
-def _run(values: Mapping[str, float], cells: tuple[Cell, ...]) -> list[Outcome]:
-    assert _bench is not None
-    return run_cells(_bench, values, cells)

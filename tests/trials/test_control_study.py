@@ -2,6 +2,8 @@
 
 import csv
 import json
+import sqlite3
+from contextlib import closing
 from dataclasses import asdict, replace
 
 import jsonschema
@@ -22,7 +24,7 @@ from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import Cell, ControlGrid, Tug
 from fingerdesign.trials.record import COLUMNS
-from fingerdesign.trials.run import FOLDER, Journal, journal_beside, run_lots
+from fingerdesign.trials.run import FOLDER, Grips, journal_beside, run_lots
 
 DESIGN = """[design]
 name = "half-plane"
@@ -43,7 +45,7 @@ def bench(half_plane_problem):
 
 
 def all_outcomes(bench, path, names, workers=1, digest="d"):
-    journal = Journal(path, digest)
+    journal = Grips(path, digest)
     run_lots(bench, list(GRID.lots(names)), journal, workers)
     return journal.outcomes
 
@@ -127,33 +129,29 @@ def test_a_model_that_fails_is_a_failed_grip(bench, monkeypatch):
 
 
 def test_a_journal_goes_on_where_it_stopped(bench, tmp_path, monkeypatch):
-    path = tmp_path / "j.jsonl"
+    path = tmp_path / "j.sqlite"
     whole = all_outcomes(bench, path, ["oracle_1.2"])
-    lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    path.write_text("".join(lines[:5]) + lines[5][:30], encoding="utf-8")
+    with closing(sqlite3.connect(path)) as base, base:
+        base.execute("delete from records where rowid > 4")
     done = []
     real = GripBench.run_cell
     monkeypatch.setattr(GripBench, "run_cell", lambda *given: done.append(given[1]) or real(*given))
     assert all_outcomes(bench, path, ["oracle_1.2"]) == whole
     assert len(done) == len(whole) - 4
-    assert len(path.read_text(encoding="utf-8").splitlines()) == 1 + len(whole)
+    assert len(Grips(path, "d").outcomes) == len(whole)
 
 
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ('{"control_study": "other"}\n', "another design"),
-        ('{"control_study": "d"}\n{"controller": 1}\n', "line 2: not a grip"),
-        ("my notes\n", "line 1: not a grip"),
-        ("my notes", "no journal"),
-    ],
-)
-def test_a_foreign_journal_is_left_alone(tmp_path, text, said):
-    path = tmp_path / "j.jsonl"
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(ResultError, match=said):
-        Journal(path, "d")
-    assert path.read_text(encoding="utf-8") == text
+def test_a_foreign_journal_is_left_alone(bench, tmp_path):
+    path = tmp_path / "j.sqlite"
+    all_outcomes(bench, path, ["oracle_1.2"])
+    whole = path.read_bytes()
+    with pytest.raises(ResultError, match="another design"):
+        Grips(path, "other")
+    assert path.read_bytes() == whole
+    path.write_text("my notes", encoding="utf-8")
+    with pytest.raises(ResultError, match="no journal of a control study"):
+        Grips(path, "d")
+    assert path.read_text(encoding="utf-8") == "my notes"
 
 
 @pytest.mark.parametrize(
@@ -161,13 +159,14 @@ def test_a_foreign_journal_is_left_alone(tmp_path, text, said):
     [("lifted", "no"), ("peak_ratio", "big"), ("peak_ratio", None), ("steps", 1.5), ("new", 1)],
 )
 def test_a_journal_with_a_spoiled_value_is_refused(bench, tmp_path, key, value):
-    path = tmp_path / "j.jsonl"
+    path = tmp_path / "j.sqlite"
     all_outcomes(bench, path, ["oracle_1.2"])
-    head, line, *_ = path.read_text(encoding="utf-8").splitlines()
-    digest = json.loads(head)["control_study"]
-    path.write_text(f"{head}\n{json.dumps({**json.loads(line), key: value})}\n", encoding="utf-8")
-    with pytest.raises(ResultError, match="line 2"):
-        Journal(path, digest)
+    with closing(sqlite3.connect(path)) as base, base:
+        ((record,),) = base.execute("select record from records where rowid = 1")
+        spoiled = json.dumps({**json.loads(record), key: value})
+        base.execute("update records set record = ? where rowid = 1", (spoiled,))
+    with pytest.raises(ResultError, match="not a grip"):
+        Grips(path, "d")
 
 
 def test_only_a_study_is_replaced(tmp_path):

@@ -211,7 +211,7 @@ def tune(**given: Any) -> int | None:
     for `fingerdesign study-control`, whose grid gives other success rates than the grips tuned on.
     One to six minutes a controller.
 
-    What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted run
+    What is done stands in OUT/NAME.unfinished.sqlite until the folder is there: an interrupted run
     goes on in the middle of a round.
     """
     return work("trials:tune", given)
@@ -276,8 +276,8 @@ def study_control(**given: Any) -> int | None:
     control.html (findings, tables, figures), control.json, grips.csv (every grip), control.png and
     path_*.csv (the grips that are drawn).
 
-    What is done stands in OUT/NAME.unfinished.jsonl until the folder is there: an interrupted study
-    goes on where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
+    What is done stands in OUT/NAME.unfinished.sqlite until the folder is there: an interrupted
+    study goes on where it stopped. Exit code 0 also where objects are dropped or crushed: that is a
     finding.
     """
     return work("trials:study_control", given)

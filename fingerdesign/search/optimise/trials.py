@@ -11,12 +11,14 @@ import hashlib
 import os
 import warnings
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.runtime.files import BusyError, locked
 from fingerdesign.search.study.file import Choice, Limits, Optimise, Range, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.version import __version__
@@ -125,13 +127,16 @@ class Trials:
         self._study, self._path = study, journal
         self._identity = _identity(study, base)
         self._space = distributions(study)
-        self._lock: IO[bytes] | None = None
+        self._lock, self._stack = journal.with_name(f".{journal.name}.lock"), ExitStack()
         self._trials: Any = None
 
     def __enter__(self) -> Self:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._lock = self._locked()
+            self._stack.enter_context(locked(self._lock, wait=False))
+            self._path.open("ab").close()
+            # Optuna's own lock, that a killed process leaves for half a minute.
+            Path(f"{self._path}.lock").unlink(missing_ok=True)
             if not _journal(self._path):
                 raise self._other("it is no journal of trials")
             self._kept()  # refused before anything is written
@@ -140,7 +145,10 @@ class Trials:
             if _IDENTITY not in self._trials.user_attrs:
                 self._trials.set_user_attr(_IDENTITY, self._identity)
         except BaseException as error:
-            self._release()
+            self._stack.close()
+            if isinstance(error, BusyError):
+                words = f"{self._path} is being written by another process"
+                raise JournalError(words) from error
             if isinstance(error, OSError):
                 raise self._failed(error) from error
             raise
@@ -152,7 +160,7 @@ class Trials:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._release()
+        self._stack.close()
 
     def drawn(self) -> tuple[Trial, ...]:
         """All trials that were drawn, in order."""
@@ -255,26 +263,6 @@ class Trials:
             study_name=_NAME,
             directions=directions(self._study),
         )
-
-    def _locked(self) -> IO[bytes]:
-        stream = self._path.open("ab")
-        try:
-            import fcntl
-
-            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except ImportError:  # no such locks on this platform
-            pass
-        except OSError as error:
-            stream.close()
-            raise JournalError(f"{self._path} is being written by another process") from error
-        # Optuna's own lock, that a killed process leaves for half a minute.
-        Path(f"{self._path}.lock").unlink(missing_ok=True)
-        return stream
-
-    def _release(self) -> None:
-        if self._lock is not None:
-            self._lock.close()
-            self._lock = None
 
     def _failed(self, error: OSError) -> JournalError:
         return JournalError(f"the trials cannot be kept in {self._path}: {error}")

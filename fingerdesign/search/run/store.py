@@ -7,22 +7,16 @@ disk has spoiled is taken for absent. Nothing but the driver of a study writes h
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
-import os
 import re
-import secrets
-import time
 from pathlib import Path
 
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.records.outcome import Outcome, OutcomeError
-from fingerdesign.runtime.cache import cache_folder
+from fingerdesign.runtime.cache import Cache
 
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 # Another machine, or another day, may fare better; "failed": as where a mesher ran out of time.
 TRANSIENT = ("crashed", "timeout", "memory", "failed")
-_OLD_S = 3600.0  # nobody writes a file for so long
 
 
 class StoreError(FingerDesignError):
@@ -33,21 +27,20 @@ class Store:
     """Outcomes in ``folder``; by default the user's own store."""
 
     def __init__(self, folder: Path | None = None) -> None:
-        self.folder = cache_folder("outcomes") if folder is None else folder
+        self._kept = Cache("outcomes", folder=folder)
+        self.folder = self._kept.folder
 
     def get(self, digest: str, retry: bool = False) -> Outcome | None:
         """The outcome kept under a digest; None where there is none, or only a spoiled one.
 
         retry: neither one that failed but was not refused.
         """
+        name = _name(digest)
         try:
-            text = self._path(digest).read_text(encoding="utf-8")
-        except (FileNotFoundError, IsADirectoryError, UnicodeDecodeError):
-            return None
+            line = self._kept.text(name)
         except OSError as error:
-            raise StoreError(f"{self._path(digest)} cannot be read: {error}") from error
-        sum_, _, line = text.partition("\n")
-        if sum_ != _sum_of(line):
+            raise StoreError(f"{self._kept.path(name)} cannot be read: {error}") from error
+        if line is None:
             return None
         try:
             found = Outcome.from_json(line)
@@ -60,37 +53,17 @@ class Store:
 
     def put(self, outcome: Outcome) -> None:
         """Keep an outcome, in the place of an older one. StoreError where that fails."""
-        path = self._path(outcome.digest)
-        line = outcome.to_json()
-        aside = path.with_name(f".{secrets.token_hex(6)}")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with aside.open("x", encoding="utf-8") as stream:
-                stream.write(f"{_sum_of(line)}\n{line}")
-                stream.flush()
-                os.fsync(stream.fileno())
-            if path.is_dir():  # not ours: out of the way
-                path.rename(path.with_name(f"{path.name}.{secrets.token_hex(6)}"))
-            os.replace(aside, path)
+            self._kept.put_text(_name(outcome.digest), outcome.to_json(), durable=True)
         except OSError as error:
             raise StoreError(f"an outcome cannot be kept in {self.folder}: {error}") from error
-        finally:
-            with contextlib.suppress(OSError):
-                aside.unlink(missing_ok=True)
 
     def clear(self) -> None:
         """Remove what drivers that were killed have left half-written; nobody would read it."""
-        old = time.time() - _OLD_S
-        for path in self.folder.glob("??/.*"):
-            with contextlib.suppress(OSError):
-                if path.stat().st_mtime < old:
-                    path.unlink()
-
-    def _path(self, digest: str) -> Path:
-        if not _DIGEST.fullmatch(digest):
-            raise ValueError(f"{digest!r} is no digest")
-        return self.folder / digest[:2] / f"{digest}.txt"
+        self._kept.clear()
 
 
-def _sum_of(line: str) -> str:
-    return hashlib.sha256(line.encode()).hexdigest()
+def _name(digest: str) -> str:
+    if not _DIGEST.fullmatch(digest):
+        raise ValueError(f"{digest!r} is no digest")
+    return f"{digest[:2]}/{digest}.txt"
