@@ -21,7 +21,7 @@ from fingerdesign.analysis.fidelity.models import Dimension, Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.runtime.process import die_with_parent
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Tell
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
 
@@ -165,28 +165,21 @@ def work(task: tuple[str, int, int]) -> list[Record]:
 
 def run(kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, tell: Tell) -> None:
     """Solve what ``path`` (JSON lines) does not hold yet; each pair is added when it is whole."""
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-    from multiprocessing import get_context
-
     have = {each["pair"] for each in read(path)}
     tasks = [(kind, number, dofs) for number, dofs in wanted if number not in have]
     if not tasks:
         return
     path.parent.mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(
-        workers, get_context("spawn"), initializer=die_with_parent, max_tasks_per_child=1
-    ) as pool:
-        waiting = {pool.submit(work, task): task for task in tasks}
+    with Pool(workers, recycled_after=1) as pool:
+        found = pool.as_done(lambda task: pool.call(work, task), tasks)
         try:
-            for done, future in enumerate(as_completed(waiting), start=1):
-                lines = "".join(
-                    json.dumps(each, allow_nan=False) + "\n" for each in future.result()
-                )
+            for done, records in enumerate(found, start=1):
+                lines = "".join(json.dumps(each, allow_nan=False) + "\n" for each in records)
                 with path.open("a", encoding="utf-8") as file:
                     file.write(lines)
                 tell(f"{kind}: {done} of {len(tasks)} pairs")
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.kill()
             raise
 
 

@@ -13,19 +13,18 @@ import csv
 import json
 import os
 import platform
-import secrets
 import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, fields
-from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from threadpoolctl import threadpool_limits
 
 from fingerdesign.analysis.summary import versions
+from fingerdesign.runtime.files import move_into, whole_folder
+from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Tell
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
@@ -196,17 +195,14 @@ def measure_stability(
             tell(f"{body.name}: {_cases(outcomes[body.name])} cases")
         workers = 1
     else:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        with Pool(workers) as pool:
             # The longest first.
             queue = sorted(bodies, key=lambda body: not body.solid)
-            jobs = {pool.submit(run_body, body): body for body in queue}
-            for job in as_completed(jobs):
-                name = jobs[job].name
-                outcomes[name] = job.result()
-                tell(
-                    f"{name}: {_cases(outcomes[name])} cases "
-                    f"({len(outcomes)} of {len(bodies)} bodies)"
-                )
+            for name, found in pool.as_done(
+                lambda body: (body.name, pool.call(run_body, body)), queue
+            ):
+                outcomes[name] = found
+                tell(f"{name}: {_cases(found)} cases ({len(outcomes)} of {len(bodies)} bodies)")
     ordered = tuple(each for body in bodies for each in outcomes[body.name])
     return StabilityMap(ordered, time.perf_counter() - start, workers, quick)
 
@@ -226,14 +222,10 @@ def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
     """
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"stability.{ending}" for ending in ("csv", "json", "png")]
-    aside = [path.with_name(f".{secrets.token_hex(4)}.{path.name}") for path in paths]
-    try:
-        _write_aside(found, aside)
-        for made, path in zip(aside, paths, strict=True):
-            made.replace(path)
-    finally:
-        for made in aside:
-            made.unlink(missing_ok=True)
+    with whole_folder(folder / "stability") as aside:
+        made = [aside / path.name for path in paths]
+        _write_aside(found, made)
+        move_into(folder, made)
     return paths
 
 

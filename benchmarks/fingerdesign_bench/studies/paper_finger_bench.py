@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
-import multiprocessing
-import os
 from collections import Counter
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from fingerdesign.checks.starter import shipped_scene_text, shipped_text
 from fingerdesign.errors import FingerDesignError
+from fingerdesign.runtime.pool import Pool
 from fingerdesign_bench.studies.paper_finger import (
     FRICTIONS,
     Candidate,
@@ -27,7 +24,6 @@ from fingerdesign_bench.studies.paper_finger import (
 Tell = Callable[[str, float | None], None]
 COUNT, SEED = 384, 2000
 _FINALISTS = 10  # analysed again on the mesh that the design is shipped with
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -116,29 +112,14 @@ def _all(
             done.append(analyse_candidate(candidate, coarse))
         return done
     results: dict[int, Candidate | Finding] = {}
-    # Spawned, not forked: MKL's threads do not survive a fork.
-    spawn = multiprocessing.get_context("spawn")
-    with _one_thread(), ProcessPoolExecutor(workers, mp_context=spawn) as pool:
-        jobs = {pool.submit(analyse_candidate, each, coarse): k for k, each in enumerate(work)}
-        for number, job in enumerate(as_completed(jobs), 1):
-            results[jobs[job]] = job.result()
+    with Pool(workers) as pool:
+        found = pool.as_done(
+            lambda item: (item[0], pool.call(analyse_candidate, item[1], coarse)), enumerate(work)
+        )
+        for number, (k, each) in enumerate(found, 1):
+            results[k] = each
             tell(f"{what} of the paper's finger", number / len(work))
     return [results[k] for k in range(len(work))]
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Workers started inside use one thread each: their matrices are small."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 def _silent(message: str, fraction: float | None) -> None:

@@ -1,0 +1,204 @@
+"""Files whole or not at all, locks, kept arrays and texts, journals, and pools of processes."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing
+
+import numpy as np
+import pytest
+
+from fingerdesign.errors import GeometryError
+from fingerdesign.runtime import files
+from fingerdesign.runtime.cache import Cache
+from fingerdesign.runtime.isolate import ProcessError
+from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.pool import Pool
+from tests.support import calls
+
+
+def test_a_file_is_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "a.txt"
+    assert files.write_whole(path, "one\n", durable=True).read_bytes() == b"one\n"
+    with pytest.raises(UnicodeEncodeError):
+        files.write_whole(path, "\ud800")
+    with pytest.raises(FileNotFoundError), files.whole_file(path) as aside:
+        (aside / "in a file").write_text("two")
+    assert path.read_text() == "one\n"
+    with pytest.raises(OSError, match="No such file"), files.whole_file(path):
+        pass  # nothing was written
+    assert [each.name for each in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_a_folder_takes_an_older_ones_place(tmp_path):
+    target = tmp_path / "out"
+    for text in ("one", "two"):
+        with files.whole_folder(target) as aside:
+            (aside / "a.txt").write_text(text)
+            files.take_place(aside, target)
+    assert (target / "a.txt").read_text() == "two"
+    with pytest.raises(FileNotFoundError):
+        files.take_place(tmp_path / "nothing", target)
+    assert (target / "a.txt").read_text() == "two"  # put back
+    assert [each.name for each in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_lock_is_held_by_one_and_goes(tmp_path):
+    path = tmp_path / ".lock"
+    with (
+        files.locked(path),
+        pytest.raises(files.BusyError, match="held"),
+        files.locked(path, wait=False),
+    ):
+        pass
+    assert not path.exists()
+    with files.locked(path, wait=False):
+        assert path.exists()
+
+
+def test_scratch_goes_and_what_was_asked_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with files.scratch("trial") as folder:
+        (folder / "a").write_text("a")
+    assert not list(tmp_path.iterdir())
+    kept = files.keep_request("trial", "request.json", "{}")
+    assert (kept.read_text(), kept.parent.parent) == ("{}", tmp_path)
+    files.remove(kept.parent)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
+    return Cache("trial", most=3)
+
+
+def test_arrays_and_texts_come_back(cache):
+    assert cache.arrays("a.npz") is None
+    assert cache.text("a.txt") is None
+    assert cache.put_arrays("a.npz", {"x": np.arange(3)}, {"about": "it"})
+    arrays, about = cache.arrays("a.npz")
+    assert (arrays["x"].tolist(), about) == ([0, 1, 2], {"about": "it"})
+    cache.put_text("in/a.txt", "line\nöther", durable=True)
+    assert cache.text("in/a.txt") == "line\nöther"
+    assert cache.text("in/a.txt", younger_than_s=60.0) == "line\nöther"
+    os.utime(cache.path("in/a.txt"), (0, 0))
+    assert cache.text("in/a.txt", younger_than_s=60.0) is None
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
+def test_what_is_garbled_is_absent(cache, share):
+    cache.put_arrays("a.npz", {"x": np.arange(300)}, {})
+    cache.put_text("a.txt", "a text of some length")
+    for name in ("a.npz", "a.txt"):
+        path = cache.path(name)
+        whole = path.read_bytes()
+        path.write_bytes(whole[: int(share * len(whole))])
+    assert cache.arrays("a.npz") is None
+    assert cache.text("a.txt") is None
+
+
+def test_the_longest_unused_go_first_and_leavings_in_time(cache):
+    for number in range(5):
+        path = cache.put(f"{number}.bin", b"x")
+        os.utime(path, (number, number))
+    assert sorted(path.name for path in cache.folder.iterdir()) == ["2.bin", "3.bin", "4.bin"]
+    old, new = cache.folder / ".old", cache.folder / ".new"
+    old.write_text("")
+    new.write_text("")
+    os.utime(old, (0, 0))
+    cache.clear()
+    assert (old.exists(), new.exists()) == (False, True)
+
+
+def test_a_cache_that_cannot_be_written_says_so(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("mine")
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "file"))
+    assert not Cache("trial").put_arrays("a.npz", {}, {})
+    with pytest.raises(OSError, match="file"):
+        Cache("trial").put("a.bin", b"")
+
+
+def test_a_journal_keeps_records_in_their_order(tmp_path):
+    path = tmp_path / "in" / "j.sqlite"
+    with Journal(path, "a trial", "d") as journal:
+        assert not path.exists()
+        journal.add({"b": [1, 2.5, None], "a": {"x": "ö"}})
+        journal.add({"c": 0.1})
+        assert "a" in journal
+    again = Journal(path, "a trial", "d")
+    assert list(again) == [("b", [1, 2.5, None]), ("a", {"x": "ö"}), ("c", 0.1)]
+    assert (again.get("c"), again.get("d"), len(again)) == (0.1, None, 3)
+    again.discard()
+    assert not path.exists()
+
+
+def test_somebodys_file_is_left_alone(tmp_path):
+    path = tmp_path / "j.sqlite"
+    Journal(path, "a trial", "d").add({"a": 1})
+    for kind, identity, said in (("a trial", "e", "another design"), ("else", "d", "no journal")):
+        with pytest.raises(JournalError, match=said):
+            Journal(path, kind, identity)
+    path.unlink()
+    with closing(sqlite3.connect(path)) as base, base:
+        base.execute("create table mine (x)")
+    for content in (path.read_bytes(), b"notes", path.read_bytes()[:1000]):
+        path.write_bytes(content)
+        with pytest.raises(JournalError, match="no journal of a trial"):
+            Journal(path, "a trial", "d")
+        assert path.read_bytes() == content
+    path.write_bytes(b"")  # ended before its first record
+    assert len(Journal(path, "a trial", "d")) == 0
+
+
+def test_a_killed_writer_leaves_whole_records(tmp_path):
+    path = tmp_path / "j.sqlite"
+    code = (
+        "import pathlib, sys\n"
+        "from fingerdesign.runtime.journal import Journal\n"
+        "journal, k = Journal(pathlib.Path(sys.argv[1]), 'a trial', 'd'), 0\n"
+        "while True:\n"
+        "    journal.add({f'{k} {j}': 'x' * 2000 for j in range(50)})\n"
+        "    k += 1\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code, str(path)])
+    end = time.monotonic() + 20.0
+    while (not path.exists() or path.stat().st_size < 500_000) and time.monotonic() < end:
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    found = dict(Journal(path, "a trial", "d"))
+    assert len(found) >= 50
+    assert len(found) % 50 == 0  # all that were added at once, or none
+    Journal(path, "a trial", "d").add({"more": 1})
+
+
+def test_a_pool_answers_in_order_and_as_it_comes():
+    with Pool(2, shared=(10,)) as pool:
+        assert list(pool.in_order(calls.added, [(1,), (2,), (3,)])) == [11, 12, 13]
+        assert sorted(pool.as_done(lambda n: pool.call(calls.added, n), range(9))) == [
+            *range(10, 19)
+        ]
+
+
+def test_failures_of_a_pools_calls_are_raised_and_it_goes_on():
+    with Pool(1, time_s=20.0) as pool:
+        with pytest.raises(GeometryError):
+            pool.call(calls.refuse, "geometry")
+        with pytest.raises(ProcessError, match="SIGKILL"):
+            next(pool.in_order(calls.end, [(9,)]))
+        assert pool.call(calls.added, 1, 2) == 3
+
+
+def test_a_pool_that_is_killed_ends_at_once(tmp_path):
+    start = time.monotonic()
+    with Pool(2) as pool:
+        waiting = pool.as_done(lambda n: pool.call(calls.sleep, 60.0 if n else 0.0), [0, 1, 2, 3])
+        assert next(waiting) == 0.0
+        pool.kill()
+        with pytest.raises(ProcessError):
+            list(waiting)
+    assert time.monotonic() - start < 30.0
