@@ -1,6 +1,7 @@
 """What may import what: floors, no circles, light front doors, heavy kernels behind theirs."""
 
 import ast
+import re
 import subprocess
 import sys
 from collections import Counter
@@ -78,6 +79,18 @@ def test_contact_and_control_need_numpy_alone():
     for module, path in modules().items():
         if room(module) in {"contact", "control"}:
             assert outside(path) <= allowed, module
+
+
+def test_processes_locks_and_renames_are_the_runtimes():
+    """One mechanism each: isolate and pool, cache and journal, files."""
+    packages = {"subprocess", "multiprocessing", "fcntl", "sqlite3", "secrets"}
+    calls = re.compile(r"os\.(replace|rename|fork|exec)|ProcessPool|mkdtemp|mkstemp|\.rename\(")
+    for module, path in modules().items():
+        if room(module) == "runtime" or module == "fingerdesign.search.run.cluster":
+            continue  # Dask is the cluster's own
+        if module.startswith(("fingerdesign.", "fingerdesign_cli.")):
+            assert not outside(path) & packages, module
+            assert not calls.findall(path.read_text("utf-8")), module
 
 
 def test_importing_the_package_is_light():

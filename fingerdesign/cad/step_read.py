@@ -59,7 +59,7 @@ from fingerdesign.shapes.faces import CadFace, arrays_of, renamed
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus
 
-# Where a face of a CAD solid ends, as pieces that numpy computes with; runs in the worker.
+# Where a face of a CAD solid ends, as pieces that numpy computes with.
 #
 # Importing this module loads the CAD kernel.
 
@@ -163,7 +163,7 @@ def edge_samples(curve: Any, number: int) -> tuple[Array, Array]:
     return places, slopes
 
 
-# Which faces of a CAD solid join without an edge, and where a face's middle is; in the worker.
+# Which faces of a CAD solid join without an edge, and where a face's middle is.
 #
 # Importing this module loads the CAD kernel.
 

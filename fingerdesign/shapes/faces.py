@@ -1,6 +1,6 @@
 """The faces of a STEP body as numpy sees them: a shape, its outward side, its border, a name.
 
-``cad/step_worker.py`` writes them as arrays, once for a file and its rules; everything after
+``cad/step_read.py`` answers with them as arrays, once for a file and its rules; everything after
 it (heights, distances, snapping) is computed from those. Lengths in mm, points (n, 3).
 """
 
