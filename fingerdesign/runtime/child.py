@@ -1,8 +1,8 @@
 """The other end of :mod:`isolate`: a process that answers calls until its input ends.
 
 A message is its length in eight bytes and a pickle. In come calls, (function's name, its pickled
-arguments), before them the shared arguments under the name "", if there are any; out go ("ready",
-number), and for each call ("taken", number) and ("done", value), ("raised", error) or ("failed",
+arguments), before them the shared arguments under the name "", if there are any. Out goes for each
+call an empty message when it is taken, and then ("done", value), ("raised", error) or ("failed",
 (words, machine)).
 """
 
@@ -76,7 +76,6 @@ def serve() -> None:
     threading.Thread(target=_watch, args=(os.getppid(), idle_s), daemon=True).start()
     if load:
         resolved(load)()
-    _send(answers, "ready", os.getpid())
     shared: tuple[Any, ...] = ()
     _idle_since.append(time.monotonic())
     while (size := calls.read(HEAD.size)) and len(size) == HEAD.size:
@@ -85,7 +84,7 @@ def serve() -> None:
             shared = pickle.loads(given)
             continue
         _idle_since.clear()
-        _send(answers, "taken", os.getpid())
+        os.write(answers, HEAD.pack(0))  # taken
         kind, value = _answer(name, given, shared)
         _send(answers, kind, value)
         if kind == "failed":

@@ -146,9 +146,8 @@ class Worker:
         self._killed = False
         self._process: _Process | None = None
         self._calls = 0
-        self._taken = False
         self._time_s: float | None = None
-        self._end = 0.0  # of the running call's time, or of that for loading
+        self._began = 0.0  # of the running call
 
     def __enter__(self) -> Self:
         return self
@@ -200,12 +199,12 @@ class Worker:
         package's errors.
         """
         request = _request(function, given, named)
-        kept = self.alive and self._calls > 0
+        kept = self._process if self._calls > 0 else None
         try:
             self.begin(request, time_s)
             return self.answer(memory_MB)
         except ProcessError as error:
-            died_idle = kept and not self._taken and error.kind == "crashed"
+            died_idle = kept is not None and kept.seen.taken is None and error.kind == "crashed"
             if not died_idle or self._killed:
                 raise
         self.begin(request, time_s)  # it had died while it had nothing to do
@@ -217,25 +216,18 @@ class Worker:
             self.end()
         self.start()
         assert self._process is not None
-        self._calls, self._taken = self._calls + 1, False
-        self._time_s = time_s
-        self._begin_time(time_s if self._ready_s is None else self._ready_s)
+        self._calls += 1
+        self._time_s, self._began = time_s, time.monotonic()
+        self._process.seen.taken = None
         self._process.send(request)
 
     def answer(self, memory_MB: float | None) -> Any:
         """What came of the call that was begun."""
         try:
-            while True:
-                kind, value = self._next(memory_MB)
-                if kind == "taken":
-                    self._taken = True
-                    if self._ready_s is not None:
-                        self._begin_time(self._time_s)
-                elif kind in ("done", "raised"):
-                    break
-                elif kind == "failed":
-                    words, machine = value
-                    raise ProcessError("crashed", f"it failed: {words}", machine=machine)
+            kind, value = self._next(memory_MB)
+            if kind == "failed":
+                words, machine = value
+                raise ProcessError("crashed", f"it failed: {words}", machine=machine)
         except BaseException:
             self.end()
             raise
@@ -257,9 +249,12 @@ class Worker:
         if process is not None:
             process.end()
 
-    def _begin_time(self, limit: float | None) -> None:
-        self._limit = limit
-        self._end = float("inf") if limit is None else time.monotonic() + limit
+    def _limit(self, taken: float | None) -> tuple[float | None, float]:
+        """What the call may take now, s, and how much of it is left."""
+        limit, since = self._time_s, self._began
+        if self._ready_s is not None:
+            limit, since = (self._ready_s, since) if taken is None else (limit, taken)
+        return limit, float("inf") if limit is None else since + limit - time.monotonic()
 
     def _next(self, memory_MB: float | None) -> tuple[str, Any]:
         """The next message of the process."""
@@ -267,23 +262,33 @@ class Worker:
         if process is None:
             raise ProcessError("crashed", "its process is gone")
         while True:
-            now = time.monotonic()
+            limit, left = self._limit(process.seen.taken)
             try:
-                frame = process.frames.get(timeout=max(0.0, min(_LOOK_S, self._end - now)))
+                frame = process.frames.get(timeout=max(0.0, min(_LOOK_S, left)))
             except queue.Empty:
                 if memory_MB is not None:
-                    used = _group_memory_MB(process.pid) + process.unread / 1e6
+                    used = _group_memory_MB(process.pid) + process.seen.unread / 1e6
                     if used > memory_MB:
                         words = f"took {used:.0f} MB, more than {memory_MB:g} MB"
                         raise ProcessError("memory", words) from None
-                if time.monotonic() >= self._end:
-                    words = f"it did not finish in {self._limit:g} s"
+                limit, left = self._limit(process.seen.taken)
+                if left <= 0.0:
+                    words = f"it did not finish in {limit:g} s"
                     raise ProcessError("timeout", words) from None
                 continue
             if frame is None:
                 raise process.ending()
             message: tuple[str, Any] = pickle.loads(frame)
             return message
+
+
+class _Seen:
+    """What the thread that reads has seen: bytes of an answer that is not whole yet; when the
+    process took the call (it says so by an empty message), None: not yet."""
+
+    def __init__(self) -> None:
+        self.unread = 0
+        self.taken: float | None = None
 
 
 class _Process:
@@ -313,9 +318,9 @@ class _Process:
         )
         self._owner, self._errors = os.getpid(), errors
         self.frames: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
-        self._unread = [0]
+        self.seen = _Seen()
         self._threads: list[threading.Thread] = []
-        self._go(_read, self._process.stdout, self.frames, self._unread)
+        self._go(_read, self._process.stdout, self.frames, self.seen)
         self.end = weakref.finalize(
             self, _end, self._process, self._threads, self._errors, self._owner
         )
@@ -329,11 +334,6 @@ class _Process:
     def alive(self) -> bool:
         """Whether it runs and is this process's own."""
         return self._owner == os.getpid() and self._process.poll() is None
-
-    @property
-    def unread(self) -> int:
-        """Bytes of an answer that is not whole yet."""
-        return self._unread[0]
 
     def send(self, content: bytes) -> None:
         """Write a frame; what a pipe does not hold at once is written beside."""
@@ -368,19 +368,22 @@ class _Process:
         thread.start()
 
 
-def _read(stream: IO[bytes], frames: queue.SimpleQueue[bytes | None], unread: list[int]) -> None:
+def _read(stream: IO[bytes], frames: queue.SimpleQueue[bytes | None], seen: _Seen) -> None:
     """Put every frame of a stream into the queue; None at its end."""
     with contextlib.suppress(OSError, ValueError):  # closed: it was ended
-        while (head := _exactly(stream, HEAD.size, unread)) is not None:
+        while (head := _exactly(stream, HEAD.size, seen)) is not None:
             (size,) = HEAD.unpack(head)
-            frame = _exactly(stream, size, unread)
+            if size == 0:  # nobody need wake up for it
+                seen.taken = time.monotonic()
+                continue
+            frame = _exactly(stream, size, seen)
             if frame is None:
                 break
             frames.put(frame)
     frames.put(None)
 
 
-def _exactly(stream: IO[bytes], size: int, unread: list[int]) -> bytes | None:
+def _exactly(stream: IO[bytes], size: int, seen: _Seen) -> bytes | None:
     """So many bytes of a raw stream; None where it ends before."""
     found = bytearray()
     while len(found) < size:
@@ -388,8 +391,8 @@ def _exactly(stream: IO[bytes], size: int, unread: list[int]) -> bytes | None:
         if not more:
             return None
         found += more
-        unread[0] = len(found)
-    unread[0] = 0
+        seen.unread = len(found)
+    seen.unread = 0
     return bytes(found)
 
 
