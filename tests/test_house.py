@@ -23,7 +23,7 @@ KERNELS = {
     "netgen": {"mesh"},
     "skfem": {"fem"},
     "pypardiso": {"fem"},
-    "manifold3d": {"mold"},
+    "manifold3d": {"layout", "mold"},
     "lib3mf": {"mold"},
     "ezdxf": {"mold"},
     "optuna": {"search"},

@@ -76,7 +76,8 @@ def _wider_pitch(design: Design, row: PlateRow) -> float | None:
         return row_reach(design.body, trial) <= half - LEAST_CLEARANCE_MM
 
     def apart(pitch: float) -> bool:
-        return bool(neighbour_gaps(at(pitch).frames).min() >= _least(design))
+        enough = _least(design)
+        return bool(neighbour_gaps(at(pitch).frames, 2.0 * enough).min() >= enough)
 
     low = row.table.pitch_mm
     enough = row.table.length_mm + row.table.thickness_mm + _least(design)

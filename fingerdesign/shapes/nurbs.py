@@ -1,4 +1,4 @@
-"""A NURBS surface: points, derivatives, nearest points, heights (numpy; scipy for first guesses).
+"""A NURBS surface: points, derivatives, nearest points, heights (numpy and scipy).
 
 S(u, v) = sum N_i(u) N_j(v) w_ij P_ij / sum N_i(u) N_j(v) w_ij with B-spline bases N (Piegl and
 Tiller, The NURBS Book, 2nd ed., eq. 4.15). Nearest points by Newton's method on the squared
@@ -14,59 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array
 from fingerdesign.errors import GeometryError
 from fingerdesign.shapes.quadrics import dot, unit
-
-# B-spline bases with derivatives, for many parameters at once (numpy only).
-#
-# Piegl and Tiller, The NURBS Book (2nd ed.), eqs. 2.5 and 2.7.
-
-
-def basis(knots: Array, degree: int, t: Array, order: int = 2) -> tuple[IntArray, Array]:
-    """The B-splines that are not 0 at t (n,): number of the first, (n,); values and derivatives up
-    to ``order``, (order + 1, n, degree + 1). Beyond the knots the end spans' polynomials go on.
-    """
-    last = len(knots) - degree - 2
-    span = np.clip(np.searchsorted(knots, t, side="right") - 1, degree, last)
-    while True:  # an empty span at the end
-        empty = (knots[span + 1] <= knots[span]) & (span > degree)
-        if not empty.any():
-            break
-        span = np.where(empty, span - 1, span)
-    values = [np.ones((len(t), 1))]
-    for p in range(1, degree + 1):
-        values.append(_raise(knots, span, p, values[-1], t))
-    found = np.zeros((order + 1, len(t), degree + 1))
-    found[0] = values[degree]
-    for times in range(1, min(order, degree) + 1):
-        lower = values[degree - times]
-        for p in range(degree - times + 1, degree + 1):
-            lower = _slope(knots, span, p, lower)
-        found[times] = lower
-    return np.asarray(span - degree, dtype=np.int64), found
-
-
-def _raise(knots: Array, span: IntArray, p: int, lower: Array, t: Array) -> Array:
-    """Values of degree p (n, p + 1) from those of degree p - 1 (n, p); eq. 2.5."""
-    out = np.zeros((len(t), p + 1))
-    for j in range(p):  # B-spline number span - p + 1 + j of degree p - 1
-        left, right = knots[span - p + 1 + j], knots[span + 1 + j]
-        share = lower[:, j] / (right - left)
-        out[:, j] += (right - t) * share
-        out[:, j + 1] += (t - left) * share
-    return out
-
-
-def _slope(knots: Array, span: IntArray, p: int, lower: Array) -> Array:
-    """Derivatives of degree p (n, p + 1) from those of one order less at degree p - 1; eq. 2.7."""
-    out = np.zeros((len(lower), p + 1))
-    for j in range(p):
-        share = p * lower[:, j] / (knots[span + 1 + j] - knots[span - p + 1 + j])
-        out[:, j] -= share
-        out[:, j + 1] += share
-    return out
-
 
 SAMPLES = 4000  # of a face, from which Newton starts
 BEYOND = 0.03  # of the parameters' range: how far a surface is continued beyond its border
@@ -97,38 +47,35 @@ class Nurbs:
 
     def at(self, u: Array, v: Array) -> Array:
         """Points (n, 3) at parameters (n,)."""
-        found = self._sums(u, v, 0)[:, 0, 0]
+        found = self._derivative(u, v, 0, 0)
         return np.asarray(found[:, :3] / found[:, 3:])
 
     def derivatives(self, u: Array, v: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
         """S, S_u, S_v, S_uu, S_uv, S_vv, each (n, 3); continued by its end polynomials."""
-        sums = self._sums(u, v, 2)
-        s, w = sums[..., :3], sums[..., 3:]
-        point = s[:, 0, 0] / w[:, 0, 0]
-        wu, wv, weight = w[:, 1, 0], w[:, 0, 1], w[:, 0, 0]
-        by_u, by_v = (s[:, 1, 0] - wu * point) / weight, (s[:, 0, 1] - wv * point) / weight
-        by_uu = (s[:, 2, 0] - 2.0 * wu * by_u - w[:, 2, 0] * point) / weight
-        by_uv = (s[:, 1, 1] - wu * by_v - wv * by_u - w[:, 1, 1] * point) / weight
-        by_vv = (s[:, 0, 2] - 2.0 * wv * by_v - w[:, 0, 2] * point) / weight
+        orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+        sums = [self._derivative(u, v, *order) for order in orders]
+        (s, su, sv, suu, suv, svv), (weight, wu, wv, wuu, wuv, wvv) = (
+            [each[:, part] for each in sums] for part in (slice(0, 3), slice(3, 4))
+        )
+        point = s / weight
+        by_u, by_v = (su - wu * point) / weight, (sv - wv * point) / weight
+        by_uu = (suu - 2.0 * wu * by_u - wuu * point) / weight
+        by_uv = (suv - wu * by_v - wv * by_u - wuv * point) / weight
+        by_vv = (svv - 2.0 * wv * by_v - wvv * point) / weight
         return point, by_u, by_v, by_uu, by_uv, by_vv
 
-    def _sums(self, u: Array, v: Array, order: int) -> Array:
-        """Derivatives up to ``order`` along u and v of (w S, w), (n, order + 1, order + 1, 4)."""
-        p, q = self.degrees
-        first, in_u = basis(self.knots_u, p, u, order)
-        second, in_v = basis(self.knots_v, q, v, order)
-        rows = first[:, None] + np.arange(p + 1)
-        columns = second[:, None] + np.arange(q + 1)
-        near = self._weighted[rows[:, None, :], columns[:, :, None]]  # (n, q + 1, p + 1, 4)
-        n = len(u)
-        along_v = in_v.transpose(1, 0, 2) @ near.reshape(n, q + 1, 4 * (p + 1))
-        turned = along_v.reshape(n, order + 1, p + 1, 4).transpose(0, 2, 1, 3)
-        both = in_u.transpose(1, 0, 2) @ turned.reshape(n, p + 1, 4 * (order + 1))
-        return np.asarray(both.reshape(n, order + 1, order + 1, 4))
+    def _derivative(self, u: Array, v: Array, by_u: int, by_v: int) -> Array:
+        """The derivative, so many times by u and by v, of (w S, w), (n, 4)."""
+        return np.asarray(self._spline(np.column_stack([u, v]), nu=(by_u, by_v)))
 
     @cached_property
-    def _weighted(self) -> Array:
-        return np.concatenate([self.weights[..., None] * self.poles, self.weights[..., None]], 2)
+    def _spline(self) -> Any:
+        """The surface in homogeneous coordinates (w S, w); beyond its knots the end polynomials."""
+        from scipy.interpolate import NdBSpline
+
+        weights = self.weights[..., None]
+        poles = np.concatenate([weights * self.poles, weights], axis=2)
+        return NdBSpline((self.knots_u, self.knots_v), poles, self.degrees, extrapolate=True)
 
     def sampled(self) -> Array:
         """Points (n, 3) all over the part within ``bounds``."""

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
-from fingerdesign.layout.gaps import least_gap, pair_distances
+from fingerdesign.layout.gaps import least_gap
+from fingerdesign.mold.plan.slots import pair_distances
 
 QUICK = settings(max_examples=100, derandomize=True, deadline=None)
 NUMBER = st.floats(-3, 3)

@@ -1,4 +1,4 @@
-"""NURBS surfaces: bases against SciPy's, a cylinder and a closed tube against closed forms."""
+"""NURBS surfaces: sums of SciPy's bases, a cylinder and a closed tube against closed forms."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import BSpline
 
-from fingerdesign.shapes.nurbs import Nurbs, basis
+from fingerdesign.shapes.nurbs import Nurbs
 
 HALF = np.sqrt(0.5)
 
@@ -30,18 +30,32 @@ def closed_tube() -> Nurbs:
 
 
 @pytest.mark.parametrize("degree", [1, 2, 3, 5])
-def test_values_and_derivatives_of_the_basis_are_those_of_scipy(degree):
-    inner = [0.3, 0.5, 0.5, 0.8]
-    knots = np.array([0.0] * (degree + 1) + inner + [1.0] * (degree + 1))
-    t = np.random.default_rng(0).uniform(0.0, 1.0, 40)
-    first, values = basis(knots, degree, t)
+def test_points_and_derivatives_are_the_rational_sums_of_the_bases(degree):
+    rng = np.random.default_rng(0)
+    knots = np.array([0.0] * (degree + 1) + [0.3, 0.5, 0.8] + [1.0] * (degree + 1))
     count = len(knots) - degree - 1
-    for order in range(min(degree, 2) + 1):
-        wide = np.zeros((40, count))
-        for row in range(40):
-            wide[row, first[row] : first[row] + degree + 1] = values[order, row]
-        known = [BSpline(knots, np.eye(count)[k], degree)(t, nu=order) for k in range(count)]
-        np.testing.assert_allclose(wide, np.column_stack(known), atol=1e-9 * 10.0**order)
+    poles, weights = rng.normal(size=(count, count, 3)), rng.uniform(0.5, 2.0, (count, count))
+    surface = Nurbs((degree, degree), knots, knots, poles, weights, (0.0, 1.0, 0.0, 1.0))
+    u, v = rng.uniform(0.0, 1.0, (2, 40))
+
+    def basis(t, order):
+        each = [BSpline(knots, np.eye(count)[k], degree)(t, nu=order) for k in range(count)]
+        return np.column_stack(each)
+
+    def sums(by_u, by_v, values):
+        return np.einsum("ni,nj,ij...->n...", basis(u, by_u), basis(v, by_v), values)
+
+    point, su, sv, suu, *_ = surface.derivatives(u, v)
+    weight = sums(0, 0, weights)[:, None]
+    weighted = weights[..., None] * poles
+    np.testing.assert_allclose(point, sums(0, 0, weighted) / weight, atol=1e-12)
+    np.testing.assert_allclose(surface.at(u, v), point, atol=1e-12)
+    for found, order in ((su, (1, 0)), (sv, (0, 1))):
+        wanted = (sums(*order, weighted) - sums(*order, weights)[:, None] * point) / weight
+        np.testing.assert_allclose(found, wanted, atol=1e-8)
+    wanted = sums(2, 0, weighted) - 2.0 * sums(1, 0, weights)[:, None] * su
+    wanted = (wanted - sums(2, 0, weights)[:, None] * point) / weight if degree > 1 else suu
+    np.testing.assert_allclose(suu, wanted, atol=1e-7)
 
 
 def test_derivatives_of_a_rational_surface_by_differences():

@@ -9,13 +9,14 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from manifold3d import Manifold
 from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame, crest_height
-from fingerdesign.layout.gaps import Prisms, core_gaps, prism_distances
+from fingerdesign.layout.gaps import FAR_MM, boxes_apart, core_gaps, solids_of
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mold.plan.extent import Exits, extent_of, flat_sided, rim_height
 from fingerdesign.mold.plan.plan import Leg, Side
@@ -59,10 +60,11 @@ def leg_gaps(
         found = np.where(np.isnan(distances), np.inf, distances)
     owners = np.array([leg.plate for leg in legs])
     plates = np.array([frame.index for frame in frames])
-    first, second, distance = _pairs(bars, frames)
-    other = owners[first] != plates[second]
-    np.minimum.at(found, first[other], distance[other])
-    return found
+    solids, others = solids_of(_spanned(bars)), solids_of(_spanned(frames))
+    apart = boxes_apart(solids, others)
+    apart[owners[:, None] == plates] = np.inf  # its own plate's, which it is a part of
+    rows = zip(solids, apart, found, strict=True)
+    return np.array([_least(solid, others, row, most) for solid, row, most in rows])
 
 
 def crossing_legs(
@@ -76,22 +78,21 @@ def crossing_legs(
         return []
     first = tuple(leg_bar(along[leg.plate], leg, leg.exit) for leg in one)
     second = tuple(leg_bar(along[leg.plate], leg, leg.exit) for leg in two)
-    i, j, distance = _pairs(first, second)
+    a, b = solids_of(_spanned(first)), solids_of(_spanned(second))
     least = least_gap_mm(design) - 1e-6
-    return [(one[i[k]], two[j[k]], float(distance[k])) for k in np.flatnonzero(distance < least)]
+    near = np.argwhere(boxes_apart(a, b) < least)
+    found = [(one[i], two[j], float(a[i].min_gap(b[j], FAR_MM))) for i, j in near]
+    return [each for each in found if each[2] < least]
 
 
-def _pairs(
-    first: tuple[PlateFrame, ...], second: tuple[PlateFrame, ...]
-) -> tuple[IntArray, IntArray, Array]:
-    """Every near pair of a first and a second frame, by position, and its distance."""
-    a, b = Prisms.of(_spanned(first)), Prisms.of(_spanned(second))
-    low_a, high_a = a.boxes()
-    low_b, high_b = b.boxes()
-    apart = np.maximum(low_b[None] - high_a[:, None], low_a[:, None] - high_b[None])
-    bound = np.linalg.norm(np.maximum(apart, 0.0), axis=2)
-    i, j = np.nonzero(bound < _NEAR)
-    return a.owner[i], b.owner[j], prism_distances(a.rows(i), b.rows(j))
+def _least(solid: Manifold, others: list[Manifold], apart: Array, most: float) -> float:
+    """The least distance of a solid from others, ``apart`` (n,) by their boxes; ``most``: more."""
+    least = most
+    for k in np.argsort(apart):
+        if apart[k] >= min(least, _NEAR):
+            break
+        least = min(least, float(solid.min_gap(others[k], min(least, FAR_MM))))
+    return least
 
 
 def _spanned(frames: tuple[PlateFrame, ...]) -> tuple[PlateFrame, ...]:

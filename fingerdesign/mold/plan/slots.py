@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.gaps import pair_distances
 from fingerdesign.mold.plan.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Side, Slot
 
 if TYPE_CHECKING:
@@ -271,6 +270,33 @@ def webs(slots: Sequence[Slot]) -> tuple[NDArray[np.int64], NDArray[np.int64], A
         distance = np.minimum(distance, _relief_gaps(slots, first, second))
         distance = np.minimum(distance, _relief_gaps(slots, second, first))
     return first, second, distance
+
+
+def pair_distances(first: Array, second: Array) -> Array:
+    """Distances between the convex quads (n, 4, 2) and (n, 4, 2) of the plane: shape (n,).
+
+    0 where they overlap, by separating axes; else the least distance of a corner of one to an
+    edge of the other, which is exact for convex polygons.
+    """
+    edges = np.concatenate(
+        [np.roll(first, -1, axis=1) - first, np.roll(second, -1, axis=1) - second], axis=1
+    )
+    normals = np.stack([-edges[..., 1], edges[..., 0]], axis=-1)
+    along_first = np.einsum("nkd,ncd->nkc", normals, first)
+    along_second = np.einsum("nkd,ncd->nkc", normals, second)
+    apart = (along_first.min(2) > along_second.max(2)) | (along_second.min(2) > along_first.max(2))
+    distance = np.minimum(corners_to_edges(first, second), corners_to_edges(second, first))
+    return np.where(apart.any(axis=1), distance, 0.0)
+
+
+def corners_to_edges(points: Array, polygon: Array) -> Array:
+    """Least distance (n,) of the points (n, p, 2) to the edges of the polygons (n, 4, 2)."""
+    start = polygon[:, None]
+    edge = np.roll(polygon, -1, axis=1)[:, None] - start
+    offset = points[:, :, None] - start
+    share = (offset * edge).sum(-1) / (edge * edge).sum(-1)
+    rest = offset - np.clip(share, 0.0, 1.0)[..., None] * edge
+    return np.asarray(np.sqrt((rest * rest).sum(-1)).min(axis=(1, 2)))
 
 
 def on_side(legs: Sequence[Leg], side: Side) -> tuple[Leg, ...]:
