@@ -1,0 +1,1 @@
+"""One finger in one scene: the case, refusals, stages, path, record."""

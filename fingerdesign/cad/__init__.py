@@ -1,0 +1,1 @@
+"""CadQuery: solids, plates, faces, tessellation, export, STEP bodies."""

@@ -1,0 +1,1 @@
+"""Signorini and Coulomb: laws, increments, force control, the certificate (numpy alone)."""

@@ -1,0 +1,1 @@
+"""Grips: episode, metrics, estimator, signals (numpy alone)."""

@@ -1,1 +1,1 @@
-"""The finger's description: schema, TOML in and out, layout, checks and digest."""
+"""What a finger is: one file a TOML table, the schema, keys, faults, digests."""

@@ -1,0 +1,1 @@
+"""Elasticity on quadratic elements: assembly, condensation, sheets, readouts."""

@@ -1,0 +1,1 @@
+"""Where things lie, numbers alone: plates, outline, surface, candidate zone, volumes, gaps."""

@@ -1,0 +1,1 @@
+"""Tetrahedra and sections: meshers by name, quality, sheets, sizes."""

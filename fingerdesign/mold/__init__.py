@@ -1,1 +1,1 @@
-"""Molds: the parts that a finger is cast in, what holds its plates, whether they can be made."""
+"""Molds: the parts that a finger is cast in, and whether they can be made."""

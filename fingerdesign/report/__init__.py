@@ -1,0 +1,1 @@
+"""A toolkit for pages: template, table, numbers, style; it knows no feature."""

@@ -1,0 +1,1 @@
+"""What work needs of the machine: processes, kept work, journals, whole files, registries."""

@@ -1,0 +1,1 @@
+"""Many fingers: studies, runs, searches, comparison."""

@@ -1,0 +1,1 @@
+"""What gages tell: grip paths, teaching, observability."""

@@ -1,0 +1,1 @@
+"""One geometry of faces: planes, cylinders, spheres, tori, NURBS; scene objects."""

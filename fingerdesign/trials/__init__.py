@@ -1,0 +1,1 @@
+"""Controllers compared and tuned: grid, bench, tuning, replay, page."""

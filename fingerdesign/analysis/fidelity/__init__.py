@@ -1,0 +1,1 @@
+"""Which model is fine enough: rungs, ladder, error estimates."""

@@ -1,0 +1,1 @@
+"""report.html of one analysis: verdict, figures, tables, pictures."""

@@ -1,0 +1,1 @@
+"""What is gripped, and with what: one finger or two, hardware, a recorded trace."""

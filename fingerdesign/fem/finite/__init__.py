@@ -1,0 +1,1 @@
+"""Finite strain: elements, body, gages, one row of a path."""

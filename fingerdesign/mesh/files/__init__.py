@@ -1,0 +1,1 @@
+"""Mesh files: what meshio reads and writes, CalculiX decks, meshes made elsewhere."""

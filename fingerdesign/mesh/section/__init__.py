@@ -1,0 +1,1 @@
+"""The cross-section: outline, plates, netgen, and its extrusion."""

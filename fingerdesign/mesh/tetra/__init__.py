@@ -1,0 +1,1 @@
+"""pytetwild: sizes, slots for plates, snapping to the CAD surface, acceptance."""

@@ -1,0 +1,1 @@
+"""The mold in CadQuery: parting, features, undercuts, files."""

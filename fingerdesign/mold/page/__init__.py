@@ -1,0 +1,1 @@
+"""The mold report: page, tables, exploded picture."""

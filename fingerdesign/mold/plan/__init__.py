@@ -1,0 +1,1 @@
+"""The mold in numbers: walls, legs, slots, fixtures, fasteners, base plate."""

@@ -1,0 +1,1 @@
+"""Comparing fingers on one page: facts, front, table, views."""

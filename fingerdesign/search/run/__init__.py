@@ -1,0 +1,1 @@
+"""Running a study: jobs, evaluation, cluster, store, folder."""

@@ -1,0 +1,1 @@
+"""A study file: keys that vary, sampling, variants, their files."""
