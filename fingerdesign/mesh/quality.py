@@ -335,6 +335,19 @@ class QualityReport:
         return quality_text(self)
 
 
+def _part(edges: Array, angles: Array, aspect: Array, volumes: Array) -> dict[str, float]:
+    """The elements of one part in a few numbers."""
+    return {
+        "elements": len(edges),
+        "edge_min_mm": float(edges.min()),
+        "edge_mean_mm": float(edges.mean()),
+        "edge_max_mm": float(edges.max()),
+        "min_dihedral_deg": float(angles.min()),
+        "max_aspect": float(aspect.max()),
+        "volume": float(volumes.sum()),
+    }
+
+
 def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> QualityReport:
     """Measure a mesh of a design against closed forms and, where given, the sizes asked for."""
     cells = mesh.corners
@@ -372,15 +385,7 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
         surface_distance_mm=face_distances(mesh, design),
         volumes=fit.regions,
         regions={
-            name: {
-                "elements": int(rows.sum()),
-                "edge_min_mm": float(edges[rows].min()),
-                "edge_mean_mm": float(edges[rows].mean()),
-                "edge_max_mm": float(edges[rows].max()),
-                "min_dihedral_deg": float(angles[rows].min()),
-                "max_aspect": float(aspect[rows].max()),
-                "volume": float(straight[rows].sum()),
-            }
+            name: _part(edges[rows], angles[rows], aspect[rows], straight[rows])
             for name, rows in parts_of(mesh, design).items()
             if rows.any()
         },

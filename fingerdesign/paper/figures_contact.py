@@ -34,6 +34,27 @@ _LOOK = {"stick": (BLUE, ""), "slip": (VERMILION, "////"), "open": (OPEN_COLOUR,
 _DRAWN_TURN = 14.0  # degrees: how far the most turned rectangle of a panel is drawn
 
 
+def _rectangle_rows(turned: Rectangles) -> tuple[list[str], list[list[object]]]:
+    """Names and rows of the data file: each rectangle's corners and angles in every state."""
+    corner_names = ("lower_left", "lower_right", "upper_right", "upper_left")
+    columns = ["rectangle", "x_mm", "surface_above"]
+    columns += [f"angle_{name}_deg" for name in ("pressed", "since_pressed", "short_time_more")] + [
+        "angle_change_per_force_deg_per_N"
+    ]
+    for state in ("undeformed", "pressed", "sheared", "changed"):
+        columns += [f"{state}_{corner}_{axis}_mm" for corner in corner_names for axis in "xy"]
+    rows: list[list[object]] = []
+    for k, status in enumerate(turned.status):
+        row: list[object] = [k + 1, turned.corners[k, :, 0].mean(), status]
+        row += [turned.angle[state][k] for state in ("pressed", "added", "change")]
+        row.append(turned.change_per_N[k])
+        row += turned.corners[k].ravel().tolist()
+        for state in ("pressed", "sheared", "changed"):
+            row += (turned.corners[k] + turned.moved[state][k]).ravel().tolist()
+        rows.append(row)
+    return columns, rows
+
+
 def rectangles_figure(turned: Rectangles) -> PaperFigure:
     """Fig. 3: pressed, sheared, and what a short time more changes; shear angles below."""
     figure = canvas(7.2, 4.6)
@@ -81,22 +102,7 @@ def rectangles_figure(turned: Rectangles) -> PaperFigure:
         f"by {means['slip'][0]:.2f} under the slipping surface; in a short time "
         f"more by {means['stick'][1]:.3f} and {means['slip'][1]:.3f} degrees."
     )
-    corner_names = ("lower_left", "lower_right", "upper_right", "upper_left")
-    columns = ["rectangle", "x_mm", "surface_above"]
-    columns += [f"angle_{name}_deg" for name in ("pressed", "since_pressed", "short_time_more")] + [
-        "angle_change_per_force_deg_per_N"
-    ]
-    for state in ("undeformed", "pressed", "sheared", "changed"):
-        columns += [f"{state}_{corner}_{axis}_mm" for corner in corner_names for axis in "xy"]
-    rows = []
-    for k, status in enumerate(turned.status):
-        row: list[object] = [k + 1, turned.corners[k, :, 0].mean(), status]
-        row += [turned.angle[state][k] for state in ("pressed", "added", "change")]
-        row.append(turned.change_per_N[k])
-        row += turned.corners[k].ravel().tolist()
-        for state in ("pressed", "sheared", "changed"):
-            row += (turned.corners[k] + turned.moved[state][k]).ravel().tolist()
-        rows.append(row)
+    columns, rows = _rectangle_rows(turned)
     return paper_figure(
         figure,
         "fig03",

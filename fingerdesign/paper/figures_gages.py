@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
 from fingerdesign.records.result import STICK
@@ -87,10 +88,8 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
     )
 
 
-def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
-    """2.3: does each gage tell whether the surface near it sticks?"""
-    figure = canvas(7.2, 4.1)
-    depth, roc, by_gage = figure.subplots(1, 3, width_ratios=(5, 4, 4))
+def _draw_right_answers(depth: Axes, roc: Axes, places: Sequence[Verdicts]) -> None:
+    """Share of right answers over depth, and over all thresholds, of rubber and of the plates."""
     rubber = [v for v in places if v.reading.startswith("rubber,")]
     plates = places[0].reading
     for touching, name, (colour, dashes, marker) in (
@@ -113,6 +112,15 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
         )
         depth.axhline(100 * gage.constant, color=colour, lw=0.9, ls=(0, (1, 2)))
         roc.plot(*gage.roc, color=colour, ls=dashes, label=f"plates, {name}: {gage.auc:.2f}")
+
+
+def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
+    """2.3: does each gage tell whether the surface near it sticks?"""
+    figure = canvas(7.2, 4.1)
+    depth, roc, by_gage = figure.subplots(1, 3, width_ratios=(5, 4, 4))
+    rubber = [v for v in places if v.reading.startswith("rubber,")]
+    plates = places[0].reading
+    _draw_right_answers(depth, roc, places)
     depth.set(xlabel="depth under the surface (mm)", ylabel="right (%)", title="Right answers")
     depth.set_ylim(45, 101)
     skin = min(v.depth_mm for v in rubber)
@@ -170,6 +178,38 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
 _PANELS = 4  # steps of the comparison of plates and rubber that are drawn
 
 
+def _draw_all_steps(spare: Axes, alike: Likeness) -> None:
+    """Plates over rubber at all gages and steps, with the one slope."""
+    slope = alike.overall_slope
+    spare.plot(
+        1e-3 * alike.shear.ravel(),
+        alike.membrane.ravel(),
+        ls="none",
+        marker="o",
+        ms=2.5,
+        color=GREEN,
+    )
+    reach = np.array([alike.shear.min(), alike.shear.max()])
+    spare.plot(1e-3 * reach, slope * reach, color=INK, lw=1.0)
+    spare.set(xlabel="shear of rubber (1e-3)", ylabel="plates (microstrain)")
+    spare.set_title(f"all: r = {alike.overall_correlation:.2f}")
+
+
+def _likeness_rows(alike: Likeness) -> list[tuple[object, ...]]:
+    return [
+        (
+            step + 1,
+            gage,
+            alike.x[gage],
+            alike.membrane[step, gage],
+            alike.upper[step, gage],
+            alike.shear[step, gage],
+        )
+        for step in range(len(alike.shear))
+        for gage in range(len(alike.x))
+    ]
+
+
 def likeness_figure(alike: Likeness) -> PaperFigure:
     """Plates' normal strain beside the shear strain of the finger without plates."""
     slope = alike.overall_slope
@@ -207,31 +247,9 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
     last.xaxis.set_major_locator(whole_numbers(8))
     last.legend(loc="center right", fontsize=7, bbox_to_anchor=(1.0, 0.66))
     for spare in panels[len(chosen) + 1 :]:
-        spare.plot(
-            1e-3 * alike.shear.ravel(),
-            alike.membrane.ravel(),
-            ls="none",
-            marker="o",
-            ms=2.5,
-            color=GREEN,
-        )
-        reach = np.array([alike.shear.min(), alike.shear.max()])
-        spare.plot(1e-3 * reach, slope * reach, color=INK, lw=1.0)
-        spare.set(xlabel="shear of rubber (1e-3)", ylabel="plates (microstrain)")
-        spare.set_title(f"all: r = {alike.overall_correlation:.2f}")
+        _draw_all_steps(spare, alike)
     shared_legend(panels[:1], 3)
-    rows = [
-        (
-            step + 1,
-            gage,
-            alike.x[gage],
-            alike.membrane[step, gage],
-            alike.upper[step, gage],
-            alike.shear[step, gage],
-        )
-        for step in range(len(alike.shear))
-        for gage in range(len(alike.x))
-    ]
+    rows = _likeness_rows(alike)
     return paper_figure(
         figure,
         "likeness",
@@ -248,6 +266,27 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
         ),
         rows,
     )
+
+
+def _response_rows(studies: Sequence[SlipStudy]) -> list[tuple[object, ...]]:
+    x = studies[0].gage_x_mm
+    return [
+        (
+            each.friction_coefficient,
+            step + 1,
+            gage,
+            x[gage],
+            each.response[step, gage],
+            each.response_raw[step, gage],
+            each.threshold,
+            each.gage_area_mm[step],
+            each.stick_length_mm[step],
+            each.stick_ratio[step],
+        )
+        for each in studies
+        for step in range(len(each.stick_ratio))
+        for gage in range(len(x))
+    ]
 
 
 def responses_figure(
@@ -286,23 +325,7 @@ def responses_figure(
     for axes in panels[::4]:
         axes.set_ylabel("microstrain/N")
     shared_legend(panels[:1], 3)
-    rows = [
-        (
-            each.friction_coefficient,
-            step + 1,
-            gage,
-            x[gage],
-            each.response[step, gage],
-            each.response_raw[step, gage],
-            each.threshold,
-            each.gage_area_mm[step],
-            each.stick_length_mm[step],
-            each.stick_ratio[step],
-        )
-        for each in studies
-        for step in range(len(each.stick_ratio))
-        for gage in range(len(x))
-    ]
+    rows = _response_rows(studies)
     areas = ", ".join(f"{area:.1f}" for area in study.gage_area_mm)
     sticks = ", ".join(f"{length:.1f}" for length in study.stick_length_mm)
     return paper_figure(

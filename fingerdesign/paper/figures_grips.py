@@ -28,6 +28,43 @@ if TYPE_CHECKING:
     from fingerdesign.records.result import GripTrace
 
 
+def _mark_target(axes: Axes, weight: float, mu: float) -> None:
+    """The least forces that could hold the object."""
+    axes.plot(
+        [weight / mu],
+        [weight],
+        color=INK,
+        ls="none",
+        marker="x",
+        ms=8,
+        mew=1.8,
+        label="target (mg/2μ, mg/2)",
+    )
+    axes.annotate(
+        f"({weight / mu:.2f}, {weight:.2f}) N",
+        (weight / mu, weight),
+        textcoords="offset points",
+        xytext=(-4, 9),
+        ha="right",
+    )
+
+
+def _route_rows(lift: Lift, route: Route) -> list[tuple[object, ...]]:
+    """The target and the three routes, a row a step."""
+    trace, free = lift.ruled.trace, lift.free.trace
+    weight = trace.weight_per_finger_N
+    rows: list[tuple[object, ...]] = [("target", 1, weight / lift.friction, weight)]
+    for name, normal, tangential in (
+        ("paper", trace.normal_force, trace.tangential_force),
+        ("never_holding", free.normal_force, free.tangential_force),
+        ("squeeze", route.normal_force, route.tangential_force),
+    ):
+        rows += [
+            (name, k + 1, n, t) for k, (n, t) in enumerate(zip(normal, tangential, strict=True))
+        ]
+    return rows
+
+
 def route_figure(lift: Lift, route: Route) -> PaperFigure:
     """Fig. 2: the path of the forces, its target point, and two other routes."""
     trace, free = lift.ruled.trace, lift.free.trace
@@ -62,36 +99,12 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
         axes.plot(
             free.normal_force[-1:], free.tangential_force[-1:], color=PURPLE, marker="X", ms=7
         )
-    axes.plot(
-        [weight / mu],
-        [weight],
-        color=INK,
-        ls="none",
-        marker="x",
-        ms=8,
-        mew=1.8,
-        label="target (mg/2μ, mg/2)",
-    )
-    axes.annotate(
-        f"({weight / mu:.2f}, {weight:.2f}) N",
-        (weight / mu, weight),
-        textcoords="offset points",
-        xytext=(-4, 9),
-        ha="right",
-    )
+    _mark_target(axes, weight, mu)
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, 1.35 * weight)
     shared_legend([axes], 3)
-    rows: list[tuple[object, ...]] = [("target", 1, weight / mu, weight)]
-    for name, normal, tangential in (
-        ("paper", trace.normal_force, trace.tangential_force),
-        ("never_holding", free.normal_force, free.tangential_force),
-        ("squeeze", route.normal_force, route.tangential_force),
-    ):
-        rows += [
-            (name, k + 1, n, t) for k, (n, t) in enumerate(zip(normal, tangential, strict=True))
-        ]
+    rows = _route_rows(lift, route)
     return paper_figure(
         figure,
         "fig02",
@@ -280,48 +293,51 @@ _MEASURED_COLUMNS = (
 )
 
 
+def _draw_rig(axes: Axes, rig: Rig, frictions: list[float], sample_noise: float) -> None:
+    """Forces at the lift over the noise, and their medians, a colour a friction coefficient."""
+    levels = rig.levels
+    for k, (friction, (colour, dashes, marker)) in enumerate(zip(frictions, SERIES, strict=False)):
+        weight = rig.at(None, friction)[0].episode.trace.weight_per_finger_N
+        axes.axhline(weight / friction, color=colour, ls=":", lw=1.1)
+        middles = []
+        for place, samples in enumerate(levels):
+            grips = rig.at(samples, friction)
+            good = [_force(each) for each in grips if each.outcome == "lifted"]
+            bad = [_force(each) for each in grips if each.outcome == "slipped"]
+            at = place + 0.12 * (k - 0.5)
+            axes.plot([at] * len(good), good, color=colour, ls="none", marker=marker, ms=4.5)
+            axes.plot(
+                [at] * len(bad),
+                bad,
+                color=INK,
+                ls="none",
+                marker="X",
+                ms=7,
+                label="slipped",
+            )
+            middles.append(float(np.median(good)) if good else np.nan)
+        axes.plot(
+            np.arange(len(levels)) + 0.12 * (k - 0.5),
+            middles,
+            color=colour,
+            ls=dashes,
+            marker=marker,
+            ms=4.5,
+            label=f"μ = {friction:g}",
+        )
+    axes.set_xticks(
+        range(len(levels)),
+        ["none" if s is None else f"{sample_noise / s**0.5:.2g}\n({s:,})" for s in levels],
+    )
+
+
 def noise_figure(rigs: Sequence[Rig], sample_noise: float) -> PaperFigure:
     """Fig. 12's ground: the force at the lift over the noise, a panel a finger."""
     figure = canvas(7.2, 3.5)
     panels = small_multiples(figure, len(rigs), max(len(rigs), 2), sharey=True)
     frictions = sorted({each.friction for each in rigs[0].grips})
     for axes, rig in zip(panels, rigs, strict=True):
-        levels = rig.levels
-        for k, (friction, (colour, dashes, marker)) in enumerate(
-            zip(frictions, SERIES, strict=False)
-        ):
-            weight = rig.at(None, friction)[0].episode.trace.weight_per_finger_N
-            axes.axhline(weight / friction, color=colour, ls=":", lw=1.1)
-            middles = []
-            for place, samples in enumerate(levels):
-                grips = rig.at(samples, friction)
-                good = [_force(each) for each in grips if each.outcome == "lifted"]
-                bad = [_force(each) for each in grips if each.outcome == "slipped"]
-                at = place + 0.12 * (k - 0.5)
-                axes.plot([at] * len(good), good, color=colour, ls="none", marker=marker, ms=4.5)
-                axes.plot(
-                    [at] * len(bad),
-                    bad,
-                    color=INK,
-                    ls="none",
-                    marker="X",
-                    ms=7,
-                    label="slipped",
-                )
-                middles.append(float(np.median(good)) if good else np.nan)
-            axes.plot(
-                np.arange(len(levels)) + 0.12 * (k - 0.5),
-                middles,
-                color=colour,
-                ls=dashes,
-                marker=marker,
-                ms=4.5,
-                label=f"μ = {friction:g}",
-            )
-        axes.set_xticks(
-            range(len(levels)),
-            ["none" if s is None else f"{sample_noise / s**0.5:.2g}\n({s:,})" for s in levels],
-        )
+        _draw_rig(axes, rig, frictions, sample_noise)
         axes.set_title(rig.finger)
         axes.set_xlabel("noise, microstrain (samples a step)")
     panels[0].set_ylabel("F_n at the lift (N)")

@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -159,6 +160,22 @@ FOLDER = RecordFolder(
 )
 
 
+def _at_start(tell: Tell, message: str) -> None:
+    tell(message, 0.0)
+
+
+def _seconds(
+    start: float, modelled: float, taught: float, gripped: float, done: float
+) -> dict[str, float]:
+    """Where the time of a study went."""
+    return {
+        "model": modelled - start,
+        "teaching": taught - modelled,
+        "grips": gripped - taught,
+        "whole": done - start,
+    }
+
+
 def study_control(
     design: Design,
     controllers: Sequence[str],
@@ -178,14 +195,10 @@ def study_control(
     """
     names = tuple(dict.fromkeys(controllers))
     _refuse(names, grid)
-    faults = [] if estimator is None else estimator_faults(design, estimator)
-    if faults:
+    if estimator is not None and (faults := estimator_faults(design, estimator)):
         raise DesignError(faults)
     start = time.perf_counter()
-
-    def say(message: str) -> None:
-        tell(message, 0.0)
-
+    say = partial(_at_start, tell)
     problem = grip_problem(design, contact_size_mm, say)
     opposite = opposite_problem(design, contact_size_mm, say)
     modelled = time.perf_counter()
@@ -217,12 +230,7 @@ def study_control(
         hardware={name: value for name, value in asdict(hardware).items() if name != VARIED},
         traces=traces,
         trace_noise=noise,
-        seconds={
-            "model": modelled - start,
-            "teaching": taught - modelled,
-            "grips": gripped - taught,
-            "whole": done - start,
-        },
+        seconds=_seconds(start, modelled, taught, gripped, done),
         workers=workers,
         versions=versions(),
         peak_memory_MB=peak_memory_MB(),

@@ -137,6 +137,36 @@ def _key(values: Values, cells: Sequence[Cell]) -> str:
 DESIGN_FILE = "tuned.toml"
 
 
+def _tuning_digest(
+    design: Design,
+    budget: Sequence[Round],
+    noises: Sequence[float],
+    seed: int,
+    contact_size_mm: float,
+    estimator: GripEstimator | None,
+) -> str:
+    """SHA-256, in hexadecimal, of all that the trials of a tuning depend on."""
+    rounds = [asdict(each) for each in budget]
+    taught = None if estimator is None else estimator.to_json()
+    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, contact_size_mm]
+    return hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
+
+
+def _model_data(
+    design: Design, contact_size_mm: float, nodes: int, gages: int
+) -> dict[str, object]:
+    """The model that was gripped with, as plain values."""
+    return {
+        "fidelity": "plane-strain",
+        "contact_size_mm": contact_size_mm,
+        "contact_nodes": nodes,
+        "gages": gages,
+        "preload_mm": design.grip.preload_mm,
+        "max_approach_mm": design.grip.max_approach_mm,
+        "max_steps": design.grip.max_steps,
+    }
+
+
 def tune_controllers(
     design: Design,
     controllers: Sequence[str],
@@ -162,21 +192,12 @@ def tune_controllers(
     start = time.perf_counter()
     problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
     if any(map(needs_training, names)) and estimator is None:
-        lesson = lesson_for(
-            design,
-            problem=problem,
-            tell=lambda message: tell(message, 0.0),
-            workers=workers,
-        )
-        estimator = lesson.estimator
+        estimator = lesson_for(design, problem, lambda said: tell(said, 0.0), workers).estimator
     hardware = hardware_of(design)
     grid = replace(ControlGrid(seed=seed), tug=None)
     plates = gage_array(design)
     bench = GripBench(problem, design.gages.face, plates, design.grip, hardware, grid, estimator)
-    rounds = [asdict(each) for each in budget]
-    taught = None if estimator is None else estimator.to_json()
-    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, contact_size_mm]
-    digest = hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
+    digest = _tuning_digest(design, budget, noises, seed, contact_size_mm, estimator)
     kept = Kept(journal, digest)
     if kept.grips:
         tell(f"going on: {kept.grips} grips were made before", 0.0)
@@ -202,15 +223,7 @@ def tune_controllers(
         seed=seed,
         cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
         hardware={key: value for key, value in asdict(hardware).items() if key != varied},
-        model={
-            "fidelity": "plane-strain",
-            "contact_size_mm": contact_size_mm,
-            "contact_nodes": problem.model.nodes,
-            "gages": len(plates),
-            "preload_mm": design.grip.preload_mm,
-            "max_approach_mm": design.grip.max_approach_mm,
-            "max_steps": design.grip.max_steps,
-        },
+        model=_model_data(design, contact_size_mm, problem.model.nodes, len(plates)),
         controllers={name: kept.controllers[name] for name in names},
         versions=versions(),
         seconds=time.perf_counter() - start,

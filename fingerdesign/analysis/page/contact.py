@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.page.verdict import force_controlled, leaves_section
+from fingerdesign.arrays import Array
 from fingerdesign.records.result import OPEN, SLIP, STICK, ContactHistory, Result
 from fingerdesign.report.numbers import cleaned
 from fingerdesign.report.style import (
@@ -27,6 +28,14 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.ticker import Locator
     from numpy.typing import NDArray
+
+
+def _aside_words(along: float, moment: float) -> str:
+    return f"at the end the force along z is {along:.3g} N and the twist moment {moment:.3g} N mm; "
+
+
+def _ratio_words(ratio: float) -> str:
+    return f"{ratio:.2f}" if np.isfinite(ratio) else "not defined (no contact)"
 
 
 def force_figure(result: Result) -> ReportFigure:
@@ -68,18 +77,12 @@ def force_figure(result: Result) -> ReportFigure:
     for axes in (forces, sticks):
         axes.xaxis.set_major_locator(whole_numbers(5 if aside else 8))
     _show_zero(forces, normal, tangential)
-    last = f"{ratio[-1]:.2f}" if np.isfinite(ratio[-1]) else "not defined (no contact)"
     alternative = (
         f"Over {len(rows)} increments the normal force goes from {normal[0]:.3g} to "
         f"{normal[-1]:.3g} N and the tangential force from {tangential[0]:.3g} to "
         f"{tangential[-1]:.3g} N; "
-        + (
-            f"at the end the force along z is {along[-1]:.3g} N and the twist moment "
-            f"{moment[-1]:.3g} N mm; "
-            if aside
-            else ""
-        )
-        + f"the stick ratio at the end is {last}."
+        + (_aside_words(along[-1], moment[-1]) if aside else "")
+        + f"the stick ratio at the end is {_ratio_words(ratio[-1])}."
     )
     point = "forces prescribed" if force_controlled(result) else "object's motion"
     paper = "" if aside else " (After Fig. 6 of the paper.)"
@@ -91,6 +94,21 @@ def force_figure(result: Result) -> ReportFigure:
         f"stick ratio comes down to zero: friction can then carry no more at this pressure.{paper}",
         alternative,
     )
+
+
+def _traction_words(
+    x: Array, pressure: Array, shear: Array, last: int, place: str, touches: bool
+) -> str:
+    """The tractions of the last increment drawn, in words."""
+    if not touches:
+        return "The object touches in none of the increments: all tractions are 0 MPa."
+    if not pressure.any():
+        return f"At increment {last + 1} the surface{place} carries no pressure (0 MPa)."
+    reached = f"the shear traction reaches {np.abs(shear).max():.3g} MPa."
+    return (
+        f"At increment {last + 1} the pressure{place} peaks at {pressure.max():.3g} MPa "
+        f"at x = {x[pressure.argmax()]:.2f} mm; "
+    ) + (reached if shear.any() else "there is no shear traction (0 MPa).")
 
 
 def traction_figure(contact: ContactHistory) -> ReportFigure:
@@ -125,19 +143,7 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     _show_zero(right, shear)
     last = chosen[-1]
     place = "" if contact.dimension == 2 else " on the mid-plane z = 0"
-    if not len(touching):
-        alternative = "The object touches in none of the increments: all tractions are 0 MPa."
-    elif pressure[last].any():
-        alternative = (
-            f"At increment {last + 1} the pressure{place} peaks at {pressure[last].max():.3g} MPa "
-            f"at x = {x[pressure[last].argmax()]:.2f} mm; "
-        ) + (
-            f"the shear traction reaches {np.abs(shear[last]).max():.3g} MPa."
-            if shear[last].any()
-            else "there is no shear traction (0 MPa)."
-        )
-    else:
-        alternative = f"At increment {last + 1} the surface{place} carries no pressure (0 MPa)."
+    alternative = _traction_words(x, pressure[last], shear[last], last, place, len(touching) > 0)
     return ReportFigure(
         "tractions",
         "Pressure and shear traction",

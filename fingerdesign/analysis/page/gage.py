@@ -9,6 +9,7 @@ import numpy as np
 
 from fingerdesign.analysis.page.verdict import GOOD_CORRELATION, UNDEFINED
 from fingerdesign.analysis.page.words import plate_rows
+from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.result import Result, SlipStudy
 from fingerdesign.report.numbers import cleaned, under_load
@@ -99,6 +100,21 @@ def _draw_strains(axes: Axes, x: np.ndarray, values: np.ndarray, chosen: list[in
         axes.set_ylim(-1.0, 1.0)
 
 
+def _shade_over(axes: Axes, x: Array, over: Array, threshold: float) -> None:
+    """Fill what of the curve is over the threshold."""
+    fine = np.linspace(x[0], x[-1], 8 * (len(x) - 1) + 1)
+    height = np.interp(fine, x, over)
+    axes.fill_between(
+        fine,
+        threshold,
+        height,
+        where=height > threshold,
+        color=BLUE,
+        alpha=0.25,
+        lw=0,
+    )
+
+
 def response_figure(study: SlipStudy) -> ReportFigure:
     """|change of strain / change of F_t| gage by gage at up to eight steps (paper, Fig. 8)."""
     mu = study.friction_coefficient
@@ -113,17 +129,7 @@ def response_figure(study: SlipStudy) -> ReportFigure:
         axes.plot(x, study.response_raw[step], color=MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw")
         axes.plot(x, over, color=BLUE, marker="o", ms=2.8, label="compensated")
         axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
-        fine = np.linspace(x[0], x[-1], 8 * (len(x) - 1) + 1)
-        height = np.interp(fine, x, over)
-        axes.fill_between(
-            fine,
-            study.threshold,
-            height,
-            where=height > study.threshold,
-            color=BLUE,
-            alpha=0.25,
-            lw=0,
-        )
+        _shade_over(axes, x, over, study.threshold)
         title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f},"
         axes.set_title(
             f"{title} stick {study.stick_length_mm[step]:.1f} mm", fontsize=7.5, fontweight="normal"
