@@ -65,6 +65,19 @@ def condensation(folder: Path | None, quiet: bool, as_json: bool) -> int:
     return _show("condensation", "Condensation", checks, folder, quiet, as_json)
 
 
+@click.command("assembly", short_help="Our assembly against scikit-fem's own (1 min).")
+@_table_option
+@output_options
+def assembly(folder: Path | None, quiet: bool, as_json: bool) -> int:
+    """Stiffness of 100,000 dofs by scikit-fem's own assembly and by ours."""
+    from fingerdesign_bench.speed.assembly import assembly_checks
+
+    with progress("bench assembly", quiet or as_json) as tell:
+        tell("assembling")
+        checks = assembly_checks()
+    return _show("assembly", "Assembly", checks, folder, quiet, as_json)
+
+
 @click.command("verification", short_help="Against analytic solutions (1.5 min).")
 @_table_option
 @output_options
@@ -139,4 +152,4 @@ def _show(
     return show_checks(title, checks, paths, quiet, as_json)
 
 
-COMMANDS = (reference, condensation, verification, agreement, whole)
+COMMANDS = (reference, condensation, assembly, verification, agreement, whole)
