@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from fingerdesign_bench.speed.assembly import compared
 
 
