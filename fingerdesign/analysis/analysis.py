@@ -105,7 +105,7 @@ def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]
 def _at_side(design: Design, points: Array) -> BoolArray:
     """Which contact nodes lie on the edge between contact surface and sides."""
     away = np.abs(points[:, 0])
-    if design.body.shape == "revolved" and points.shape[1] == 3:
+    if design.body.kind.turned and points.shape[1] == 3:
         away = np.hypot(points[:, 0], points[:, 2])
     return np.asarray(away >= 0.5 * design.body.width_mm - 1e-6)
 

@@ -66,7 +66,7 @@ def outline_solid(body: Body, half: bool = False) -> cq.Solid:
         low = 0.0 if half else -0.5 * body.depth_mm
         section = flat_face(_section(profile, low, 0.0))
         return extruded(section, FORWARD * (0.5 * body.depth_mm - low))
-    if body.shape == "revolved":
+    if body.kind.turned:
         return _revolved(profile, half)
     return _dome(body, profile, half)
 

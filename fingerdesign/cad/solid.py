@@ -69,14 +69,14 @@ def named_faces(
 def face_names(body: Body, half: bool) -> tuple[str, ...]:
     """The names that the outside of a parametric body has."""
     lacking = set() if half else {"symmetry"}
-    if body.shape == "revolved":
+    if body.kind.turned:
         lacking.add("end")
     return tuple(name for name in FACE_NAMES if name not in lacking)
 
 
 def face_name(body: Body, face: cq.Face, half: bool) -> str:
     """Name of one face of a parametric body's outline; what is none of the others is contact."""
-    if face.geomType() == "CYLINDER" and body.shape == "revolved":
+    if face.geomType() == "CYLINDER" and body.kind.turned:
         return "side"
     if face.geomType() != "PLANE":
         return "contact"

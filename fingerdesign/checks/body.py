@@ -35,7 +35,7 @@ def _arc_faults(body: Body) -> list[Fault]:
 def sound_outline(body: Body) -> bool:
     """Whether a parametric body's section has an outline at all."""
     return body.shape == "step" or not (
-        (body.shape != "block" and body.arc_radius_mm < 0.5 * body.width_mm) or _edge_faults(body)
+        (not body.kind.flat and body.arc_radius_mm < 0.5 * body.width_mm) or _edge_faults(body)
     )
 
 
@@ -44,7 +44,7 @@ def _edge_faults(body: Body) -> list[Fault]:
     edge, half = body.edge_radius_mm, 0.5 * body.width_mm
     if edge is None:
         return []
-    key, flat = "body.edge_radius_mm", body.shape == "block"
+    key, flat = "body.edge_radius_mm", body.kind.flat
     if edge > half - LEAST_EDGE_MM + 1e-9:
         most = half - LEAST_EDGE_MM
         if flat or body.edge == "chamfer":  # it comes down the side as far as over the top
@@ -156,7 +156,7 @@ def _round_core(body: Body) -> list[Fault]:
     """A core in a revolved body: its corners stay inside the round section."""
     core = body.core
     assert core is not None
-    if body.shape != "revolved":
+    if not body.kind.turned:
         return []
     depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
     allowed = 0.5 * body.width_mm - LEAST_CLEARANCE_MM

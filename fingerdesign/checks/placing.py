@@ -27,7 +27,7 @@ CLOSE = 1e-9  # mm; rounding
 def limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:
     """Axis, key and half-extent of the body along the row, then across it."""
     x = ("x", "body.width_mm", 0.5 * body.width_mm)
-    z = ("z", "body.depth_mm" if body.shape != "revolved" else x[1], 0.5 * body.depth_mm)
+    z = ("z", "body.depth_mm" if not body.kind.turned else x[1], 0.5 * body.depth_mm)
     return (*x, *z) if row.table.along == "x" else (*z, *x)
 
 
@@ -111,7 +111,7 @@ def side_findings(design: Design, row: PlateRow) -> list[Finding]:
 def end_findings(design: Design, row: PlateRow) -> list[Finding]:
     """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
     *_, axis, deep, half = limits(design.body, row)
-    if design.body.shape == "revolved":
+    if design.body.kind.turned:
         return _round(design, row)
     over = np.array([_excess(frame.low, frame.high, half) for frame in row.frames])
     worst = int(np.argmax(over))

@@ -55,7 +55,7 @@ def _point_faults(scene: Scene, design: Design) -> list[Fault]:
     x, y, z = points.T
     over = np.maximum(np.abs(x) - across, np.abs(z) - along)
     x, z = np.clip(x, -across, across), np.clip(z, -along, along)
-    if body.shape == "revolved":
+    if body.kind.turned:
         radius = np.hypot(points[:, 0], points[:, 2])
         over = radius - across
         x, z = points[:, 0::2].T * np.minimum(1.0, across / np.maximum(radius, 1e-12))
@@ -70,7 +70,7 @@ def _point_faults(scene: Scene, design: Design) -> list[Fault]:
     others = [str(index) for index in outside if index != worst]
     also = f"; so are {', '.join(others[:8])}{' ...' if len(others) > 8 else ''}" if others else ""
     sides = f"|x| <= {across:g}, |z| <= {along:g}"
-    if body.shape == "revolved":
+    if body.kind.turned:
         sides = f"x^2 + z^2 <= {across:g}^2"
     bound = f"inside the body: {sides}, 0 <= y <= {top[worst]:.4f} there"
     remedy = f"move it inside: it is {over[worst]:.4g} mm outside{also}"

@@ -158,6 +158,12 @@ def table_fields(model: type[Table], registry: Registry, before: str) -> None:
     registry.watch(add)
 
 
+def own_keys(registry: Registry, name: str | None = None) -> set[str]:
+    """The own keys of every registered kind that is loaded, or of one."""
+    kinds = [kind for kind in registry.loaded() if name is None or kind.name == name]
+    return {each.name for kind in kinds if kind.table for each in fields(kind.table)}
+
+
 def key_fields(model: type[Table], registry: Registry) -> None:
     """Give a table the own keys of every kind of a registry, now and later; absent unless given."""
 

@@ -6,13 +6,20 @@ turned about y; or the user's own STEP file. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal, Self
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Row3, Table, refuse, refuse_all
+from fingerdesign.arrays import Array
+from fingerdesign.design.base import Named, Row3, Table, key_fields, own_keys, refuse, refuse_all
+from fingerdesign.runtime.registry import BODIES, LAST, Kind
+
+if TYPE_CHECKING:
+    from fingerdesign.design.plates import Plates
 
 _ARC_RADIUS_MM = 20.0
 
@@ -84,10 +91,94 @@ class StepFile(Table):
     )
 
 
+class BodyKind:
+    """What a kind of body answers of its geometry; arrays as of :mod:`fingerdesign.layout.kinds`.
+
+    closed_form: whether an outline (layout/profile.py) makes it. straight: one section tells all.
+    turned: round about y, without end faces. flat: its top. words: its top, on pages, with
+    ``radius`` and ``dome`` in mm; section_words: what its mid-section stands for.
+    """
+
+    closed_form: ClassVar[bool] = True
+    straight: ClassVar[bool] = False
+    turned: ClassVar[bool] = False
+    flat: ClassVar[bool] = False
+    words: ClassVar[str] = ""
+    section_words: ClassVar[str] = ""
+
+    def top_radius(self, body: Body) -> float:
+        """Radius of the arc in the mid-section, mm; infinite for a flat top."""
+        return math.inf if self.flat else float(body.arc_radius_mm)
+
+    def axis(self, body: Body) -> float:
+        """Height of the line along x about which the outline is revolved, mm; -inf: about none."""
+        return -math.inf
+
+    def height(self, body: Body, x: Array, z: Array) -> Array:
+        """Height of the top over (x, z), mm; NaN where it has none."""
+        raise NotImplementedError
+
+    def plane(self, body: Body, points: Array) -> Array:
+        """Points in the plane of the outline, (n, 2)."""
+        raise NotImplementedError
+
+    def directions(self, body: Body, points: Array) -> tuple[Array, Array]:
+        """Unit vectors along the outline's two axes at points, each of the shape of ``points``."""
+        raise NotImplementedError
+
+    def curvatures(self, body: Body) -> tuple[float, float]:
+        """Curvatures at the crest along x and along z, 1/mm."""
+        raise NotImplementedError
+
+    def lowest(self, body: Body) -> float:
+        """Least height of the contact surface, mm."""
+        raise NotImplementedError
+
+    def row_radius(self, body: Body, row: Plates, middle: float) -> float | None:
+        """Radius of the surface line over a row's middle where it is one arc; infinite: flat;
+        None: neither."""
+        return None
+
+    def volume(self, body: Body) -> float:
+        """Volume of body, plates and core together, mm^3."""
+        raise NotImplementedError
+
+    def areas(self, body: Body) -> dict[str, float]:
+        """Areas of the outer faces by name, mm^2."""
+        raise NotImplementedError
+
+    def solid(self, body: Body, half: bool) -> Any:
+        """A CadQuery solid of its own (of the half z >= 0); None: made from the outline."""
+        return None
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyEntry(Kind):
+    """A registered kind of body; ``table`` is of its own keys in ``[body]``."""
+
+    kind: BodyKind
+
+
+_Made = TypeVar("_Made", bound=type[BodyKind])
+
+
+def body(name: str, *, place: int = LAST, table: type | None = None) -> Callable[[_Made], _Made]:
+    """Register a :class:`BodyKind` under the name that ``body.shape`` takes.
+
+    table: a dataclass of the keys of ``[body]`` that it alone has.
+    """
+
+    def register(made: _Made) -> _Made:
+        BODIES.add(BodyEntry(name=name, place=place, table=table, kind=made()))
+        return made
+
+    return register
+
+
 class Body(Table):
     """The elastic body: a rectangle below an arc or flat, straight along z, domed or revolved."""
 
-    shape: Literal["arc", "dome", "revolved", "block", "step"] = Field(
+    shape: Annotated[str, Named(BODIES)] = Field(
         default="arc",
         description="arc | dome (arc in x and in z) | revolved (about y: a sphere-ended pin) | "
         "block (flat top) | step (your own CAD)",
@@ -144,6 +235,10 @@ class Body(Table):
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that the shape lacks or has no use for."""
+        for name in own_keys(BODIES) - own_keys(BODIES, self.shape):
+            if getattr(self, name, None) is not None:
+                bound = f"absent where body.shape = '{self.shape}'"
+                yield refuse(getattr(self, name), bound, "remove it", f"body.{name}")
         if self.shape == "dome" and self.dome_radius_mm is None:
             yield refuse(
                 "(absent)",
@@ -204,4 +299,13 @@ class Body(Table):
     @property
     def straight(self) -> bool:
         """Whether the body's section is the same all along z (its core may not be)."""
-        return self.shape in ("arc", "block")
+        return self.kind.straight
+
+    @property
+    def kind(self) -> BodyKind:
+        """What answers for its geometry."""
+        entry: BodyEntry = BODIES.find(self.shape, "body.shape")
+        return entry.kind
+
+
+key_fields(Body, BODIES)

@@ -113,7 +113,7 @@ class Design(Whole):
         return content_digest(self)
 
 
-holds(Design, Grip, MeshOptions)
+holds(Design, Body, Grip, MeshOptions)
 
 
 def _completed(name: str, given: Any) -> Any:

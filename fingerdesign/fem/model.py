@@ -201,7 +201,7 @@ def free_ends(body: FingerBody, mesh: Mesh) -> tuple[float, float] | None:
     corner singularity spoils pressures. A turned body has none; a step body's are those of its
     "end" facets that share a node with its contact facets.
     """
-    if mesh.dimension == 2 or body.shape == "revolved":
+    if mesh.dimension == 2 or body.kind.turned:
         return None
     high = 0.5 * body.depth_mm
     low = -high

@@ -56,11 +56,8 @@ def surface_clearances(body: Body, points: Array) -> Array:
         return _step_clearances(body, points)
     profile = profile_of(body)
     x, y, z = points.T
-    if body.shape == "revolved":
-        x = np.hypot(x, z)
-    elif body.dome_radius_mm is not None:
-        axis = profile.crest - body.dome_radius_mm
-        y = axis + np.hypot(np.maximum(y - axis, 0.0), z)  # the surface lies above its axis
+    above = np.maximum(y, body.kind.axis(body))  # the surface lies above its axis
+    x, y = body.kind.plane(body, np.column_stack([x, above, z])).T
     plane = np.column_stack([np.abs(x), y])
     away = np.min([_to_piece(piece, plane) for piece in profile.pieces], axis=0)
     with np.errstate(invalid="ignore"):

@@ -193,17 +193,7 @@ def crest_height(body: Body) -> float:
 def surface_height(body: Body, x: Array | float, z: Array | float = 0.0) -> Array:
     """Height of the body's top over (x, z), mm; NaN where it has none (beyond the arc's circle)."""
     x, z = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
-    if body.step is not None:
-        return step_facts(body.step).height(x, z)
-    profile = profile_of(body)
-    if body.shape == "revolved":
-        return profile.height(np.hypot(x, z))
-    height = profile.height(x)
-    if body.dome_radius_mm is None:
-        return height
-    # Revolving the section about the x-parallel axis at y = crest - dome radius.
-    axis = profile.crest - body.dome_radius_mm
-    return np.asarray(axis + np.sqrt((height - axis) ** 2 - z**2))
+    return body.kind.height(body, x, z)
 
 
 def plate_frames(design: Design) -> tuple[PlateFrame, ...]:
@@ -325,7 +315,7 @@ def _paced_out(
 
     Exact on the crest's own arc or flat, by many chords beyond it and on a step body.
     """
-    radius = _arc_radius(body, row, middle)
+    radius = body.kind.row_radius(body, row, middle)
     if radius is not None:
         if not np.isfinite(radius):
             return pace, float(_height(body, row, np.zeros(1), middle)[0]), 0.0, 0.0
@@ -369,25 +359,6 @@ def _step_line(facts: StepFacts, along: str, middle: float, half: float) -> tupl
     line, heights = line[known], heights[known]
     line.flags.writeable = heights.flags.writeable = False
     return line, heights
-
-
-def _arc_radius(body: Body, row: Plates, middle: float) -> float | None:
-    """Radius of the surface line under a row where it is one arc; infinite: flat; None: neither."""
-    if body.shape == "block":
-        return np.inf
-    if body.shape == "step":
-        return None
-    if row.along == "x":
-        return float(body.arc_radius_mm)  # rows along x are drawn in the crest's section
-    if body.shape == "arc":
-        return np.inf
-    if body.shape == "dome" and body.dome_radius_mm is not None:
-        crest = float(surface_height(body, middle)) - float(surface_height(body, 0.0))
-        return float(body.dome_radius_mm) + crest
-    if middle == 0.0:
-        return float(body.arc_radius_mm)
-    height = float(surface_height(body, middle)) - float(surface_height(body, 0.0))
-    return float(body.arc_radius_mm) + height
 
 
 def mirrors_in_z(design: Design) -> bool:

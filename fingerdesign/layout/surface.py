@@ -223,11 +223,11 @@ class ContactSurface:
     @classmethod
     def of(cls, body: Body) -> ContactSurface:
         """The contact surface of a parametric body; GeometryError for others."""
-        if body.shape == "step":
-            raise GeometryError('body.shape = "step" has no contact surface in closed form')
-        if body.shape == "dome" and body.dome_radius_mm is None:
-            raise GeometryError('body.shape = "dome" needs body.dome_radius_mm')
+        if not body.kind.closed_form:
+            shape = f'body.shape = "{body.shape}"'
+            raise GeometryError(f"{shape} has no contact surface in closed form")
         try:
+            body.kind.axis(body)
             return cls(body, profile_of(body).pieces)
         except ValueError as error:
             raise GeometryError(f"body: {error}") from error
@@ -244,7 +244,7 @@ class ContactSurface:
     @property
     def radius(self) -> float:
         """Radius of the arc in the section, mm; infinite for a flat top."""
-        return float(self.body.arc_radius_mm) if self.body.shape != "block" else np.inf
+        return self.body.kind.top_radius(self.body)
 
     @property
     def crest(self) -> float:
@@ -254,19 +254,12 @@ class ContactSurface:
     @property
     def curvatures(self) -> tuple[float, float]:
         """Curvatures at the crest along x and along z, 1/mm (>= 0)."""
-        if self.body.shape == "revolved":
-            return 1.0 / self.radius, 1.0 / self.radius
-        dome = self._dome_radius
-        return 1.0 / self.radius, 0.0 if dome is None else 1.0 / dome
+        return self.body.kind.curvatures(self.body)
 
     @property
     def lowest(self) -> float:
         """Least height of the body's contact surface, at its corners, mm."""
-        side = self.profile.side_height
-        if self._dome_radius is None:
-            return side
-        axis = self._axis_height
-        return float(axis + np.sqrt(max((side - axis) ** 2 - 0.25 * self.body.depth_mm**2, 0.0)))
+        return self.body.kind.lowest(self.body)
 
     def encloses(self, points: Array) -> NDArray[np.bool_]:
         """Whether points (n, 3) with |x|, |z| within the body lie below the surface, (n,).
@@ -304,42 +297,13 @@ class ContactSurface:
         points = np.asarray(points, dtype=float)
         return np.asarray(points - self.distance(points)[:, None] * self.normal(points))
 
-    @property
-    def _dome_radius(self) -> float | None:
-        return None if self.body.dome_radius_mm is None else float(self.body.dome_radius_mm)
-
-    @property
-    def _axis_height(self) -> float:
-        """Height of a dome's axis of revolution, mm."""
-        return self.crest - float(self._dome_radius or 0.0)
-
     def _meridian(self, points: Array) -> tuple[Array, Array, Array]:
         """Points in the outline's plane (n, 2), and the unit vectors along its two axes in space
         (or in the section), shape of ``points``."""
         points = np.asarray(points, dtype=float)
-        sideways, upward = np.zeros_like(points), np.zeros_like(points)
-        x, y = points[:, 0], points[:, 1]
-        z = points[:, 2] if points.shape[1] == 3 else np.zeros(len(points))
-        if self.body.shape == "revolved":
-            out = np.hypot(x, z)
-            safe = np.maximum(out, 1e-300)
-            sideways[:, 0] = np.where(out > 0.0, x / safe, 1.0)
-            if points.shape[1] == 3:
-                sideways[:, 2] = z / safe
-            upward[:, 1] = 1.0
-            return np.column_stack([out, y]), sideways, upward
-        sideways[:, 0] = 1.0
-        if self._dome_radius is None:
-            upward[:, 1] = 1.0
-            return np.column_stack([x, y]), sideways, upward
-        axis = self._axis_height
-        r = np.hypot(y - axis, z)
-        if np.any(r < 1e-9 * self._dome_radius):
-            raise GeometryError("a point on the dome's axis has no nearest surface point")
-        upward[:, 1] = (y - axis) / r
-        if points.shape[1] == 3:
-            upward[:, 2] = z / r
-        return np.column_stack([x, axis + r]), sideways, upward
+        kind = self.body.kind
+        sideways, upward = kind.directions(self.body, points)
+        return kind.plane(self.body, points), sideways, upward
 
 
 def surface_of(body: Body) -> Surface:

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.arrays import Array
-from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.profile import profile_of
@@ -22,48 +20,10 @@ def section_area(body: Body) -> float:
     return profile_of(body).area
 
 
-def outline_points(body: Body) -> tuple[Array, Array, Array]:
-    """Gauss points x (n,), heights and weights of the integral over x of half the outline.
-
-    Piece by piece in the arc's angle, where a dome's integrands are smooth (error near 1e-15);
-    weights are dx and, as a second column, the outline's length.
-    """
-    nodes, weights = np.polynomial.legendre.leggauss(64)
-    nodes, weights = 0.5 * (nodes + 1.0), 0.5 * weights
-    xs, ys, ws = [], [], []
-    for piece in profile_of(body).pieces:
-        (x0, y0), (x1, y1) = piece.start, piece.end
-        if piece.radius:
-            first, last = (
-                float(np.arctan2(x - piece.x, y - piece.y)) for x, y in ((x0, y0), (x1, y1))
-            )
-            angle = first + (last - first) * nodes
-            xs.append(piece.x + piece.radius * np.sin(angle))
-            ys.append(piece.y + piece.radius * np.cos(angle))
-            length = weights * (last - first) * piece.radius
-            ws.append(np.column_stack([length * np.cos(angle), length]))
-        else:
-            xs.append(x0 + (x1 - x0) * nodes)
-            ys.append(y0 + (y1 - y0) * nodes)
-            ws.append(np.column_stack([weights * (x1 - x0), weights * piece.length]))
-    return np.concatenate(xs), np.concatenate(ys), np.vstack(ws)
-
-
 def outline_volume(body: Body, half: bool = False) -> float:
     """Volume of body, plates and core together, mm^3 (of the half z >= 0 if ``half``)."""
     share = 0.5 if half else 1.0
-    if body.step is not None:
-        return share * step_facts(body.step).volume
-    if body.straight:
-        return share * section_area(body) * body.depth_mm
-    x, y, weights = outline_points(body)
-    if body.shape == "revolved":
-        return float(share * np.sum(weights[:, 0] * 2.0 * np.pi * x * y))
-    z_end, axis = 0.5 * body.depth_mm, profile_of(body).crest - float(body.dome_radius_mm or 0.0)
-    reach = y - axis
-    over_z = z_end * np.sqrt(reach**2 - z_end**2) + reach**2 * np.arcsin(z_end / reach)
-    column = over_z + 2.0 * z_end * axis
-    return float(share * 2.0 * np.sum(weights[:, 0] * column))
+    return share * body.kind.volume(body)
 
 
 # What must be true of a finger's solids: volumes and areas in closed form (numpy only).
@@ -121,57 +81,12 @@ def check_volume(what: str, found: float, wanted: float, tolerance: float) -> No
 def face_areas(body: Body, half: bool = False) -> dict[str, float]:
     """Areas of the finger's outer faces by name, mm^2, ends of plates and core in them included.
 
-    By the Gauss points of ``outline_points``, exact along z. ``half``: of z >= 0, with the face
-    "symmetry". A revolved body has no "end"; the edges belong to "contact". Of a STEP body what
-    its solid says, without "symmetry".
+    By the outline's Gauss points, exact along z. ``half``: of z >= 0, with the face "symmetry". A
+    revolved body has no "end"; the edges belong to "contact". Of a STEP body what its solid says,
+    without "symmetry".
     """
-    if body.step is not None:
-        share = 0.5 if half else 1.0
-        return {name: share * float(area) for name, area in step_facts(body.step).area.items()}
-    if body.shape == "revolved":
-        whole = _revolved_areas(body)
-    elif body.shape == "dome":
-        whole = _dome_areas(body)
-    else:
-        whole = _straight_areas(body)
+    whole = body.kind.areas(body)
     if not half:
         return whole
     halves = {name: 0.5 * area for name, area in whole.items()}
-    return halves | {"symmetry": section_area(body)}
-
-
-def _straight_areas(body: Body) -> dict[str, float]:
-    profile, depth = profile_of(body), body.depth_mm
-    return {
-        "base": body.width_mm * depth,
-        "contact": 2.0 * depth * sum(piece.length for piece in profile.pieces),
-        "side": 2.0 * depth * profile.side_height,
-        "end": 2.0 * profile.area,
-    }
-
-
-def _revolved_areas(body: Body) -> dict[str, float]:
-    profile, radius = profile_of(body), 0.5 * body.width_mm
-    x, _, weights = outline_points(body)
-    return {
-        "base": float(np.pi * radius**2),
-        "contact": float(np.sum(weights[:, 1] * 2.0 * np.pi * x)),
-        "side": float(2.0 * np.pi * radius * profile.side_height),
-    }
-
-
-def _dome_areas(body: Body) -> dict[str, float]:
-    profile, z_end = profile_of(body), 0.5 * body.depth_mm
-    axis = profile.crest - float(body.dome_radius_mm or 0.0)
-    _, y, weights = outline_points(body)
-    reach = y - axis  # radius of revolution of each point of the outline
-    around = 2.0 * reach * np.arcsin(z_end / reach)
-    end = weights[:, 0] * (axis + np.sqrt(reach**2 - z_end**2))
-    edge = profile.side_height - axis
-    under = z_end * np.sqrt(edge**2 - z_end**2) + edge**2 * np.arcsin(z_end / edge)
-    return {
-        "base": body.width_mm * body.depth_mm,
-        "contact": float(2.0 * np.sum(weights[:, 1] * around)),
-        "side": float(2.0 * (under + 2.0 * z_end * axis)),
-        "end": float(4.0 * np.sum(end)),
-    }
+    return halves | ({"symmetry": section_area(body)} if body.kind.closed_form else {})

@@ -33,10 +33,7 @@ def crest_curvatures(body: Body) -> tuple[float, float]:
     """Curvatures of the body's crest along x and z, 1/mm; of a STEP body fitted to its heights."""
     if body.shape == "step":
         return _fitted(body, 0.05 * body.width_mm, 0), _fitted(body, 0.05 * body.depth_mm, 1)
-    first = 0.0 if body.shape == "block" else 1.0 / body.arc_radius_mm
-    if body.shape == "revolved":
-        return first, first
-    return first, 0.0 if body.dome_radius_mm is None else 1.0 / body.dome_radius_mm
+    return body.kind.curvatures(body)
 
 
 def _fitted(body: Body, reach: float, axis: int) -> float:
@@ -54,7 +51,7 @@ def _fitted(body: Body, reach: float, axis: int) -> float:
 def flat_half_extents(body: Body) -> tuple[float, float]:
     """Half-extents along x and z of the top that is there to touch, mm: a block's without edges."""
     most = 0.5 * body.width_mm, 0.5 * body.depth_mm
-    if body.shape == "block":
+    if body.kind.flat:
         return profile_of(body).pieces[0].end[0], most[1]
     return most
 
@@ -165,7 +162,7 @@ def summarise(design: Design, scene: Scene | None = None) -> Summary:
         cover = float(clearance.cover_clearances(body, frames).min())
         closest = least_gap(frames)
         gap = closest.distance if closest is not None else None
-        reach = points[:, 0] if body.shape != "revolved" else np.hypot(points[:, 0], points[:, 2])
+        reach = points[:, 0] if not body.kind.turned else np.hypot(points[:, 0], points[:, 2])
         side = float(0.5 * body.width_mm - np.abs(reach).max())
         base = float(points[:, 1].min())
     return Summary(

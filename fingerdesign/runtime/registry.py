@@ -97,6 +97,10 @@ class Registry:
         for module in dict.fromkeys(module for _, _, module in self._shipped):
             import_module(module)
 
+    def loaded(self) -> tuple[Any, ...]:
+        """The kinds that are there already."""
+        return tuple(self._kinds.values())
+
     def kinds(self) -> tuple[Any, ...]:
         """Every kind, in the order of lists."""
         self.load()
@@ -112,6 +116,8 @@ class Registry:
 
     def knows(self, name: object) -> bool:
         """Whether there is a kind of that name."""
+        if not isinstance(name, str):
+            return False
         return name in self._kinds or name in self.shipped_names() or name in self.names()
 
     def find(self, name: object, key: str) -> Any:
@@ -158,6 +164,7 @@ class Registry:
 
 CONTROLLERS = Registry("controller", "fingerdesign.control.controllers", "controller")
 SCENE_OBJECTS = Registry("scene object", "fingerdesign.shapes", "scene_object")
+BODIES = Registry("body", "fingerdesign.layout", "body")
 MESHERS = Registry("mesher", "fingerdesign.mesh", "mesher")
 
 

@@ -55,7 +55,7 @@ class Assumption:
 
 def section_why_not(design: Design, scene: Scene) -> str | None:
     """Why plane strain cannot show this design in this scene; None where it can."""
-    if design.body.shape == "revolved":
+    if design.body.kind.turned:
         return "a turned body has no section that stands for it"
     if steps_sideways(scene):
         return "the scene is not the same in every section: it needs three dimensions"

@@ -405,7 +405,7 @@ def _half_width(design: Design, scene: Scene | None) -> float:
         fault = Fault("object.shape", scene.object.shape, bound, "compare with 3-D")
         raise DesignError([fault])
     reach = contact_reach(design, scene.object, greatest_approach(design, scene))[0]
-    if design.body.shape != "block" or not scene.object.flat:  # a flat touches at once
+    if not design.body.kind.flat or not scene.object.flat:  # a flat touches at once
         wide = reach / float(crest_height(design.body))
         reach *= max(_FORECAST - _FORECAST_WIDE * wide, _FORECAST_LEAST)
     return min(reach, 0.5 * design.body.width_mm)

@@ -87,7 +87,7 @@ def test_least_dome_radius_leaves_the_corners_that_high(base, depth, sagitta_sca
     least = least_dome_radius(body, 0.1)
 
     def corner(dome_radius):
-        dome = body.model_copy(update={"dome_radius_mm": dome_radius})
+        dome = body.model_copy(update={"shape": "dome", "dome_radius_mm": dome_radius})
         with np.errstate(invalid="ignore"):
             return float(surface_height(dome, 10.0, 0.5 * depth))
 

@@ -179,7 +179,7 @@ def _outside(body: Body, symmetric: bool) -> list[Carrier]:
         return [*step_carriers(body.step), *mirror]
     half_depth = 0.5 * body.depth_mm
     found: list[Carrier] = [Plane("base", (0.0, -1.0, 0.0), 0.0), *mirror]
-    if body.shape != "revolved":
+    if not body.kind.turned:
         found.append(Plane("end", (0.0, 0.0, 1.0), half_depth))
         if not symmetric:
             found.append(Plane("end", (0.0, 0.0, -1.0), half_depth))
@@ -188,7 +188,7 @@ def _outside(body: Body, symmetric: bool) -> list[Carrier]:
     for chain in Profile((*profile.pieces, below)).chains():
         surface = ContactSurface(body, chain)
         if chain == (below,):
-            if body.shape == "revolved":
+            if body.kind.turned:
                 found.append(Chain("side", surface, 0))
             else:
                 sides = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0))

@@ -169,7 +169,7 @@ def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
 def _inside(design: Design, extent: Extent, scale: float, places: Array) -> Array:
     """How far (n,) places of the plane y = 0 lie inside the finger's base; negative outside."""
     body = design.body
-    if body.shape == "revolved":
+    if body.kind.turned:
         return np.asarray(extent.half_width - np.hypot(*places.T))
     half = np.array([extent.half_width, extent.half_depth])
     within = (half - np.abs(places)).min(axis=1)

@@ -83,7 +83,7 @@ def rim_height(body: Body) -> float:
 def flat_sided(body: Body) -> bool:
     """Whether every side is a flat face normal to x or z, so that the contact surface can be
     continued outward; else the walls end at the rim's height."""
-    if body.shape == "revolved":
+    if body.kind.turned:
         return False
     if body.step is None:
         return True
@@ -170,7 +170,7 @@ def _margins(
         x, y, z = points.T
         half_x = 0.5 * body.width_mm * (1.0 - 1e-12)
         on_side = np.column_stack([np.clip(x, -half_x, half_x), y, z])
-        if body.shape == "revolved":
+        if body.kind.turned:
             surface = np.full(shape[0], -np.inf)
             return surface, surface
         below = surface_clearances(body, on_side).reshape(shape)
@@ -251,7 +251,7 @@ def _inside(body: Body, points: Array) -> NDArray[np.bool_]:
     x, y, z = points.T
     half_x, half_z = 0.5 * body.width_mm, 0.5 * body.depth_mm
     within = (np.abs(x) <= half_x) & (np.abs(z) <= half_z)
-    if body.shape == "revolved":
+    if body.kind.turned:
         within = np.hypot(x, z) <= half_x
     with np.errstate(invalid="ignore"):
         height = surface_height(body, np.where(within, x, 0.0), np.where(within, z, 0.0))
@@ -286,7 +286,7 @@ def extent_of(design: Design, scale: float) -> Extent:
     half_depth = max(half_extent(body, "+z"), half_extent(body, "-z"))
     continued, rim = flat_sided(body), rim_height(body)
     corner = half_depth
-    if body.shape == "revolved":
+    if body.kind.turned:
         corner = half_depth / np.sqrt(2.0)
     elif not continued:
         corner = _corner(body, half_width, half_depth, rim)

@@ -136,7 +136,7 @@ def _seam_on(design: Design, room: Room, axis: str) -> float:
     On a revolved body's border it would meet the upright side at the angle whose sine is the rest:
     farther out than this the insert ends there in a feather edge.
     """
-    if design.body.shape != "revolved":
+    if not design.body.kind.turned:
         return math.inf
     zone = room.zone_x if axis == "x" else room.zone_z
     return max(_FEATHERLESS * 0.5 * design.body.width_mm * scale_of(design), zone)

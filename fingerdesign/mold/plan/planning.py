@@ -112,9 +112,9 @@ def _candidates(design: Design, limits: Limits, key: str) -> Iterator[Mapping[st
         if body.step is not None:
             return
         name = key.removeprefix("body.")
-        if name == "depth_mm" and body.shape == "revolved":
+        if name == "depth_mm" and body.kind.turned:
             return
-        also = {_DEPTH} if name == "width_mm" and body.shape == "revolved" else set[str]()
+        also = {_DEPTH} if name == "width_mm" and body.kind.turned else set[str]()
         now = float(getattr(body, name))
         for share in _UP:
             value = round(share * now, 1)

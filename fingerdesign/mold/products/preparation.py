@@ -145,7 +145,7 @@ def _surface(bench: Bench, coated: bool) -> Iterator[str]:
             "you polish"
         )
     flat = ""
-    if bench.design.body.shape == "block":
+    if bench.design.body.kind.flat:
         flat = (
             " It is flat: you can bond glass over it instead, and make the insert thinner by the "
             "glass (mold.insert_mm)."

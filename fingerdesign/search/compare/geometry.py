@@ -150,7 +150,7 @@ def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> 
 def _packed(design: Design, words: str, traces: Traces) -> Packed:
     body = design.body
     solid, height = body_triangles(body)
-    width, depth = body.width_mm, body.width_mm if body.shape == "revolved" else body.depth_mm
+    width, depth = body.width_mm, body.width_mm if body.kind.turned else body.depth_mm
     notes = []
     if body.shape == "step":
         notes.append("Of the STEP body its contact surface is drawn, with straight sides below.")
@@ -225,7 +225,7 @@ def body_triangles(body: Body) -> tuple[Triangles, float]:
         return grid_body(*grid), height
     profile = profile_of(body)
     half = outline_of(profile)
-    if body.shape == "revolved":
+    if body.kind.turned:
         return turned_body(half), profile.crest
     x = np.concatenate([-half[::-1, 0], half[1:, 0]])
     # A vertical piece of the outline ends at the side: no two heights over one x.
