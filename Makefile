@@ -10,10 +10,10 @@ demo: $(VENV)/.runtime
 	$(BIN)/fingerdesign analyse designs/maeno2000.toml --out out
 
 test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow" -n auto --dist worksteal
 
 slow-test: $(VENV)/.dev
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow -n auto --dist worksteal
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
