@@ -19,7 +19,7 @@ def page(**changes):
         "designs": 5,
         "kind": "3-D",
         "megabytes": 3.0,
-        "times": (PageTimes(0.2, 0.1, 0.3, 0.2), PageTimes(0.4, 0.1, 0.5, 0.2)),
+        "times": (PageTimes(0.2, 0.1, 0.8, 0.5, 0.3, 0.2), PageTimes(0.4, 0.1, 0.9, 0.6, 0.5, 0.2)),
         "requests": (),
         "console": (),
     }
@@ -35,7 +35,7 @@ def test_what_falls_short_is_told() -> None:
     assert page().median("open_s") == pytest.approx(0.3)
     assert failing(page(megabytes=21.0)) == ["5 designs, 3-D: size"]
     assert "requests" in failing(page(requests=("http://127.0.0.1/",)))[0]
-    assert "opened" in failing(page(times=(PageTimes(1.2, 0.1, 0.3, 0.2),)))[0]
+    assert "opened" in failing(page(times=(PageTimes(1.2, 0.1, 0.8, 0.5, 0.3, 0.2),)))[0]
 
 
 @pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")

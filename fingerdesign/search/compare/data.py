@@ -18,8 +18,10 @@ from fingerdesign.search.compare.figures import (
     contact_figure,
     forces_figure,
     gages_figure,
+    looks,
     rounded,
     runs,
+    shape_figure,
 )
 from fingerdesign.search.compare.geometry import packed_geometry
 from fingerdesign.search.compare.recommend import Recommendation
@@ -41,11 +43,18 @@ _HEAVY = frozenset({"design", "traces", "grips", "schema_version"})
 
 
 def page_data(
-    outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
+    outcomes: Sequence[Outcome],
+    facts: StudyFacts,
+    found: Recommendation,
+    references: Sequence[int] = (),
 ) -> dict[str, Any]:
-    """The light part: the study, its metrics and parameters, and every design in order."""
+    """The light part: the study, how charts look, and every design in order.
+
+    references: numbers of the designs that a search was to beat.
+    """
     feasible, front = set(found.feasible), set(found.front)
     return {
+        "looks": looks(),
         "study": {
             "name": all_shown(facts.name),
             "recommended": found.chosen,
@@ -56,6 +65,16 @@ def page_data(
             | {
                 "feasible": number in feasible,
                 "front": number in front,
+                "kind": _kind(number, found, references),
+                "marks": [
+                    mark
+                    for mark, holds in (
+                        ("the reference", number in references),
+                        ("recommended", number == found.chosen),
+                        ("not feasible", number not in feasible),
+                    )
+                    if holds
+                ],
                 "missed": all_shown(list(missed)),
                 "notes": all_shown(
                     [
@@ -68,6 +87,15 @@ def page_data(
             for missed in [why_not(outcome, facts.objectives, facts.constraints)]
         ],
     }
+
+
+def _kind(number: int, found: Recommendation, references: Sequence[int]) -> str:
+    """How the chart of two measures shows a design that is not on their front."""
+    if number in references:
+        return "reference"
+    if number == found.chosen:
+        return "star"
+    return "in" if number in found.feasible else "out"
 
 
 def _pair(outcomes: Sequence[Outcome], found: Recommendation) -> list[int | None]:
@@ -86,18 +114,19 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
     status: of each increment its characters run by run, "3.12#2/" for 3 open, 12 stick, 2 slip.
     """
     traces = outcome.traces
-    contact = contact_figure(traces)
+    geometry = packed_geometry(outcome.design, traces)
     found: dict[str, Any] = all_shown(
         {
-            "geometry": packed_geometry(outcome.design, traces),
+            "size": geometry["size"],
+            "words": f"{geometry['words']} {geometry['note']}".strip(),
             "figures": {
-                "contact": contact,
+                "shape": shape_figure(geometry, bool(traces.contact_z_mm)),
+                "contact": contact_figure(traces),
                 "gages": gages_figure(traces),
                 "forces": forces_figure(outcome, frictions),
             },
             "readings": {key: rounded(getattr(traces, key)) for key in READINGS},
             "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
-            "marks": contact and contact.pop("marks", None),
             "status": [runs(row) for row in traces.status],
             "belief": _belief(outcome),
             "mind": [*outcome.validity.sentences, *outcome.warnings],

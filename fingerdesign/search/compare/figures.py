@@ -28,6 +28,65 @@ LOOKS = (
     ("--purple", "dashdot", "diamond"),
     ("--muted", "longdash", "triangle-down"),
 )
+# What the charts of the page have in common; the page puts a figure's own over it.
+CHART: dict[str, Any] = {
+    "height": 250,
+    "margin": {"l": 58, "r": 14, "t": 10, "b": 44},
+    "showlegend": False,
+    "dragmode": False,
+    "hovermode": "closest",
+    "paper_bgcolor": "#0000",
+    "plot_bgcolor": "#0000",
+    "font": {"family": "--figure-font", "size": 12, "color": "--ink"},
+    "legend": {"orientation": "h", "y": -0.25, "font": {"size": 11}},
+}
+AXIS: dict[str, Any] = {
+    "gridcolor": "--grid",
+    "linecolor": "--muted",
+    "zerolinecolor": "--muted",
+    "zeroline": False,
+    "showline": True,
+    "fixedrange": True,
+}
+# An upright axis of the lines of all designs.
+UPRIGHT: dict[str, Any] = {
+    "overlaying": "y",
+    "anchor": "free",
+    "tickmode": "auto",
+    "nticks": 7,
+    "showgrid": False,
+    "ticks": "outside",
+}
+# The points of the chart of two measures: symbol, colour, size, and the colour of its border.
+POINTS = {
+    "ring": ("circle-open", "--ink", 24, "--ink"),
+    "out": ("x-thin-open", "--muted", 7, "--muted"),
+    "in": ("circle-open", "--muted", 9, "--muted"),
+    "reference": ("square-open", "--ink", 12, "--ink"),
+    "front": ("diamond", "--green", 12, "--paper"),
+    "star": ("star", "--yes", 18, "--paper"),
+}
+# All gages over x: the lines of A and B.
+PROFILE: dict[str, Any] = {
+    "lines": [
+        {"line": {"color": "--blue"}, "marker": {"symbol": "circle"}},
+        {"line": {"color": "--vermilion", "dash": "dash"}, "marker": {"symbol": "square"}},
+    ],
+    "layout": {
+        "showlegend": True,
+        "xaxis": {"title": {"text": "x of the gage (mm)"}},
+        "yaxis": {"title": {"text": "reading (microstrain)"}, "zeroline": True},
+    },
+}
+# The parts of the finger in space: colour and opacity.
+FINGER = {
+    "body": ("--blue", 0.22),
+    "core": ("--green", 0.6),
+    "plates": ("--vermilion", 1.0),
+    "gages": ("#ffffff", 1.0),
+    "holes": ("#000000", 1.0),
+}
+_LIGHT = {"ambient": 0.65, "diffuse": 0.6, "specular": 0.05}
 _WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
 
 Figure = dict[str, Any]
@@ -62,6 +121,73 @@ def frictions_of(outcomes: Sequence[Outcome]) -> dict[float, int]:
     """Every friction of a grip and the number of its look, from the lowest on."""
     found = {grip.friction_coefficient for outcome in outcomes for grip in outcome.grips}
     return {value: k for k, value in enumerate(sorted(each for each in found if each > 0))}
+
+
+def looks() -> dict[str, Any]:
+    """What all charts of the page have in common, JSON-ready."""
+    points = {
+        name: {
+            "name": name,
+            "mode": "markers",
+            "hoverinfo": "skip" if name == "ring" else "none",
+            "marker": {
+                "symbol": symbol,
+                "color": colour,
+                "size": size,
+                "line": {"width": 1.3, "color": border},
+            },
+        }
+        for name, (symbol, colour, size, border) in POINTS.items()
+    }
+    options = {"displayModeBar": False, "responsive": True, "scrollZoom": False}
+    found = {"options": options, "chart": CHART, "axis": AXIS, "upright": UPRIGHT, "points": points}
+    return found | {"profile": PROFILE}
+
+
+def shape_figure(geometry: Mapping[str, Any], deep: bool) -> Figure | None:
+    """The finger in space, of what packed_geometry found; the page adds the camera.
+
+    deep: of a 3-D model, whose contact is drawn point by point, else in lines along z.
+    """
+    if geometry["body"] is None:
+        return None
+    data = [
+        {
+            "type": "mesh3d",
+            "color": colour,
+            "opacity": opacity,
+            "flatshading": True,
+            "hoverinfo": "skip",
+            "lighting": _LIGHT,
+            **geometry[name],
+        }
+        for name, (colour, opacity) in FINGER.items()
+        if geometry[name] is not None
+    ]
+    marks = geometry["touch"] and {"first": len(data) + 1, "kinds": STATUS[:2], **geometry["touch"]}
+    contact = "markers" if deep else "lines"
+    for mode, colour, width in (
+        ("lines", "--ink", 2),
+        (contact, "--ink", 5),
+        (contact, "--purple", 2),
+    ):
+        look = {
+            "line": {"color": colour, "width": width},
+            "marker": {"color": colour, "size": width},
+        }
+        data.append({"type": "scatter3d", "mode": mode, "hoverinfo": "skip", **look})
+    data[-3] |= geometry["edges"]
+    hidden = {"visible": False}
+    scene = dict.fromkeys(("xaxis", "yaxis", "zaxis"), hidden)
+    layout = {
+        "height": 340,
+        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
+        "hovermode": False,
+        "scene": {"dragmode": "orbit", "aspectmode": "manual", **scene},
+    }
+    words = f"{geometry['words']} {geometry['note']}".strip()
+    own: Figure = {"steps": [], "shared": [], "marks": marks, "words": words}
+    return {"data": data, "layout": layout, **own}
 
 
 def contact_figure(traces: Traces) -> Figure | None:

@@ -74,12 +74,12 @@ def compare_html(
     """
     found = recommend(outcomes, facts.objectives, facts.constraints)
     table = design_table(outcomes, facts, found)
-    data = page_data(outcomes, facts, found)
-    data["study"]["references"] = [
+    reference = [
         number
         for number, outcome in enumerate(outcomes)
         if any(outcome.name == each or outcome.name.startswith(f"{each} (") for each in references)
     ]
+    data = page_data(outcomes, facts, found, reference)
     data["columns"] = [_column(column, outcomes) for column in table.columns]
     plotly, plotly_digest = plotly_script()
     scripts = "\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS)
@@ -96,7 +96,7 @@ def compare_html(
         table=table,
         axes=_first_axes(outcomes, table, facts),
         lines=_first_lines(table),
-        references=data["study"]["references"],
+        references=reference,
         readings=READINGS,
         downloads=DOWNLOADS,
         answer=[shown(each) for each in answer],

@@ -1,7 +1,7 @@
 // Charts of all designs that pass the filter: two measures with their front, and all at once.
 (() => {
   "use strict";
-  const { designs, study, columns } = FD.data;
+  const { designs, columns, looks } = FD.data;
   const words = (number, some) =>
     some.map((each) => `${FD.heading(each)} ${FD.number(FD.value(number, each))}`).join(", ");
 
@@ -48,22 +48,13 @@
   /** Two measures; the front of the two as stairs. */
   function pareto() {
     const axes = () => ["x", "y"].map((key) => columns[FD.byId(`axis-${key}`).value]);
-    const looks = { out: ["x-thin-open", "--muted", 7], in: ["circle-open", "--muted", 9],
-      reference: ["square-open", "--ink", 12], front: ["diamond", "--green", 12],
-      star: ["star", "--yes", 18], ring: ["circle-open", "--ink", 24] };
     let [points, front] = [[], []];
     const has = (some, number) => some.some((point) => point.number === number);
-    const kind = ({ number }) => (study.references.includes(number) ? "reference"
-      : number === study.recommended ? "star" : has(front, number) ? "front"
-        : designs[number].feasible ? "in" : "out");
-
-    const trace = (name, some, more) => ({ name, x: some.map((p) => p.x), y: some.map((p) => p.y),
-      customdata: some.map((p) => p.number), mode: "markers", hoverinfo: "none", ...more });
-    const marks = (name, some, more) => {
-      const [symbol, color, size] = looks[name];
-      const line = { width: 1.3, color: symbol.endsWith("open") ? color : "--paper" };
-      return trace(name, some, { marker: { symbol, color, size, line }, ...more });
-    };
+    // What a design is by itself; of those alike, the front of these two stands out.
+    const kind = ({ number }) => (/^(in|out)$/.test(designs[number].kind) && has(front, number)
+      ? "front" : designs[number].kind);
+    const trace = (some, more) => ({ x: some.map((p) => p.x), y: some.map((p) => p.y),
+      customdata: some.map((p) => p.number), ...more });
     function badge({ number, x, y }) { // beside the point: its shape says what it is
       const letter = FD.letter(number);
       return { x, y, text: letter, showarrow: false, xshift: letter === "A" ? 22 : -22, yshift: 16,
@@ -87,10 +78,9 @@
       front = good.filter((p) => !good.some((q) => right * (q.x - p.x) <= 0 &&
         up * (q.y - p.y) <= 0 && (q.x !== p.x || q.y !== p.y))).sort((p, q) => p.x - q.x);
       const line = { color: "--green", dash: "dash", shape: x.goal === "min" ? "hv" : "vh" };
-      const traces = [trace("line", front, { mode: "lines", hoverinfo: "skip", line }),
-        marks("ring", [], { hoverinfo: "skip" }),
-        ...Object.keys(looks).slice(0, -1).map((name) =>
-          marks(name, points.filter((point) => kind(point) === name)))];
+      const traces = [trace(front, { name: "line", mode: "lines", hoverinfo: "skip", line }),
+        ...Object.values(looks.points).map((look) =>
+          trace(points.filter((point) => kind(point) === look.name), look))];
       const touch = matchMedia("(pointer: coarse)").matches; // there a drag scrolls the page
       FD.chart(place, traces, { height: 430, dragmode: !touch && "select", selections: [],
         xaxis: axis(x, "x"), yaxis: axis(y, "y"),
@@ -112,11 +102,8 @@
         Plotly.restyle(place, { x: [[point?.x]], y: [[point?.y]] }, [1]);
       },
       sentence: (number) => [`${FD.name(number)}: ${words(number, axes())}`,
-        FD.letter(number) && `chosen as ${FD.letter(number)}`,
-        study.references.includes(number) && "the reference",
-        number === study.recommended && "recommended",
-        has(front, number) ? "on the front of these two"
-          : !designs[number].feasible && "not feasible"].filter(Boolean).join(", ") });
+        FD.letter(number) && `chosen as ${FD.letter(number)}`, ...designs[number].marks,
+        has(front, number) && "on the front of these two"].filter(Boolean).join(", ") });
     for (const select of document.querySelectorAll("#axis-x, #axis-y"))
       select.addEventListener("change", again);
     FD.bound = (range) => axes().forEach(({ path }, k) => FD.filter(path, range["xy"[k]]));
@@ -142,13 +129,13 @@
     function axisOf(column) {
       const of = (number) => (column.kinds
         ? column.kinds.indexOf(FD.number(FD.value(number, column))) : FD.value(number, column));
-      const [low, high] = FD.range(FD.shown.map(of), 0);
+      const [low, high] = FD.range(FD.shown.map(of));
       const range = column.goal === "min" ? [high, low] : [low, high];
       const share = (value) => (value - range[0]) / (range[1] - range[0]);
       const at = (number) => (FD.value(number, column) === null ? NONE : share(of(number)));
       const different = new Set(FD.shown.map(of)).size > 1;
-      const ticks = column.kinds && { tickvals: column.kinds.map((_, k) => k),
-        ticktext: column.ticks };
+      const ticks = column.kinds && { tickmode: "array", ticktext: column.ticks,
+        tickvals: column.kinds.map((_, k) => k) };
       return { ...column, at, range, different, ticks };
     }
 
@@ -175,9 +162,9 @@
       if (lacking) layout.annotations.push({ x: -0.02, y: NONE, xanchor: "right", showarrow: false,
         text: "none" });
       axes.forEach(({ range: [low, high], ticks }, k) => {
-        layout[`yaxis${k + 2}`] = { overlaying: "y", anchor: "free", tickmode: ticks ? "array" : "auto",
-          range: [bottom, top].map((share) => low + share * (high - low)), nticks: 7, ...ticks,
-          position: (k + 0.02) / (axes.length - 0.88), showgrid: false, ticks: "outside" };
+        layout[`yaxis${k + 2}`] = { ...looks.upright, ...ticks,
+          range: [bottom, top].map((share) => low + share * (high - low)),
+          position: (k + 0.02) / (axes.length - 0.88) };
         traces.push({ x: [null], y: [null], yaxis: `y${k + 2}`, hoverinfo: "skip" });
       });
       FD.chart(place, traces, layout, `Parallel coordinates of ${FD.shown.length} designs over ` +

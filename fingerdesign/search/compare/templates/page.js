@@ -2,7 +2,6 @@
 // untrusted names. Plotly lies packed in the page and is unpacked for its first chart.
 const FD = (() => {
   "use strict";
-  const KEPT = 8; // packed parts that are held open
   const byId = (id) => document.getElementById(id);
   const data = JSON.parse(byId("data").textContent);
   const parts = new Map(); // of the packed heavy parts, those that were opened
@@ -42,7 +41,9 @@ const FD = (() => {
 
   /** The text that an element holds packed: gzip in base64. */
   my.unpacked = async (element) => {
-    const bytes = Uint8Array.from(atob(element.textContent), (c) => c.charCodeAt(0));
+    const text = atob(element.textContent);
+    const bytes = new Uint8Array(text.length);
+    for (let k = 0; k < text.length; k += 1) bytes[k] = text.charCodeAt(k);
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
     return new Response(stream).text();
   };
@@ -51,52 +52,41 @@ const FD = (() => {
   /** The heavy part of a design that was made ready: {geometry, figures, ...}. */
   my.detail = (number) => parts.get(partOf(number))[number % together()];
 
+  const idle = new Promise((go) => (window.requestIdleCallback ?? setTimeout)(go)); // text first
   let plotly = null;
   /** Make Plotly and the heavy parts of the chosen designs ready. */
   async function ready() {
+    await idle;
     plotly ??= my.unpacked(byId("plotly")).then((text) =>
       document.head.append(my.el("script", {}, text))); // the policy knows its digest
-    for (const part of my.selected.filter((number) => number !== null).map(partOf)) {
+    for (const part of my.selected.filter((number) => number !== null).map(partOf))
       if (!parts.has(part))
         parts.set(part, JSON.parse(await my.unpacked(byId(`details-${part}`))));
-      if (parts.size > KEPT) parts.delete(parts.keys().next().value);
-    }
     await plotly;
   }
 
   /** Draw or change a chart, "--blue" as the page's colour; words: its text alternative. */
   my.chart = (place, traces, layout, words) => {
-    const axis = { gridcolor: "--grid", linecolor: "--muted", zerolinecolor: "--muted",
-      zeroline: false, showline: true, fixedrange: true };
-    const whole = { height: 250, margin: { l: 58, r: 14, t: 10, b: 44 }, showlegend: false,
-      dragmode: false, hovermode: "closest", paper_bgcolor: "#0000", plot_bgcolor: "#0000",
-      font: { family: "--figure-font", size: 12, color: "--ink" },
-      legend: { orientation: "h", y: -0.25, font: { size: 11 } }, ...layout };
+    const whole = { ...data.looks.chart, ...layout };
     for (const key of Object.keys(whole).filter((name) => /^[xy]axis/.test(name)))
-      whole[key] = { ...axis, ...whole[key] };
+      whole[key] = { ...data.looks.axis, ...whole[key] };
     const themed = (given) => JSON.parse(JSON.stringify(given), (key, value) =>
       typeof value === "string" && value.startsWith("--") ? my.colour(value.slice(2)) : value);
     place.setAttribute("aria-label", words);
-    const options = { displayModeBar: false, responsive: true, scrollZoom: false };
-    return Plotly.react(place, themed(traces), themed(whole), options);
+    Plotly.react(place, themed(traces), themed(whole), data.looks.options);
   };
 
-  /** Least and greatest of the numbers of a list, widened by a share of their span. */
-  my.range = (list, more) => {
+  /** Least and greatest of the numbers of a list; some width where they are one. */
+  my.range = (list) => {
     const found = list.filter(my.isNumber);
-    if (!found.length) return [0, 1];
-    const [low, high] = [Math.min, Math.max].map((end) => found.reduce((p, q) => end(p, q)));
-    const extra = high > low ? more * (high - low) : 0.5 * (Math.abs(low) || 1);
-    return [low - extra, high + extra];
+    const [low, high] = [Math.min, Math.max].map((end) => found.reduce((p, q) => end(p, q), found[0]));
+    return high > low ? [low, high] : [(low ?? 0) - 0.5, (low ?? 0) + 0.5];
   };
 
   /** A function that asks for a drawing, which is made once its place is near the window. */
   my.lazily = (place, draw) => {
     let [near, stale] = [false, false];
-    const now = () => {
-      if (stale) draw();
-      stale = false;
-    };
+    const now = () => stale && (stale = false, draw());
     const soon = () => ready().then(() => near && now(), () =>
       place.replaceChildren("This browser cannot unpack the drawings; a newer one can."));
     new IntersectionObserver((entries) => {
@@ -104,10 +94,7 @@ const FD = (() => {
       soon();
     }, { rootMargin: "500px" }).observe(place);
     window.addEventListener("beforeprint", () => window.Plotly && now());
-    const again = () => {
-      stale = true;
-      soon();
-    };
+    const again = () => (stale = true, soon());
     my.on("look", again);
     return again;
   };
@@ -136,8 +123,9 @@ const FD = (() => {
   };
   my.letter = (number) => ["A", "B"][my.selected.indexOf(number)] ?? null;
   my.show = (numbers) => {
+    const before = new Set(my.shown);
     my.shown = numbers;
-    raise("shown");
+    if (before.size !== numbers.length || !numbers.every((each) => before.has(each))) raise("shown");
   };
   my.press("[data-leave]", ({ leave }) => my.toggle(my.selected[leave]));
   my.press("#swap", () => my.select(...my.selected.reverse()));

@@ -30,9 +30,6 @@
   const ONE = new RegExp(`^(<=|>=|<|>|=|≤|≥)?\\s*${NUMBER}$`);
   const RANGE = new RegExp(`^${NUMBER}\\s*(?:\\.\\.|to)\\s*${NUMBER}$`);
   const near = (x, y) => Math.abs(x - y) <= 1e-9 * Math.max(1, Math.abs(y));
-  const WAYS = { "<": (x, y) => x < y, "<=": (x, y) => x <= y, "≤": (x, y) => x <= y,
-    ">": (x, y) => x > y, ">=": (x, y) => x >= y, "≥": (x, y) => x >= y };
-
   /** Whether a value passes what a filter's text asks for; null where it cannot be read. */
   function test(text, numeric) {
     const wanted = text.trim();
@@ -41,8 +38,10 @@
     if (!range && !one) return null;
     const [low, high] = (range ?? one).slice(range ? 1 : 2)
       .map((each) => Number(each.replace("−", "-")));
-    return range ? (value) => value !== null && value >= low && value <= high
-      : (value) => value !== null && (WAYS[one[1]] ?? near)(value, low);
+    const [way, equal] = [one?.[1] ?? "=", (value) => /[=≤≥]/.test(way) && near(value, low)];
+    const holds = (value) => (range ? value >= low && value <= high : equal(value) ||
+      (/[<≤]/.test(way) && value < low) || (/[>≥]/.test(way) && value > low));
+    return (value) => value !== null && holds(value);
   }
 
   /** Show the rows that pass the filter. */
@@ -50,13 +49,12 @@
     const wrong = [];
     const tests = FD.all("#only-front:checked, #only-feasible:checked").map(({ id }) => (number) =>
       FD.data.designs[number][id.slice("only-".length)]);
-    for (const { input, title, numeric, of } of columns.filter(({ input }) => input.value.trim())) {
-      const found = test(input.value, numeric);
+    for (const { input, title, numeric, of } of columns) {
+      const found = input.value.trim() ? test(input.value, numeric) : () => true;
       input.setAttribute("aria-invalid", String(!found));
-      if (found) tests.push((number) => found(of(number)));
-      else wrong.push(title);
+      if (!found) wrong.push(title);
+      else if (input.value.trim()) tests.push((number) => found(of(number)));
     }
-    for (const { input } of columns) if (!input.value.trim()) input.removeAttribute("aria-invalid");
     FD.byId("fault").textContent = wrong.length
       ? `Not understood for ${wrong.join(", ")}: write <0.1, >=5, 2..5 or a number.` : "";
     const shown = order.filter((number) => tests.every((each) => each(number)));

@@ -2,8 +2,6 @@
 // increment of all pictures, which figures.py and geometry.py have made.
 (() => {
   "use strict";
-  const FINGER = [["body", "--blue", 0.22], ["core", "--green", 0.6], ["plates", "--vermilion", 1],
-    ["gages", "#ffffff", 1], ["holes", "#000000", 1]];
   const at = (id, side) => FD.byId(`${id}-${side}`);
   const views = [0, 1].map(() => ({ turn: -32, tilt: 24, zoom: 1 })); // outlast the pair
   let kept = Infinity; // the chosen increment, for the next pair too
@@ -66,7 +64,7 @@
       tilt: Math.min(90, Math.max(-90, from.tilt + down)),
       zoom: Math.min(8, Math.max(0.5, from.zoom * factor)) };
     items.forEach((item, k) => {
-      if (!item?.drawn || !(FD.byId("turn-both").checked || side === null || k === side)) return;
+      if (!item || at("shape", k).hidden || !(FD.byId("turn-both").checked || side === null || k === side)) return;
       views[k] = view;
       Plotly.relayout(at("shape", k), camera(view));
     });
@@ -77,55 +75,38 @@
   const KEYS = { ArrowLeft: { turn: 10 }, ArrowRight: { turn: -10 }, ArrowUp: { tilt: -10 },
     ArrowDown: { tilt: 10 }, "+": { zoom: 1.2 }, "=": { zoom: 1.2 }, "-": { zoom: 1 / 1.2 }, 0: START };
 
-  /** The finger in space; `reach`: one scale for both, what is longer is drawn longer. */
-  function shape(item, side, reach) {
-    const { geometry } = item;
-    const place = at("shape", side);
-    const words = `${geometry.words} ${geometry.note}`.trim();
-    at("shape-words", side).textContent = words;
-    item.drawn = Boolean(geometry.body) && webgl;
-    place.hidden = !item.drawn;
-    if (!item.drawn) return;
-    const traces = FINGER.filter(([key]) => geometry[key]).map(([key, color, opacity]) => ({
-      type: "mesh3d", ...geometry[key], color, opacity, flatshading: true, hoverinfo: "skip",
-      lighting: { ambient: 0.65, diffuse: 0.6, specular: 0.05 } }));
-    const line = (color, width, mode) => ({ type: "scatter3d", mode, hoverinfo: "skip",
-      line: { color, width }, marker: { size: width, color } });
-    traces.push({ ...line("--ink", 2, "lines"), ...geometry.edges });
-    item.touch = geometry.touch && { first: traces.length, kinds: "#/", ...geometry.touch };
-    const mode = item.marks ? "markers" : "lines";
-    traces.push(line("--ink", 5, mode), line("--purple", 2, mode));
-    const axis = (middle) => ({ visible: false, range: [middle - reach / 2, middle + reach / 2] });
-    const { "scene.camera": seen, "scene.aspectratio": aspectratio } = camera(views[side]);
-    const first = !place.data;
-    FD.chart(place, traces, { height: 340, margin: { l: 0, r: 0, t: 0, b: 0 }, hovermode: false,
-      scene: { xaxis: axis(0), yaxis: axis(geometry.size[1] / 2), zaxis: axis(0),
-        dragmode: "orbit", aspectmode: "manual", aspectratio, camera: seen } }, words);
-    if (first) place.on("plotly_relayout", (event) => {
-      const { eye } = event["scene.camera"] ?? {};
-      if (!eye) return;
-      const [tilt, round] = [Math.asin(eye.y / Math.hypot(eye.x, eye.y, eye.z)),
-        Math.atan2(eye.x, eye.z)].map((angle) => (angle * 180) / Math.PI);
-      const now = camera(views[side])["scene.camera"].eye;
-      const byHand = ["x", "y", "z"].some((key) => Math.abs(eye[key] - now[key]) > 0.01);
-      if (byHand) turn(side, { to: { tilt, turn: round } });
-    });
-  }
-
   /** One of the figures of both designs; axes that both show alike have one range. */
-  function figure(key) {
-    const found = items.map((item) => item?.figures[key]);
+  function figure(key, more = () => ({})) {
+    const found = items.map((item) => (item?.figures[key] && (key !== "shape" || webgl)
+      ? item.figures[key] : null));
     found.forEach((each, side) => {
       at(key, side).hidden = !each;
       at(`${key}-none`, side).hidden = Boolean(each);
       if (!each) return;
-      const layout = { ...each.layout };
-      for (const axis of each.shared) {
-        const range = FD.range(found.flatMap((own) => own?.layout[axis].range ?? []), 0);
-        layout[axis] = { ...layout[axis], range };
-      }
+      const layout = { ...each.layout, ...more(each, side) };
+      for (const axis of each.shared)
+        layout[axis] = { ...layout[axis],
+          range: FD.range(found.flatMap((own) => own?.layout[axis].range ?? [])) };
       FD.chart(at(key, side), each.data, layout, `${"AB"[side]}: ${each.words}`);
     });
+  }
+
+  /** The camera, and one scale for both: what is longer is drawn longer. */
+  function scene({ layout }, side) {
+    const reach = 0.5 * Math.max(...items.map((item) => Math.hypot(...(item?.size ?? [0]))));
+    const { "scene.camera": seen, "scene.aspectratio": aspectratio } = camera(views[side]);
+    const axis = (middle) => ({ visible: false, range: [middle - reach, middle + reach] });
+    const [xaxis, yaxis] = [axis(0), axis(0.5 * items[side].size[1])];
+    return { scene: { ...layout.scene, xaxis, yaxis, zaxis: xaxis, camera: seen, aspectratio } };
+  }
+
+  /** Where a hand has turned a view to. */
+  function byHand(side, { "scene.camera": seen }) {
+    const { x, y, z } = seen?.eye ?? {};
+    const [tilt, round] = [Math.asin(y / Math.hypot(x, y, z)), Math.atan2(x, z)]
+      .map((angle) => (angle * 180) / Math.PI);
+    if (Math.abs(tilt - views[side].tilt) + Math.abs(round - views[side].turn) % 360 > 0.5)
+      turn(side, { to: { tilt, turn: round } });
   }
 
   /** Bring one gage out. */
@@ -145,15 +126,14 @@
       const now = Math.min(k, steps.length - 1);
       const points = places.map((x, gage) => [x, data[gage].y[now]]).sort((p, q) => p[0] - q[0]);
       return [{ x: points.map(([x]) => x), y: points.map(([, y]) => y), name: "AB"[side],
-        mode: "lines+markers", marker: { symbol: ["circle", "square"][side] },
-        line: [{ color: "--blue" }, { color: "--vermilion", dash: "dash" }][side] }];
+        mode: "lines+markers", ...FD.data.looks.profile.lines[side] }];
     });
-    const ends = items.flatMap((item) => item?.figures.gages?.layout.yaxis.range ?? []);
     FD.byId("profile").hidden = !traces.length;
-    if (traces.length) FD.chart(FD.byId("profile"), traces, { showlegend: true,
-      xaxis: { title: { text: "x of the gage (mm)" } },
-      yaxis: { title: { text: "reading (microstrain)" }, range: FD.range(ends, 0), zeroline: true } },
-    `Readings of all gages over x at increment ${k + 1}.`);
+    const { layout } = FD.data.looks.profile;
+    const ends = items.flatMap((item) => item?.figures.gages?.layout.yaxis.range ?? []);
+    if (traces.length) FD.chart(FD.byId("profile"), traces,
+      { ...layout, yaxis: { ...layout.yaxis, range: FD.range(ends) } },
+      `Readings of all gages over x at increment ${k + 1}.`);
   }
 
   /** Show the slider's increment in all pictures, and the readings at it. */
@@ -168,11 +148,11 @@
       for (const cell of FD.all(`#readings [data-side="${side}"] [data-key]`))
         cell.textContent = FD.number(item.readings[cell.dataset.key][now]);
       const text = status(item.status[now] ?? "");
-      if (item.drawn && item.touch) marked(at("shape", side), item.touch, text);
-      if (item.marks) marked(at("contact", side), item.marks, text);
       for (const [key, each] of Object.entries(item.figures)) {
+        const place = at(key, side);
         const step = each?.steps[Math.min(k, each.steps.length - 1)];
-        if (step) Plotly.relayout(at(key, side), step);
+        if (step) Plotly.relayout(place, step);
+        if (each?.marks && place.data && !place.hidden) marked(place, each.marks, text);
       }
     });
     FD.byId("increment-shown").textContent = shown;
@@ -180,7 +160,8 @@
   }
 
   /** What is written of one design: gages to choose from, how far to believe the numbers. */
-  function write({ figures, belief, mind }, side) {
+  function write({ words, figures, belief, mind }, side) {
+    at("shape-words", side).textContent = words;
     at("gage", side).parentElement.hidden = !figures.gages;
     at("gage", side).replaceChildren(...(figures.gages?.names ?? []).map((name, k) =>
       FD.el("option", { value: k }, name)));
@@ -197,9 +178,14 @@
     const there = items.filter(Boolean);
     FD.byId("views").hidden = !there.length;
     if (!there.length) return;
-    const reach = Math.max(...there.map(({ geometry }) => Math.hypot(...geometry.size)));
-    items.forEach((item, side) => item && (shape(item, side, reach), write(item, side)));
+    items.forEach((item, side) => item && write(item, side));
+    figure("shape", scene);
     for (const key of ["contact", "gages", "forces"]) figure(key);
+    for (const side of [0, 1])
+      if (at("shape", side).data && !at("shape", side).dataset.turns) {
+        at("shape", side).dataset.turns = "yes";
+        at("shape", side).on("plotly_relayout", (event) => byHand(side, event));
+      }
     items.forEach((item, side) => item?.figures.gages && bring(side));
     const count = Math.max(...there.map((item) => item.count));
     FD.byId("increments").hidden = !count;
@@ -212,23 +198,20 @@
     kept = target.value === target.max ? Infinity : Number(target.value); // the last stays the last
     follow();
   });
-  FD.press("[data-turn]", (to) =>
-    turn(null, { to: { turn: Number(to.turn), tilt: Number(to.tilt), zoom: 1 } }));
-  FD.press("[data-zoom]", ({ zoom }) => turn(null, { zoom: Number(zoom) }));
+  FD.press("[data-view]", ({ view }) => turn(null, JSON.parse(view)));
   for (const side of [0, 1]) {
     at("gage", side).addEventListener("change", () => bring(side));
-    at("shape", side).addEventListener("keydown", (event) => {
-      if (event.ctrlKey || event.metaKey || event.altKey || !(event.key in KEYS)) return;
+    const move = (event, change) => {
+      if (!change || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
-      turn(side, KEYS[event.key]);
-    });
+      turn(side, change);
+    };
+    at("shape", side).addEventListener("keydown", (event) => move(event, KEYS[event.key]));
+    // Only where the view has the focus: the wheel otherwise scrolls the page.
+    at("shape", side).addEventListener("wheel", (event) => move(event,
+      document.activeElement === at("shape", side) && { zoom: Math.exp(-0.0015 * event.deltaY) }),
+    { passive: false });
   }
-  for (const place of [at("shape", 0), at("shape", 1)])
-    place.addEventListener("wheel", (event) => { // else the wheel scrolls the page
-      if (document.activeElement !== place) return;
-      event.preventDefault();
-      turn(Number(place.id.slice(-1)), { zoom: Math.exp(-0.0015 * event.deltaY) });
-    }, { passive: false });
   FD.on("select", numbers);
   FD.on("select", FD.lazily(FD.byId("pair-views"), draw));
   FD.select(...FD.data.study.pair);
