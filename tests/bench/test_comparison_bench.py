@@ -45,4 +45,4 @@ def test_a_page_is_measured(tmp_path) -> None:
     # By the main thread's own time, which other work on the machine does not lengthen.
     assert all(each.median("open_busy_s") + each.median("sort_busy_s") < 1 for each in found.pages)
     (path,) = write_comparison(found, tmp_path)
-    assert len(json.loads(path.read_text("utf-8"))["checks"]) == 12
+    assert len(json.loads(path.read_text("utf-8"))["checks"]) == 14
