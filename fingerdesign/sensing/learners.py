@@ -9,9 +9,7 @@ orders subsets alike; the network is the one of teach.py, taught for fewer epoch
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +19,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.control.estimator import LAGS, FingerCurves, Layer, feature_count
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing.paths import Wandering
-from fingerdesign.sensing.teach import Settings, hear
+from fingerdesign.sensing.teach import Settings, hear, standard, standardised, trained
 
 # Grips as rows of features, once for all subsets of the gages: what gages tell is read from these.
 #
@@ -136,10 +134,7 @@ def _muted(grip: Wandering) -> Wandering:
 Array32 = NDArray[np.float32]
 
 _SUMS, _GAIN, _EDGE, _RIDGE = 384, 2.0, 2.0, 1e-3
-_OUTLIER = 5.0  # standard deviations, as in the estimator
-_HIDDEN = (128, 64)
 _TEACHING = ((2e-3, 25), (5e-4, 12), (1e-4, 8))  # learning rate, epochs
-_PENALTY = 1e-3
 
 
 @dataclass(frozen=True)
@@ -209,16 +204,6 @@ class QuickLearner:
         return np.hstack([rows, sums, np.ones((len(rows), 1), dtype=np.float32)])
 
 
-@contextmanager
-def ends_as_meant() -> Iterator[None]:
-    """No warnings of networks that end after their epochs; around all threads, not in each."""
-    from sklearn.exceptions import ConvergenceWarning
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)
-        yield
-
-
 @dataclass(frozen=True)
 class Network:
     """A taught network on the columns ``own`` of the features."""
@@ -241,29 +226,11 @@ def teach_network(hearings: Sequence[Heard], kept: Sequence[int], seed: int) -> 
 
     Inside :func:`ends_as_meant`, which threads share.
     """
-    from sklearn.neural_network import MLPRegressor
-
     own = columns(kept, hearings[0].gages)
     inputs = np.concatenate([each.inputs[~each.judged][:, own] for each in hearings])
     truths = np.concatenate([each.truths[~each.judged] for each in hearings])
     center, scale = standard(inputs)
-    rows = standardised(inputs, center, scale)
-    network = MLPRegressor(
-        hidden_layer_sizes=_HIDDEN,
-        alpha=_PENALTY,
-        batch_size=min(256, len(rows)),
-        tol=0.0,
-        n_iter_no_change=10_000,  # its own test of convergence ends it far too early here
-        warm_start=True,
-        random_state=seed,
-    )
-    for rate, epochs in _TEACHING:
-        network.learning_rate_init, network.max_iter = rate, epochs
-        network.fit(rows, truths.astype(np.float32))
-    layers = tuple(
-        Layer(np.asarray(weight, dtype=float), np.asarray(bias, dtype=float))
-        for weight, bias in zip(network.coefs_, network.intercepts_, strict=True)
-    )
+    layers = trained(standardised(inputs, center, scale), truths, _TEACHING, seed)
     return Network(own, center, scale, layers)
 
 
@@ -272,13 +239,3 @@ def judged_errors(network: Network, heard: Heard, inputs: Array | None = None) -
     rows = heard.judged
     said = network.say((heard.inputs if inputs is None else inputs)[rows])
     return errors_of(said, heard.truths[rows], heard.grip[rows])
-
-
-def standard(rows: Array) -> tuple[Array, Array]:
-    """Center and scale (f,) of rows (n, f)."""
-    return rows.mean(axis=0), np.maximum(rows.std(axis=0), 1e-9)
-
-
-def standardised(rows: Array, center: Array, scale: Array) -> Array32:
-    """Rows in standard deviations, held within the outliers' bound."""
-    return np.clip((rows - center) / scale, -_OUTLIER, _OUTLIER).astype(np.float32)

@@ -37,7 +37,6 @@ from fingerdesign.sensing.learners import (
     Heard,
     Network,
     QuickLearner,
-    ends_as_meant,
     hear_all,
     judged_errors,
     teach_network,
@@ -53,7 +52,13 @@ from fingerdesign.sensing.record import (
     Observability,
     Pressing,
 )
-from fingerdesign.sensing.teach import REFERENCE_NOISE, Settings, finger_curves, wanderings
+from fingerdesign.sensing.teach import (
+    REFERENCE_NOISE,
+    Settings,
+    ends_as_meant,
+    finger_curves,
+    wanderings,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import FingerCurves

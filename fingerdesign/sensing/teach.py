@@ -11,10 +11,12 @@ serves all amplifiers. Errors are on wanderings, and so on frictions, that were 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, solve_increment
@@ -47,6 +49,7 @@ _HELD_OUT = 0.15  # of the wanderings, judged by and not taught
 _HIDDEN = (128, 64)
 _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each from the last's end
 _PENALTY = 1e-3
+OUTLIER = 5.0  # standard deviations, as in the estimator
 _CURVE_POINTS = 40
 _PART = 50  # grips that a worker makes at once
 _EDGES = (0.2, 0.4, 0.6, 0.8, 1.0)
@@ -220,31 +223,58 @@ def _noisy(
 
 def fit(inputs: Array, outputs: Array, most_noise: float, seed: int) -> Band:
     """Train one network on features (n, f) and truths (n, 2); its spread is not known yet."""
+    center, scale = standard(inputs)
+    with ends_as_meant():
+        layers = trained(standardised(inputs, center, scale), outputs, _TEACHING, seed)
+    return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
+
+
+def standard(rows: Array) -> tuple[Array, Array]:
+    """Center and scale (f,) of rows (n, f)."""
+    return rows.mean(axis=0), np.maximum(rows.std(axis=0), 1e-9)
+
+
+def standardised(rows: Array, center: Array, scale: Array) -> NDArray[np.float32]:
+    """Rows in standard deviations, held within the outliers' bound; twice as fast to train on."""
+    return np.clip((rows - center) / scale, -OUTLIER, OUTLIER).astype(np.float32)
+
+
+@contextmanager
+def ends_as_meant() -> Iterator[None]:
+    """No warnings of networks that end after their epochs; around all threads, not in each."""
     from sklearn.exceptions import ConvergenceWarning
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        yield
+
+
+def trained(
+    rows: NDArray[np.float32], truths: Array, teaching: Sequence[tuple[float, int]], seed: int
+) -> tuple[Layer, ...]:
+    """The layers of a network trained on standardised rows (n, f) and truths (n, 2).
+
+    teaching: learning rates and epochs, each from the last one's end. Inside
+    :func:`ends_as_meant`, which threads share.
+    """
     from sklearn.neural_network import MLPRegressor
 
-    center = inputs.mean(axis=0)
-    scale = np.maximum(inputs.std(axis=0), 1e-9)
-    rows = np.clip((inputs - center) / scale, -5.0, 5.0).astype(np.float32)  # twice as fast
     network = MLPRegressor(
         hidden_layer_sizes=_HIDDEN,
         alpha=_PENALTY,
-        batch_size=256,
+        batch_size=min(256, len(rows)),
         tol=0.0,
         n_iter_no_change=10_000,  # its own test of convergence ends it far too early here
         warm_start=True,
         random_state=seed,
     )
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ConvergenceWarning)  # it ends after its epochs, as meant
-        for rate, epochs in _TEACHING:
-            network.learning_rate_init, network.max_iter = rate, epochs
-            network.fit(rows, outputs.astype(np.float32))
-    layers = tuple(
+    for rate, epochs in teaching:
+        network.learning_rate_init, network.max_iter = rate, epochs
+        network.fit(rows, truths.astype(np.float32))
+    return tuple(
         Layer(np.asarray(weight, dtype=float), np.asarray(bias, dtype=float))
         for weight, bias in zip(network.coefs_, network.intercepts_, strict=True)
     )
-    return Band(most_noise, center, scale, layers, np.array([[1.0, 1.0]]))
 
 
 def judge(

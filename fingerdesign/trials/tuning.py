@@ -9,10 +9,10 @@ A round's grips are the last round's and more, so what was gripped once is not g
 score is the success rate; ties (and they are frequent) go to the lower mean of the peak force over
 the least force that would hold, of the grips that succeed. The best of the last round is taken.
 
-Why not Optuna's sampler: in these rounds, with its TPE (multivariate, seeded) in place of the boxes,
-on 12 seeds each, the best trial was as good in two parameters (success 0.882 against 0.884), and worse
-in five: 0.80 against 0.91, better on 2 seeds of 12. Twelve points after the first round are too few
-for its model of the best; and a trial that is judged again on more grips is none of its notions.
+Why not Optuna's sampler: in these rounds, with its TPE (multivariate, seeded) in place of the
+boxes, on 12 seeds each of made-up tasks, the best trial was as good in two parameters (success
+0.882 against 0.884) and worse in five: 0.80 against 0.91, better on 2 seeds of 12. Twelve points
+after the first round are too few for its model of the best.
 
 The same seed gives the same trials, whatever the number of processes. A controller without
 parameters of its own would still be given every round; an oracle has one.
