@@ -61,10 +61,6 @@ PLATE_WORDS = {
     "sheet": "plates are sheets: structural elements in slots of the rubber's mesh",
     "none": "plates are left out: gages read the rubber's strain where the plates would be",
 }
-SECTION_WORDS = {
-    "dome": "a domed finger",
-    "revolved": "a turned finger",
-}
 
 
 def model_summary(
@@ -117,7 +113,7 @@ def _section_reasons(design: Design) -> list[str]:
     """What the section z = 0 stands for where the finger is not drawn straight from it."""
     if design.extruded:
         return []
-    what = SECTION_WORDS.get(design.body.shape, "a finger whose inside changes along z")
+    what = design.body.kind.section_words or "a finger whose inside changes along z"
     return [f"the section z = 0 of {what}, drawn straight along the depth: a sketch of it"]
 
 

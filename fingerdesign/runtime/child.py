@@ -60,8 +60,8 @@ def die_with_parent() -> None:
 
 
 def serve() -> None:
-    """Answer calls. Arguments of the command line: what to load first, seconds without a call after
-    which to end; both may be empty."""
+    """Answer calls. Arguments of the command line: what to load first (a module, or a function to
+    call), seconds without a call after which to end; both may be empty."""
     die_with_parent()
     calls, answers = os.fdopen(os.dup(0), "rb"), os.dup(1)
     with open(os.devnull, "rb") as nothing:
@@ -74,8 +74,10 @@ def serve() -> None:
         score.write("500")  # where memory runs out, let Linux end this process, not its parent
     load, idle_s = sys.argv[1], float(sys.argv[2] or "inf")
     threading.Thread(target=_watch, args=(os.getppid(), idle_s), daemon=True).start()
-    if load:
+    if ":" in load:
         resolved(load)()
+    elif load:
+        import_module(load)
     shared: tuple[Any, ...] = ()
     _idle_since.append(time.monotonic())
     while (size := calls.read(HEAD.size)) and len(size) == HEAD.size:

@@ -118,7 +118,7 @@ class Worker:
     """One process for many calls: started by the first (or ``start``), replaced when it dies, hangs
     or takes too much memory. A context manager: leaving it ends it. For one thread at a time.
 
-    load            called once a process, before the first call: what takes long to import
+    load            a module, or a function to call: once a process, before the first call
     shared          given to every function before its own arguments; sent once a process
     recycled_after  calls; then a new process, so that nothing that it leaks adds up
     ready_s         what loading may take, apart from the call's own time; None: it counts to it

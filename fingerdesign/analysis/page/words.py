@@ -7,13 +7,7 @@ from typing import Any
 
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.result import Result
-
-TOPS = {
-    "arc": "an arc of radius {radius:g} mm on top, the same all along z",
-    "block": "a flat top, the same all along z",
-    "dome": "a dome on top, of radius {radius:g} mm in x and {dome:g} mm in z",
-    "revolved": "a round cap of radius {radius:g} mm, turned about y",
-}
+from fingerdesign.runtime.registry import BODIES
 
 
 def finger_text(result: Result) -> str:
@@ -61,7 +55,8 @@ def _body(keys: Mapping[str, Any]) -> str:
     if shape == "step":
         return f"The body is the user's own STEP file, {wide:.4g} mm wide and {deep:.4g} mm deep."
     size = f"{wide:g} mm across" if shape == "revolved" else f"{wide:g} mm wide, {deep:g} mm deep"
-    top = TOPS.get(shape, shape).format(
+    entry = BODIES.get(shape)
+    top = ((entry and entry.kind.words) or shape).format(
         radius=float(keys.get("body.arc_radius_mm") or 0.0),
         dome=float(keys.get("body.dome_radius_mm") or 0.0),
     )

@@ -6,14 +6,18 @@ import statistics
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
+from fingerdesign.report.page import macros
 from fingerdesign.report.table import Table
 from fingerdesign.search.compare.facts import StudyFacts, Wanted
 from fingerdesign.search.compare.recommend import Recommendation
 from fingerdesign.search.compare.table import NONE, name_and_unit
 
+_SENTENCES = Path(__file__).parent / "templates" / "words.txt.j2"
 LARGE_ERROR = 0.1  # of plane strain: beyond it the order of designs may change
 _ENDS = {"min": "lowest", "max": "highest"}
 MOST_NAMES = 3  # in a sentence
@@ -48,24 +52,24 @@ def summary(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendatio
     )
 
 
+def _say(name: str, *values: Any) -> str:
+    """A sentence of the template."""
+    return str(getattr(macros(_SENTENCES), name)(*values))
+
+
 def _counts(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
     failed = sum(outcome.status == "failed" for outcome in outcomes)
-    said = f"{_many(len(outcomes), 'design')}: {len(outcomes) - failed} analysed, {failed} failed."
+    said = [_say("counted", len(outcomes), failed)]
     if facts.constraints:
-        bounds = " and ".join(shown(each.words) for each in facts.constraints)
-        meeting = len(_meeting(outcomes, facts))
-        said += f" {meeting} {'meets' if meeting == 1 else 'meet'} the constraints ({bounds})."
-    said += "".join(f" {each}" for each in _left_out(outcomes, facts))
+        bounds = [shown(each.words) for each in facts.constraints]
+        said.append(_say("meeting", len(_meeting(outcomes, facts)), bounds))
+    said += _left_out(outcomes, facts)
     if found.front:
-        of = f"{len(found.front)} of {len(found.group)}"
-        verb = "is" if len(found.front) == 1 else "are"
         where = _FIDELITY.get(found.fidelity, found.fidelity)
-        said += (
-            f" {of} (scene {shown(found.scene)}, {where}) {verb} on the Pareto front of "
-            f"{_list([_goal(each) for each in facts.objectives])}: no other is at least as good in "
-            "every objective and better in one."
-        )
-    return said
+        goals = [_goal(each) for each in facts.objectives]
+        count = len(found.front), len(found.group)
+        said.append(_say("front", *count, shown(found.scene), where, goals))
+    return " ".join(said)
 
 
 def _meeting(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Outcome]:
@@ -87,12 +91,7 @@ def _left_out(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[str]:
             if outcome.status == "ok" and outcome.metrics.get(wanted.metric) is None
         ]
         if names:
-            one = len(names) == 1
-            lack, were = ("lacks", "was") if one else ("lack", "were")
-            said.append(
-                f"{_many(len(names), 'design')} {lack} {shown(wanted.metric)} and {were} left out "
-                f"({_some(names)})."
-            )
+            said.append(_say("left_out", len(names), shown(wanted.metric), _some(names)))
     return said
 
 
@@ -110,9 +109,9 @@ def _settled(
 def _why_none(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
     if not good:
-        return "No finger is recommended: no design was analysed."
+        return _say("none_analysed")
     if not facts.objectives:
-        return "No finger is recommended: nothing says what is wanted. Name objectives."
+        return _say("none_wanted")
     missed = Counter[str]()
     for outcome in good:
         missed.update(b.words for b in facts.constraints if not b.holds(outcome))
@@ -121,33 +120,26 @@ def _why_none(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendat
             for each in facts.objectives
             if outcome.metrics.get(each.metric) is None
         )
-    parts = [f"{shown(words)} ({many} of {len(good)} miss it)" for words, many in missed.items()]
-    return f"No finger is recommended: no design has all of {_list(parts)}."
+    return _say(
+        "none_has",
+        [_say("missed", shown(words), many, len(good)) for words, many in missed.items()],
+    )
 
 
 def _why(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> str:
     if len(found.group) == 1:
         many = sum(outcome.status == "ok" for outcome in outcomes)
-        only = "that could be compared"
-        if many > 1 and len(_meeting(outcomes, facts)) == 1 and facts.constraints:
-            only = "that meets the constraints"
-        return f"It is the only one {only}: take it for what it is."
+        alone = many > 1 and len(_meeting(outcomes, facts)) == 1 and bool(facts.constraints)
+        return _say("only", alone)
     settled = _settled(outcomes, facts, found)
     if len(settled) == len(facts.objectives):
-        return (
-            f"All {len(found.group)} are alike in every objective, so that nothing decides: it is "
-            "but the first of them."
-        )
-    same = "".join(
-        f" All have the same {_words(wanted)}, {_number(value)}: it decides nothing."
-        for wanted, value in settled
-    )
+        return _say("level", len(found.group))
+    same = [_say("same", _words(wanted), _number(value)) for wanted, value in settled]
     if len(found.front) == 1:
-        return f"No other is better in any objective, and each is worse in one.{same}"
-    alike = ""
+        return " ".join([_say("best"), *same])
+    said = [_say("nearest")]
     if found.alike:
-        names = _some([shown(outcomes[number].name) for number in found.alike])
-        alike = f" {names} would do as well by that measure."
+        said.append(_say("alike", _some([shown(outcomes[k].name) for k in found.alike])))
     leads = [
         _goal(wanted)
         for wanted, best in zip(facts.objectives, found.best, strict=True)
@@ -158,11 +150,9 @@ def _why(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) 
         )
         == 1
     ]
-    leading = f" It leads in {_list(leads)}." if leads else ""
-    return (
-        "Of the front it is the one nearest to the best in every objective at once, each scaled by "
-        f"its range over the front, none weighing more than another.{alike}{leading}{same}"
-    )
+    if leads:
+        said.append(_say("leads", leads))
+    return " ".join([*said, *same])
 
 
 def _given_up(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> list[str]:
@@ -174,16 +164,15 @@ def _given_up(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendat
         other = _value(outcomes[best], wanted)
         if own == other:
             continue
-        share = f" ({100 * abs(own / other - 1):.0f} % {_side(own, other)})" if other else ""
+        share = 100 * abs(own / other - 1) if other else None
         rivals = ", ".join(
             f"{_words(each)} {_number(_value(outcomes[best], each))}"
             for each in facts.objectives
             if each != wanted
         )
-        instead = f", at {rivals}" if rivals else ""
+        rival = shown(outcomes[best].name), _number(other), rivals
         said.append(
-            f"{_words(wanted)}: {_number(own)}{share}, where {shown(outcomes[best].name)} has "
-            f"{_number(other)}{instead}."
+            _say("given_up", _words(wanted), _number(own), share, _side(own, other), *rival)
         )
     return said
 
@@ -193,25 +182,19 @@ def _mind(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation)
     chosen = outcomes[found.chosen]
     said = []
     if facts.assumed_objectives:
-        wanted = _list([_goal(each) for each in facts.objectives])
-        said.append(f"Nobody said what is wanted: {wanted} are the program's own choice.")
+        said.append(_say("assumed", [_goal(each) for each in facts.objectives]))
     error = chosen.validity.plane_strain_error
     if chosen.fidelity == "plane-strain" and (error is None or abs(error) > LARGE_ERROR):
-        how = "unknown here" if error is None else f"about {100 * error:.0f} % in the normal force"
-        said.append(f"It was analysed in plane strain, whose error is {how}: confirm it in 3-D.")
+        said.append(_say("flat", error))
     mesh = chosen.validity.mesh_error
     if mesh is not None and mesh > LARGE_ERROR:
-        said.append(f"Its model is estimated to be off by {100 * mesh:.0f} %: refine it.")
-    groups = Counter((o.scene, o.fidelity) for o in outcomes if o.status == "ok")
-    if len(groups) > 1:
-        said.append(
-            "Designs of other scenes or fidelities stand in the table too; they were not compared "
-            "with it, as their numbers are not alike."
-        )
+        said.append(_say("coarse", mesh))
+    if len(Counter((o.scene, o.fidelity) for o in outcomes if o.status == "ok")) > 1:
+        said.append(_say("groups"))
     failed = sum(outcome.status == "failed" for outcome in outcomes)
     if failed > LARGE_ERROR * len(outcomes):
-        said.append(f"{_many(failed, 'design')} failed: a better one may be among them.")
-    return said + [f"Warned of: {shown(warning)}" for warning in chosen.warnings]
+        said.append(_say("failures", failed))
+    return said + [_say("warned", shown(warning)) for warning in chosen.warnings]
 
 
 def _table(outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation) -> Table:
@@ -263,17 +246,9 @@ def _number(value: float | None) -> str:
     return NONE if value is None else f"{value:.4g}"
 
 
-def _many(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"
-
-
 def _some(names: Sequence[str]) -> str:
     """The first of many names, and how many more."""
     more = len(names) - MOST_NAMES
-    return _list(names) if more <= 0 else f"{', '.join(names[:MOST_NAMES])} and {more} more"
-
-
-def _list(parts: Sequence[str]) -> str:
-    if len(parts) < 2:
-        return "".join(parts)
-    return f"{', '.join(parts[:-1])} and {parts[-1]}"
+    if more > 0:
+        return f"{', '.join(names[:MOST_NAMES])} and {more} more"
+    return _say("listed", names)

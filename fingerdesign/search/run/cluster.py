@@ -44,7 +44,7 @@ TRIES = 3  # of a job whose process somebody ended: the system for want of memor
 RECYCLED_AFTER = 100  # jobs: 3 s of loading are 2 % of their work
 READY_S = 120.0  # to load; 2 s on a quiet machine
 IDLE_S = 600.0  # a child ends then, as on a cluster whose driver has ended
-_MESHER = "fingerdesign.mesh.section.netgen:start_mesher"
+_LOAD = "fingerdesign.search.run.evaluate:load"
 _CHILDREN: dict[tuple[str, int], tuple[str, Worker]] = {}  # by pool and thread
 _ENDED: set[str] = set()
 _LOCK = threading.Lock()
@@ -101,7 +101,7 @@ def _child(pool: str, evaluator: str) -> Worker:
     """This thread's child."""
     key = (pool, threading.get_ident())
     new = Worker(
-        load=_MESHER if evaluator == EVALUATE else None,
+        load=_LOAD if evaluator == EVALUATE else evaluator.partition(":")[0],
         recycled_after=RECYCLED_AFTER,
         ready_s=READY_S,
         threads=1,

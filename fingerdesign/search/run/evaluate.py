@@ -13,6 +13,7 @@ from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError
+from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.outcome import Failure, FailureKind, Outcome, Validity, bounded
 from fingerdesign.runtime.machine import (
     forget_peak_memory,
@@ -133,6 +134,11 @@ class Job:
 
 
 EVALUATE = "fingerdesign.search.run.evaluate:evaluated"
+
+
+def load() -> None:
+    """Load what an analysis loads, and the mesher's process: two seconds, once for many jobs."""
+    start_mesher()
 
 
 def evaluated(data: dict[str, Any]) -> str:

@@ -191,6 +191,7 @@ def _all_made(
         time_s=limits.time_s,
         memory_MB=limits.memory_MB,
         recycled_after=RECYCLED_AFTER,
+        load=BUILD.partition(":")[0],
         ready_s=READY_S,
     ) as pool:
 
