@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from fingerdesign.search.study.generate import Made
     from fingerdesign.search.study.variants import Variant
 
-_SHOWN = 20  # invalid variants, and kinds of reasons, that are told one by one
+_SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one
 
 
 def generate(

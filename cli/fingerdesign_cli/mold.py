@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from fingerdesign.mold.record import MoldReport
 
 _INTERRUPTED = 130
-_SHOWN = 10  # failing checks that are told one by one
+_SHOWN = 10  # failing checks that are shown one by one
 
 
 def mold(

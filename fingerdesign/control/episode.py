@@ -206,12 +206,12 @@ def run_episodes(
 ) -> list[Episode]:
     """One grip per friction coefficient by the design's ``[grip]`` table, one calibration for all.
 
-    The table says plant, hardware and controller; the oracles are told the friction and the mass. A
-    grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
+    The table says plant, hardware and controller; the oracles are given the friction and the mass.
+    A grip by the paper's rule is run a second time with the rule off: ``slips_without_rule`` and
     ``trace.without_rule``. plates: numbers of those whose gages the problem's model has, None for
     all; opposite: the other finger of a lift, None for a mirror image; estimator: the regulator's,
-    which is told the noise of the table's hardware. Raises SolverError where the calibration itself
-    fails.
+    which is given the noise of the table's hardware. Raises SolverError where the calibration
+    itself fails.
     """
     grip = design.grip
     rig = Rig(problem, design.gages.face, grip, plates, opposite)

@@ -11,9 +11,9 @@ alone, so that a rig can carry its JSON. It is never told friction or weight. ``
 the one thing that a partial slip tells of friction. What the stick ratio says of it depends on the
 path of the forces (loaded along a straight line a contact sticks at any margin), so the network is
 handed the recent path as well as the present: gages over F_n, and the change of gages and forces
-over the last steps. From both, what F_n alone would cause is taken out first, and they are told in
-parts of what a shear causes where all sticks (:class:`FingerCurves`): without that, errors on the
-same 1250 grips were a sixth larger.
+over the last steps. From both, what F_n alone would cause is taken out first, and they are reported
+in parts of what a shear causes where all sticks (:class:`FingerCurves`): without that, errors on
+the same 1250 grips were a sixth larger.
 """
 
 from __future__ import annotations

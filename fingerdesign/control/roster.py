@@ -13,7 +13,7 @@ ranges that it is tuned in, its line in the figures, what it must know of the ob
     def press(grip, own, held):
         return PressController(own.force_N)
 
-Who knows what: the oracles are told friction and mass, the regulator has an estimator that was
+Who knows what: the oracles know friction and mass, the regulator has an estimator that was
 taught on its design; all others have the design's ``[grip]`` table alone, one for every object.
 """
 

@@ -102,11 +102,12 @@ WORDS = {
         "3.1",
         """The relation of stick area and strain change was almost the same for all friction
         coefficients: it tells the stick area independent of the friction.""",
-        """The error is that of the stick length told from A by the relation of the other frictions,
-        RMS over the largest stick length; in brackets by the friction's own. Until complete slip
-        the claim holds. Where the approach grows to the end, as in a grip, it fails at complete
-        slip itself: F_t then changes with F_n alone, and A, made from that change, is as large as
-        with half of the contact sticking. At μ = 0.2 the edges slip already under the press.""",
+        """The error is that of the stick length estimated from A by the relation of the other
+        frictions, RMS over the largest stick length; in brackets by the friction's own. Until
+        complete slip the claim holds. Where the approach grows to the end, as in a grip, it fails
+        at complete slip itself: F_t then changes with F_n alone, and A, made from that change, is
+        as large as with half of the contact sticking. At μ = 0.2 the edges slip already under the
+        press.""",
     ),
     "each_gage": _one_line(
         "Each gage tells of the surface near it",

@@ -146,11 +146,11 @@ def grip(
 # hand stands still at each step for so many samples (SAMPLES) and takes their mean.
 #
 # A noisy gage area falls now and then by chance, and a rule that then holds is safe but blind: it
-# lifts every object with the same force. So beside slip it is told by how much the forces at the
-# lift differ between the two frictions: as 2 to 1 if each is the least, as 1 to 1 if nothing was
-# felt. The rig's rule asks for a larger change of F_t and a larger fall of A than the design's own
-# (RIG_SETTINGS): of the pairs tried (falls of 0.05 to 0.4 mm, changes of 0.1 to 0.8 N) the one that
-# tells the frictions apart at the most noise; larger ones come too late at a friction of 0.3.
+# lifts every object with the same force. So beside slip it is reported by how much the forces at
+# the lift differ between the two frictions: as 2 to 1 if each is the least, as 1 to 1 if nothing
+# was felt. The rig's rule asks for a larger change of F_t and a larger fall of A than the design's
+# own (RIG_SETTINGS): of the pairs tried (falls of 0.05 to 0.4 mm, changes of 0.1 to 0.8 N) the one
+# that tells the frictions apart at the most noise; larger ones come too late at a friction of 0.3.
 
 Outcome = Literal["lifted", "slipped", "not lifted"]
 
@@ -208,7 +208,7 @@ class Rig:
         return float(np.median(low) / np.median(high)) if low and high else float("nan")
 
     def works(self, samples: int | None) -> bool:
-        """Every object lifted, none slipped, and the frictions told apart."""
+        """Every object lifted, none slipped, and the frictions distinguished."""
         every = self.at(samples)
         return all(g.outcome == "lifted" for g in every) and self.force_ratio(samples) >= TOLD_APART
 

@@ -4,8 +4,8 @@
 the surface near the point sticks": a classifier with one threshold. A place is the surface straight
 above a gage; it sticks or not by the contact's own fields; the score is the change of the gage's
 reading per change of tangential force, rid of the normal force's part (control/signals.py). The
-threshold is the one with the fewest errors at TRAIN friction coefficients; errors are told at the
-others, over all paths of paper_case.py.
+threshold is the one with the fewest errors at TRAIN friction coefficients; errors are reported at
+the others, over all paths of paper_case.py.
 
 Two questions are asked apart. Of all gages: does the surface stick above it, or does it slip or not
 touch at all? And of those under the contact alone: stick or slip? Each beside the share of right

@@ -7,7 +7,7 @@ same for all cases" of friction (3.1). Measured here, on each of the paths of pa
 - the rank correlation of A with the stick area, at each friction and over all of them at once;
 - the spread over the frictions of the stick length at equal A, after the largest stick length (in a
   grip this is where A decides);
-- the error of the stick length that is told from A by a rising relation learnt at the *other*
+- the error of the stick length that is estimated from A by a rising relation learnt at the *other*
   frictions, beside that of a relation learnt at its own: what not knowing the friction costs.
 """
 
@@ -57,7 +57,7 @@ class Relation:
 
     rank (f,), pooled_rank: Spearman's. spread_mm, spread_median_mm: the largest and the median
     over A of the range of stick lengths at equal A, NaN where no A is common to all. own_rms_mm
-    (f,), other_rms_mm (f,): error of the stick length told from A, by the relation of its own
+    (f,), other_rms_mm (f,): error of the stick length estimated from A, by the relation of its own
     friction and by that of all others. before_rms_mm (f,): the same by the others',
     complete slip left out.
     """

@@ -280,7 +280,7 @@ def trained(
 def judge(
     estimator: GripEstimator, grips: Sequence[Wandering], settings: Settings, samples: int = 0
 ) -> Lesson:
-    """Errors on grips that were not taught, by noise; each band is told its spread."""
+    """Errors on grips that were not taught, by noise; each band is given its spread."""
     stick, used = [], []
     for noise in NOISES:
         rng = np.random.default_rng([settings.seed, 2])

@@ -1,7 +1,7 @@
 """One design's rig, in a form that is sent to a process: model, hardware, settings, estimator.
 
 A cell of the grid becomes an episode here: two like fingers, an object on a support, imperfect
-hardware, and a controller that is told of them what a hand would know.
+hardware, and a controller that knows of them what a hand would know.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class GripBench:
         return other
 
     def controller(self, cell: Cell) -> Controller:
-        """A fresh one; the estimator is told its rig's noise, the oracles friction and mass."""
+        """A fresh one; the estimator is given its rig's noise, the oracles friction and mass."""
         estimator = self.estimator
         return make_controller(
             cell.controller,

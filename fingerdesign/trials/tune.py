@@ -253,7 +253,7 @@ def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
 
 
 class _Progress:
-    """What is told while controller ``number`` of ``of`` is tuned."""
+    """What is reported while controller ``number`` of ``of`` is tuned."""
 
     def __init__(self, tell: Tell, number: int, of: int, rounds: int) -> None:
         self._tell, self._number, self._of, self._rounds = tell, number, of, rounds

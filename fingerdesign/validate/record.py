@@ -201,7 +201,7 @@ class Validation:
 
     @property
     def status(self) -> str:
-        """ "failed" where a model failed and nothing was told; ``failure`` says of what."""
+        """ "failed" where a model failed and nothing was reported; ``failure`` says of what."""
         return "ok" if self.failure is None else "failed"
 
     def row(self, key: str) -> Row:

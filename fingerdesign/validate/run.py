@@ -60,8 +60,8 @@ def validate(
 
     deep: finite strain in three dimensions too. An assumption that this design cannot tell of, or
     one of whose models fails, is a row that says so. status is "failed", with ``failure``, where a
-    model failed and no assumption was told; "ok" where there is merely nothing to tell. Raises
-    DesignError for a wrong input.
+    model failed and no assumption was reported; "ok" where there is merely nothing to report.
+    Raises DesignError for a wrong input.
     """
     chosen = [each for each in ASSUMPTIONS if not keys or each.key in keys]
     _refuse_unknown(keys)

@@ -190,7 +190,7 @@ _PLATES = {"solid": "plates as solids", "sheet": "plates as sheets", "none": "pl
 def model_words(
     dimension: Dimension, scale: float, values: Values, plates: Plates | None = None
 ) -> str:
-    """What is solved, for who waits for it; sizes are told relative to fidelity.rungs at scale 1.
+    """What is solved, for who waits for it; sizes are given relative to fidelity.rungs at scale 1.
 
     >>> model_words("3-D", 2.0, {"plates.span_mm": None, "plates.stagger_mm": 0.0})
     '3-D, elements 2 times the standard size, plates through the whole depth'

@@ -3,8 +3,8 @@
     ladder = climb(design, scene, tolerance=0.02)
     ladder.chosen.readings, ladder.estimate.worst, [each.why for each in ladder.tried]
 
-Where formulas speak of the scene, what they say is told; the plane strain that judges them costs a
-tenth of a second and says more, so they are never the answer.
+Where formulas speak of the scene, what they say is reported; the plane strain that judges them
+costs a tenth of a second and says more, so they are never the answer.
 
 A coarse finger in space and plane strain come first: what they differ by is what plane strain costs
 here. Where that is near the tolerance, the section is refined, and taken as soon as a finger in

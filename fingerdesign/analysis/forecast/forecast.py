@@ -208,7 +208,7 @@ def forecast(
     """What ``analyse`` of a sound design would take; scene None: the fundamental case with grips.
 
     machine: its speed, by default this one's as measured within a day. Of 42 analyses, 10k to 250k
-    dofs, dofs were foretold within 1.5, memory within 1.3, time within 1.5 (``bench forecast``);
+    dofs, dofs were predicted within 1.5, memory within 1.3, time within 1.5 (``bench forecast``);
     farthest off where the contact outgrew its zone and the model was made again.
     """
     return forecast_case(Case(design, scene, fidelity), machine)

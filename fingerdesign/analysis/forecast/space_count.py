@@ -27,7 +27,7 @@ _CELL = 0.7  # largest cell of the integral over the size at its middle
 _DEEPEST = 12
 EQUILATERAL = np.sqrt(3.0) / 4.0
 _FIRST = 6  # cells across the body's shortest extent to begin with
-# Cells of one level: of more, some stand for all, so that an astronomic mesh is foretold at once.
+# Cells of one level: of more, some stand for all, so that an astronomic mesh is predicted at once.
 _MOST_CELLS = 200_000
 
 

@@ -16,7 +16,7 @@ from fingerdesign.report.numbers import NOISE, cleaned, under_load
 # How the object is moved, in words, and what of that the figures' words may rest on.
 
 PATH = "scene.path."
-MOST_PHASES = 6  # in one sentence; a longer path is told by its ranges
+MOST_PHASES = 6  # in one sentence; a longer path is described by its ranges
 _MOTIONS = (("approach", "mm"), ("shear", "mm"), ("shear along z", "mm"), ("twist", "degrees"))
 _FORCES = (("normal force", "N"), ("tangential force", "N"))
 _ASIDE = 0.01  # of the normal force, and of it times the contact's width: less is the mesh's

@@ -6,7 +6,7 @@ hand pulls, by steps that let F_t rise by at most a share of F_n. They differ in
     fixed force   one number, for the worst friction and the heaviest object expected
     fixed ratio   F_t / ratio: both forces grow together, as if the friction were known
     reactive      a small force, raised by a factor whenever the pull slips
-    oracle        margin times the least force that can hold: it is told friction and mass
+    oracle        margin times the least force that can hold: it knows friction and mass
 
 None reads the gages. What the three hands know is what the paper's rule and the regulator know too:
 their own two forces, their own moves, a press on the bench. The oracle knows what no hand can.
@@ -323,7 +323,7 @@ class Reactive(Rival):
 
 @dataclass(frozen=True)
 class Oracle(Rival):
-    """``[grip.oracle]``: told friction and mass; its margin is in its name."""
+    """``[grip.oracle]``: given friction and mass; its margin is in its name."""
 
 
 def hand_steps(grip: Grip, own: Rival) -> Steps:

@@ -1,6 +1,6 @@
 """Imperfect hardware around any plant: gages, amplifier, force cell, stage (numpy only).
 
-The stage goes where it is told in whole steps and loses its play at each turn; the sensors add what
+The stage goes where it is sent in whole steps and loses its play at each turn; the sensors add what
 is below, in this order, and say it some samples late:
 
     gage = round_q( gain * strain + drift t + noise )        dead: gain 0
@@ -154,7 +154,7 @@ class _Axis:
         self._play = 0.0  # way ahead of the drive, in the positive direction, until it pushes
 
     def moved(self, way: float) -> float:
-        """How far the stage goes, mm, when told to go ``way``; steps left over are remembered."""
+        """How far the stage goes, mm, when sent ``way``; steps left over are remembered."""
         if self._step == 0.0 and self._backlash == 0.0:
             return way
         self._wanted += way

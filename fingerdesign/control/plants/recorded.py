@@ -161,7 +161,7 @@ def _fault(
 
 COLUMNS = ("time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N")
 LEAST_GAGES = 2  # one tells nothing about where it sticks
-_MOST_FAULTS = 20  # told at once
+_MOST_FAULTS = 20  # reported at once
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def tapered(
 
 
 def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
-    """Every bolt, pin and key; what cannot be had is told by :mod:`fastener_faults`."""
+    """Every bolt, pin and key; what cannot be had is a fault of :func:`fastener_faults`."""
     bolts, pins = list[Bolt](), list[Pin]()
     reach_z = walls.extent.half_depth + columns.wall_z
 

@@ -1,6 +1,6 @@
 """How each side is closed and holds the plates: slots, windows behind combs, plugs between legs.
 
-Numbers only; mm. What cannot be held is told by fixture_faults.py.
+Numbers only; mm. What cannot be held is a fault of fixture_faults.py.
 """
 
 from __future__ import annotations

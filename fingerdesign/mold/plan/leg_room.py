@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 # How far legs lie from other plates, from other legs and from the core; numbers only, mm.
 
 LEAST_GAP_MM = 0.1
-_NEAR = 2.0  # mm: farther pairs are told apart by their boxes alone
+_NEAR = 2.0  # mm: farther pairs are distinguished by their boxes alone
 
 
 def least_gap_mm(design: Design) -> float:

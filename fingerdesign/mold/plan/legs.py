@@ -243,7 +243,7 @@ def legs_of(design: Design, scale: float, limits: Limits, thorough: bool = True)
     """The legs of every plate, two each, plate by plate: the best that can be had.
 
     ``scale``: the outline's enlargement; ``limits``: of the mold's process. What still is wrong
-    with them (webs, crossings, exits in the contact zone) is told by ``fixture.sides_of``.
+    with them (webs, crossings, exits in the contact zone) is a fault of ``planning.sides_of``.
     Not ``thorough``: only the likeliest widths and places are tried.
     """
     frames = frames_in_mold(design, scale)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 Face = Literal["upper", "lower"]
-_ALIKE = 3  # digits of a millimetre by which plates are told apart
+_ALIKE = 3  # digits of a millimetre by which plates are distinguished
 
 
 @dataclass(frozen=True)

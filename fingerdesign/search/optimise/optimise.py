@@ -2,9 +2,9 @@
 
 Optuna's TPE proposes (S. Watanabe, Tree-structured Parzen estimator, arXiv:2304.11127, 2023; for
 several objectives Y. Ozaki et al., J. Artif. Intell. Res. 73, 2022; constraints by
-their excess). A variant that cannot exist is told as infeasible and costs nothing. Trials are drawn
-``batch`` at a time and told only when all of them are done: what is drawn does not hang on which
-worker is quicker, nor on interruptions.
+their excess). A variant that cannot exist is reported as infeasible and costs nothing. Trials are
+drawn ``batch`` at a time and reported only when all of them are done: what is drawn does not hang
+on which worker is quicker, nor on interruptions.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ def refuse_aimless(study: Study) -> None:
 
 
 def _to_draw(drawn: int, waiting: int, most: int, batch: int) -> int:
-    """How many trials to draw now: to the end of the batch, unless some of it are told already."""
+    """How many trials to draw now: to the end of the batch, unless some wait for theirs."""
     begun = drawn % batch
     if waiting and (begun == 0 or waiting < begun):
         return 0

@@ -1,7 +1,7 @@
 """Trials on disk: Optuna's study in a journal, which an interrupted optimisation goes on from.
 
 What is drawn for a trial hangs on the study's seed, the trial's number and the trials that were
-told before it, so that one that was interrupted ends as one that was not. One process at a time
+reported before it, so that one that was interrupted ends as one that was not. One process at a time
 writes a journal; the work itself is done in parallel by the evaluator.
 """
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 # The parameters of a study as Optuna's distributions, and back; what a trial is told.
 
-ABSENT = 1e9  # the loss told where there is none: finite, as Optuna wants it; never a result
+ABSENT = 1e9  # the loss reported where there is none: finite, as Optuna wants it; never a result
 _FAILED, _MOST_EXCESS = "failed", 1e6
 
 
@@ -167,7 +167,7 @@ class Trials:
         return tuple(self._trial(each) for each in self._every())
 
     def waiting(self) -> tuple[Trial, ...]:
-        """Those of them that nothing was told of yet."""
+        """Those of them that nothing was reported of yet."""
         return tuple(self._trial(each) for each in self._every() if not each.state.is_finished())
 
     def draw(self, count: int) -> None:
@@ -194,7 +194,7 @@ class Trials:
         try:
             trial = self._handle(index)
             for name, excess in broken.items():
-                if name not in trial.constraints:  # told by a process that was killed at it
+                if name not in trial.constraints:  # reported by a process that was killed at it
                     trial.set_constraint(name, excess)
             self._trials.tell(trial, list(values))
         except OSError as error:
@@ -219,7 +219,7 @@ class Trials:
         )
 
     def _handle(self, index: int) -> Any:
-        """The trial as Optuna wants it to be told of constraints."""
+        """The trial as Optuna wants constraints to be reported."""
         from optuna.trial import Trial as Handle
 
         return Handle(self._trials, self._every()[index]._trial_id)

@@ -338,7 +338,7 @@ def _address(scheduler: str) -> str:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep what Dask logs off the terminal: failures are told as outcomes."""
+    """Keep what Dask logs off the terminal: failures are reported as outcomes."""
     import distributed  # noqa: F401 - it sets its loggers' levels when it is loaded
 
     loggers = [logging.getLogger(name) for name in _LOGGERS]

@@ -70,7 +70,7 @@ class Job:
     """What is to be analysed, and what its cost is added up from.
 
     scene None: the fundamental case and the grips of the design's ``[grip]`` table. values: the
-    studied keys, told in the outcome.
+    studied keys, reported in the outcome.
     """
 
     name: str

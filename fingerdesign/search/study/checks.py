@@ -1,7 +1,7 @@
 """A study's keys held against the schema of designs, before any work.
 
-Only what is wrong for itself is told here: an unknown key, a wrong kind of value, a value outside
-the key's own bounds. Whether a combination can exist is each variant's question.
+Only what is wrong for itself is reported here: an unknown key, a wrong kind of value, a value
+outside the key's own bounds. Whether a combination can exist is each variant's question.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TOLD = 200  # faults; a file of more is not mended one by one
 
 
 def study_faults(study: Study, base: Design) -> list[Fault]:
-    """Faults of [fixed], of the parameters and of the grid's size, each told once.
+    """Faults of [fixed], of the parameters and of the grid's size, each reported once.
 
     At most ``TOLD`` of them, and one that says so.
     """
@@ -59,7 +59,7 @@ def _faults(study: Study, base: Design) -> Iterator[Fault]:
         return
     setting = {**study.fixed, **set_keys(base, _with_wholes(study, middle_values(study)))}
     yield from _fixed_faults(study, base, setting)
-    # What is no key at all has nothing to say to the others, and is told once.
+    # What is no key at all has nothing to say to the others, and is reported once.
     unknown = _unknown(study, base, setting)
     yield from unknown.values()
     sound = {key: value for key, value in setting.items() if key not in unknown}
