@@ -39,7 +39,7 @@ from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.netgen import start_mesher
 from fingerdesign.records.folder import result_folder
 from fingerdesign.records.result import GripResult, GripTrace, Result
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.lessons import with_estimator
 
 if TYPE_CHECKING:
@@ -54,14 +54,14 @@ def analyse(design: Design, scene: Scene | None = None, fidelity: str = "3d") ->
     return run(Case(design, scene, fidelity, grips=scene is None, fields=False)).result
 
 
-def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = None) -> Analysis:
+def run(case: Case, report: Report = lambda message: None, clock: Clock | None = None) -> Analysis:
     """Everything between a design and its report, timed by ``clock``.
 
     Raises DesignError for a wrong input, another FingerDesignError where a stage fails.
     """
     scene = case.path_scene
     refuse(case, scene)
-    case = with_estimator(case, tell)
+    case = with_estimator(case, report)
     if case.fidelity in ("plane-strain", "auto") or mesher_of(case.design).sections:
         start_mesher()  # loads netgen while this process loads the rest
     clock = Clock() if clock is None else clock
@@ -69,40 +69,40 @@ def run(case: Case, tell: Tell = lambda message: None, clock: Clock | None = Non
     notes: list[str] = []
     while True:
         try:
-            return _run_in_zone(case, scene, zone, clock, notes, tell)
+            return _run_in_zone(case, scene, zone, clock, notes, report)
         except ZoneExhausted as exhausted:
             if zone.fills(case.design):
                 raise
             zone = zone.widened(_WIDEN, case.design)
             notes.append(f"candidate zone widened to {zone}: {exhausted}")
-            tell(notes[-1])
+            report(notes[-1])
 
 
 def _run_in_zone(
-    requested: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], tell: Tell
+    requested: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], report: Report
 ) -> Analysis:
     case, ladder = requested, None
     if case.fidelity == "auto":
-        chosen = choose(case, scene, zone, clock, tell)
+        chosen = choose(case, scene, zone, clock, report)
         case, model, ladder = chosen.case, chosen.model, chosen.summary
         zone, notes = chosen.zone, [*notes, *chosen.reasons]
     else:
-        tell("meshing")
+        report("meshing")
         with clock.stage("mesh"):
             mesh = make_mesh(case.design, case.fidelity, zone, case.symmetric)
-        tell(f"condensing {len(mesh.cells)} elements")
+        report(f"condensing {len(mesh.cells)} elements")
         model = condense(case.design, mesh, zone, scene)
         clock.add(model.timings)
     rigid = object_at_touch(scene.object, case.design.body)
     problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
-    tell("loading")
+    report("loading")
     with clock.stage("increments"), one_thread():
         steps = follow_path(problem, scene, case.design)
         array = replace(problem, model=problem.model.with_gages(case.gage_array))
         studies = slip_studies(case, scene, array) if case.scene is None and case.studied else ()
     grips: list[tuple[GripResult, GripTrace]] = []
     if case.runs_grips:
-        tell("gripping")
+        report("gripping")
         with clock.stage("grips"), one_thread():
             bare = bare_opposite(case, problem, zone, scene)
             grips = run_all_grips(case.design, array, case.gage_array, bare, case.estimator)
@@ -112,7 +112,7 @@ def _run_in_zone(
     return analysis_of(worked, clock, studies, grips, fields)
 
 
-def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Result:
+def analyse_into(case: Case, out: Path, report: Report = lambda message: None) -> Result:
     """Run a case and write OUT/NAME; a failure of the work is written as a failed result.
 
     Raises DesignError for wrong input (nothing is written) and ResultError where the folder cannot
@@ -120,15 +120,15 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
     """
     refuse(case, case.path_scene)
     if case.fidelity != "auto":  # which models that will take is not known yet
-        tell(f"forecast: {forecast_case(case)}")
+        report(f"forecast: {forecast_case(case)}")
     target = out / case.design.design.name
     clock = Clock()
     with result_folder(target) as folder:
         try:
-            tell("building the solid")
+            report("building the solid")
             with clock.stage("geometry"):
                 write_solid(case.design, folder)
-            analysis = run(case, tell, clock)
+            analysis = run(case, report, clock)
         except DesignError:
             raise
         except FingerDesignError as error:
@@ -136,6 +136,6 @@ def analyse_into(case: Case, out: Path, tell: Tell = lambda message: None) -> Re
         except MemoryError:
             short = SolverError("not enough memory for this model; coarsen the mesh")
             analysis = failed_analysis(case, short, clock)
-        tell("writing the report")
+        report("writing the report")
         analysis = write_outputs(analysis, folder)
     return analysis.result

@@ -53,6 +53,6 @@ def test_a_lifts_keys_without_a_lift_are_refused(tmp_path, capsys):
     path = tmp_path / "coarse.toml"
     path.write_text(DESIGN.replace('plant = "lift"', 'opposite = "bare"'))
     assert main(["check", str(path)]) == 2
-    told = capsys.readouterr().err
-    assert "grip.opposite" in told
-    assert "grip.hold_steps" in told
+    reported = capsys.readouterr().err
+    assert "grip.opposite" in reported
+    assert "grip.hold_steps" in reported

@@ -94,7 +94,7 @@ def test_python_of_the_method_page_runs(capsys):
     assert int(others) == 0
 
 
-def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
+def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
     from fingerdesign import parse_design
     from fingerdesign.mold.plan.plan import PROFILES, limits_of
     from fingerdesign.mold.plan.planning import plan_mold
@@ -111,11 +111,11 @@ def test_the_molds_page_plans_its_mold_and_tells_profiles_as_they_are(capsys):
     assert sentence.startswith("Among the others, a plate 0.03 mm off along x")
     for name, limits in PROFILES.items():
         (row,) = re.findall(rf"^\| `{name}` .*$", text, flags=re.MULTILINE)
-        told = [float(cell.split()[0]) for cell in row.strip("| ").split("|")[1:]]
-        assert told == [value for key, value in vars(limits).items() if key != "name"]
+        reported = [float(cell.split()[0]) for cell in row.strip("| ").split("|")[1:]]
+        assert reported == [value for key, value in vars(limits).items() if key != "name"]
 
 
-def test_the_molds_page_tells_refusals_as_they_are():
+def test_the_molds_page_reports_refusals_as_they_are():
     import tomllib
 
     from fingerdesign.checks.load import load_design, with_values
@@ -126,15 +126,15 @@ def test_the_molds_page_tells_refusals_as_they_are():
     text = (ROOT / "docs/molds.md").read_text("utf-8")
     rows = re.findall(r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", text, flags=re.MULTILINE)
     assert len(rows) == 5
-    for name, key, value, told in rows:
+    for name, key, value, reported in rows:
         parsed = tomllib.loads(f"value = {value}")["value"]
         design = with_values(load_design(shipped_path(name)), {key: parsed})
         with pytest.raises(DesignError) as error:
             plan_mold(design)
         said = str(error.value)
-        blamed = re.match(r"[a-z_.]+ = ", told)
+        blamed = re.match(r"[a-z_.]+ = ", reported)
         assert (blamed[0] if blamed else f"{key} = ") in said
-        for number in re.findall(r"\d+\.\d+", told):
+        for number in re.findall(r"\d+\.\d+", reported):
             assert number in said, (number, said)
 
 

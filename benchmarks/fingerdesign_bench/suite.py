@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 
 # Measures and writes into a folder; gives the files and what was asked against it.
-Part = Callable[[Path, Tell, bool], tuple[list[Path], list[Check]]]
+Part = Callable[[Path, Report, bool], tuple[list[Path], list[Check]]]
 
 
 @dataclass
@@ -34,7 +34,7 @@ class Suite:
 
 def run_suite(
     folder: Path,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     quick: bool = False,
     parts: dict[str, Part] | None = None,
 ) -> Suite:
@@ -44,7 +44,7 @@ def run_suite(
     for name, part in (PARTS if parts is None else parts).items():
         start = time.perf_counter()
         try:
-            paths, checks = part(folder, _named(tell, name), quick)
+            paths, checks = part(folder, _named(report, name), quick)
             found.paths += paths
             found.checks += checks
         except FingerDesignError as error:
@@ -65,27 +65,27 @@ def run_suite(
     return found
 
 
-def _named(tell: Tell, name: str) -> Tell:
-    return lambda message: tell(f"{name}: {message}")
+def _named(report: Report, name: str) -> Report:
+    return lambda message: report(f"{name}: {message}")
 
 
-def _precision(folder: Path, tell: Tell, quick: bool) -> tuple[list[Path], list[Check]]:
+def _precision(folder: Path, report: Report, quick: bool) -> tuple[list[Path], list[Check]]:
     from fingerdesign_bench.speed.precision import measure_precision, write_precision
 
-    return write_precision(measure_precision(tell, quick), folder), []
+    return write_precision(measure_precision(report, quick), folder), []
 
 
-def _speed(folder: Path, tell: Tell, quick: bool) -> tuple[list[Path], list[Check]]:
+def _speed(folder: Path, report: Report, quick: bool) -> tuple[list[Path], list[Check]]:
     from fingerdesign_bench.speed.speed import measure_speed, write_speed
 
-    found = measure_speed(tell, quick)
+    found = measure_speed(report, quick)
     return write_speed(found, folder), list(found.checks)
 
 
-def _stability(folder: Path, tell: Tell, quick: bool) -> tuple[list[Path], list[Check]]:
+def _stability(folder: Path, report: Report, quick: bool) -> tuple[list[Path], list[Check]]:
     from fingerdesign_bench.stability.stability import measure_stability, write_stability
 
-    found = measure_stability(tell, quick)
+    found = measure_stability(report, quick)
     return write_stability(found, folder), found.checks()
 
 

@@ -42,8 +42,8 @@ def analyse(
     for number, case in enumerate(cases):
         name = case.design.design.name
         with progress(name, quiet) as show:
-            tell = partial(show, fraction=number / len(cases))
-            results.append(analyse_into(case, out, tell))
+            report = partial(show, fraction=number / len(cases))
+            results.append(analyse_into(case, out, report))
     _report(results, out, quiet, as_json)
     return 0 if all(result.status == "ok" for result in results) else 1
 

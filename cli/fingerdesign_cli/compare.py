@@ -34,14 +34,14 @@ def compare(
     out: Path,
     csv_file: Path | None,
     json_file: Path | None,
-    asked: tuple[str, ...],
+    requested: tuple[str, ...],
     name: str,
     quiet: bool,
 ) -> int:
     """Compare the designs of every RESULT on one page that opens offline."""
     to_stdout = str(json_file) == "-"
     _refuse_places({"--out": out, "--csv": csv_file, "--json": json_file}, results)
-    found = read_comparison(results, _objectives(asked), name)
+    found = read_comparison(results, _objectives(requested), name)
     _refuse_unknown(found)
     outcomes, facts = found.outcomes, found.facts
     texts = {out: compare_html(outcomes, facts)}
@@ -53,7 +53,7 @@ def compare(
     for path, text in texts.items():
         _write(path, text)
     if to_stdout:
-        print_json(_told(found, best, out))
+        print_json(_reported(found, best, out))
     elif not quiet:
         _show(found, best)
         click.echo(f"report: {out}")
@@ -83,11 +83,11 @@ def _refuse_places(places: dict[str, Path | None], results: Sequence[Path]) -> N
         taken.add(path)
 
 
-def _objectives(asked: Sequence[str]) -> list[Wanted]:
+def _objectives(requested: Sequence[str]) -> list[Wanted]:
     import difflib
 
     found = []
-    for text in asked:
+    for text in requested:
         metric, _, goal = text.partition(":")
         known = METRICS.get(metric)
         if known is None and not goal:
@@ -125,7 +125,7 @@ def _write(path: Path, text: str) -> None:
     write_whole(path, text)
 
 
-def _told(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
+def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
     outcomes = found.outcomes
     name = None if best.chosen is None else outcomes[best.chosen].name
     return {

@@ -46,15 +46,15 @@ def generate(
     invalid = failed = 0
     with progress(study.name, quiet or as_json) as show:
 
-        def tell(made: Made, done: int) -> None:
+        def report(made: Made, done: int) -> None:
             nonlocal invalid, failed
             invalid += made.variant.design is None
             failed += made.failed
             if as_json:
                 line({"done": done, "of": of, **_variant_data(made)})
             if done == of or done % max(1, of // 20) == 0:
-                told = f"; CAD failed of {failed}" if failed else ""
-                show(f"{done} of {of}, {invalid} invalid{told}", done / of)
+                reported = f"; CAD failed of {failed}" if failed else ""
+                show(f"{done} of {of}, {invalid} invalid{reported}", done / of)
 
         found = write_variants(
             study,
@@ -63,7 +63,7 @@ def generate(
             cad=cad,
             whole=count is None and not only,
             workers=workers or cores(),
-            tell=tell,
+            report=report,
         )
     if as_json:
         line(_data(found, target))
@@ -72,11 +72,11 @@ def generate(
     valid = [made for made in found if made.variant.design is not None]
     if not valid:
         where = target / "invalid.csv"
-        told = f"no variant can exist: all {len(found)} have faults, told in {where}"
-        click.echo(f"{told}; change [parameters], [fixed] or the base", err=True)
+        reported = f"no variant can exist: all {len(found)} have faults, reported in {where}"
+        click.echo(f"{reported}; change [parameters], [fixed] or the base", err=True)
     elif quiet and len(valid) < len(found):
-        told = f"{len(found) - len(valid)} of {len(found)} cannot exist"
-        click.echo(f"{told}: faults in {target / 'invalid.csv'}", err=True)
+        reported = f"{len(found) - len(valid)} of {len(found)} cannot exist"
+        click.echo(f"{reported}: faults in {target / 'invalid.csv'}", err=True)
     return 0 if valid and not any(made.failed for made in found) else 1
 
 
@@ -117,12 +117,12 @@ def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
     if quiet:
         return
     for variant in invalid[:_SHOWN]:
-        _tell_invalid(variant)
+        _report_invalid(variant)
     if len(invalid) > _SHOWN:
         click.echo(f"... and {len(invalid) - _SHOWN} more in {target / 'invalid.csv'}")
-    told = reasons(invalid)[:_SHOWN]
+    reported = reasons(invalid)[:_SHOWN]
     if len(invalid) > 1:
-        rows = [[key, str(count), name] for key, count, _, name in told]
+        rows = [[key, str(count), name] for key, count, _, name in reported]
         print_table("why variants cannot exist", ["key", "variants", "the first"], rows)
     kept, failed = (sum(each) for each in zip(*((m.kept, m.failed) for m in found), strict=True))
     click.echo(f"{len(found) - len(invalid)} variants, {kept} of them there already: {target}")
@@ -132,7 +132,7 @@ def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
         click.echo(f"{failed} without CAD, which failed; run again to try again")
 
 
-def _tell_invalid(variant: Variant) -> None:
+def _report_invalid(variant: Variant) -> None:
     for fault in variant.faults:
         click.echo(f"{variant.name}: {fault}")
 

@@ -1,4 +1,4 @@
-"""``fingerdesign grip``: lift an object whose weight and friction the controller is not told."""
+"""``fingerdesign grip``: lift an object of a weight and friction unknown to the controller."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ COMMANDS = {
 
 OK, FAILED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
 
-_asked_to_end: list[int] = []  # the signals that came
+_end_requested: list[int] = []  # the signals that came
 _ending: list[float] = []  # when the first of them was obeyed, s
 _PATIENCE_S = 2.0  # a second signal within it is the first one's echo
 
@@ -146,7 +146,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say(str(error))
         return BAD_INPUT
     except FingerDesignError as error:
-        if _asked_to_end:
+        if _end_requested:
             return _interrupted()
         _say(f"failed: {error}")
         return FAILED
@@ -157,7 +157,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _say(f"failed: {error}")
         return FAILED
     except Exception as error:
-        if _asked_to_end:  # an extension that was loading makes an ImportError of it
+        if _end_requested:  # an extension that was loading makes an ImportError of it
             return _interrupted()
         return _unexpected(error, keep="--debug" in arguments)
 
@@ -204,7 +204,7 @@ def entry_point() -> None:
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:
-    _asked_to_end.append(number)
+    _end_requested.append(number)
     if _ending and time.monotonic() - _ending[0] < _PATIENCE_S:
         return  # asked again at once, as `timeout` and shells do: what is being kept stays whole
     if _ending:  # asked again by somebody who waits: worker processes die with this one

@@ -12,7 +12,7 @@ from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.picture import draw_mesh
 from fingerdesign.mesh.pictures import draw_quality
-from fingerdesign.mesh.quality import asked_sizes, assess
+from fingerdesign.mesh.quality import assess, requested_sizes
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, progress
 
@@ -43,23 +43,23 @@ def mesh(
     formats = _endings(formats)
     finger, scene = read_case(design, scene_file)
     refuse(Case(finger, scene, fidelity), scene or fundamental_scene())
-    with progress(finger.design.name, quiet) as tell:
-        tell(f"meshing ({fidelity})")
+    with progress(finger.design.name, quiet) as report:
+        report(f"meshing ({fidelity})")
         symmetric = mirrors_in_z(finger) and (scene is None or scene.mirrors_in_z)
         zone = _zone(finger, scene)
         mesh = make_mesh(finger, fidelity, zone, symmetric)
-        asked = asked_sizes(finger, mesh, zone.half_width, zone.half_depth)
-        report = assess(mesh, finger, asked)
-        tell("writing")
-        files = _write(mesh, out, formats, report.text(), report.to_dict())
+        requested = requested_sizes(finger, mesh, zone.half_width, zone.half_depth)
+        quality = assess(mesh, finger, requested)
+        report("writing")
+        files = _write(mesh, out, formats, quality.text(), quality.to_dict())
         if picture:
-            tell("drawing")
+            report("drawing")
             files.append(draw_mesh(mesh, out / "mesh.png", name=finger.design.name))
-            files.append(draw_quality(mesh, finger, report, out / "quality.png", asked))
+            files.append(draw_quality(mesh, finger, quality, out / "quality.png", requested))
     if as_json:
-        print_json({**report.to_dict(), "files": [str(path) for path in files]})
+        print_json({**quality.to_dict(), "files": [str(path) for path in files]})
     elif not quiet:
-        click.echo(report.text())
+        click.echo(quality.text())
         click.echo("written: " + ", ".join(str(path) for path in files))
 
 

@@ -48,7 +48,7 @@ def mold(
     if report.failure is not None:
         click.echo(f"{name}: {report.failure}", err=True)
         for check in report.failing[:_SHOWN]:
-            click.echo(f"{name}: {_told(check)}", err=True)
+            click.echo(f"{name}: {_reported(check)}", err=True)
         if passed:
             click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
     return 0 if report.status == "ok" else 1
@@ -94,6 +94,6 @@ def _cells(part: dict[str, Any]) -> list[str]:
     return [part["name"], part["made"], size, volume, f"{part['triangles']:,}", draw]
 
 
-def _told(check: dict[str, Any]) -> str:
+def _reported(check: dict[str, Any]) -> str:
     part = f" ({check['part']})" if check["part"] else ""
     return f"{check['name']}{part}: {check['sentence']}"

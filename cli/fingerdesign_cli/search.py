@@ -52,7 +52,7 @@ _PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 
 class StudyProgress:
     """Shows where a study stands, on a bar, in plain lines, or a JSON line an outcome.
 
-    cluster: set it once it is there; its dashboard's address is told when it has started.
+    cluster: set it once it is there; its dashboard's address is reported when it has started.
     """
 
     def __init__(self, show: Progress, quiet: bool, as_json: bool) -> None:
@@ -70,7 +70,7 @@ class StudyProgress:
             self._said_dashboard = True
             self._dashboard()
         if self._as_json and standing.outcome is not None:
-            line(told(standing))
+            line(reported(standing))
         now = time.monotonic()
         news = standing.number == standing.of or standing.waiting != self._waited
         if news or sys.stderr.isatty() or now >= self._next:
@@ -113,7 +113,7 @@ def duration(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.1f} h"
 
 
-def told(standing: Standing) -> dict[str, Any]:
+def reported(standing: Standing) -> dict[str, Any]:
     """A standing with an outcome, for scripts.
 
     done, of: outcomes at hand, and of how many; number: the variant's, None for the reference.
@@ -190,10 +190,10 @@ def optimise(
     ):
         shown = StudyProgress(show, quiet, as_json)
         shown.cluster = cluster
-        tell = _Told(shown, len(search.scenes))
+        report = _Told(shown, len(search.scenes))
 
         def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
-            return run_jobs(plan, store, cluster, study.limits, tell.standing, retry=retry)
+            return run_jobs(plan, store, cluster, study.limits, report.standing, retry=retry)
 
         tried = searched(
             search,
@@ -201,9 +201,9 @@ def optimise(
             evaluated,
             trials,
             max(BATCH, workers or 0),
-            tell.trials,
+            report.trials,
         )
-        tell.confirming()
+        report.confirming()
         confirmation = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
         with SEARCH_FOLDER.written(target) as aside:
@@ -297,17 +297,17 @@ def sweep(
     scenes = study_scenes(study, folder)
     plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
     with progress(study.name, quiet or as_json) as show:
-        told = StudyProgress(show, quiet, as_json)
+        reported = StudyProgress(show, quiet, as_json)
         with Cluster(workers, scheduler) as cluster:
-            told.cluster = cluster
-            outcomes = run_jobs(plan, Store(), cluster, study.limits, told, retry=retry)
+            reported.cluster = cluster
+            outcomes = run_jobs(plan, Store(), cluster, study.limits, reported, retry=retry)
         show("writing the report", 1.0)
         with FOLDER.written(target) as aside:
             found = write_study(aside, study, outcomes, text)
     if as_json:
-        line({"folder": str(target), **_counts(outcomes, told.last)})
+        line({"folder": str(target), **_counts(outcomes, reported.last)})
     elif not quiet:
-        _show(found, outcomes, told.last, target)
+        _show(found, outcomes, reported.last, target)
     else:
         failures = sum(outcome.failure is not None for outcome in outcomes)
         say_failures(failures, len(outcomes), target / "failures.csv")
@@ -338,8 +338,8 @@ def _show(
     kinds = counts["failures_by_kind"]
     assert isinstance(kinds, dict)
     if kinds:
-        told = ", ".join(f"{number} {_KINDS[kind]}" for kind, number in kinds.items())
-        click.echo(f"failed: {told}; causes in {target / 'failures.csv'}")
+        reported = ", ".join(f"{number} {_KINDS[kind]}" for kind, number in kinds.items())
+        click.echo(f"failed: {reported}; causes in {target / 'failures.csv'}")
     if set(kinds) & set(TRANSIENT):
         click.echo("--retry runs these again, with the limits that the study has now")
     if counts["computed"] == 0 and counts["from_store"]:

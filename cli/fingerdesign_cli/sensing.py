@@ -34,7 +34,7 @@ def teach(
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
     refuse_foreign(kind, out / name)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
-        lesson = lesson_for(design, tell=lambda told: show(told, 0.0), workers=workers)
+        lesson = lesson_for(design, report=lambda reported: show(reported, 0.0), workers=workers)
         lesson = at_noise(lesson, noise)
         record = {k: v for k, v in json.loads(lesson_text(lesson)).items() if k != "estimator"}
         (folder / "estimator.json").write_text(lesson.estimator.to_json(), encoding="utf-8")

@@ -61,7 +61,7 @@ def tune(
             noises=noises,
             seed=seed,
             workers=workers or cores(),
-            tell=lambda message, fraction: show(message, fraction),
+            report=lambda message, fraction: show(message, fraction),
         )
         write_tuning(record, design, folder)
     journal.unlink(missing_ok=True)
@@ -191,7 +191,7 @@ def study_control(
             journal,
             estimator=estimator,
             workers=workers or cores(),
-            tell=lambda message, fraction: show(message, fraction),
+            report=lambda message, fraction: show(message, fraction),
         )
         show("writing the report", 1.0)
         write_study(found, folder)
@@ -231,12 +231,12 @@ def _show(found: ControlStudy, folder: Path) -> None:
     print_table(
         f"{found.design} at {noise:g} microstrain: grips: {grips}; success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
-        [_shares(name, told) for name, told in summaries.items()],
+        [_shares(name, reported) for name, reported in summaries.items()],
     )
     print_table(
         "medians; margin and peak: force over the least that holds",
         ["controller", "margin", "peak", "least stick", "slip, mm", "steps"],
-        [_medians(name, told) for name, told in summaries.items()],
+        [_medians(name, reported) for name, reported in summaries.items()],
     )
     if grid.tug is not None:
         rate = found.hardware["sample_rate_Hz"]
@@ -252,35 +252,35 @@ def _show(found: ControlStudy, folder: Path) -> None:
     click.echo(f"{found.seconds['whole']:.0f} s; report: {folder / 'control.html'}")
 
 
-def _shares(name: str, told: Summary) -> list[str]:
-    low, high = told.success.interval or (0.0, 1.0)
+def _shares(name: str, reported: Summary) -> list[str]:
+    low, high = reported.success.interval or (0.0, 1.0)
     return [
         name,
-        _number(told.success.rate, 1, 100.0),
+        _number(reported.success.rate, 1, 100.0),
         f"{100 * low:.1f}–{100 * high:.1f}",
-        _number(told.held.rate, 1, 100.0),
-        *(str(count) for count in (told.dropped, told.crushed, told.not_lifted)),
+        _number(reported.held.rate, 1, 100.0),
+        *(str(count) for count in (reported.dropped, reported.crushed, reported.not_lifted)),
     ]
 
 
-def _medians(name: str, told: Summary) -> list[str]:
+def _medians(name: str, reported: Summary) -> list[str]:
     spreads = (
-        (told.margin_at_lift, 2),
-        (told.peak_ratio, 2),
-        (told.minimum_stick_ratio, 2),
-        (told.slip_distance_mm, 3),
-        (told.steps, 0),
+        (reported.margin_at_lift, 2),
+        (reported.peak_ratio, 2),
+        (reported.minimum_stick_ratio, 2),
+        (reported.slip_distance_mm, 3),
+        (reported.steps, 0),
     )
     return [name, *(_number(None if s is None else s.median, digits) for s, digits in spreads)]
 
 
-def _answers(name: str, told: Summary, rate_hz: float) -> list[str]:
-    reaction = told.reaction_steps
+def _answers(name: str, reported: Summary, rate_hz: float) -> list[str]:
+    reaction = reported.reaction_steps
     times = (None, None) if reaction is None else (reaction.median, reaction.most)
     return [
         name,
-        _number(told.held.rate, 1, 100.0),
-        f"{told.answered.count} of {told.answered.of}",
+        _number(reported.held.rate, 1, 100.0),
+        f"{reported.answered.count} of {reported.answered.of}",
         *(_number(each, 0, 1000.0 / rate_hz) for each in times),
     ]
 

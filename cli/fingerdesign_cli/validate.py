@@ -41,7 +41,7 @@ def validate(
             deep=deep,
             scene_name=scene_file.stem if scene_file is not None else "",
             keys=keys,
-            tell=lambda message, fraction: show(message, fraction),
+            report=lambda message, fraction: show(message, fraction),
         )
         show("writing the report", 1.0)
         write_validation(found, folder)
@@ -85,12 +85,12 @@ def _cells(row: Row) -> list[list[str]]:
     found = []
     for name in ("equal_motion", "equal_force"):
         side = getattr(row, name)
-        told = [spread_cell(q, side["errors"][q]) if side else NONE for q in QUANTITIES]
+        reported = [spread_cell(q, side["errors"][q]) if side else NONE for q in QUANTITIES]
         costs = [_number(row.seconds, 2), _number(row.better_seconds, 2), _number(row.saving, 1)]
         first = name == "equal_motion"
         title = row.title if first else ""
         at = name.removeprefix("equal_")
-        found.append([title, at, *told, *(costs if first else [""] * len(costs))])
+        found.append([title, at, *reported, *(costs if first else [""] * len(costs))])
     return found
 
 

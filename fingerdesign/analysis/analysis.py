@@ -275,7 +275,7 @@ def _identity(case: Case, clock: Clock) -> dict[str, Any]:
     return {
         "design": case.design.design.name,
         "scene": case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        "digest": result_digest(case.design, scene, case.asked),
+        "digest": result_digest(case.design, scene, case.requested),
         "versions": versions(),
         "fidelity": "plane-strain" if case.fidelity == "plane-strain" else "3d",
         "seeds": {"grip": case.design.grip.seed},

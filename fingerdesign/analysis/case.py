@@ -49,7 +49,7 @@ class Case:
         return self.scene or fundamental_scene()
 
     @property
-    def asked(self) -> str:
+    def requested(self) -> str:
         """The fidelity with what belongs to it: "3d", "auto, 0.02"."""
         return f"auto, {self.tolerance:g}" if self.fidelity == "auto" else self.fidelity
 

@@ -28,7 +28,7 @@ from fingerdesign.fem.finite.row import Follower, Row, facing, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -123,7 +123,7 @@ class FinitePathStopped(SolverError):
 
 
 def finite_readings(
-    design: Design, mesh: Mesh, zone: Zone, scene: Scene, tell: Tell | None = None
+    design: Design, mesh: Mesh, zone: Zone, scene: Scene, report: Report | None = None
 ) -> FiniteHistory:
     """Follow the scene's path on ``mesh`` (2-D: plane strain) with contact candidates in ``zone``.
 
@@ -149,8 +149,8 @@ def finite_readings(
         for row in _follow(face, targets(path), path.substeps):
             strains = lines.strains(body.system.displacement(row.past.values))
             rows.append(_read(face, row, strains))
-            if tell is not None:
-                tell(f"row {len(rows)} of {len(path.rows)}: {row.iterations} iterations")
+            if report is not None:
+                report(f"row {len(rows)} of {len(path.rows)}: {row.iterations} iterations")
     except ZoneExhausted:
         raise
     except SolverError as error:

@@ -77,13 +77,13 @@ def picks(
             "below the middle of a face that looks along contact_direction",
             f"lower it to less than {highest}: the highest such middle is at y = {highest}",
         )
-    told = _told([faces[k] for k in free], normals[free], middles[free])
+    reported = _reported([faces[k] for k in free], normals[free], middles[free])
     raise refused(
         "contact_direction",
         list(rules["contact_direction"]),
         f"within contact_angle_deg = {rules['contact_angle_deg']:g} of a face's outward normal",
         "turn the body with body.step.up, or widen the angle; the faces look, at their middles, "
-        f"along {told}",
+        f"along {reported}",
     )
 
 
@@ -94,7 +94,7 @@ def _base(faces: Sequence[CadFace], rules: Mapping[str, Any]) -> list[int]:
     near = np.cos(np.radians(BASE_DEG))
     along = [k for k in flat if float(_outward(faces[k]) @ direction) >= near]
     if not along:
-        told = _told(
+        reported = _reported(
             [faces[k] for k in flat],
             np.array([_outward(faces[k]) for k in flat]).reshape(-1, 3),
             None,
@@ -103,7 +103,7 @@ def _base(faces: Sequence[CadFace], rules: Mapping[str, Any]) -> list[int]:
             "base_direction",
             list(rules["base_direction"]),
             "the outward normal of a flat face, the base",
-            f"turn the body with body.step.up; its flat faces look along {told or 'nowhere'}",
+            f"turn the body with body.step.up; its flat faces look along {reported or 'nowhere'}",
         )
     farthest = max(_offset(faces[k]) for k in along)
     return [k for k in along if _offset(faces[k]) > farthest - 1e-4]
@@ -185,7 +185,7 @@ def _offset(face: CadFace) -> float:
     return -float(face.distance(np.zeros((1, 3)))[0])
 
 
-def _told(faces: Sequence[CadFace], normals: Array, middles: Array | None) -> str:
+def _reported(faces: Sequence[CadFace], normals: Array, middles: Array | None) -> str:
     """Directions, largest faces first, as "[0, 1, 0] at y = 12.7"."""
     order = np.argsort([-face.area for face in faces])[:_TOLD]
     words = []

@@ -3,9 +3,9 @@
 CadQuery's own ``tessellate`` and ``exportStl`` take *relative* tolerances (0.01 gave a chord error
 of 0.043 mm) and reuse whatever triangulation a shape carries, so the kernel is called directly, on
 a copy. It does not keep its word on doubly curved faces either: on tori (domes, rounded edges of
-revolved bodies) the chord was up to 3.2 times the tolerance, and up to 1.7 times where it was told
-to look at every surface. So the chord is measured here, and the kernel asked again for less.
-Importing this module loads the CAD kernel.
+revolved bodies) the chord was up to 3.2 times the tolerance, and up to 1.7 times where it was
+reported to look at every surface. So the chord is measured here, and the kernel asked again for
+less. Importing this module loads the CAD kernel.
 """
 
 from __future__ import annotations

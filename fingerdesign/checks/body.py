@@ -135,7 +135,7 @@ def _core_in_step(body: Body) -> list[Fault]:
     if found >= LEAST_CLEARANCE_MM - 1e-9:
         return []
     bound = f"such that the core lies {LEAST_CLEARANCE_MM} mm inside the STEP body's sides and ends"
-    told = f"{bound}, clear of its voids (now {found:.4g} mm)"
+    reported = f"{bound}, clear of its voids (now {found:.4g} mm)"
     for name in ("width_mm", "depth_mm", "height_mm"):
         value = getattr(core, name)
         now = body.depth_mm if value is None else value
@@ -147,9 +147,9 @@ def _core_in_step(body: Body) -> list[Fault]:
         if most is not None:
             said = "(absent: the full depth)" if value is None else value
             word = "set it to" if value is None else "lower it to at most"
-            return [Fault(f"body.core.{name}", said, told, f"{word} {at_most(most)}")]
+            return [Fault(f"body.core.{name}", said, reported, f"{word} {at_most(most)}")]
     remedy = "narrow and lower the core, or move it by body.core.bottom_mm"
-    return [Fault("body.core.width_mm", core.width_mm, told, remedy)]
+    return [Fault("body.core.width_mm", core.width_mm, reported, remedy)]
 
 
 def _round_core(body: Body) -> list[Fault]:
@@ -164,22 +164,24 @@ def _round_core(body: Body) -> list[Fault]:
     if reach <= allowed + 1e-9:
         return []
     bound = f"such that the core's corners stay {LEAST_CLEARANCE_MM} mm inside the round section"
-    told = f"{bound} of radius {0.5 * body.width_mm:g} (they reach {reach:.4g})"
+    reported = f"{bound} of radius {0.5 * body.width_mm:g} (they reach {reach:.4g})"
     room = allowed**2 - 0.25 * core.width_mm**2
     if core.depth_mm is None:
         if room > 0.01:
             most = at_most(2.0 * float(np.sqrt(room)))
             return [
-                Fault("body.core.depth_mm", "(absent: the full depth)", told, f"set it to {most}")
+                Fault(
+                    "body.core.depth_mm", "(absent: the full depth)", reported, f"set it to {most}"
+                )
             ]
         side = at_most(allowed * float(np.sqrt(2.0)))
         remedy = f"set it, and body.core.width_mm, to at most {side}"
-        return [Fault("body.core.depth_mm", "(absent: the full depth)", told, remedy)]
+        return [Fault("body.core.depth_mm", "(absent: the full depth)", reported, remedy)]
     left = allowed**2 - 0.25 * depth**2
     remedy = "lower it and body.core.depth_mm"
     if left > 0.01:
         remedy = f"lower it to at most {at_most(2.0 * float(np.sqrt(left)))}"
-    return [Fault("body.core.width_mm", core.width_mm, told, remedy)]
+    return [Fault("body.core.width_mm", core.width_mm, reported, remedy)]
 
 
 def _core_top(body: Body) -> list[Fault]:

@@ -286,6 +286,6 @@ def plane_strain_faults(design: Design) -> list[Fault]:
             name = "stagger_mm" if row.table.stagger_mm else "span_offset_mm"
             key, value = row.key(name), row.value(name)
             bound = "such that the section z = 0 cuts every plate, for --fidelity plane-strain"
-            told = f"{bound} (it misses plate {missed[0]})"
-            faults.setdefault(key, Fault(key, value, told, "take --fidelity 3d"))
+            reported = f"{bound} (it misses plate {missed[0]})"
+            faults.setdefault(key, Fault(key, value, reported, "take --fidelity 3d"))
     return list(faults.values())

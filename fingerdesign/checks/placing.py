@@ -96,10 +96,10 @@ def side_findings(design: Design, row: PlateRow) -> list[Finding]:
             found.append(Change.to(f"raise {wide} to at least", wide, raised))
         return found
 
-    told = f"{reach[worst]:.4g}" if np.isfinite(reach[worst]) else "beyond the surface"
+    reported = f"{reach[worst]:.4g}" if np.isfinite(reach[worst]) else "beyond the surface"
     bound = (
         f"such that plates stay {LEAST_CLEARANCE_MM} mm inside |{axis}| = {half:g} "
-        f"(plate {frame.index} reaches {told})"
+        f"(plate {frame.index} reaches {reported})"
     )
     over = float(min(reach[worst], 1e6)) - allowed
     return [Finding(key, value, bound, over, changes, "move the plates inward or shorten them")]
@@ -296,10 +296,10 @@ def _cover(design: Design, row: PlateRow, number: int) -> list[Finding]:
         words = f"raise {key} to at least"
         return [] if raised is None else [Change.to(words, key, at_least(raised))]
 
-    told = f"{distances[worst]:.4g}" if np.isfinite(distances[worst]) else "beyond it"
+    reported = f"{distances[worst]:.4g}" if np.isfinite(distances[worst]) else "beyond it"
     bound = (
         f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface "
-        f"(plate {frame.index}: {told})"
+        f"(plate {frame.index}: {reported})"
     )
     over = LEAST_CLEARANCE_MM - float(distances[worst])
     return [Finding(key, value, bound, over, changes, "move the plates inward")]

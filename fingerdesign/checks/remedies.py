@@ -30,7 +30,8 @@ class Change:
 
 @dataclass(frozen=True)
 class Finding:
-    """A fault, by how much (``over``, mm), and how its remedies are found, should it be told."""
+    """A fault, by how much (``over``, mm), and how its remedies are found, should it be
+    reported."""
 
     key: str
     value: object
@@ -41,7 +42,7 @@ class Finding:
 
     def fault(self, design: Design, before: set[str], find: Callable[[Design], set[str]]) -> Fault:
         """The fault in words. ``find``: the keys of a changed design's faults; a change that does
-        not end this one, or brings another than ``before``, is not told."""
+        not end this one, or brings another than ``before``, is not reported."""
 
         def mends(change: Change) -> bool:
             if not change.key:

@@ -1,10 +1,10 @@
 """How much of the contact sticks, and how much of the friction is in use, from gages and forces.
 
     estimator = GripEstimator.from_json(text)
-    told = estimator.estimate(history)     # told.stick_ratio, told.used
+    reported = estimator.estimate(history)     # reported.stick_ratio, reported.used
 
 A small network, taught on a design's own model (sensing/teach.py) and evaluated here with numpy
-alone, so that a rig can carry its JSON. It is never told friction or weight. ``used`` is
+alone, so that a rig can carry its JSON. It is never given friction or weight. ``used`` is
 
     F_t / (mu F_n),   1 / used the safety margin,
 
@@ -80,7 +80,7 @@ class FingerCurves:
 
 
 @dataclass(frozen=True)
-class Told:
+class Estimated:
     """Stick area / contact area, and F_t / (mu F_n), both within 0 and 1.
 
     spread: standard deviation that ``used`` was found to have on grips that it was not taught on.
@@ -145,13 +145,13 @@ class GripEstimator:
         """The network for its noise; the last one where it is louder than all."""
         return next((b for b in self.bands if self.noise <= b.most_noise), self.bands[-1])
 
-    def estimate(self, history: Sequence[Moment]) -> Told:
+    def estimate(self, history: Sequence[Moment]) -> Estimated:
         """What the grip so far tells; ``history`` from the first touch on, not empty."""
         band = self.band
         found = band.evaluate(features(history, self.curves, self.noise)[None])[0]
         used = float(min(max(found[1], 0.0), 1.0))
         row = min(int(np.searchsorted(band.spread[:, 0], used)), len(band.spread) - 1)
-        return Told(float(min(max(found[0], 0.0), 1.0)), used, float(band.spread[row, 1]))
+        return Estimated(float(min(max(found[0], 0.0), 1.0)), used, float(band.spread[row, 1]))
 
     def to_json(self) -> str:
         """The estimator as text, for a rig."""

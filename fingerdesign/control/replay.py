@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.estimator import LAGS, GripEstimator, Moment, Told
+from fingerdesign.control.estimator import LAGS, Estimated, GripEstimator, Moment
 from fingerdesign.control.plants.recorded import RecordedPlant
 from fingerdesign.control.roster import Command, Controller
 from fingerdesign.control.signals import Sample
@@ -33,8 +33,8 @@ class Replayed:
     dx: float
     dy: float
     sample: Sample
-    asked: Command
-    told: Told | None = None
+    requested: Command
+    estimated: Estimated | None = None
 
 
 def replay(
@@ -60,10 +60,10 @@ def replay(
         dx, dy = float(trace.dx[k]), float(trace.dy[k])
         history = [*history[-max(LAGS) :], Moment(sample, dx, dy)]
         if started:
-            told = None if estimator is None else estimator.estimate(history)
-            asked = controller.command(sample)
+            estimated = None if estimator is None else estimator.estimate(history)
+            requested = controller.command(sample)
             row, time = int(trace.rows[k]), float(trace.time[k])
-            yield Replayed(row, time, dx, dy, sample, asked, told)
+            yield Replayed(row, time, dx, dy, sample, requested, estimated)
         elif plant.truth().approach >= preload * (1.0 - 1e-6):
             started, first = True, sample
             controller.start(calibration, sample)

@@ -109,7 +109,7 @@ class ControllerKind(Kind):
     """A registered controller.
 
     make: from the ``[grip]`` table, its own table (None where it has none) and the object. tuned:
-    what it is tuned in. look: its line in figures. knows: what of the object it must be told, in
+    what it is tuned in. look: its line in figures. knows: what of the object it must be given, in
     words; None: nothing. trained: whether it needs an estimator.
     """
 
@@ -170,7 +170,7 @@ def make_controller(
     """
     kind: ControllerKind = CONTROLLERS.find(name, "grip.controller")
     if kind.knows is not None and (friction is None or mass_g is None):
-        raise ValueError(f"{name} must be told the object's friction and mass")
+        raise ValueError(f"{name} must be given the object's friction and mass")
     if kind.trained and estimator is None:
         raise DesignError([untrained_fault(name)])
     return kind.make(grip, own_values(grip, kind), Object(friction, mass_g, estimator))

@@ -191,8 +191,8 @@ def slip_study(
     area_raw = gage_areas(x, raw, threshold, change, floor)
     area = gage_areas(x, clean, threshold, change, floor)
     stick = np.array([step.stick_area for step in steps])
-    told = np.logical_or.accumulate(np.abs(change) >= floor)
-    used = told & np.array([step.contact_area > 0.0 for step in steps])
+    reported = np.logical_or.accumulate(np.abs(change) >= floor)
+    used = reported & np.array([step.contact_area > 0.0 for step in steps])
     ratio = [np.nan if step.stick_ratio is None else step.stick_ratio for step in steps]
     return SlipStudy(
         friction_coefficient=problem.friction_coefficient,

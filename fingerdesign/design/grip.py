@@ -88,7 +88,7 @@ Friction = Annotated[float, Field(gt=0, le=5)]
 class Grip(Table):
     """How two like fingers lift an object; the object moves relative to each finger's base.
 
-    One set of controller parameters serves every friction coefficient: the controller is told
+    One set of controller parameters serves every friction coefficient: the controller is given
     neither the friction nor the mass.
     """
 
@@ -96,7 +96,7 @@ class Grip(Table):
         default=(0.3, 0.5, 0.8),
         min_length=1,
         max_length=100,
-        description="one lift each; the controller is not told",
+        description="one lift each; the controller is not given it",
     )
     object_mass_g: float = Field(
         default=500.0, gt=0, le=1e5, description="two fingers carry half the weight each"
@@ -126,8 +126,8 @@ class Grip(Table):
     hardware: HardwareTable = Field(default_factory=HardwareTable)
     controller: Annotated[str, Named(CONTROLLERS)] = Field(
         default="paper",
-        description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are told friction "
-        "and mass and hold 1.2 or 1.5 times the least force",
+        description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are given "
+        "friction and mass and hold 1.2 or 1.5 times the least force",
     )
     preload_mm: float = Field(
         default=0.03, gt=0, le=50, description="approach before the first tangential move"

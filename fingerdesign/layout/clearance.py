@@ -140,13 +140,13 @@ def _to_faces(body: Body, names: tuple[str, ...], points: Array) -> Array:
     """Distances (n,) to a STEP body's faces of these names as they end; negative beyond them."""
     assert body.step is not None
     faces = step_facts(body.step).faces
-    asked = tuple(face for face in faces if face.name in names)
+    requested = tuple(face for face in faces if face.name in names)
 
     among = np.array([face.name in names for face in faces])
 
     def ask(known: Array) -> Array:
         owner, signed, _, _ = nearest(faces, known)  # the nearest face of all tells the side
-        away = nearest(asked, known)[3] if asked else np.full(len(known), np.inf)
+        away = nearest(requested, known)[3] if requested else np.full(len(known), np.inf)
         return np.where((signed > 1e-6) & among[owner], -away, away)
 
     return _known(points, ask)

@@ -162,12 +162,12 @@ def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
     for number in range(count):
         if not present[number] and number not in wanted:
             continue
-        asked = wanted.get(number, 0.0)
+        requested = wanted.get(number, 0.0)
         regions[region_name(design, number)] = {
             "volume": float(curved[number]),
             "straight": float(straight[number]),
-            "wanted": float(asked),
-            "error": _error(float(curved[number]), asked),
+            "wanted": float(requested),
+            "error": _error(float(curved[number]), requested),
         }
     whole = sum(wanted.values())
     strange = [n for n in range(1, count) if present[n] and n not in wanted]

@@ -83,7 +83,7 @@ def draw_quality(
     design: Design,
     report: QualityReport,
     path: Path | str,
-    asked: AskedSizes | None = None,
+    requested: AskedSizes | None = None,
     time_limit_s: float = TIME_LIMIT_S,
 ) -> Path:
     """Write the PNG: the mesh cut open at z = 0, those of its worst elements marked that lie near
@@ -105,9 +105,9 @@ def draw_quality(
         "counts": np.array(report.dihedral_histogram["counts"]),
         "edges": np.array(report.dihedral_histogram["edges_deg"]),
     }
-    if asked is not None:
-        ratios = asked.ratios(mesh.points, mesh.corners)
-        for zone, rows in size_zones(mesh, design, asked).items():
+    if requested is not None:
+        ratios = requested.ratios(mesh.points, mesh.corners)
+        for zone, rows in size_zones(mesh, design, requested).items():
             if rows.any():
                 arrays[f"ratio_{zone}"] = ratios[rows]
     about = {

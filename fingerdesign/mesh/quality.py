@@ -60,7 +60,7 @@ class AskedSizes:
         return np.asarray(mean / self.at(points[cells].mean(axis=1)))
 
 
-def asked_sizes(
+def requested_sizes(
     design: Design, mesh: Mesh, zone_half_width: float, zone_half_depth: float | None = None
 ) -> AskedSizes:
     """What the design's ``[mesh]`` table asks of a mesh that is fine in a zone of contact.
@@ -141,7 +141,7 @@ def parts_of(mesh: Mesh, design: Design) -> dict[str, NDArray[np.bool_]]:
     }
 
 
-def size_zones(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, NDArray[np.bool_]]:
+def size_zones(mesh: Mesh, design: Design, requested: AskedSizes) -> dict[str, NDArray[np.bool_]]:
     """Which cells (c,) lie at the contact zone, in plates, in the core, elsewhere in the elastomer.
 
     The contact zone: cells that touch contact facets where the size asked for is nearly the least
@@ -152,18 +152,18 @@ def size_zones(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, NDArr
     at_contact = np.zeros(len(mesh.cells), dtype=bool)
     if len(contact):
         nodes = np.unique(contact[:, : mesh.dimension])
-        wanted = asked.at(mesh.points[nodes])
+        wanted = requested.at(mesh.points[nodes])
         fine = nodes[wanted <= 1.2 * wanted.min()]
         at_contact = np.isin(mesh.corners, fine).any(axis=1) & parts["elastomer"]
     rest = parts["elastomer"] & ~at_contact
     return {"contact": at_contact, "plates": parts["plates"], "core": parts["core"], "rest": rest}
 
 
-def size_ratios(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, dict[str, float]]:
+def size_ratios(mesh: Mesh, design: Design, requested: AskedSizes) -> dict[str, dict[str, float]]:
     """By zone: elements, mean size asked and found (mm), and their ratio: 5 %, mean, 95 %."""
-    ratios = asked.ratios(mesh.points, mesh.corners)
+    ratios = requested.ratios(mesh.points, mesh.corners)
     edges = edge_lengths(mesh.points, mesh.corners).mean(axis=1)
-    wanted = asked.at(mesh.points[mesh.corners].mean(axis=1))
+    wanted = requested.at(mesh.points[mesh.corners].mean(axis=1))
     return {
         zone: {
             "elements": int(rows.sum()),
@@ -173,7 +173,7 @@ def size_ratios(mesh: Mesh, design: Design, asked: AskedSizes) -> dict[str, dict
             "mean": float(ratios[rows].mean()),
             "p95": float(np.percentile(ratios[rows], 95)),
         }
-        for zone, rows in size_zones(mesh, design, asked).items()
+        for zone, rows in size_zones(mesh, design, requested).items()
         if rows.any()
     }
 
@@ -292,7 +292,7 @@ class QualityReport:
     modelled                  "section", "half z >= 0" or "whole": what of the finger the cells,
                               and hence the volumes, are
     size_reasons              why sizes asked for differ from the keys of [mesh]
-    attempts                  of the mesher until this mesh passed; None where it is not told
+    attempts                  of the mesher until this mesh passed; None where it is not reported
     failed_attempts           why those before it failed; empty where there were none
     remarks                   what became of a mesh that was read from a file
     """
@@ -348,7 +348,7 @@ def _part(edges: Array, angles: Array, aspect: Array, volumes: Array) -> dict[st
     }
 
 
-def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> QualityReport:
+def assess(mesh: Mesh, design: Design, requested: AskedSizes | None = None) -> QualityReport:
     """Measure a mesh of a design against closed forms and, where given, the sizes asked for."""
     cells = mesh.corners
     angles = cell_angles(mesh.points, cells)
@@ -390,8 +390,8 @@ def assess(mesh: Mesh, design: Design, asked: AskedSizes | None = None) -> Quali
             if rows.any()
         },
         modelled=_modelled(mesh),
-        size_ratio=size_ratios(mesh, design, asked) if asked is not None else {},
-        size_reasons=list(asked.reasons) if asked is not None else [],
+        size_ratio=size_ratios(mesh, design, requested) if requested is not None else {},
+        size_reasons=list(requested.reasons) if requested is not None else [],
         attempts=int(mesh.notes["attempts"]) if "attempts" in mesh.notes else None,
         failed_attempts=str(mesh.notes.get("failed_attempts", "")),
         dihedral_histogram={

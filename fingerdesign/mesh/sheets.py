@@ -213,19 +213,20 @@ def boundary_facets(cells: IntArray, dimension: int) -> IntArray:
 def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, name: str) -> None:
     dimension = points.shape[1]
     corners = points[facets[:, :dimension]]
-    asked = 2.0 * frame.thickness if name == "end" else frame.length
+    requested = 2.0 * frame.thickness if name == "end" else frame.length
     if dimension == 2:
         filled = float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
     else:
         low, high = float(points[:, 2].min()), float(points[:, 2].max())
-        asked *= min(frame.high, high) - max(frame.low, low)
+        requested *= min(frame.high, high) - max(frame.low, low)
         if name == "end":
             inside = (frame.low > low + _ON) + (frame.high < high - _ON)
-            asked += inside * frame.length * frame.thickness
+            requested += inside * frame.length * frame.thickness
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         filled = float(0.5 * np.linalg.norm(normal, axis=1).sum())
-    if not abs(filled / asked - 1.0) < _FILLED:
+    if not abs(filled / requested - 1.0) < _FILLED:
         unit = "mm" if dimension == 2 else "mm^2"
         raise MeshError(
-            f"the mesh follows {filled:.6g} of {asked:.6g} {unit} of a face of plate {frame.index}"
+            f"the mesh follows {filled:.6g} of {requested:.6g} {unit} of a face of plate "
+            f"{frame.index}"
         )

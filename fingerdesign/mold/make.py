@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from fingerdesign.mold.plan.plan import MoldPlan
     from fingerdesign.runtime.isolate import Job
 
-Tell = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 
 REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
 _STEMS = ("contact_insert", "end_wall_*", "side_wall_*", "comb_*", "jig_*", "base_plate", "core")
@@ -94,7 +94,7 @@ class Clock:
 
 
 def write_mold(
-    design: Design, target: Path | str, tell: Tell = lambda message, fraction: None
+    design: Design, target: Path | str, report: Report = lambda message, fraction: None
 ) -> MoldReport:
     """Make a mold into the folder ``target``, which is replaced once the new one is whole.
 
@@ -107,7 +107,7 @@ def write_mold(
     swept(Path(tempfile.gettempdir()), re.compile(r"fingerdesign-mold-\w{8}"), DAY_S)
     try:
         with FOLDER.written(target) as folder:
-            return make_mold(design, folder, tell)
+            return make_mold(design, folder, report)
     except OSError as error:
         older = "; the older mold is as it was" if target.is_dir() else ""
         raise ResultError(
@@ -143,7 +143,7 @@ def older_passed(target: Path | str) -> bool:
 
 
 def make_mold(
-    design: Design, folder: Path | str, tell: Tell = lambda message, fraction: None
+    design: Design, folder: Path | str, report: Report = lambda message, fraction: None
 ) -> MoldReport:
     """Make a mold's files into a folder that exists; ``status`` of the record says how it went.
 
@@ -159,29 +159,29 @@ def make_mold(
     folder, clock = Path(folder), Clock()
     if not folder.is_dir():
         raise ResultError(f"{folder} is no folder: make it before, or use write_mold")
-    tell("planning", 0.0)
+    report("planning", 0.0)
     with clock.stage("plan"):
         plan = plan_mold(design)
     with placement_job(design, plan) as placing:
         try:
-            return _made(design, plan, folder, placing, clock, tell)
+            return _made(design, plan, folder, placing, clock, report)
         except GeometryError as error:
             return _not_made(design, plan, folder, error, clock)
 
 
 def _made(
-    design: Design, plan: MoldPlan, folder: Path, placing: Job, clock: Clock, tell: Tell
+    design: Design, plan: MoldPlan, folder: Path, placing: Job, clock: Clock, report: Report
 ) -> MoldReport:
     from fingerdesign.mold.checks import run_checks
 
-    tell("building the parts", 0.05)
+    report("building the parts", 0.05)
     with clock.stage("cad"):
         meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
     with exploded_job(meshes) as drawing:
-        tell("checking the parts", 0.45)
+        report("checking the parts", 0.45)
         with clock.stage("checks"):
             checks = run_checks(design, plan, meshes)
-        tell("writing the files", 0.8)
+        report("writing the files", 0.8)
         try:
             with clock.stage("files"):
                 products = write_products(design, plan, meshes, folder)
@@ -189,7 +189,7 @@ def _made(
             return _not_made(design, plan, folder, error, clock, checks)
         with clock.stage("placement"):
             placement = placement_of(placing)
-        tell("writing the report", 0.9)
+        report("writing the report", 0.9)
         picture: Exploded | None = None
         missing = ""
         with clock.stage("picture"):
@@ -224,8 +224,8 @@ def _not_made(
     values |= {"fixture": fixture_data(plan), "placements": placement_rows(plan, ())}
     values |= {"silicone": None, "placement": None, "warnings": ()}
     values["checks"] = checks_data(checks)
-    told = [" ".join(str(error).split()), failure_of(checks)]
-    values["failure"] = "; ".join(each for each in told if each)
+    reported = [" ".join(str(error).split()), failure_of(checks)]
+    values["failure"] = "; ".join(each for each in reported if each)
     return _written(design, plan, folder, values, clock, None, "There are no parts to draw.")
 
 

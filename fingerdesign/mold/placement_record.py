@@ -39,10 +39,10 @@ def effect_record(
     gage reads.
     """
     most = np.abs(right).max(axis=1)
-    heard = most > _READS
-    if not heard.any():
+    sampled = most > _READS
+    if not sampled.any():
         raise SolverError("no gage reads anything in the section")
-    ways = np.abs(apart[:, :, heard]) / most[heard][:, None]
+    ways = np.abs(apart[:, :, sampled]) / most[sampled][:, None]
     share = ways.max(axis=0)
     together = np.sqrt((share**2).sum(axis=0))
     sizes = [round(float(off[:, k].max()), 6) for k in (0, 0, 1)]
@@ -86,8 +86,8 @@ def with_row(
     apart (2, rows, gages): changes of the readings ``right``, microstrain.
     """
     most = np.abs(right).max(axis=1)
-    heard = most > _READS
-    share = np.abs(apart[:, heard]) / most[heard][:, None]
+    sampled = most > _READS
+    share = np.abs(apart[:, sampled]) / most[sampled][:, None]
     changes: list[Effect] = [
         {"name": name, "largest": round(tolerance, 6), "unit": "mm"}
         | _summary(share[k], frames)

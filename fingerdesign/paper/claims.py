@@ -416,7 +416,7 @@ def _lifts(found: Remade) -> tuple[str, Verdict, Numbers]:
 
 def _measurement(found: Remade) -> tuple[str, Verdict, Numbers]:
     mus = " and ".join(f"{mu:g}" for mu in MEASURED_FRICTIONS)
-    measured = f"Lifted without slip at μ = {mus}, and the forces told apart: "
+    measured = f"Lifted without slip at μ = {mus}, and the forces distinguished: "
     measured += "; ".join(_rig_words(rig) for rig in found.rigs) + "."
     own = found.rigs[0]
     noisy = own.levels[-1]

@@ -76,8 +76,8 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
         "fig08_relation",
         "Fig. 8's claim: one relation for every friction coefficient?",
         "A point an increment, of rows cut into finer ones. If the relation did not depend on the "
-        "friction, all points of a panel would lie on one curve. Error: of the stick length told "
-        "from A by the relation of the other friction coefficients.",
+        "friction, all points of a panel would lie on one curve. Error: of the stick length "
+        "estimated from A by the relation of the other friction coefficients.",
         " ".join(
             f"{_PATH_TITLES[each.path]}: rank correlation of all {each.pooled_rank:.3f}, error of "
             f"the stick length {100 * each.other_share:.1f} % of {each.largest_mm:.2f} mm."

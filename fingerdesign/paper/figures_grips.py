@@ -156,7 +156,7 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
         figure,
         "fig10",
         f"Fig. 10: lifts by the paper's rule, {lifts[0].ruled.trace.object_mass_g:g} g",
-        "The controller is told neither friction nor mass. Dotted: the limit at which the object "
+        "The controller is given neither friction nor mass. Dotted: the limit at which the object "
         "slips, with its friction coefficient; triangles: the rule sets the slope to zero.",
         " ".join(_lift_words(lift) for lift in lifts),
         (

@@ -290,15 +290,15 @@ def _above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, Bo
 
 
 def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Verdicts:
-    asked = samples.touches if touching else np.ones_like(samples.touches)
-    training = asked & np.isin(samples.friction, TRAIN)[:, None]
-    testing = asked & ~np.isin(samples.friction, TRAIN)[:, None]
+    requested = samples.touches if touching else np.ones_like(samples.touches)
+    training = requested & np.isin(samples.friction, TRAIN)[:, None]
+    testing = requested & ~np.isin(samples.friction, TRAIN)[:, None]
     threshold = best_threshold(samples.score[training], samples.sticks[training])
     correct = (samples.score > threshold) == samples.sticks
     truth, scores = samples.sticks[testing], samples.score[testing]
     share = _share(truth)
-    asked_here = testing.sum(axis=0)
-    by_place = np.where(testing, correct, False).sum(axis=0) / np.maximum(asked_here, 1)
+    requested_here = testing.sum(axis=0)
+    by_place = np.where(testing, correct, False).sum(axis=0) / np.maximum(requested_here, 1)
     return Verdicts(
         reading=name,
         depth_mm=depth,
@@ -309,7 +309,7 @@ def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Ver
         sticking=_share(scores[truth] > threshold),
         slipping=_share(scores[~truth] <= threshold),
         auc=area_under_curve(scores, truth),
-        by_place=np.where(asked_here > 0, by_place, np.nan),
+        by_place=np.where(requested_here > 0, by_place, np.nan),
         roc=np.array(roc_curve(scores, truth)),
     )
 

@@ -112,7 +112,7 @@ def relation(
     """A against the stick length on one of the paths, at two friction coefficients or more."""
     areas, sticks, ranks = [], [], []
     for friction in frictions:
-        study = _told(_study(case, bench, path, friction))
+        study = _reported(_study(case, bench, path, friction))
         areas.append(study.gage_area_mm)
         sticks.append(study.stick_length_mm)
         ranks.append(_or_nan(rank_correlation(areas[-1], sticks[-1])))
@@ -153,7 +153,7 @@ def _study(case: PaperCase, bench: Bench, path: str, friction: float) -> SlipStu
     )
 
 
-def _told(study: SlipStudy) -> SlipStudy:
+def _reported(study: SlipStudy) -> SlipStudy:
     """The increments whose change of F_t says something."""
     used = np.isfinite(study.response).all(axis=1) & np.isfinite(study.stick_ratio)
     kept = (

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from fingerdesign.layout.zone import Zone
     from fingerdesign.paper.case import PaperCase
 
-Tell = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 
 SOFT_MATERIAL = "polyimide"  # of designs/sensitive.toml: gages that answer 50 times as much
 _FACES = {"both": "both faces read", "upper": "upper face read", "lower": "lower face read"}
@@ -56,7 +56,7 @@ FULL = Effort()
 
 
 def remake(
-    design: Design, tell: Tell = lambda message, fraction: None, effort: Effort = FULL
+    design: Design, report: Report = lambda message, fraction: None, effort: Effort = FULL
 ) -> Remade:
     """Make all figures' numbers. Raises DesignError for a design without an array of gages or that
     has no section, another FingerDesignError where a stage fails."""
@@ -67,48 +67,48 @@ def remake(
     while True:
         try:
             with one_thread():
-                found = _remade(case_in(design, scene, zone, tell), zone, scene, tell, effort)
+                found = _remade(case_in(design, scene, zone, report), zone, scene, report, effort)
             break
         except ZoneExhausted:
             if zone.fills(design):
                 raise
             zone = zone.widened(_WIDEN, design)
-            tell(f"widening the contact zone to {zone}", 0.0)
+            report(f"widening the contact zone to {zone}", 0.0)
     found = replace(found, seconds=time.perf_counter() - start)
     return replace(found, claims=claims_of(found))
 
 
-def case_in(design: Design, scene: Scene, zone: Zone, tell: Tell) -> PaperCase:
+def case_in(design: Design, scene: Scene, zone: Zone, report: Report) -> PaperCase:
     """The design and its twin, condensed."""
-    tell("condensing the finger, with plates and without", 0.02)
+    report("condensing the finger, with plates and without", 0.02)
     return build_case(check_case(design, scene), scene, zone)
 
 
-def _remade(case: PaperCase, zone: Zone, scene: Scene, tell: Tell, effort: Effort) -> Remade:
-    tell("Figs 6 and 7: the eight steps", 0.2)
+def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: Effort) -> Remade:
+    report("Figs 6 and 7: the eight steps", 0.2)
     steps = list(follow(case.finger, [Motion(*row) for row in case.rows]))
-    tell("Fig. 3: rectangles near the surface", 0.25)
+    report("Fig. 3: rectangles near the surface", 0.25)
     turned = rectangles(case)
-    tell("plates against the rubber's shear strain", 0.28)
+    report("plates against the rubber's shear strain", 0.28)
     alike = likeness(case)
-    tell("Fig. 8: gage area and stick area", 0.3)
+    report("Fig. 8: gage area and stick area", 0.3)
     bench = make_bench(case)
     studies = slip_studies(case.finger, case.rows, case.face, effort.frictions)
     relations = tuple(relation(case, bench, path, effort.frictions) for path in PATHS)
-    tell("each gage and the surface near it", 0.4)
+    report("each gage and the surface near it", 0.4)
     places = (
         *gage_verdicts(case, bench.floor, effort.frictions),
         *rubber_verdicts(case, bench.floor, effort.frictions),
     )
-    tell("Figs 2 and 10: lifts", 0.5)
+    report("Figs 2 and 10: lifts", 0.5)
     grips = tuple(lifts(case))
     route = squeeze(case)
-    tell("Fig. 12: lifts on a rig", 0.6)
+    report("Fig. 12: lifts on a rig", 0.6)
     material = case.design.plates.material
     name = f"{material.replace('_', ' ')}, {_FACES[case.face]}"
     rigs = [rig_of(case, name, effort.samples, effort.seeds)]
     if (material, case.face) != (SOFT_MATERIAL, "both"):
-        tell("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
+        report("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
         other = with_values(case.design, soft)
         softer = case_in(other, scene, zone, lambda message, fraction: None)

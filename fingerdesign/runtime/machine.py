@@ -163,8 +163,8 @@ def available_memory_MB() -> float | None:
     found = []
     with contextlib.suppress(OSError, ValueError, IndexError, StopIteration):
         lines = Path("/proc/meminfo").read_text("ascii").splitlines()
-        told = next(line for line in lines if line.startswith("MemAvailable:"))
-        found.append(1024.0 * int(told.split()[1]))
+        reported = next(line for line in lines if line.startswith("MemAvailable:"))
+        found.append(1024.0 * int(reported.split()[1]))
     if not found:
         with contextlib.suppress(AttributeError, OSError, ValueError):
             pages = os.sysconf("SC_AVPHYS_PAGES")

@@ -18,15 +18,15 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.control.estimator import LAGS, FingerCurves, Layer, feature_count
 from fingerdesign.errors import SolverError
-from fingerdesign.sensing.paths import Wandering
-from fingerdesign.sensing.teach import Settings, hear, standard, standardised, trained
+from fingerdesign.sensing.paths import RandomGripPath
+from fingerdesign.sensing.teach import Settings, sample, standard, standardised, trained
 
 # Grips as rows of features, once for all subsets of the gages: what gages tell is read from these.
 #
 # The features of fewer gages are fewer columns of the features of all (:func:`columns`), so grips
-# are made and heard once. A gage that reads 0 and is not known to be dead puts other numbers into
+# are made and sampled once. A gage that reads 0 and is not known to be dead puts other numbers into
 # its own columns; they are found by hearing the same grips with all gages silent
-# (:meth:`Heard.with_dead`).
+# (:meth:`Samples.with_dead`).
 
 JUDGED, CHOSEN_BY = 0.15, 0.15  # of the grips; the rest is taught
 LEAST_GRIPS = 20  # fewer make no third part
@@ -34,7 +34,7 @@ _PER_FORCES, _PER_LAG = 3, 5  # features that hold no gage (estimator.features)
 
 
 @dataclass(frozen=True)
-class Heard:
+class Samples:
     """Features of grips at one noise, with the truth.
 
     inputs (n, f); silent (n, f) or None: the same with every gage reading 0; truths (n, 2): stick
@@ -61,7 +61,7 @@ class Heard:
     def with_dead(self, gage: int) -> Array:
         """Inputs (n, f) when gage ``gage`` reads 0 and nobody knows."""
         if self.silent is None:
-            raise ValueError("heard without silent gages")
+            raise ValueError("sampled without silent gages")
         own = gage_columns(gage, self.gages)
         inputs = self.inputs.copy()
         inputs[:, own] = self.silent[:, own]
@@ -87,15 +87,15 @@ def columns(kept: Sequence[int], gages: int) -> IntArray:
     return np.setdiff1d(np.arange(feature_count(gages)), lost)
 
 
-def hear_all(
-    grips: Sequence[Wandering],
+def sample_all(
+    grips: Sequence[RandomGripPath],
     curves: FingerCurves,
     settings: Settings,
     noise: float,
     silent: bool = False,
     hearing: int = 0,
-) -> Heard:
-    """Every grip heard once at ``noise`` (microstrain); ``silent``: and with gages that read 0.
+) -> Samples:
+    """Every grip sampled once at ``noise`` (microstrain); ``silent``: and with gages that read 0.
 
     Noise of a grip is from a seed of its own, another in each ``hearing``. Raises SolverError where
     the grips hold no samples.
@@ -103,17 +103,17 @@ def hear_all(
     rows, mute, truths, owner = [], [], [], []
     for number, grip in enumerate(grips):
         seed = [settings.seed, 3, hearing, number]
-        inputs, truth = hear(grip, curves, settings, np.random.default_rng(seed), noise)
+        inputs, truth = sample(grip, curves, settings, np.random.default_rng(seed), noise)
         rows.append(inputs)
         truths.append(truth)
         owner.append(np.full(len(inputs), number, dtype=np.int64))
         if silent:  # the same draws, and so the same forces
             rng = np.random.default_rng(seed)
-            mute.append(hear(_muted(grip), curves, settings, rng, 0.0)[0])
+            mute.append(sample(_muted(grip), curves, settings, rng, 0.0)[0])
     inputs = np.concatenate(rows)
     if not len(inputs):
         raise SolverError("no grip holds a sample with contact: nothing can be taught")
-    return Heard(
+    return Samples(
         inputs,
         np.concatenate(mute) if silent else None,
         np.concatenate(truths),
@@ -123,7 +123,7 @@ def hear_all(
     )
 
 
-def _muted(grip: Wandering) -> Wandering:
+def _muted(grip: RandomGripPath) -> RandomGripPath:
     moments = tuple(
         replace(each, sample=replace(each.sample, readings=np.zeros_like(each.sample.readings)))
         for each in grip.moments
@@ -175,28 +175,28 @@ def errors_of(said: Array, truths: Array, grip: NDArray[np.int64]) -> Errors:
 class QuickLearner:
     """Ridge regression on random rectified features of one hearing; threads may share it."""
 
-    def __init__(self, heard: Heard, seed: int) -> None:
-        self._heard = heard
-        taught = ~heard.judged & ~heard.chosen_by
-        self._center, self._scale = standard(heard.inputs[taught])
-        rows = standardised(heard.inputs, self._center, self._scale)
+    def __init__(self, sampled: Samples, seed: int) -> None:
+        self._sampled = sampled
+        taught = ~sampled.judged & ~sampled.chosen_by
+        self._center, self._scale = standard(sampled.inputs[taught])
+        rows = standardised(sampled.inputs, self._center, self._scale)
         rng = np.random.default_rng([seed, 4])
         self._weight = _GAIN * rng.standard_normal((rows.shape[1], _SUMS)).astype(np.float32)
         self._bias = rng.uniform(-_EDGE, _EDGE, _SUMS).astype(np.float32)
-        self._taught, self._taught_truths = rows[taught], heard.truths[taught]
-        self._ranking = rows[heard.chosen_by]
+        self._taught, self._taught_truths = rows[taught], sampled.truths[taught]
+        self._ranking = rows[sampled.chosen_by]
 
     def errors(self, kept: Sequence[int]) -> Errors:
         """On the grips that gages are chosen by, with the gages ``kept`` alone."""
-        own = columns(kept, self._heard.gages)
+        own = columns(kept, self._sampled.gages)
         taught = self._made(self._taught[:, own], own)
         gram = (taught.T @ taught).astype(float) / len(taught)
         gram[np.diag_indices_from(gram)] += _RIDGE
         aim = (taught.T @ self._taught_truths.astype(np.float32)).astype(float) / len(taught)
         answer = np.linalg.solve(gram, aim).astype(np.float32)
         said = self._made(self._ranking[:, own], own) @ answer
-        rows = self._heard.chosen_by
-        return errors_of(said.astype(float), self._heard.truths[rows], self._heard.grip[rows])
+        rows = self._sampled.chosen_by
+        return errors_of(said.astype(float), self._sampled.truths[rows], self._sampled.grip[rows])
 
     def _made(self, rows: Array32, own: NDArray[np.int64]) -> Array32:
         share = np.float32(1.0 / np.sqrt(len(own)))
@@ -221,7 +221,7 @@ class Network:
         return np.asarray(values @ self.layers[-1].weight + self.layers[-1].bias)
 
 
-def teach_network(hearings: Sequence[Heard], kept: Sequence[int], seed: int) -> Network:
+def teach_network(hearings: Sequence[Samples], kept: Sequence[int], seed: int) -> Network:
     """Teach the network with the gages ``kept`` on every hearing of the grips not judged.
 
     Inside :func:`ends_as_meant`, which threads share.
@@ -234,8 +234,8 @@ def teach_network(hearings: Sequence[Heard], kept: Sequence[int], seed: int) -> 
     return Network(own, center, scale, layers)
 
 
-def judged_errors(network: Network, heard: Heard, inputs: Array | None = None) -> Errors:
-    """On the judged grips; ``inputs`` (n, f) instead of those that were heard."""
-    rows = heard.judged
-    said = network.say((heard.inputs if inputs is None else inputs)[rows])
-    return errors_of(said, heard.truths[rows], heard.grip[rows])
+def judged_errors(network: Network, sampled: Samples, inputs: Array | None = None) -> Errors:
+    """On the judged grips; ``inputs`` (n, f) instead of those that were sampled."""
+    rows = sampled.judged
+    said = network.say((sampled.inputs if inputs is None else inputs)[rows])
+    return errors_of(said, sampled.truths[rows], sampled.grip[rows])

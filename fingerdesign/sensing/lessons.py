@@ -21,7 +21,7 @@ from fingerdesign.control.roster import needs_training, own_table
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.cache import Cache
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.model import grip_problem
 from fingerdesign.sensing.teach import Lesson, Settings, teach
 from fingerdesign.version import __version__
@@ -41,7 +41,7 @@ TEACHING = 3  # raise it when what is taught, or how, changes
 def lesson_for(
     design: Design,
     problem: ContactProblem | None = None,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     workers: int = 1,
 ) -> Lesson:
     """The lesson of a design, from the cache where it has been taught before.
@@ -55,8 +55,8 @@ def lesson_for(
     found = _read(kept, key)
     if found is not None:
         return found
-    problem = grip_problem(design, tell=tell) if problem is None else problem
-    lesson = teach(problem, key, settings, tell, workers=workers)
+    problem = grip_problem(design, report=report) if problem is None else problem
+    lesson = teach(problem, key, settings, report, workers=workers)
     kept.put_text(f"{key}.txt", lesson_text(lesson))
     return lesson
 
@@ -140,7 +140,7 @@ def at_noise(lesson: Lesson, noise: float) -> Lesson:
     return replace(lesson, estimator=lesson.estimator.at_noise(noise))
 
 
-def with_estimator(case: Case, tell: Tell) -> Case:
+def with_estimator(case: Case, report: Report) -> Case:
     """The case with what its regulator grips by, taught on the design where none is given.
 
     Raises DesignError for an estimator of another finger.
@@ -149,7 +149,7 @@ def with_estimator(case: Case, tell: Tell) -> Case:
         return case
 
     if case.estimator is None:
-        return replace(case, estimator=lesson_for(case.design, tell=tell).estimator)
+        return replace(case, estimator=lesson_for(case.design, report=report).estimator)
     if faults := estimator_faults(case.design, case.estimator):
         raise DesignError(faults)
     return case

@@ -33,7 +33,7 @@ _ROOM = 1.2  # times the zone of a pure approach: a hanging object drags the con
 def grip_problem(
     design: Design,
     contact_size_mm: float = CONTACT_SIZE_MM,
-    tell: Callable[[str], None] = lambda message: None,
+    report: Callable[[str], None] = lambda message: None,
 ) -> ContactProblem:
     """The design's section against a plane, for the stage travel of its ``[grip]`` table.
 
@@ -46,18 +46,18 @@ def grip_problem(
         raise DesignError([Fault("plates.count", design.plates.number, "at least 2", remedy)])
     coarse = _coarsened(design, contact_size_mm)
     refuse(Case(coarse, fidelity="plane-strain", fields=False, go_on=True), fundamental_scene())
-    return _section(coarse, gage_array(coarse), tell)
+    return _section(coarse, gage_array(coarse), report)
 
 
 def opposite_problem(
     design: Design,
     contact_size_mm: float = CONTACT_SIZE_MM,
-    tell: Callable[[str], None] = lambda message: None,
+    report: Callable[[str], None] = lambda message: None,
 ) -> ContactProblem | None:
     """The other finger of a lift where ``grip.opposite`` is the bare one; None: a mirror image."""
     if design.grip.opposite != "bare":
         return None
-    return _section(_coarsened(without_plates(design), contact_size_mm), (), tell)
+    return _section(_coarsened(without_plates(design), contact_size_mm), (), report)
 
 
 def _coarsened(design: Design, contact_size_mm: float) -> Design:
@@ -65,13 +65,15 @@ def _coarsened(design: Design, contact_size_mm: float) -> Design:
     return with_values(design, {"mesh.section.contact_size_mm": size})
 
 
-def _section(design: Design, gages: tuple[int, ...], tell: Callable[[str], None]) -> ContactProblem:
+def _section(
+    design: Design, gages: tuple[int, ...], report: Callable[[str], None]
+) -> ContactProblem:
     scene = fundamental_scene()
     reach = design.grip.max_approach_mm
     zone = candidate_zone(design, scene.object, reach).widened(_ROOM, design)
-    tell("meshing")
+    report("meshing")
     mesh = make_mesh(design, "plane-strain", zone)
-    tell(f"condensing {len(mesh.cells)} elements")
+    report(f"condensing {len(mesh.cells)} elements")
     model = condense(design, mesh, zone, scene).reduced.with_gages(gages)
     rigid = object_at_touch(scene.object, design.body)
     return contact_problem(model, rigid, design.grip.bench_friction_coefficient)

@@ -30,18 +30,18 @@ from fingerdesign.control.estimator import LAGS
 from fingerdesign.control.signals import gage_readings
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.learners import (
     LEAST_GRIPS,
     Errors,
-    Heard,
     Network,
     QuickLearner,
-    hear_all,
+    Samples,
     judged_errors,
+    sample_all,
     teach_network,
 )
-from fingerdesign.sensing.paths import Wandering
+from fingerdesign.sensing.paths import RandomGripPath
 from fingerdesign.sensing.record import (
     Count,
     Dead,
@@ -57,7 +57,7 @@ from fingerdesign.sensing.teach import (
     Settings,
     ends_as_meant,
     finger_curves,
-    wanderings,
+    random_grip_paths,
 )
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def floors(
     face: str,
     normal_forces: Sequence[float],
     noise: float,
-    tell: Callable[[str], None] = lambda message: None,
+    report: Callable[[str], None] = lambda message: None,
 ) -> tuple[Floor, ...]:
     """Medians over frictions and shares of friction in use, for each normal force (N).
 
@@ -97,7 +97,7 @@ def floors(
     """
     found = []
     for normal in normal_forces:
-        tell(f"the least error at {normal:.3g} N")
+        report(f"the least error at {normal:.3g} N")
         states = [each for mu in _FRICTIONS for each in _states(problem, face, normal, mu)]
         if states:
             change = float(np.median(states))  # microstrain per unit of stick ratio
@@ -129,9 +129,9 @@ def _pull(
         except SolverError:
             break
         state = increment.state
-        told = measure(problem, increment)
-        if used > 0.0 and told.stick_ratio is not None:
-            found.append((gage_readings(told.gages, face), told.stick_ratio))
+        reported = measure(problem, increment)
+        if used > 0.0 and reported.stick_ratio is not None:
+            found.append((gage_readings(reported.gages, face), reported.stick_ratio))
     return found
 
 
@@ -160,14 +160,14 @@ class Elimination:
         return {len(kept): kept for kept in self.sets}
 
 
-def eliminate(learner: QuickLearner, gages: int, pool: Executor, tell: Tell) -> Elimination:
+def eliminate(learner: QuickLearner, gages: int, pool: Executor, report: Report) -> Elimination:
     """Take away what is missed least, by refitting without each in turn."""
     kept: Kept = tuple(range(gages))
     sets = {kept: learner.errors(kept)}
     order: list[int] = []
     without: tuple[Errors, ...] = ()
     while kept:
-        tell(f"ranking gages: {len(kept)} left of {gages}")
+        report(f"ranking gages: {len(kept)} left of {gages}")
         rest = [_less(kept, each) for each in kept]
         found = list(pool.map(learner.errors, rest))
         without = without or tuple(found)
@@ -210,15 +210,15 @@ _PRESSED = (0.1, 0.3, 1.0)  # of the stage's way
 
 @dataclass(frozen=True)
 class _Work:
-    hearings: tuple[Heard, ...]  # of the same grips, each with noise of its own
+    hearings: tuple[Samples, ...]  # of the same grips, each with noise of its own
     curves: FingerCurves
     learner: QuickLearner
     elimination: Elimination
     pool: ThreadPoolExecutor
-    tell: Tell
+    report: Report
 
     @property
-    def heard(self) -> Heard:
+    def sampled(self) -> Samples:
         return self.hearings[0]
 
 
@@ -250,23 +250,23 @@ def observe(
     design: Design,
     noise: float = REFERENCE_NOISE,
     grips: int = GRIPS,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     workers: int = 1,
 ) -> Observability:
     """The study of a design at a gage noise, microstrain. workers: processes, then threads.
 
     Raises DesignError for fewer than 2 gages or an impossible noise, and what
-    :func:`grip_model.grip_problem` and :func:`teach.wanderings` raise.
+    :func:`grip_model.grip_problem` and :func:`teach.random grip paths` raise.
     """
     from fingerdesign.sensing.lessons import settings_of
     from fingerdesign.sensing.model import grip_problem
 
     refuse(design, noise, grips)
     start = time.perf_counter()
-    problem = grip_problem(design, tell=tell)
+    problem = grip_problem(design, report=report)
     settings = replace(settings_of(design), grips=grips)
-    made = wanderings(problem, settings, tell, workers)
-    found = observe_grips(problem, settings, made, noise, tell, workers)
+    made = random_grip_paths(problem, settings, report, workers)
+    found = observe_grips(problem, settings, made, noise, report, workers)
     return replace(
         found,
         design=design.design.name,
@@ -282,9 +282,9 @@ def observe(
 def observe_grips(
     problem: ContactProblem,
     settings: Settings,
-    grips: Sequence[Wandering],
+    grips: Sequence[RandomGripPath],
     noise: float = REFERENCE_NOISE,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     workers: int = 1,
 ) -> Observability:
     """The same of a model and grips that have been made; plates are numbered from 0."""
@@ -296,14 +296,14 @@ def observe_grips(
     if faults:
         raise DesignError(faults)
     start = time.perf_counter()
-    tell(f"hearing {len(grips)} grips")
+    report(f"hearing {len(grips)} grips")
     curves = finger_curves(problem, settings.face, settings.max_approach)
-    heard = hear_all(grips, curves, settings, noise, silent=True)
-    hearings = heard, hear_all(grips, curves, settings, noise, hearing=1)
+    sampled = sample_all(grips, curves, settings, noise, silent=True)
+    hearings = sampled, sample_all(grips, curves, settings, noise, hearing=1)
     with threadpool_limits(1), ends_as_meant(), ThreadPoolExecutor(max(workers, 1)) as pool:
-        learner = QuickLearner(heard, settings.seed)
-        elimination = eliminate(learner, heard.gages, pool, tell)
-        work = _Work(hearings, curves, learner, elimination, pool, tell)
+        learner = QuickLearner(sampled, settings.seed)
+        elimination = eliminate(learner, sampled.gages, pool, report)
+        work = _Work(hearings, curves, learner, elimination, pool, report)
         levels = _noise_levels(work, settings, grips, noise)
         tried, best = _layouts(work, problem)
         counts, whole = _counts(work, settings, best)
@@ -314,14 +314,14 @@ def observe_grips(
     return Observability(
         noise=noise,
         grips=len(grips),
-        samples=len(heard.inputs),
+        samples=len(sampled.inputs),
         seed=settings.seed,
         gages=gages,
         counts=counts,
         layouts=tried,
         noises=levels,
         pressings=pressings,
-        floors=floors(problem, settings.face, forces, noise, tell),
+        floors=floors(problem, settings.face, forces, noise, report),
         dead=dead,
         seconds=time.perf_counter() - start,
     )
@@ -329,13 +329,13 @@ def observe_grips(
 
 def _layouts(work: _Work, problem: ContactProblem) -> tuple[tuple[Layout, ...], dict[int, Kept]]:
     """Ways of placing few gages, and the best by number; all gages, half and none among these."""
-    gages, own = work.heard.gages, work.elimination
+    gages, own = work.sampled.gages, work.elimination
     tried: list[Layout] = []
     best: dict[int, Kept] = {gages: tuple(range(gages))}
     for count in sorted({(gages + 1) // 2, *_FEW}, reverse=True):
         if count >= gages:
             continue
-        work.tell(f"trying layouts of {count} gages")
+        work.report(f"trying layouts of {count} gages")
         named = {"searched": own.counts[count]} if count in own.counts else {}
         named |= {k: v for k, v in layouts(problem.model.gage_x, count).items() if len(v) == count}
         found = list(work.pool.map(work.learner.errors, named.values()))
@@ -350,12 +350,12 @@ def _layouts(work: _Work, problem: ContactProblem) -> tuple[tuple[Layout, ...], 
 def _counts(
     work: _Work, settings: Settings, best: dict[int, Kept]
 ) -> tuple[tuple[Count, ...], Network]:
-    heard = work.heard
+    sampled = work.sampled
 
     def teach(kept: Kept) -> tuple[Network, Errors]:
         network = teach_network(work.hearings, kept, settings.seed)
-        found = judged_errors(network, heard)
-        work.tell(f"taught a network with {len(kept)} gages")
+        found = judged_errors(network, sampled)
+        work.report(f"taught a network with {len(kept)} gages")
         return network, found
 
     taught = dict(zip(best, work.pool.map(teach, best.values()), strict=True))
@@ -375,22 +375,22 @@ def _counts(
                 None if found is None else found.stick_spread,
             )
         )
-    return tuple(counts), taught[heard.gages][0]
+    return tuple(counts), taught[sampled.gages][0]
 
 
 def _gages(work: _Work, problem: ContactProblem, whole: Network) -> tuple[Gage, ...]:
-    heard, own = work.heard, work.elimination
-    all_of_them = own.sets[tuple(range(heard.gages))]
-    alive = judged_errors(whole, heard)
+    sampled, own = work.sampled, work.elimination
+    all_of_them = own.sets[tuple(range(sampled.gages))]
+    alive = judged_errors(whole, sampled)
     found = []
     for k, x in enumerate(problem.model.gage_x):
-        dead = judged_errors(whole, heard, heard.with_dead(k))
+        dead = judged_errors(whole, sampled, sampled.with_dead(k))
         found.append(
             Gage(
                 plate=k,
                 x_mm=float(x),
                 response_microstrain_per_N=float(np.abs(work.curves.sticking[:, k]).max()),
-                rank=heard.gages - own.order.index(k),
+                rank=sampled.gages - own.order.index(k),
                 untold_stick_cost=dead.stick - alive.stick,
                 untold_used_cost=dead.used - alive.used,
                 told_stick_cost=own.without[k].stick - all_of_them.stick,
@@ -402,30 +402,30 @@ def _gages(work: _Work, problem: ContactProblem, whole: Network) -> tuple[Gage, 
 
 def _dead(work: _Work, settings: Settings, gages: Sequence[Gage], whole: Network) -> Dead:
     """What the gage costs that is missed most when it reads 0 unnoticed, and when it is known."""
-    heard = work.heard
+    sampled = work.sampled
     worst = int(np.argmax([each.untold_stick_cost for each in gages]))
-    work.tell("teaching a network without the gage that is missed most")
-    rest = [k for k in range(heard.gages) if k != worst]
-    told = judged_errors(teach_network(work.hearings, rest, settings.seed), heard)
-    alive = judged_errors(whole, heard).stick
-    return Dead(worst, alive, alive + gages[worst].untold_stick_cost, told.stick)
+    work.report("teaching a network without the gage that is missed most")
+    rest = [k for k in range(sampled.gages) if k != worst]
+    reported = judged_errors(teach_network(work.hearings, rest, settings.seed), sampled)
+    alive = judged_errors(whole, sampled).stick
+    return Dead(worst, alive, alive + gages[worst].untold_stick_cost, reported.stick)
 
 
 def _noise_levels(
-    work: _Work, settings: Settings, grips: Sequence[Wandering], noise: float
+    work: _Work, settings: Settings, grips: Sequence[RandomGripPath], noise: float
 ) -> tuple[NoiseLevel, ...]:
     """All gages by noise, by the quick learner; the noise asked for is among them."""
-    every = tuple(range(work.heard.gages))
+    every = tuple(range(work.sampled.gages))
     unit = noise if noise > 0.0 else REFERENCE_NOISE
     found = []
     for share in _LEVELS:
         level = share * unit
-        work.tell(f"hearing at {level:g} microstrain")
+        work.report(f"hearing at {level:g} microstrain")
         if level == noise:
             errors = work.elimination.sets[every]
         else:
-            heard = hear_all(grips, work.curves, settings, level)
-            errors = QuickLearner(heard, settings.seed).errors(every)
+            sampled = sample_all(grips, work.curves, settings, level)
+            errors = QuickLearner(sampled, settings.seed).errors(every)
         found.append(NoiseLevel(level, errors.stick, errors.used))
     return tuple(found)
 
@@ -435,6 +435,6 @@ def _pressings(problem: ContactProblem, max_approach: float) -> tuple[Pressing, 
     for share in _PRESSED:
         increment = solve_increment(problem, state, Motion(share * max_approach, 0.0))
         state = increment.state
-        told = measure(problem, increment)
-        found.append(Pressing(told.normal_force, 0.5 * told.contact_width))
+        reported = measure(problem, increment)
+        found.append(Pressing(reported.normal_force, 0.5 * reported.contact_width))
     return tuple(found)

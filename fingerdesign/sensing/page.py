@@ -125,8 +125,8 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
     axes.set_xlabel("x of the gage (mm); shaded: contact under a normal force")
     axes.set_ylabel("cost of a dead gage, stick ratio (RMS)")
     axes.set_title("Which gages")
-    told = [max(gage["told_stick_cost"], 0.0) for gage in gages]
-    top = 1.12 * max([*untold, *told, 1e-3])  # room for the forces
+    reported = [max(gage["told_stick_cost"], 0.0) for gage in gages]
+    top = 1.12 * max([*untold, *reported, 1e-3])  # room for the forces
     least = data["gages_that_suffice"]
     kept = next(row["plates"] for row in data["counts"] if row["count"] == least)
     chosen = [gage["x_mm"] for gage in gages if gage["plate"] in kept]
@@ -142,7 +142,7 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
         )
     axes.plot(
         x,
-        told,
+        reported,
         color=BLUE,
         marker="o",
         ls="none",

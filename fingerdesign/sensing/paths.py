@@ -1,9 +1,10 @@
-"""Grips that an estimator is taught on: seeded wanderings of a hand, with the truth beside them.
+"""Grips that an estimator is taught on: seeded random grip paths of a hand, with the truth beside
+them.
 
-Friction is drawn evenly in its logarithm; a wandering presses to a small force and then strings
-together what hands do: press on, pull until some share of the friction is in use, climb with both
-forces growing in some ratio, ease off. The steps are as long as a controller's. Noise is no part
-of it: it is added when lessons are made (teach.py), as often as wanted.
+Friction is drawn evenly in its logarithm; a random grip path presses to a small force and then
+strings together what hands do: press on, pull until some share of the friction is in use, climb
+with both forces growing in some ratio, ease off. The steps are as long as a controller's. Noise is
+no part of it: it is added when lessons are made (teach.py), as often as wanted.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _KINDS, _SHARES = ("press", "pull", "climb", "ease"), (0.2, 0.35, 0.35, 0.1)
 
 
 @dataclass(frozen=True)
-class Wandering:
+class RandomGripPath:
     """One grip without noise: moments and truths, step by step, and its friction coefficient."""
 
     friction_coefficient: float
@@ -54,8 +55,8 @@ def wander(
     rng: np.random.Generator,
     steps: int,
     max_approach: float,
-) -> Wandering:
-    """A wandering of ``steps`` steps, fewer where it slips or reaches ``max_approach`` (mm)."""
+) -> RandomGripPath:
+    """A random grip path of ``steps`` steps, fewer where it slips or reaches ``max_approach``."""
     friction = float(np.exp(rng.uniform(*np.log(FRICTIONS))))
     plant = CondensedPlant(problem.with_friction(friction), face)
     moments: list[Moment] = []
@@ -74,7 +75,7 @@ def wander(
         slipped += truth.complete_slip
         if len(moments) == steps or slipped == _SLIPS or truth.approach > max_approach:
             break
-    return Wandering(friction, tuple(moments), tuple(truths))
+    return RandomGripPath(friction, tuple(moments), tuple(truths))
 
 
 def _moves(

@@ -20,9 +20,9 @@ WORTH = 0.2  # what takes less than this off an error hardly helps: gages that d
 class Gage:
     """One gage. rank: 1 is the last to be taken away; costs: what it adds to an error, dead.
 
-    untold: it reads 0 and the network, taught with it, is not told (network, judged grips). told:
-    the learner is taught without it (quick learner, grips chosen by). response: the most that it
-    answers to F_t where all sticks.
+    untold: it reads 0 and the network, taught with it, is not given that (network, judged grips).
+    told: the learner is taught without it (quick learner, grips chosen by). response: the most that
+    it answers to F_t where all sticks.
     """
 
     plate: int
@@ -264,21 +264,21 @@ class Observability:
 
     def _remedy(self) -> str:
         alone = self.count(0).quick_stick_error
-        heard = [
+        sampled = [
             each.noise_microstrain
             for each in self.noises
             if each.noise_microstrain < self.noise
             and each.quick_stick_error < (1.0 - WORTH) * alone
         ]
-        if not heard:
+        if not sampled:
             return "Even without noise they would not tell more: place them anew"
-        if max(heard) == 0.0:
+        if max(sampled) == 0.0:
             return "Only without any noise would they tell more: take softer plates"
-        factor = self.noise / max(heard)
+        factor = self.noise / max(sampled)
         return (
-            f"They would need {max(heard):g} microstrain, or plates that answer {factor:.3g} times "
-            f"as strongly ({factor * self.loudest:.2g} microstrain/N): softer ones, or nearer to "
-            "the surface"
+            f"They would need {max(sampled):g} microstrain, or plates that answer {factor:.3g} "
+            f"times as strongly ({factor * self.loudest:.2g} microstrain/N): softer ones, or "
+            "nearer to the surface"
         )
 
     def data(self) -> dict[str, Any]:

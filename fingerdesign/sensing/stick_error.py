@@ -108,12 +108,12 @@ def stick_error(
 ) -> float:
     """RMS error of the stick ratio on grips, and frictions, that were not taught.
 
-    problem: a finger and an object, with the gages that are heard; max_approach: mm, of the grips.
-    Raises SolverError where the finger has no gages, or no grips worth the name are found.
+    problem: a finger and an object, with the gages that are sampled; max_approach: mm, of the
+    grips. Raises SolverError where the finger has no gages, or no grips worth the name are found.
     """
     found = instants(problem, face, max_approach, seed)
     calibration = _pressed(problem, face, max_approach)
-    return heard_error(found, calibration, listening or Listening(), seed)
+    return sampled_error(found, calibration, listening or Listening(), seed)
 
 
 def instants(problem: ContactProblem, face: str, max_approach: float, seed: int = 0) -> Instants:
@@ -134,15 +134,15 @@ def instants(problem: ContactProblem, face: str, max_approach: float, seed: int 
     return Instants(readings, forces, stick, grip)
 
 
-def heard_error(
+def sampled_error(
     found: Instants, calibration: NormalCalibration, listening: Listening, seed: int = 0
 ) -> float:
-    """The error on grips heard so, by cross-validation: each grip is judged by a learner that was
+    """The error on grips sampled so, by cross-validation: each grip is judged by a learner that was
     taught on others. calibration: readings of a pure approach, which features are counted from."""
     rng = np.random.default_rng([seed, 2])
     grips = np.unique(found.grip)
-    heard = [_features(found, calibration, listening, rng, grips) for _ in range(_HEARINGS)]
-    inputs = np.concatenate(heard)
+    sampled = [_features(found, calibration, listening, rng, grips) for _ in range(_HEARINGS)]
+    inputs = np.concatenate(sampled)
     truths = np.tile(found.stick, _HEARINGS)
     fold = np.tile(found.grip % FOLDS, _HEARINGS)
     weight = rng.standard_normal((inputs.shape[1], _SUMS)) * _GAIN / np.sqrt(inputs.shape[1])

@@ -1,11 +1,12 @@
-"""Teaching a design's estimator: wanderings on its model, noise upon them, a small network.
+"""Teaching a design's estimator: random grip paths on its model, noise upon them, a small network.
 
     lesson = teach(problem, design, digest)
     lesson.estimator.to_json(), lesson.stick_error
 
 The network is scikit-learn's multilayer perceptron (a well-kept trainer; what it learns is run by
-numpy alone, control/estimator.py). Every wandering is heard at several noises, so that one network
-serves all amplifiers. Errors are on wanderings, and so on frictions, that were not taught.
+numpy alone, control/estimator.py). Every random grip path is sampled at several noises, so that one
+network serves all amplifiers. Errors are on random grip paths, and so on frictions, that were not
+taught.
 """
 
 from __future__ import annotations
@@ -37,15 +38,15 @@ from fingerdesign.control.signals import gage_readings
 from fingerdesign.control.slip_study import stick_response
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.runtime.progress import Tell
-from fingerdesign.sensing.paths import Wandering, wander
+from fingerdesign.runtime.progress import Report
+from fingerdesign.sensing.paths import RandomGripPath, wander
 
 # Of a gage's sample, microstrain. One network for both errs by a sixth more in the quieter band.
 BANDS = ((0.25, 1.6), (1.6, 15.0))
 NOISES = (0.5, 1.0, 2.0, 5.0, 10.0)  # that lessons are judged at
 REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz
 _STEPS = 60
-_HELD_OUT = 0.15  # of the wanderings, judged by and not taught
+_HELD_OUT = 0.15  # of the random grip paths, judged by and not taught
 _HIDDEN = (128, 64)
 _TEACHING = ((2e-3, 40), (5e-4, 20), (1e-4, 15))  # learning rate, epochs; each from the last's end
 _PENALTY = 1e-3
@@ -87,35 +88,36 @@ def teach(
     problem: ContactProblem,
     design: str,
     settings: Settings,
-    tell: Tell = lambda message: None,
-    grips: Sequence[Wandering] | None = None,
+    report: Report = lambda message: None,
+    grips: Sequence[RandomGripPath] | None = None,
     workers: int = 1,
 ) -> Lesson:
-    """Teach the network. design: the content digest that it is for; grips: instead of wanderings.
+    """Teach the network. design: the content digest that it is for; grips: instead of random grip
+    paths.
 
     Raises SolverError where the model gives too few grips to teach anything.
     """
     if grips is None:
-        grips = wanderings(problem, settings, tell, workers)
+        grips = random_grip_paths(problem, settings, report, workers)
     held = max(1, round(_HELD_OUT * len(grips)))
     curves = finger_curves(problem, settings.face, settings.max_approach)
     bands, samples = [], 0
     for noises in BANDS:
-        inputs, outputs = _heard(grips[held:], curves, settings, noises)
+        inputs, outputs = _sampled(grips[held:], curves, settings, noises)
         if len(inputs) < 10 * inputs.shape[1]:
             raise SolverError(
                 f"{len(inputs)} samples teach {inputs.shape[1]} features nothing: more grips, or a "
                 "longer way of the stage (grip.max_approach_mm)"
             )
-        tell(f"teaching {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
+        report(f"teaching {len(inputs)} samples with noise up to {noises[1]:g} microstrain")
         bands.append(fit(inputs, outputs, noises[1], settings.seed))
         samples += len(inputs)
     estimator = GripEstimator(design, curves, REFERENCE_NOISE, tuple(bands))
     return judge(estimator, grips[:held], settings, samples)
 
 
-def _heard(
-    grips: Sequence[Wandering],
+def _sampled(
+    grips: Sequence[RandomGripPath],
     curves: FingerCurves,
     settings: Settings,
     noises: tuple[float, float],
@@ -123,35 +125,35 @@ def _heard(
     """All grips, each with a noise drawn evenly in its logarithm between two."""
     rng = np.random.default_rng([settings.seed, 1])
     found = [
-        hear(each, curves, settings, rng, float(np.exp(rng.uniform(*np.log(noises)))))
+        sample(each, curves, settings, rng, float(np.exp(rng.uniform(*np.log(noises)))))
         for _ in range(settings.hearings)
         for each in grips
     ]
     return np.concatenate([each[0] for each in found]), np.concatenate([each[1] for each in found])
 
 
-def wanderings(
+def random_grip_paths(
     problem: ContactProblem,
     settings: Settings,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     workers: int = 1,
-) -> list[Wandering]:
+) -> list[RandomGripPath]:
     """The grips, each from its own seed: the same whatever the number of worker processes."""
     parts = [range(k, min(k + _PART, settings.grips)) for k in range(0, settings.grips, _PART)]
-    found: list[Wandering] = []
+    found: list[RandomGripPath] = []
     if workers <= 1:
         for part in parts:
             found += _wander(problem, settings, part)
-            tell(f"grips: {len(found)} of {settings.grips}")
+            report(f"grips: {len(found)} of {settings.grips}")
         return found
     with Pool(workers, shared=(problem, settings)) as pool:
         for each in pool.in_order(_wander, [(part,) for part in parts]):
             found += each
-            tell(f"grips: {len(found)} of {settings.grips}")
+            report(f"grips: {len(found)} of {settings.grips}")
     return found
 
 
-def _wander(problem: ContactProblem, settings: Settings, part: range) -> list[Wandering]:
+def _wander(problem: ContactProblem, settings: Settings, part: range) -> list[RandomGripPath]:
     return [
         wander(
             problem,
@@ -181,8 +183,8 @@ def finger_curves(problem: ContactProblem, face: str, max_approach: float) -> Fi
     )
 
 
-def hear(
-    grip: Wandering,
+def sample(
+    grip: RandomGripPath,
     curves: FingerCurves,
     settings: Settings,
     rng: np.random.Generator,
@@ -278,16 +280,16 @@ def trained(
 
 
 def judge(
-    estimator: GripEstimator, grips: Sequence[Wandering], settings: Settings, samples: int = 0
+    estimator: GripEstimator, grips: Sequence[RandomGripPath], settings: Settings, samples: int = 0
 ) -> Lesson:
     """Errors on grips that were not taught, by noise; each band is given its spread."""
     stick, used = [], []
     for noise in NOISES:
         rng = np.random.default_rng([settings.seed, 2])
-        heard = [hear(each, estimator.curves, settings, rng, noise) for each in grips]
-        truths = np.concatenate([each[1] for each in heard])
+        sampled = [sample(each, estimator.curves, settings, rng, noise) for each in grips]
+        truths = np.concatenate([each[1] for each in sampled])
         band = estimator.at_noise(noise).band
-        said = np.clip(band.evaluate(np.concatenate([each[0] for each in heard])), 0.0, 1.0)
+        said = np.clip(band.evaluate(np.concatenate([each[0] for each in sampled])), 0.0, 1.0)
         off = said - truths
         stick.append(float(np.sqrt((off[:, 0] ** 2).mean())))
         used.append(float(np.sqrt((off[:, 1] ** 2).mean())))

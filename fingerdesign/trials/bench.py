@@ -90,10 +90,10 @@ class GripBench:
             mass_g=cell.mass_g,
         )
 
-    def run_lot(self, lot: Lot) -> list[Outcome]:
+    def run_batch(self, batch: Lot) -> list[Outcome]:
         """All cells of a lot; a grip whose model fails is a failed grip, with the reason."""
         memory = Memory()
-        return [self.run_cell(cell, memory) for cell in lot.cells]
+        return [self.run_cell(cell, memory) for cell in batch.cells]
 
     def run_cell(self, cell: Cell, memory: Memory) -> Outcome:
         """One grip's outcome; ``memory`` is shared by cells of one object alone."""

@@ -82,7 +82,7 @@ def success_figure(data: dict[str, Any]) -> ReportFigure:
         "Across: standard deviation of one sample of a gage. Up: the part of the grid's grips that "
         "lifted their object, never let the whole contact slip, and stayed under "
         f"{most:g} times the least force that holds. Bars: 95 % intervals. Hands that read no "
-        "gages do not feel this noise; oracles are told friction and weight.",
+        "gages do not feel this noise; oracles are given friction and weight.",
         alternative,
     )
 

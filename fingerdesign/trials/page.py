@@ -69,7 +69,7 @@ def _regulator_holds(data: dict[str, Any]) -> Finding | None:
     if row is None:
         return None
     held = row["held"]
-    asked = f"{100 * HELD_SHARE:g} %"
+    requested = f"{100 * HELD_SHARE:g} %"
     words = (
         f"Measured: {held['count']} of {held['of']} grips ({100 * held['rate']:.1f} %), "
         f"{_grid_words(data)}. The 95 % interval of such a count, {100 * held['low']:.1f} to "
@@ -77,14 +77,14 @@ def _regulator_holds(data: dict[str, Any]) -> Finding | None:
     )
     enough = held["rate"] >= HELD_SHARE
     if enough and held["low"] < HELD_SHARE:
-        words += f"does not exclude less than {asked}."
+        words += f"does not exclude less than {requested}."
     elif not enough and held["high"] >= HELD_SHARE:
-        words += f"does not exclude {asked}."
+        words += f"does not exclude {requested}."
     else:
-        words += f"lies wholly {'above' if enough else 'below'} {asked}."
+        words += f"lies wholly {'above' if enough else 'below'} {requested}."
     question = (
-        f"At {noise:g} microstrain, does the regulator lift {asked} of this grid without complete "
-        "slip?"
+        f"At {noise:g} microstrain, does the regulator lift {requested} of this grid without "
+        "complete slip?"
     )
     return Finding("yes" if enough else "no", question, words)
 
@@ -161,9 +161,9 @@ def _best_of(data: dict[str, Any]) -> Finding:
     name, rate = best["controller"].replace("_", " "), best["whole_grid"]["success"]["rate"]
     words = f"{name}: {100 * rate:.1f} % over all noises."
     if best["told"] is not None:
-        words = f"{name}, which is told {best['told']}: {100 * rate:.1f} % over all noises."
+        words = f"{name}, which is given {best['told']}: {100 * rate:.1f} % over all noises."
     elif len(untold) < len(data["controllers"]):
-        words += " Oracles, which are told friction and weight, are left out."
+        words += " Oracles, which are given friction and weight, are left out."
     return Finding("best", "Which controller succeeds most often?", words)
 
 
@@ -268,11 +268,11 @@ def _noise_table(data: dict[str, Any]) -> Table:
     noises = data["conditions"]["noises_microstrain"]
     cells = []
     for each in data["controllers"]:
-        told = [
+        reported = [
             f"{_percent(row['success']['rate'])} / {_percent(row['held']['rate'])}"
             for row in each["by_noise"]
         ]
-        cells.append((title_of(each["controller"]), *told))
+        cells.append((title_of(each["controller"]), *reported))
     columns = ("controller", *(f"{noise:g}" for noise in noises))
     caption = "By noise (microstrain): success % / held %"
     return Table("noise", caption, columns, tuple(cells), frozenset({0}))

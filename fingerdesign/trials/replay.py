@@ -40,12 +40,12 @@ class Replay:
     @property
     def holds(self) -> int:
         """How often the controller would have begun to hold the tangential motion."""
-        held = [False, *(step.asked.hold for step in self.steps)]
+        held = [False, *(step.requested.hold for step in self.steps)]
         return sum(now and not before for before, now in pairwise(held))
 
     def record(self) -> dict[str, Any]:
         """What replay.json holds; lengths in mm."""
-        told = [step.told for step in self.steps if step.told is not None]
+        estimated = [step.estimated for step in self.steps if step.estimated is not None]
         return {
             "design": self.design,
             "digest": self.digest,
@@ -55,16 +55,16 @@ class Replay:
             "first_row": self.steps[0].row,
             "last_row": self.steps[-1].row,
             "closed_mm": sum(step.dy for step in self.steps),
-            "asked_closing_mm": sum(step.asked.dy for step in self.steps),
+            "asked_closing_mm": sum(step.requested.dy for step in self.steps),
             "sheared_mm": sum(step.dx for step in self.steps),
-            "asked_shear_mm": sum(step.asked.dx for step in self.steps),
+            "asked_shear_mm": sum(step.requested.dx for step in self.steps),
             "holds": self.holds,
-            "least_stick_ratio_told": min((each.stick_ratio for each in told), default=None),
-            "most_friction_used_told": max((each.used for each in told), default=None),
+            "least_stick_ratio_told": min((each.stick_ratio for each in estimated), default=None),
+            "most_friction_used_told": max((each.used for each in estimated), default=None),
         }
 
     def table(self) -> str:
-        """The text of replay.csv: a row for each sample, empty cells where nothing is told."""
+        """The text of replay.csv: a row for each sample, empty cells where nothing is reported."""
         names = ["row", "time_s", "normal_force_N", "tangential_force_N", "dx_mm", "dy_mm"]
         names += ["asked_dx_mm", "asked_dy_mm", "hold", "gage_area_mm"]
         names += ["stick_ratio_told", "friction_used_told", "friction_told"]
@@ -76,12 +76,12 @@ def replay_trace(
     path: Path,
     name: str = "paper",
     estimator: GripEstimator | None = None,
-    tell: Callable[[str], None] = lambda message: None,
+    report: Callable[[str], None] = lambda message: None,
 ) -> Replay:
     """Put the trace of a file before a controller by its name.
 
     Raises DesignError for a faulty trace (row and column), for a trace or an estimator of another
-    finger, and for a controller that must be told the object's friction and weight: a trace does
+    finger, and for a controller that must be given the object's friction and weight: a trace does
     not hold them.
     """
     from fingerdesign.sensing.lessons import estimator_faults
@@ -94,13 +94,13 @@ def replay_trace(
     plant = RecordedPlant(path, len(plates))  # a faulty one is refused before any work
     if CONTROLLERS.find(name, "--controller").knows is not None:
         remedy = "take one that feels its way"
-        bound = "a controller that is told neither friction nor weight: a trace holds neither"
+        bound = "a controller that is given neither friction nor weight: a trace holds neither"
         raise DesignError([Fault("--controller", name, bound, remedy)])
     hand = make_controller(name, design.grip, estimator=estimator)
-    problem = grip_problem(design, tell=tell)
-    tell("calibrating")
+    problem = grip_problem(design, report=report)
+    report("calibrating")
     calibration = Rig(problem, design.gages.face, design.grip, plates).calibration()
-    tell("replaying")
+    report("replaying")
     try:
         steps = tuple(replay(plant, calibration, design.grip.preload_mm, hand, estimator))
     except DesignError as error:
@@ -116,14 +116,14 @@ def replay_trace(
 
 
 def _cells(step: Replayed) -> list[str]:
-    sample, asked, told = step.sample, step.asked, step.told
+    sample, requested, estimated = step.sample, step.requested, step.estimated
     values = [step.time, sample.normal_force, sample.tangential_force, step.dx, step.dy]
-    values += [asked.dx, asked.dy]
-    cells = [str(step.row), *(f"{value:.9g}" for value in values), str(int(asked.hold))]
-    cells.append("" if asked.area is None else f"{asked.area:.6g}")
-    if told is None:
+    values += [requested.dx, requested.dy]
+    cells = [str(step.row), *(f"{value:.9g}" for value in values), str(int(requested.hold))]
+    cells.append("" if requested.area is None else f"{requested.area:.6g}")
+    if estimated is None:
         return [*cells, "", "", ""]
-    loaded = told.used > 0.0 and sample.normal_force > 0.0
-    friction = sample.tangential_force / (told.used * sample.normal_force) if loaded else None
+    loaded = estimated.used > 0.0 and sample.normal_force > 0.0
+    friction = sample.tangential_force / (estimated.used * sample.normal_force) if loaded else None
     last = "" if friction is None else f"{friction:.4g}"
-    return [*cells, f"{told.stick_ratio:.4f}", f"{told.used:.4f}", last]
+    return [*cells, f"{estimated.stick_ratio:.4f}", f"{estimated.used:.4f}", last]

@@ -60,7 +60,7 @@ if TYPE_CHECKING:
 # goes on where it stopped, also with other frictions, weights, noises or controllers than before
 # (one that is taught anew apart).
 
-Tell = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 Key = tuple[str, float, float, float, float]
 
 _OUTCOME = TypeAdapter(Outcome)
@@ -109,26 +109,26 @@ def run_lots(
     lots: Sequence[Lot],
     journal: Grips,
     workers: int,
-    tell: Tell = lambda message, fraction: None,
+    report: Report = lambda message, fraction: None,
 ) -> None:
     """Run the cells that the journal does not hold, into it; ``workers`` 1: in this process.
 
-    An interruption waits for the lots that are running, a second or two; what the journal was told
-    by then is kept. Raises SolverError where a process died.
+    An interruption waits for the lots that are running, a second or two; what the journal was
+    reported by then is kept. Raises SolverError where a process died.
     """
-    left = [rest for lot in lots if (rest := _left(lot, journal)).cells]
-    total = sum(len(lot.cells) for lot in lots)
-    done = total - sum(len(lot.cells) for lot in left)
+    left = [rest for batch in lots if (rest := _left(batch, journal)).cells]
+    total = sum(len(batch.cells) for batch in lots)
+    done = total - sum(len(batch.cells) for batch in left)
     with _results(bench, left, workers) as results:
         for found in results:
             journal.add(found)
             done += len(found)
-            tell(f"gripping: {found[0].controller}", done / total)
+            report(f"gripping: {found[0].controller}", done / total)
 
 
-def _left(lot: Lot, journal: Grips) -> Lot:
-    cells = tuple(cell for cell in lot.cells if key_of(cell) not in journal.outcomes)
-    return replace(lot, cells=cells)
+def _left(batch: Lot, journal: Grips) -> Lot:
+    cells = tuple(cell for cell in batch.cells if key_of(cell) not in journal.outcomes)
+    return replace(batch, cells=cells)
 
 
 @contextmanager
@@ -136,11 +136,11 @@ def _results(
     bench: GripBench, lots: Sequence[Lot], workers: int
 ) -> Iterator[Iterator[list[Outcome]]]:
     if workers <= 1 or len(lots) <= 1:
-        yield (bench.run_lot(lot) for lot in lots)
+        yield (bench.run_batch(batch) for batch in lots)
         return
     with Pool(min(workers, len(lots)), shared=(bench,)) as pool:
         try:
-            yield pool.as_done(lambda lot: pool.call(_run, lot), lots)
+            yield pool.as_done(lambda batch: pool.call(_run, batch), lots)
         except ProcessError as error:
             raise SolverError(
                 f"a process of the study ended ({error}); was there memory enough? Run it again: "
@@ -148,8 +148,8 @@ def _results(
             ) from error
 
 
-def _run(bench: GripBench, lot: Lot) -> list[Outcome]:
-    return bench.run_lot(lot)
+def _run(bench: GripBench, batch: Lot) -> list[Outcome]:
+    return bench.run_batch(batch)
 
 
 VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
@@ -160,8 +160,8 @@ FOLDER = RecordFolder(
 )
 
 
-def _at_start(tell: Tell, message: str) -> None:
-    tell(message, 0.0)
+def _at_start(report: Report, message: str) -> None:
+    report(message, 0.0)
 
 
 def _seconds(
@@ -185,7 +185,7 @@ def study_control(
     estimator: GripEstimator | None = None,
     workers: int = 1,
     contact_size_mm: float = CONTACT_SIZE_MM,
-    tell: Tell = lambda message, fraction: None,
+    report: Report = lambda message, fraction: None,
 ) -> ControlStudy:
     """Run every grip that the file ``journal`` does not hold yet, and sum up.
 
@@ -198,7 +198,7 @@ def study_control(
     if estimator is not None and (faults := estimator_faults(design, estimator)):
         raise DesignError(faults)
     start = time.perf_counter()
-    say = partial(_at_start, tell)
+    say = partial(_at_start, report)
     problem = grip_problem(design, contact_size_mm, say)
     opposite = opposite_problem(design, contact_size_mm, say)
     modelled = time.perf_counter()
@@ -212,13 +212,13 @@ def study_control(
     kept = Grips(journal, digest)
     lots = list(grid.lots(names))
     with one_thread():
-        run_lots(bench, lots, kept, workers, tell)
+        run_lots(bench, lots, kept, workers, report)
         gripped = time.perf_counter()
-        tell("drawing the paths", 1.0)
+        report("drawing the paths", 1.0)
         noise = shown_noise(grid)
         traces = tuple(_traces(bench, names, noise))
     kept.close()
-    outcomes = [kept.outcomes[key_of(cell)] for lot in lots for cell in lot.cells]
+    outcomes = [kept.outcomes[key_of(cell)] for batch in lots for cell in batch.cells]
     done = time.perf_counter()
     return ControlStudy(
         design=design.design.name,

@@ -34,8 +34,8 @@ from fingerdesign.trials.tuning import (
     Asked,
     BenchJudge,
     Judge,
+    Report,
     Round,
-    Tell,
     Values,
     bench_judge,
     ranges_of,
@@ -61,9 +61,9 @@ if TYPE_CHECKING:
 # here are taken from here, and it goes on in the middle of a round.
 #
 #     kept = Kept(path, digest)
-#     tune(..., judge=kept.judge(judge, told))
+#     tune(..., judge=kept.judge(judge, reported))
 
-Told = Callable[[int, int], None]  # grips judged of those asked for at once
+Estimated = Callable[[int, int], None]  # grips judged of those asked for at once
 
 
 class Kept:
@@ -102,24 +102,24 @@ class Kept:
         self._journal.add({f"trial {key}": [asdict(each) for each in outcomes]})
         self._judged[key] = outcomes
 
-    def judge(self, judge: BenchJudge, told: Told = lambda done, of: None) -> Judge:
+    def judge(self, judge: BenchJudge, reported: Estimated = lambda done, of: None) -> Judge:
         """A judge that recalls what is kept and keeps, trial by trial, what ``judge`` makes."""
 
-        def judged(asked: Asked) -> list[list[Outcome]]:
-            of = sum(len(cells) for _, cells in asked)
-            left = [each for each in asked if _key(*each) not in self._judged]
+        def judged(requested: Asked) -> list[list[Outcome]]:
+            of = sum(len(cells) for _, cells in requested)
+            left = [each for each in requested if _key(*each) not in self._judged]
             done = of - sum(len(cells) for _, cells in left)
-            told(done, of)
+            reported(done, of)
 
             def made(k: int, outcomes: list[Outcome]) -> None:
                 nonlocal done
                 self.add_trial(*left[k], outcomes)
                 done += len(outcomes)
-                told(done, of)
+                reported(done, of)
 
             if left:
                 judge(left, made)
-            return [self._judged[_key(*each)] for each in asked]
+            return [self._judged[_key(*each)] for each in requested]
 
         return judged
 
@@ -130,8 +130,8 @@ class Kept:
 
 def _key(values: Values, cells: Sequence[Cell]) -> str:
     """Of a trial's values and grips; a cell names its controller."""
-    told = [sorted(values.items()), [asdict(each) for each in cells]]
-    return hashlib.sha256(json.dumps(told).encode()).hexdigest()[:24]
+    reported = [sorted(values.items()), [asdict(each) for each in cells]]
+    return hashlib.sha256(json.dumps(reported).encode()).hexdigest()[:24]
 
 
 DESIGN_FILE = "tuned.toml"
@@ -178,7 +178,7 @@ def tune_controllers(
     budget: Sequence[Round] = BUDGET,
     workers: int = 1,
     contact_size_mm: float = CONTACT_SIZE_MM,
-    tell: Tell = lambda message, fraction: None,
+    report: Report = lambda message, fraction: None,
 ) -> TuningRecord:
     """Tune those controllers that the file ``journal`` does not hold yet, trial by trial.
 
@@ -190,9 +190,9 @@ def tune_controllers(
     names = tuple(dict.fromkeys(controllers))
     _refuse(names, noises, seed)
     start = time.perf_counter()
-    problem = grip_problem(design, contact_size_mm, lambda message: tell(message, 0.0))
+    problem = grip_problem(design, contact_size_mm, lambda message: report(message, 0.0))
     if any(map(needs_training, names)) and estimator is None:
-        estimator = lesson_for(design, problem, lambda said: tell(said, 0.0), workers).estimator
+        estimator = lesson_for(design, problem, lambda said: report(said, 0.0), workers).estimator
     hardware = hardware_of(design)
     grid = replace(ControlGrid(seed=seed), tug=None)
     plates = gage_array(design)
@@ -200,11 +200,11 @@ def tune_controllers(
     digest = _tuning_digest(design, budget, noises, seed, contact_size_mm, estimator)
     kept = Kept(journal, digest)
     if kept.grips:
-        tell(f"going on: {kept.grips} grips were made before", 0.0)
+        report(f"going on: {kept.grips} grips were made before", 0.0)
     left = [name for name in names if name not in kept.controllers]
     with one_thread(), bench_judge(bench, workers) as judge:
         for number, name in enumerate(left):
-            progress = _Progress(tell, number, len(left), len(budget))
+            progress = _Progress(report, number, len(left), len(budget))
             found = tune(
                 name,
                 default_values(design, name),
@@ -212,7 +212,7 @@ def tune_controllers(
                 kept.judge(judge, progress.grips),
                 budget=budget,
                 seed=seed,
-                tell=progress.round,
+                report=progress.round,
             )
             kept.add(name, tuning_data(found))
     kept.close()
@@ -255,8 +255,8 @@ def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
 class _Progress:
     """What is reported while controller ``number`` of ``of`` is tuned."""
 
-    def __init__(self, tell: Tell, number: int, of: int, rounds: int) -> None:
-        self._tell, self._number, self._of, self._rounds = tell, number, of, rounds
+    def __init__(self, report: Report, number: int, of: int, rounds: int) -> None:
+        self._report, self._number, self._of, self._rounds = report, number, of, rounds
         self._message, self._share = "", 0.0
 
     def round(self, message: str, share: float) -> None:
@@ -267,7 +267,7 @@ class _Progress:
         """So many of the round's grips are made."""
         share = self._share + done / of / self._rounds
         message = f"{self._message}, {done} of {of} grips"
-        self._tell(message, (self._number + share) / self._of)
+        self._report(message, (self._number + share) / self._of)
 
 
 def _refuse(names: Sequence[str], noises: Sequence[float], seed: int) -> None:

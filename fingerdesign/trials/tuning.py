@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 
 Values = Mapping[str, float]
-Tell = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 # Outcomes of each (parameters, grips), in order.
 Judge = Callable[[Sequence[tuple[Values, Sequence[Cell]]]], list[list[Outcome]]]
 
@@ -119,7 +119,7 @@ def tune(
     ranges: Sequence[Range] | None = None,
     budget: Sequence[Round] = BUDGET,
     seed: int = 0,
-    tell: Tell = lambda message, fraction: None,
+    report: Report = lambda message, fraction: None,
 ) -> Tuning:
     """Tune one controller; ``default`` holds the design's own values of its parameters.
 
@@ -134,7 +134,7 @@ def tune(
     going: list[int] = []  # those of the last round, the best first
     box = np.tile([0.0, 1.0], (len(own), 1))
     for number, each in enumerate(budget):
-        tell(f"{controller}: round {number + 1} of {len(budget)}", number / len(budget))
+        report(f"{controller}: round {number + 1} of {len(budget)}", number / len(budget))
         made = [Trial(dict(default), 0)] if number == 0 else []
         points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
         made += [Trial(_values(own, point), number) for point in points]
@@ -167,8 +167,8 @@ def _judge_on(
     trials: list[Trial], chosen: Sequence[int], cells: Sequence[Cell], judge: Judge
 ) -> None:
     """Judge the chosen trials on those of the grips that they were not judged on yet."""
-    asked = [(trials[k].values, cells[len(trials[k].outcomes) :]) for k in chosen]
-    for k, found in zip(chosen, judge(asked), strict=True):
+    requested = [(trials[k].values, cells[len(trials[k].outcomes) :]) for k in chosen]
+    for k, found in zip(chosen, judge(requested), strict=True):
         trials[k] = replace(trials[k], outcomes=(*trials[k].outcomes, *found))
 
 
@@ -205,7 +205,7 @@ Made = Callable[[int, list[Outcome]], None]  # a trial's number in what was aske
 class BenchJudge(Protocol):
     """A ``Judge`` that tells of each trial as soon as its grips are over, in order."""
 
-    def __call__(self, asked: Asked, made: Made = ...) -> list[list[Outcome]]:
+    def __call__(self, requested: Asked, made: Made = ...) -> list[list[Outcome]]:
         """Outcomes of each (parameters, grips), in order."""
         ...
 
@@ -263,14 +263,14 @@ def bench_judge(bench: GripBench, workers: int) -> Iterator[BenchJudge]:
     """
     seeded = replace(bench, grid=replace(bench.grid, seed=bench.grid.seed + _APART, tug=None))
     if workers <= 1:
-        yield lambda asked, made=_unheard: _in_order(
-            (run_cells(seeded, values, cells) for values, cells in asked), made
+        yield lambda requested, made=_unheard: _in_order(
+            (run_cells(seeded, values, cells) for values, cells in requested), made
         )
         return
     with Pool(workers, shared=(seeded,)) as pool:
 
-        def judge(asked: Asked, made: Made = _unheard) -> list[list[Outcome]]:
-            waiting = [(dict(values), tuple(cells)) for values, cells in asked]
+        def judge(requested: Asked, made: Made = _unheard) -> list[list[Outcome]]:
+            waiting = [(dict(values), tuple(cells)) for values, cells in requested]
             try:
                 return _in_order(pool.in_order(run_cells, waiting), made)
             except ProcessError as error:
@@ -281,7 +281,7 @@ def bench_judge(bench: GripBench, workers: int) -> Iterator[BenchJudge]:
 
 
 def _unheard(number: int, outcomes: list[Outcome]) -> None:
-    """Nobody is told."""
+    """Nobody is reported."""
 
 
 def _in_order(found: Iterable[list[Outcome]], made: Made) -> list[list[Outcome]]:

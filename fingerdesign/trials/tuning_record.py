@@ -127,17 +127,17 @@ def tuned_comment(record: TuningRecord) -> str:
         f"{record.versions.get('fingerdesign', '')} (seed {record.seed}).",
         f"On {len(record.cells)} grips: friction {min(frictions):.2g} to {max(frictions):.2g}, "
         f"{min(masses):.0f} to {max(masses):.0f} g, gage noise {noises} microstrain.",
-        *(_told(name, found) for name, found in record.controllers.items()),
+        *(_reported(name, found) for name, found in record.controllers.items()),
         "Another set of grips gives other rates: judge it with `fingerdesign study-control`.",
     ]
     return "".join(f"# {line}\n" for line in lines) + "\n"
 
 
-def _told(name: str, found: dict[str, Any]) -> str:
+def _reported(name: str, found: dict[str, Any]) -> str:
     best, default = found["best"], found["default"]
     peak = best["mean_peak_ratio"]
-    told = "" if peak is None else f", mean peak {peak:.2f} times the least force"
+    reported = "" if peak is None else f", mean peak {peak:.2f} times the least force"
     return (
         f"{name}: success {100 * best['success_rate']:.0f} % (before: "
-        f"{100 * default['success_rate']:.0f} %), held {100 * best['held_rate']:.0f} %{told}"
+        f"{100 * default['success_rate']:.0f} %), held {100 * best['held_rate']:.0f} %{reported}"
     )

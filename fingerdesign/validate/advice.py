@@ -172,14 +172,16 @@ def advise(kind: Kind, comparisons: Sequence[Comparison], gages: bool = True) ->
 
 def _reading(error: float) -> Advice:
     """How a gage is read: one model tells both, so that nothing is saved."""
-    told = f"gage strains are off by up to {percent(error)}"
+    reported = f"gage strains are off by up to {percent(error)}"
     if error <= KEEP:
-        return Advice("keep", f"Keep: {told}; reading them as they are costs nothing more, though.")
+        return Advice(
+            "keep", f"Keep: {reported}; reading them as they are costs nothing more, though."
+        )
     if error <= LIMIT:
         return Advice(
-            "limited", f"Keep where it will do: {told}; reading them as they are is free."
+            "limited", f"Keep where it will do: {reported}; reading them as they are is free."
         )
-    return Advice("drop", f"Drop it: {told}; reading them as they are costs nothing more.")
+    return Advice("drop", f"Drop it: {reported}; reading them as they are costs nothing more.")
 
 
 def _verdict(worst: Sequence[Worst], kind: Kind) -> Verdict:

@@ -96,7 +96,7 @@ def _plate_span(solves: Solves, deep: bool) -> Pairs:
     design = solves.design
     _needs_bonded(design)
     if not design.body.straight:
-        raise NotTestable("plates of full span are told of straight bodies alone")
+        raise NotTestable("plates of full span are compared for straight bodies alone")
     if design.plates.placement is not None or design.plates.rows:
         raise NotTestable("plates placed one by one, or in rows, have no one span")
     if design.plates.along == "z":

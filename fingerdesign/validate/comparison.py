@@ -141,8 +141,8 @@ def side_of(
     spread: dict[str, Spread | None] = {}
     for name in QUANTITIES:
         values = np.asarray(getattr(apart, name)).reshape(-1)
-        told = values.size and name not in none
-        spread[name] = Spread(float(values.max()), float(np.median(values))) if told else None
+        reported = values.size and name not in none
+        spread[name] = Spread(float(values.max()), float(np.median(values))) if reported else None
     by_gage = tuple(float(value) for value in apart.gage.max(axis=0, initial=0.0))
     return Side(found.rows, left_out, spread, by_gage, note)
 

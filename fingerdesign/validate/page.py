@@ -78,7 +78,7 @@ def chart_png(data: dict[str, Any]) -> bytes:
 
 
 def along_z_figure(data: dict[str, Any]) -> ReportFigure | None:
-    """How far gages off the middle read otherwise; None where that was not told."""
+    """How far gages off the middle read otherwise; None where that was not reported."""
     rows = [row for row in data["assumptions"] if row["along_z"]]
     if not rows:
         return None
@@ -242,8 +242,8 @@ def _greatest(row: dict[str, Any], side: str, quantities: tuple[str, ...]) -> fl
     found = row[side]
     if found is None:
         return None
-    told = (found["errors"][quantity] for quantity in quantities)
-    return max((float(each["greatest"]) for each in told if each is not None), default=None)
+    reported = (found["errors"][quantity] for quantity in quantities)
+    return max((float(each["greatest"]) for each in reported if each is not None), default=None)
 
 
 def _most(row: dict[str, Any], group: str) -> str:
@@ -307,10 +307,10 @@ def _cost_table(rows: list[dict[str, Any]]) -> Table:
     cells = []
     for number, row in enumerate(rows, start=1):
         seconds = [row["seconds"], row["better_seconds"]]
-        told = [NONE if value is None else f"{value:.2f}" for value in seconds]
+        reported = [NONE if value is None else f"{value:.2f}" for value in seconds]
         saving = NONE if row["saving"] is None else f"{row['saving']:.1f}"
         words = (row["assumed"], row["better"])
-        cells.append((str(number), row["title"], *words, *told, saving))
+        cells.append((str(number), row["title"], *words, *reported, saving))
     columns = ("", "assumption", "what is assumed", "the better model", "s", "better s", "saving")
     return Table("costs", "What it saves", columns, tuple(cells), frozenset({1, 2, 3}))
 
@@ -330,15 +330,15 @@ def _comparison_table(rows: list[dict[str, Any]]) -> Table:
 
 def _gage_table(rows: list[dict[str, Any]], side: str) -> Table:
     """The greatest error of each gage; gages down, assumptions across."""
-    told = [
+    reported = [
         (number, row[side]["gages"])
         for number, row in enumerate(rows, start=1)
         if row[side] is not None and row[side]["gages"]
     ]
-    count = len(told[0][1]) if told else 0
+    count = len(reported[0][1]) if reported else 0
     cells = tuple(
-        (str(gage), *(percent_cell(gages[gage]) for _, gages in told)) for gage in range(count)
+        (str(gage), *(percent_cell(gages[gage]) for _, gages in reported)) for gage in range(count)
     )
-    columns = ("gage", *(str(number) for number, _ in told))
+    columns = ("gage", *(str(number) for number, _ in reported))
     caption = f"{SIDES[side]}: greatest error of each gage by assumption, % of the row's largest"
     return Table(f"gages-{side}", caption, columns, cells)

@@ -169,8 +169,8 @@ class Row:
     def greatest(self, side: str, quantity: str) -> float | None:
         """The greatest error of a quantity at "equal_motion" or "equal_force"; None: no error."""
         found = getattr(self, side)
-        told = None if found is None else found["errors"][quantity]
-        return None if told is None else float(told["greatest"])
+        reported = None if found is None else found["errors"][quantity]
+        return None if reported is None else float(reported["greatest"])
 
     def data(self) -> dict[str, Any]:
         """As in the file."""
@@ -328,25 +328,27 @@ def _side(of: Side) -> dict[str, Any]:
 
 def _worst(sides: list[Side | None]) -> dict[str, Any] | None:
     """The worst of each number over several comparisons."""
-    told = [_side(side) for side in sides if side is not None]
-    if not told:
+    reported = [_side(side) for side in sides if side is not None]
+    if not reported:
         return None
     return {
-        "rows": min(each["rows"] for each in told),
-        "rows_left_out": max(each["rows_left_out"] for each in told),
-        "note": "; ".join(dict.fromkeys(each["note"] for each in told if each["note"])),
+        "rows": min(each["rows"] for each in reported),
+        "rows_left_out": max(each["rows_left_out"] for each in reported),
+        "note": "; ".join(dict.fromkeys(each["note"] for each in reported if each["note"])),
         "errors": {
-            name: _worst_spread([each["errors"][name] for each in told]) for name in QUANTITIES
+            name: _worst_spread([each["errors"][name] for each in reported]) for name in QUANTITIES
         },
-        "gages": [max(values) for values in zip(*(each["gages"] for each in told), strict=True)],
+        "gages": [
+            max(values) for values in zip(*(each["gages"] for each in reported), strict=True)
+        ],
     }
 
 
 def _worst_spread(spreads: list[dict[str, float] | None]) -> dict[str, float] | None:
-    told = [each for each in spreads if each is not None]
-    if not told:
+    reported = [each for each in spreads if each is not None]
+    if not reported:
         return None
-    return {which: max(each[which] for each in told) for which in ("greatest", "median")}
+    return {which: max(each[which] for each in reported) for which in ("greatest", "median")}
 
 
 def _along(of: AlongZ) -> tuple[dict[str, Any], ...]:

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Tell = Callable[[str, float], None]
+Report = Callable[[str, float], None]
 
 PAGE_FILE, CHART_FILE = "validate.html", "validate.png"
 FOLDER = RecordFolder("validation", RECORD_FILE, (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE))
@@ -54,7 +54,7 @@ def validate(
     deep: bool = False,
     scene_name: str = "",
     keys: Sequence[str] = (),
-    tell: Tell = lambda message, fraction: None,
+    report: Report = lambda message, fraction: None,
 ) -> Validation:
     """What each assumption costs; ``keys``: of these alone. ``scene`` None: the fundamental case.
 
@@ -73,7 +73,7 @@ def validate(
     done = 0
 
     def say(message: str) -> None:
-        tell(message, done / len(chosen))
+        report(message, done / len(chosen))
 
     solves = Solves(design, scene, say)
     rows: list[Row] = []

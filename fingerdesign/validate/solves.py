@@ -23,7 +23,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.comparison import Answer, rows_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Solves:
 
     design: Design
     scene: Scene
-    tell: Tell = lambda message: None
+    report: Report = lambda message: None
     _known: dict[str, Solved | FingerDesignError] = field(default_factory=dict)
     _finite: dict[str, Answer | FingerDesignError] = field(default_factory=dict)
     _reader: Reader | None = None
@@ -97,7 +97,7 @@ class Solves:
         """The same mesh, zone and scene at finite strain."""
         key = f"{solved.model}"
         if key not in self._finite:
-            self.tell(f"{solved.model.dimension} at finite strain")
+            self.report(f"{solved.model.dimension} at finite strain")
             try:
                 self._finite[key] = _finite_answer(solved)
             except FingerDesignError as error:
@@ -112,7 +112,7 @@ class Solves:
     ) -> Solved:
         key = f"{dimension} {scale} {sorted(values.items())} {plates}"
         if key not in self._known:
-            self.tell(model_words(dimension, scale, values, plates))
+            self.report(model_words(dimension, scale, values, plates))
             try:
                 self._known[key] = self._solve(dimension, scale, values, plates)
             except FingerDesignError as error:

@@ -49,17 +49,17 @@ def test_one_factorisation_serves_frictions_and_grips(counted):
     assert analysis.fields is None
 
 
-def test_fields_are_recovered_where_they_are_asked_for(counted):
+def test_fields_are_recovered_where_they_are_requested_for(counted):
     design = with_values(load_design(shipped_path("narrow")), COARSE)
     case = Case(design, fundamental_scene(), "plane-strain", grips=False)
     assert pipeline.run(case).fields is not None
     assert counted == {"factored": 1, "fields": 1}
 
 
-def test_analyse_can_be_told_to_leave_fields_out(monkeypatch, tmp_path):
+def test_analyse_can_be_reported_to_leave_fields_out(monkeypatch, tmp_path):
     cases = []
 
-    def stop(case, out, tell):
+    def stop(case, out, report):
         cases.append(case)
         raise DesignError([Fault("test", 0, "ended here", "none")])
 

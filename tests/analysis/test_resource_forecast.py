@@ -46,39 +46,39 @@ def shipped(name, values=None):
     ],
     ids=lambda value: value if isinstance(value, str) else value.design.name,
 )
-def test_dofs_and_contact_nodes_are_foretold(design, fidelity):
+def test_dofs_and_contact_nodes_are_predicted(design, fidelity):
     case = Case(design, None, fidelity)
-    told = forecast_case(case, MACHINE)
+    reported = forecast_case(case, MACHINE)
     zone = zone_of(case, case.path_scene)
     mesh = make_mesh(design, fidelity, zone, case.symmetric)
     model = condense(design, mesh, zone, case.path_scene)
-    assert told.element == model.element
-    for foretold, found in (
-        (told.elements, len(mesh.cells)),
-        (told.dofs, model.dofs),
-        (told.contact_nodes, model.reduced.nodes),
-        (told.operations, model.condensation.operations),
+    assert reported.element == model.element
+    for predicted, found in (
+        (reported.elements, len(mesh.cells)),
+        (reported.dofs, model.dofs),
+        (reported.contact_nodes, model.reduced.nodes),
+        (reported.operations, model.condensation.operations),
     ):
-        assert 0.5 < foretold / found < 2.0
+        assert 0.5 < predicted / found < 2.0
 
 
 @pytest.mark.parametrize("seed", MADE)
-def test_tetrahedra_are_foretold_as_they_were_made(seed):
+def test_tetrahedra_are_predicted_as_they_were_made(seed):
     design = parse_design(tomlkit.dumps(random_design(seed)))
     zone = candidate_zone(design, SceneObject(), 0.02 * design.body.base_height_mm)
-    told = count_space(design, zone, mirrors_in_z(design)).tetrahedra
-    assert 0.5 < told / MADE[seed] < 2.0
+    reported = count_space(design, zone, mirrors_in_z(design)).tetrahedra
+    assert 0.5 < reported / MADE[seed] < 2.0
 
 
 @pytest.mark.slow
-def test_a_model_of_tetrahedra_is_foretold():
+def test_a_model_of_tetrahedra_is_predicted():
     case = Case(shipped("homogeneous"))
-    told = forecast_case(case, MACHINE)
+    reported = forecast_case(case, MACHINE)
     zone = zone_of(case, case.path_scene)
     model = condense(case.design, make_mesh(case.design, "3d", zone), zone, case.path_scene)
-    assert 0.5 < told.dofs / model.dofs < 2.0
-    assert 0.5 < told.contact_nodes / model.reduced.nodes < 2.0
-    assert 0.4 < told.operations / model.condensation.operations < 2.5
+    assert 0.5 < reported.dofs / model.dofs < 2.0
+    assert 0.5 < reported.contact_nodes / model.reduced.nodes < 2.0
+    assert 0.4 < reported.operations / model.condensation.operations < 2.5
 
 
 @pytest.mark.parametrize(
@@ -108,15 +108,15 @@ def test_finer_costs_more(fidelity, values, keys, monkeypatch, tmp_path):
         assert found[0].total_s < found[1].total_s < found[2].total_s
 
 
-def test_more_is_asked_more_is_foretold():
+def test_more_is_requested_more_is_predicted():
     design = shipped("narrow")
     slow = forecast(design, None, "plane-strain", Machine(30.0, 55.0, 2))
-    told = forecast(design, None, "plane-strain", MACHINE)
-    assert slow.total_s == pytest.approx(2.0 * told.total_s)
+    reported = forecast(design, None, "plane-strain", MACHINE)
+    assert slow.total_s == pytest.approx(2.0 * reported.total_s)
     alone = forecast(design, find_scene("fundamental"), "plane-strain", MACHINE)
-    assert "grips" in told.seconds
+    assert "grips" in reported.seconds
     assert "grips" not in alone.seconds
-    assert alone.total_s < told.total_s
+    assert alone.total_s < reported.total_s
     swept = shipped("narrow", SWEPT)
     half = forecast(swept, find_scene("fundamental"), "3d", MACHINE)
     whole = forecast(swept, find_scene("twist"), "3d", MACHINE)
@@ -142,7 +142,7 @@ def test_a_mesh_in_the_cache_is_counted_as_it_is(monkeypatch, tmp_path):
     assert (before.mesh_kept, again.mesh_kept) == (False, True)
 
 
-def test_what_cannot_be_analysed_is_not_foretold():
+def test_what_cannot_be_analysed_is_not_predicted():
     assert [each.fidelity for each in forecasts(shipped("narrow"))] == ["plane-strain", "3d"]
     assert [each.fidelity for each in forecasts(shipped("both_ways"))] == ["3d"]
     flat = forecasts(shipped("narrow"), find_scene("ball"))
@@ -152,13 +152,13 @@ def test_what_cannot_be_analysed_is_not_foretold():
 def test_check_shows_the_forecast(capsys):
     assert main(["check", "narrow", "--json"]) == 0
     (report,) = json.loads(capsys.readouterr().out)
-    told = {each["fidelity"]: each for each in report["forecast"]}
-    assert set(told) == {"plane-strain", "3d"}
-    for each in told.values():
+    reported = {each["fidelity"]: each for each in report["forecast"]}
+    assert set(reported) == {"plane-strain", "3d"}
+    for each in reported.values():
         assert each["dofs"] > 10_000
         assert each["memory_MB"] > 100
         assert each["time_s"] == pytest.approx(sum(each["timings_s"].values()), abs=0.1)
     assert main(["check", "narrow"]) == 0
     out = capsys.readouterr().out
     assert "What analyse will take" in out
-    assert str(told["plane-strain"]["dofs"]) in out
+    assert str(reported["plane-strain"]["dofs"]) in out

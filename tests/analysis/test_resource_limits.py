@@ -56,7 +56,7 @@ def test_the_size_that_saves_most_is_named(monkeypatch):
     assert fault.remedy.startswith("raise it (at 1.2 about ")
 
 
-def test_told_to_go_on_it_is_not_refused(case, monkeypatch):
+def test_reported_to_go_on_it_is_not_refused(case, monkeypatch):
     _free(monkeypatch, 1.0)
     refuse(Case(case.design, go_on=True), case.path_scene)
 
@@ -83,15 +83,15 @@ def test_an_astronomic_mesh_is_refused_at_once_with_what_would_fit(mesher, monke
     (fault,) = limits.memory_faults(huge)
     assert time.process_time() - start < 6.0  # 1.5 s, where nothing runs beside
     assert fault.key == "mesh.contact_size_mm"
-    told = re.search(
+    reported = re.search(
         r"no one key suffices: raise (.*) and (.*) (\d+) times each \(about (\d+) MB\), or take "
         r"--fidelity plane-strain or --fidelity auto or --go-on",
         fault.remedy,
     )
-    assert told is not None
-    keys = [*told[1].split(", "), told[2]]
+    assert reported is not None
+    keys = [*reported[1].split(", "), reported[2]]
     assert set(keys) == set(ASTRONOMIC)
-    coarser = {key: ASTRONOMIC[key] * int(told[3]) for key in keys}
+    coarser = {key: ASTRONOMIC[key] * int(reported[3]) for key in keys}
     assert limits.memory_faults(Case(with_values(huge.design, coarser))) == []
 
 
@@ -99,10 +99,10 @@ def test_one_key_is_changed_as_far_as_it_takes(case, monkeypatch):
     _free(monkeypatch, 4000.0)
     many = Case(with_values(case.design, {"mesh.layers": 100}))
     (fault,) = limits.memory_faults(many)
-    told = re.match(r"lower it \(at (\d+) about", fault.remedy)
-    assert told is not None
-    assert int(told[1]) < 50
-    fewer = with_values(many.design, {"mesh.layers": int(told[1])})
+    reported = re.match(r"lower it \(at (\d+) about", fault.remedy)
+    assert reported is not None
+    assert int(reported[1]) < 50
+    fewer = with_values(many.design, {"mesh.layers": int(reported[1])})
     assert limits.memory_faults(Case(fewer)) == []
 
 
@@ -112,12 +112,12 @@ def test_sizes_and_layers_together_are_named_where_neither_suffices(monkeypatch)
     fine = {"mesh.contact_size_mm": 0.1, "mesh.plate_size_mm": 0.1, "mesh.far_size_mm": 0.2}
     many = with_values(design, fine | {"mesh.mesher": "extrude", "mesh.layers": 200})
     (fault,) = limits.memory_faults(Case(many))
-    told = re.search(
+    reported = re.search(
         r"suffices: .* (\d+) times each(?:, and lower mesh.layers to (\d+))? \(", fault.remedy
     )
-    assert told is not None
-    values = {key: value * int(told[1]) for key, value in fine.items()}
-    values |= {"mesh.layers": int(told[2] or 200)}
+    assert reported is not None
+    values = {key: value * int(reported[1]) for key, value in fine.items()}
+    values |= {"mesh.layers": int(reported[2] or 200)}
     assert limits.memory_faults(Case(with_values(many, values))) == []
 
 

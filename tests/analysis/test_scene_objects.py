@@ -64,7 +64,7 @@ def test_a_smaller_cylinder_presses_less(design):
     assert normal == sorted(normal)
 
 
-def test_forces_asked_for_come_out(design):
+def test_forces_requested_for_come_out(design):
     text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 0.7], [3, -0.5]]'
     assert forces(design, text) == pytest.approx(np.array([[3, 0], [3, 0.7], [3, -0.5]]), abs=1e-7)
 

@@ -1,4 +1,4 @@
-"""Random designs: sound, of every kind, the same for the same seed; spoiled ones: the key named."""
+"""Random designs: sound, of every kind, the same for the same seed; invalid ones: the key named."""
 
 from collections import Counter
 
@@ -10,9 +10,9 @@ from fingerdesign_bench.any_finger.designs import (
     FAULTS,
     PLATES,
     RANGES,
+    invalid_design,
     kinds,
     random_design,
-    spoiled_design,
 )
 
 from fingerdesign.checks.load import parse_design
@@ -70,7 +70,7 @@ def test_a_random_design_may_be_a_step_file():
 
 
 @pytest.mark.usefixtures("step_in_this_process")
-def test_every_spoiled_design_is_refused_by_the_key_to_blame():
+def test_every_invalid_design_is_refused_by_the_key_to_blame():
     assert len(FAULTS) <= COUNT
     found = refuse_faults(COUNT)
     assert [each for each in found if not each["named"]] == []
@@ -78,5 +78,5 @@ def test_every_spoiled_design_is_refused_by_the_key_to_blame():
 
 
 def test_spoiling_is_repeatable():
-    assert spoiled_design(0) == spoiled_design(0)
-    assert spoiled_design(0) != spoiled_design(len(FAULTS))
+    assert invalid_design(0) == invalid_design(0)
+    assert invalid_design(0) != invalid_design(len(FAULTS))

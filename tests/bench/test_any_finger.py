@@ -55,7 +55,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("spoiled", "falls"),
+    ("invalid", "falls"),
     [
         ({"status": "refused", "reason": "no"}, "designs not meshed"),
         ({"min_dihedral_deg": 4.9}, "5 degrees less the least dihedral angle"),
@@ -64,10 +64,10 @@ def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
         ({"status": "crashed", "reason": "no"}, "crashes and hangs"),
     ],
 )
-def test_each_check_can_fall_short(spoiled, falls):
+def test_each_check_can_fall_short(invalid, falls):
     good = AnyFinger([record(k) for k in range(10)], [{"named": True}])
     assert all(check.holds for check in good.checks())
-    bad = AnyFinger([record(0, **spoiled), *good.records[1:]], good.refusals)
+    bad = AnyFinger([record(0, **invalid), *good.records[1:]], good.refusals)
     assert falls in {check.name for check in bad.checks() if not check.holds}
     flat = AnyFinger(good.records, good.refusals, [{"min_dihedral_deg": 0.9}])
     assert [c.name for c in flat.checks() if not c.holds] == [

@@ -15,7 +15,7 @@ from tests.support.browser import chromium
 
 
 def page(**changes):
-    told = {
+    reported = {
         "designs": 5,
         "kind": "3-D",
         "megabytes": 3.0,
@@ -23,14 +23,14 @@ def page(**changes):
         "requests": (),
         "console": (),
     }
-    return PageMeasured(**(told | changes))
+    return PageMeasured(**(reported | changes))
 
 
 def failing(found):
     return [check.name for check in Comparisons((found,), {}).checks() if not check.holds]
 
 
-def test_what_falls_short_is_told() -> None:
+def test_what_falls_short_is_reported() -> None:
     assert failing(page()) == []
     assert page().median("open_s") == pytest.approx(0.3)
     assert failing(page(megabytes=21.0)) == ["5 designs, 3-D: size"]

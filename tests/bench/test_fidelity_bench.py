@@ -60,11 +60,11 @@ def records(pair, error: float, price: float, seconds: float = 1.0) -> list[dict
 
 def test_records_read_back():
     pair = EVERY[4]
-    told = readings(pair, 0.01)
-    back = readings_from(plain(told))
-    np.testing.assert_allclose(back.gages, told.gages)
-    np.testing.assert_allclose(back.stick_ratio, told.stick_ratio)
-    assert back.face == told.face
+    reported = readings(pair, 0.01)
+    back = readings_from(plain(reported))
+    np.testing.assert_allclose(back.gages, reported.gages)
+    np.testing.assert_allclose(back.stick_ratio, reported.stick_ratio)
+    assert back.face == reported.face
 
 
 def test_the_judge_counts_what_holds_and_what_it_costs():

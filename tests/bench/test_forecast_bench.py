@@ -12,10 +12,10 @@ from fingerdesign.analysis.forecast.limits import refuse
 
 
 def record(pair, **changed):
-    told = {"dofs": 1000, "memory_MB": 600.0, "time_s": 10.0, "mesher": "netgen"}
+    reported = {"dofs": 1000, "memory_MB": 600.0, "time_s": 10.0, "mesher": "netgen"}
     found = {"dofs": 1100, "memory_MB": 500.0, "time_s": 9.0, "asking_s": 0.1, "status": "ok"}
     speed = {"one_core": 50.0, "all_cores": 90.0, "cores": 2}
-    return {**pair, "machine": speed, "forecast": told, **found, **changed}
+    return {**pair, "machine": speed, "forecast": reported, **found, **changed}
 
 
 def test_every_pair_can_be_analysed():
@@ -63,7 +63,7 @@ def test_the_command_says_and_writes_it(monkeypatch, tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_a_pair_is_foretold_and_measured(monkeypatch, tmp_path):
+def test_a_pair_is_predicted_and_measured(monkeypatch, tmp_path):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
     found = measure_pair(plain_pairs(quick=True)[0], tmp_path / "out")
     assert found["status"] == "ok"

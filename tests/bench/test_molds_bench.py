@@ -13,7 +13,7 @@ from fingerdesign_bench.any_finger.molds import (
     words,
     write_molds,
 )
-from fingerdesign_bench.any_finger.molds_worker import design_of, told
+from fingerdesign_bench.any_finger.molds_worker import design_of, reported
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.starter import shipped_designs
@@ -65,7 +65,7 @@ def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("spoiled", "falls"),
+    ("invalid", "falls"),
     [
         ({"status": "failed", "failed": ["open"]}, "molds that fail a check"),
         ({"status": "crashed", "reason": "no"}, "crashes and hangs"),
@@ -75,10 +75,10 @@ def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
         ({"seconds": 21.0}, "slowest mold, 2 at once"),
     ],
 )
-def test_each_check_can_fall_short(spoiled, falls):
+def test_each_check_can_fall_short(invalid, falls):
     good = [record(str(k)) for k in range(40)]
     assert all(check.holds for check in Molds(good).checks())
-    bad = Molds([record("40", **spoiled), *good])
+    bad = Molds([record("40", **invalid), *good])
     assert [check.name for check in bad.checks() if not check.holds] == [falls]
 
 
@@ -111,14 +111,14 @@ def test_what_is_kept_of_a_report():
         check("cavity is the finger", "", 3e-7),
         check("least wall", "base_plate", None),
     ]
-    found = told({"status": "ok", "checks": checks, "timings_s": {}})
+    found = reported({"status": "ok", "checks": checks, "timings_s": {}})
     assert (found["status"], found["failed"], found["checks"]) == ("made", [], 5)
     assert found["volume_error"] == 3e-7
     assert (found["insert_chord_mm"], found["chord_mm"]) == (0.008, 0.009)
     wrong = [*checks, check("watertight", "base_plate", 2.0, ok=False)]
-    found = told({"status": "failed", "failure": "1 check", "checks": wrong, "timings_s": {}})
+    found = reported({"status": "failed", "failure": "1 check", "checks": wrong, "timings_s": {}})
     assert (found["status"], found["failed"]) == ("failed", ["watertight"])
-    found = told({"status": "failed", "failure": "no solid", "checks": [], "timings_s": {}})
+    found = reported({"status": "failed", "failure": "no solid", "checks": [], "timings_s": {}})
     assert (found["status"], found["failed"]) == ("failed", ["no solid"])
     assert found["volume_error"] is None
 
@@ -145,7 +145,7 @@ def test_tables_and_chart_are_written(tmp_path):
     assert paths[2].stat().st_size > 10_000
 
 
-def test_the_command_tells_what_was_not_made(quick, monkeypatch, tmp_path, capsys):
+def test_the_command_reports_what_was_not_made(quick, monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(molds, "_run", lambda case: refused(case) if case == "0" else record(case))
     code = main(["bench", "molds", "--out", str(tmp_path), "--seeds", "30"])
     shown = capsys.readouterr().out

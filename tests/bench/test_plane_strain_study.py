@@ -136,11 +136,11 @@ def test_damaged_lines_are_left_out_and_said(line, tmp_path, monkeypatch):
     lines = tmp_path / "records.jsonl"
     run_study(points[:1], lines)
     lines.write_bytes(line + b"\n" + lines.read_bytes() + line)
-    said, told = [], []
-    assert len(run_study(points, lines, told.append, said.append)) == 2
+    said, reported = [], []
+    assert len(run_study(points, lines, reported.append, said.append)) == 2
     (note,) = said
     assert "2 lines are no records, left out" in note
-    assert told[0] == "1 of 2 models to solve, about 1 min"
+    assert reported[0] == "1 of 2 models to solve, about 1 min"
     said.clear()
     run_study(points, lines, note=said.append)
     assert set(known_records(lines)[0]) == {key_of(point) for point in points}

@@ -74,7 +74,7 @@ def test_numbers_are_printed_plainly():
     assert Check("rounding", 1e-9, 1.536e-10).row()[1:3] == ["1e-09", "1.54e-10"]
 
 
-def test_what_is_asked_and_written(tmp_path):
+def test_what_is_requested_and_written(tmp_path):
     plane = [size(dofs=n) for n in (1000, 5000, 33000)]
     space = [size(SPACE, n, 500, increment_s=0.05) for n in (1e3, 1e4, 5e4, 100_000, 200_000)]
     grips = {PLANE: {"contact_nodes": 100, "runs": [{"per_200": 0.5}, {"per_200": 0.3}]}}

@@ -77,7 +77,7 @@ def test_each_law_broken_is_found(judge, law, node, force):
     assert judge.violation(broken(node, force), judge.untouched(), MOTION) > 1e-2
 
 
-def test_small_errors_are_told_from_rounding(judge):
+def test_small_errors_are_distinguished_from_rounding(judge):
     for size in (1e-3, 1e-5, 1e-7):
         found = judge.violation(RIGHT + size, judge.untouched(), MOTION)
         assert 0.1 * size < found < 10 * size
@@ -116,7 +116,7 @@ def test_lost_force_is_found(judge):
     assert Judge(leaky, judge.indenter, 0.4).violation(RIGHT, judge.untouched(), MOTION) > 1e-2
 
 
-def test_the_rim_and_the_forces_asked(judge):
+def test_the_rim_and_the_forces_requested(judge):
     assert judge.at_rim(broken(0, [0.0, -0.1]))
     assert judge.carries(RIGHT, 1.5, 0.4)
     assert judge.carries(RIGHT, 1.5, None)

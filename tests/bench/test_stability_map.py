@@ -120,7 +120,7 @@ def test_what_hangs_is_ended():
         hang()
 
 
-def test_methods_are_told_apart_in_the_counts():
+def test_methods_are_distinguished_in_the_counts():
     assert METHODS[0] == PRODUCTION
     assert len(set(METHODS)) == 4
     assert stability.SOLVED_SHARE == 0.99

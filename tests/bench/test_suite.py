@@ -9,19 +9,19 @@ from fingerdesign.errors import SolverError
 
 
 def test_one_part_that_fails_does_not_stop_the_others(tmp_path):
-    heard = []
+    sampled = []
 
-    def good(folder, tell, quick):
-        tell("at work")
+    def good(folder, report, quick):
+        report("at work")
         path = folder / "good.csv"
         path.write_text("a\n", encoding="utf-8")
         return [path], [Check("a number", 1.0, 2.0, "s")]
 
-    def bad(folder, tell, quick):
+    def bad(folder, report, quick):
         raise SolverError("it has no answer")
 
-    found = run_suite(tmp_path / "new", heard.append, True, {"bad": bad, "good": good})
-    assert heard == ["good: at work"]
+    found = run_suite(tmp_path / "new", sampled.append, True, {"bad": bad, "good": good})
+    assert sampled == ["good: at work"]
     assert found.failures == {"bad": "it has no answer"}
     record = json.loads((tmp_path / "new" / "bench.json").read_text("utf-8"))
     assert record["files"] == ["good.csv"]

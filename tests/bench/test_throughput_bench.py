@@ -1,4 +1,4 @@
-"""The bench of throughput: its numbers add up; what falls short is told; a run of a few."""
+"""The bench of throughput: its numbers add up; what falls short is reported; a run of a few."""
 
 import json
 import os
@@ -16,7 +16,7 @@ def failing(found):
     return [check.name for check in found.checks() if not check.holds]
 
 
-def test_the_ratio_and_the_cost_are_held_to_what_is_asked():
+def test_the_ratio_and_the_cost_are_held_to_what_is_requested():
     good = Throughputs((run(1, 20.0), run(2, 11.0)), {})
     assert good.runs[0].an_hour == pytest.approx(1800.0)
     assert good.ratio == pytest.approx(20.0 / 11.0)

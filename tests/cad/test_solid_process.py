@@ -49,9 +49,11 @@ def test_what_cannot_be_built_is_said(design_of: Make) -> None:
 
 
 def test_a_kernel_that_does_not_come_back_is_ended(design_of: Make) -> None:
-    with pytest.raises(GeometryError, match=r"did not finish in 0\.05 s.*request\.json") as told:
+    with pytest.raises(
+        GeometryError, match=r"did not finish in 0\.05 s.*request\.json"
+    ) as reported:
         finger_triangles(design_of("arc"), 0.02, time_limit_s=0.05)
-    kept = Path(str(told.value).split("kept as ")[1])
+    kept = Path(str(reported.value).split("kept as ")[1])
     assert '"design"' in kept.read_text()
     kept.unlink()
     kept.parent.rmdir()

@@ -152,7 +152,7 @@ def test_a_mirror_claimed_is_a_mirror_held(tmp_path):
 
 
 @pytest.mark.parametrize("within", [False, True])
-def test_holes_that_do_not_mirror_are_told_though_the_volume_would(within, tmp_path):
+def test_holes_that_do_not_mirror_are_reported_though_the_volume_would(within, tmp_path):
     import cadquery as cq
 
     def pierced(*places):
@@ -207,7 +207,7 @@ def test_a_process_that_crashes_or_hangs_is_a_fault(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "raise OSError(28, 'no space')"])
-def test_a_failure_of_the_machine_is_not_told_as_the_files(code, tmp_path, monkeypatch):
+def test_a_failure_of_the_machine_is_not_reported_as_the_files(code, tmp_path, monkeypatch):
     from fingerdesign.runtime.isolate import call
 
     path = write(block(), tmp_path / "b.step")
@@ -295,7 +295,7 @@ def test_a_size_beside_the_file_is_refused(tmp_path):
     assert "20" in caught.value.faults[0].bound
 
 
-def test_a_bad_file_is_told_with_all_other_faults(tmp_path):
+def test_a_bad_file_is_reported_with_all_other_faults(tmp_path):
     with pytest.raises(DesignError) as caught:
         parse_design(TEXT + "\n[gages]\nfaec = 1", folder=tmp_path)
     assert {fault.key for fault in caught.value.faults} == {"body.step.file", "gages.faec"}

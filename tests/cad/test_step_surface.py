@@ -225,7 +225,7 @@ def test_carriers_of_an_arc_finger(steps):
     assert base.boundaries == ("base",)
 
 
-def test_smooth_neighbours_are_one_carrier_that_tells_them_apart(steps):
+def test_smooth_neighbours_are_one_carrier_that_reports_them_apart(steps):
     (base, pin_wall) = sorted(step_carriers(steps["pin"]), key=lambda c: c.name)
     assert base.name == "base"
     assert pin_wall.name == "contact"

@@ -48,7 +48,7 @@ def test_the_chord_is_kept_on_every_body(body: str, tolerance: float, design_of:
     assert 0.0 < away.max() <= 1.02 * tolerance
 
 
-def test_where_the_kernel_exceeds_the_chord_it_is_asked_again(
+def test_where_the_kernel_exceeds_the_chord_it_is_requested_again(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A dome whose arc is a half circle, of those met at random: 1.7 times at 0.75 tolerances."""

@@ -78,7 +78,7 @@ def test_gages_and_plates_do_not_matter_where_there_are_none():
     assert keys(plates={"count": 0, "cover_mm": 0.5}, gages={"length_mm": 50.0}) == []
 
 
-def test_plates_at_the_surface_are_told_from_plates_below_it_by_a_micrometre():
+def test_plates_at_the_surface_are_distinguished_from_plates_below_it_by_a_micrometre():
     def cover(value):
         return keys(plates={"count": 1, "angle_deg": 0.0, "cover_mm": value})
 
@@ -95,7 +95,7 @@ def test_the_dome_thins_the_cover_at_the_plates_ends():
     assert keys(body=DOME, plates=plates | {"span_mm": 4.0}) == []
 
 
-def test_plates_side_by_side_are_told_apart_by_half_a_thickness():
+def test_plates_side_by_side_are_distinguished_by_half_a_thickness():
     def placed(distance):
         return keys(plates={"placement": [(0, 8, 90), (0.1 + distance, 8, 90)]})
 
@@ -175,7 +175,7 @@ TRIED = {
 }
 
 
-def told(data):
+def reported(data):
     try:
         _design_of(data, "")
     except DesignError as error:
@@ -194,8 +194,8 @@ def test_a_faulty_key_comes_before_any_geometry():
         }
         if chance.random() < 0.4:
             data["body"] |= {"shape": "dome", "dome_radius_mm": chance.uniform(5, 40)}
-        assert all("." in key for key in told(data))  # judged, whatever is in it
+        assert all("." in key for key in reported(data))  # judged, whatever is in it
         table = chance.choice(list(TRIED))
         key = chance.choice(list(TRIED[table]))
         data[table][key] = -1e9
-        assert told(data) == {f"{table}.{key}"}
+        assert reported(data) == {f"{table}.{key}"}

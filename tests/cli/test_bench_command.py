@@ -56,9 +56,9 @@ def test_a_file_cannot_be_the_folder(name, tmp_path, capsys):
     [(0.5, {}, 0), (2.0, {}, 1), (0.5, {"speed": "no answer"}, 1)],
 )
 def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys):
-    def run_suite(folder, tell, quick):
+    def run_suite(folder, report, quick):
         assert quick
-        tell("at work")
+        report("at work")
         check = Check("a number", 1.0, measured, "s")
         return Suite([folder / "bench.json"], [check], dict(failures))
 
@@ -70,7 +70,7 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys
     assert ("speed failed: no answer" in shown.err) == bool(failures)
 
 
-def test_numbers_are_written_where_asked(tmp_path, monkeypatch, capsys):
+def test_numbers_are_written_where_requested(tmp_path, monkeypatch, capsys):
     checks = [Check("hertz", 1.0, 0.5)]
     monkeypatch.setattr(
         "fingerdesign_bench.accuracy.verification.verification_checks", lambda: checks

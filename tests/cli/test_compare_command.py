@@ -24,8 +24,8 @@ def study(tmp_path):
 def test_page_csv_and_outcomes(study, tmp_path, capsys) -> None:
     out = tmp_path / "new" / "page.html"
     csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
-    asked = ["compare", str(study), "--out", str(out), "--csv", str(csv), "--json", str(lines)]
-    assert main([*asked, "--objective", "stick_error", "--objective", "cost:min"]) == 0
+    requested = ["compare", str(study), "--out", str(out), "--csv", str(csv), "--json", str(lines)]
+    assert main([*requested, "--objective", "stick_error", "--objective", "cost:min"]) == 0
     said = capsys.readouterr().out
     assert "recommended: any_" in said
     assert "program's own choice" not in said
@@ -38,9 +38,9 @@ def test_page_csv_and_outcomes(study, tmp_path, capsys) -> None:
 def test_json_on_stdout(study, tmp_path, capsys) -> None:
     out = tmp_path / "page.html"
     assert main(["compare", str(study), "--out", str(out), "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["designs"] == 12
-    assert told["recommended"] in told["front"]
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["designs"] == 12
+    assert reported["recommended"] in reported["front"]
 
 
 @pytest.mark.parametrize(
@@ -78,9 +78,9 @@ def test_what_is_left_out_is_said(study, tmp_path, capsys) -> None:
     extra = tmp_path / "extra.jsonl"
     extra.write_text(f"{plain.to_json()}\n", encoding="utf-8")
     out = tmp_path / "page.html"
-    asked = ["compare", str(study), str(extra), "--out", str(out), "--objective", "stick_error"]
-    assert main(asked) == 0
+    requested = ["compare", str(study), str(extra), "--out", str(out), "--objective", "stick_error"]
+    assert main(requested) == 0
     assert "1 design lacks stick_error and was left out (plain)" in capsys.readouterr().out
-    assert main([*asked, "--json", "-"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["not_feasible"] == {"plain": ["no stick_error, an objective"]}
+    assert main([*requested, "--json", "-"]) == 0
+    reported = json.loads(capsys.readouterr().out)
+    assert reported["not_feasible"] == {"plain": ["no stick_error, an objective"]}

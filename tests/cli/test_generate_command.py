@@ -36,7 +36,7 @@ def test_files_of_a_finger(study, tmp_path, capsys):
         assert triangles >= 12
 
 
-def test_invalid_variants_are_counted_and_told(study, tmp_path, capsys):
+def test_invalid_variants_are_counted_and_reported(study, tmp_path, capsys):
     arguments = ["generate", study, "--out", str(tmp_path), "--no-cad"]
     assert main(arguments) == 0
     said = capsys.readouterr().out
@@ -44,8 +44,8 @@ def test_invalid_variants_are_counted_and_told(study, tmp_path, capsys):
     assert "2 variants" in said
     assert "1 cannot exist" in said
     assert main([*arguments, "--json"]) == 0
-    *each, told = map(json.loads, capsys.readouterr().out.splitlines())
-    assert (told["valid"], told["invalid"], told["cad_failed"]) == (2, 1, 0)
+    *each, reported = map(json.loads, capsys.readouterr().out.splitlines())
+    assert (reported["valid"], reported["invalid"], reported["cad_failed"]) == (2, 1, 0)
     assert [one["done"] for one in each] == [1, 2, 3]
     by_number = {one["number"]: one for one in each}
     assert [by_number[number]["kept"] for number in (1, 2, 3)] == [True, True, False]
@@ -65,7 +65,9 @@ def test_only_some(study, tmp_path, capsys):
     assert (tmp_path / "out" / "few" / "few-0002" / "few-0002.toml").exists()
     capsys.readouterr()
     assert main([*arguments, "--only", "3", "--quiet"]) == 1
-    assert capsys.readouterr().err.startswith("no variant can exist: all 1 have faults, told in ")
+    assert capsys.readouterr().err.startswith(
+        "no variant can exist: all 1 have faults, reported in "
+    )
     assert main([*arguments, "--only", "4"]) == 2
     assert "at most 3" in capsys.readouterr().err
 

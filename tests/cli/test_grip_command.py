@@ -55,9 +55,9 @@ def test_wrong_options_are_faults_of_the_table(
 ) -> None:
     options = ["--controller", "magic", "--friction", "-1", "--mass-g", "0"]
     assert main(["grip", str(design), "--out", str(tmp_path / "out"), *options]) == 2
-    told = capsys.readouterr().err
+    reported = capsys.readouterr().err
     for key in ("grip.controller", "grip.friction_coefficients", "grip.object_mass_g"):
-        assert key in told
+        assert key in reported
     assert not (tmp_path / "out").exists()
 
 

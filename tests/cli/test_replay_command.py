@@ -95,10 +95,10 @@ def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(
     cells[5], cells[7] = "nan", ""
     (folder / "bad.csv").write_text("\n".join([*lines[:6], ",".join(cells), *lines[7:]]))
     assert run(folder, tmp_path, trace="bad.csv") == 2
-    told = capsys.readouterr().err.splitlines()
-    assert len([line for line in told if "row 7" in line]) == 2
-    assert any("bad.csv" in line and "row 7, column gage_1 = nan" in line for line in told)
-    assert any("row 7, column gage_3 = empty" in line for line in told)
+    reported = capsys.readouterr().err.splitlines()
+    assert len([line for line in reported if "row 7" in line]) == 2
+    assert any("bad.csv" in line and "row 7, column gage_1 = nan" in line for line in reported)
+    assert any("row 7, column gage_3 = empty" in line for line in reported)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -119,7 +119,7 @@ def test_another_fingers_trace_and_unfit_controllers_are_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_estimator_tells_and_the_regulator_asks(
+def test_an_estimator_reports_and_the_regulator_asks(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
@@ -132,9 +132,9 @@ def test_an_estimator_tells_and_the_regulator_asks(
     path.write_text(GripEstimator("another", curves, 0.5, (band,)).to_json())
     out = tmp_path / "out"
     assert run(folder, out, "--estimator", str(path)) == 2
-    told = capsys.readouterr().err
-    assert "--estimator = one taught on another: must be one taught on this design" in told
-    assert "fingerdesign teach" in told
+    reported = capsys.readouterr().err
+    assert "--estimator = one taught on another: must be one taught on this design" in reported
+    assert "fingerdesign teach" in reported
     for command in ("study-control", "tune"):
         arguments = [command, str(folder / "coarse.toml"), "--out", str(out)]
         assert main([*arguments, "--estimator", str(path)]) == 2
@@ -173,7 +173,7 @@ def test_a_folder_of_something_else_is_left_alone(
     ):
         (tmp_path / "coarse/mine.txt").write_text("mine")
         assert main([*command, "--out", str(tmp_path)]) == 2
-        told = capsys.readouterr().err
-        assert "--out = " in told
-        assert "mine.txt" in told
+        reported = capsys.readouterr().err
+        assert "--out = " in reported
+        assert "mine.txt" in reported
     assert len(list((tmp_path / "coarse").iterdir())) == 2

@@ -103,16 +103,16 @@ def test_plain_lines_are_few(monkeypatch, capsys):
 
     monkeypatch.setattr("sys.stderr.isatty", lambda: False, raising=False)
     shown = []
-    told = StudyProgress(lambda message, fraction=None: shown.append(message), True, False)
+    reported = StudyProgress(lambda message, fraction=None: shown.append(message), True, False)
     for number in range(1, 201):
-        told(Standing(number, 200, 0, 0, number, 1.0))
+        reported(Standing(number, 200, 0, 0, number, 1.0))
     assert shown == ["1 of 200", "200 of 200"]
-    told(Standing(3, 200, 0, 0, 1, 1.0, waiting=True))
-    told(Standing(4, 200, 0, 0, 1, 1.0, threads=2))
+    reported(Standing(3, 200, 0, 0, 1, 1.0, waiting=True))
+    reported(Standing(4, 200, 0, 0, 1, 1.0, threads=2))
     assert shown[2:] == ["3 of 200, waiting for workers", "4 of 200"]
 
 
-def test_a_long_variant_is_told_to_be_alive(monkeypatch):
+def test_a_long_variant_is_reported_to_be_alive(monkeypatch):
     """Where nothing comes, a line at least every ten seconds, each another than the last."""
     from fingerdesign.search.run.run import Standing
 
@@ -120,11 +120,11 @@ def test_a_long_variant_is_told_to_be_alive(monkeypatch):
     clock = [1000.0]
     monkeypatch.setattr("fingerdesign_cli.search.time.monotonic", lambda: clock[0])
     shown: dict[str, float] = {}
-    told = StudyProgress(
+    reported = StudyProgress(
         lambda message, fraction=None: shown.setdefault(message, clock[0]), True, False
     )
     for _ in range(200):  # a look each two seconds, with the same words
-        told(Standing(1, 3, 0, 0, 1, 1.0, left=300.0, threads=2))
+        reported(Standing(1, 3, 0, 0, 1, 1.0, left=300.0, threads=2))
         clock[0] += 2.0
     times = list(shown.values())
     assert max(after - before for before, after in itertools.pairwise(times)) <= 10.0

@@ -29,7 +29,7 @@ def pressed(problem, approach):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 0.9999, -0.5, -0.9999])
-def test_the_force_asked_for_is_carried_at_the_approach_held(strip, share):
+def test_the_force_requested_for_is_carried_at_the_approach_held(strip, share):
     state = pressed(strip, 0.05).state
     normal, _ = whole(strip, pressed(strip, 0.05))
     wanted = share * 0.5 * normal
@@ -156,7 +156,7 @@ def test_the_stiffness_is_the_slope_of_the_forces(strip):
         assert tangent[:, column] == pytest.approx(slope, rel=1e-4, abs=1e-4 * tangent[0, 0])
 
 
-def test_a_root_is_found_where_the_tangent_tells_nothing():
+def test_a_root_is_found_where_the_tangent_reports_nothing():
     def stairs(x):  # flat, but for a steep rise at 0.3
         return Trial(float(np.tanh(200.0 * (x - 0.3))), 0.0, 1.0)
 

@@ -18,7 +18,7 @@ def whole(problem, increment):
 
 
 @pytest.mark.parametrize("path", [[(1, 0), (1, 0.2), (1, 0.45)], [(0.2, 0.05), (1, -0.4)]])
-def test_the_forces_asked_for_come_out(strip, path):
+def test_the_forces_requested_for_come_out(strip, path):
     state = ContactState.untouched(strip)
     for normal, tangential in path:
         increment = solve_forces(strip, state, Forces(normal, tangential))

@@ -1,4 +1,4 @@
-"""The rule alone: what it is told, its curve, when it holds, and that it can be replayed."""
+"""The rule alone: what it is given, its curve, when it holds, and that it can be replayed."""
 
 import inspect
 
@@ -167,12 +167,12 @@ def test_replayed_arrays_give_the_same_commands(half_plane, design):
     assert [c.hold for c in replayed] == trace.hold[start:].tolist()
 
 
-def test_the_controller_is_told_no_truth():
+def test_the_controller_is_reported_no_truth():
     """Only samples and its own calibration go in: no plant, friction, mass or stick ratio."""
-    told = {"self"}
+    reported = {"self"}
     for method in (PaperController.start, PaperController.command):
-        told |= set(inspect.signature(method).parameters)
-    assert told == {"self", "calibration", "sample"}
+        reported |= set(inspect.signature(method).parameters)
+    assert reported == {"self", "calibration", "sample"}
     known = set(Sample.__dataclass_fields__) | set(Calibration.__dataclass_fields__)
     known |= set(PaperSettings.__dataclass_fields__)
     for word in ("friction", "mass", "stick_ratio", "truth", "slip", "weight"):

@@ -13,12 +13,12 @@ from fingerdesign.control.controllers.regulator import Regulator, RegulatorSetti
 from fingerdesign.control.estimator import (
     LAGS,
     Band,
+    Estimated,
     EstimatorError,
     FingerCurves,
     GripEstimator,
     Layer,
     Moment,
-    Told,
     feature_count,
     features,
 )
@@ -95,7 +95,7 @@ def test_a_network_that_says_nothing_finite_is_refused():
         (("bands", 1, "center"), [0.0]),
     ],
 )
-def test_a_spoiled_estimator_is_refused(where, value):
+def test_a_invalid_estimator_is_refused(where, value):
     record = json.loads(estimator().to_json())
     place = record
     for key in where[:-1]:
@@ -111,16 +111,16 @@ def test_absurd_text_is_refused():
 
 
 def test_readings_under_normal_force_alone_are_no_signal():
-    told = features([moment(1.0, 0.0, readings=[1.0, 2.0, 3.0])], CURVES, 0.5)
-    assert told[:GAGES] == pytest.approx(0.0)
+    reported = features([moment(1.0, 0.0, readings=[1.0, 2.0, 3.0])], CURVES, 0.5)
+    assert reported[:GAGES] == pytest.approx(0.0)
     half = features([moment(0.5, 0.0, readings=[0.5, 1.0, 1.5])], CURVES, 0.5)
     assert half[:GAGES] == pytest.approx(0.0)
 
 
 def test_a_shear_that_slips_nowhere_reads_one_per_newton():
     pulled = moment(1.0, 0.2, readings=[3.0, 4.0, 5.0])  # 10 microstrain/N times 0.2 N more
-    told = features([moment(1.0, 0.0), pulled], CURVES, 0.5)
-    change = told[GAGES + 3 : 2 * GAGES + 3]
+    reported = features([moment(1.0, 0.0), pulled], CURVES, 0.5)
+    change = reported[GAGES + 3 : 2 * GAGES + 3]
     assert change == pytest.approx(0.2 / 0.22)  # 0.02 N are added to every change of force
 
 
@@ -140,7 +140,7 @@ class Teller:
     def estimate(self, history):
         now = history[-1].sample
         used = min(now.tangential_force / (self.friction * now.normal_force), 1.0)
-        return Told(self.stick, used, 0.02)
+        return Estimated(self.stick, used, 0.02)
 
 
 def grip(teller, steps=60, lifted_at=None, settings=None):

@@ -30,10 +30,10 @@ def test_raising_changes_the_height_alone(hanging):
         other = solved.move(0.02, 1e-13)  # not quite nothing: solved anew
         assert still.truth().rise == pytest.approx(before.rise + 0.02)
         assert sample.readings == pytest.approx(other.readings, abs=1e-6)
-        told, anew = still.truth(), solved.truth()
-        assert told.normal_force == pytest.approx(anew.normal_force, rel=1e-9)
-        assert told.stick_ratio == pytest.approx(anew.stick_ratio, abs=1e-6)
-        assert told.rise == pytest.approx(anew.rise, abs=1e-6)
+        reported, anew = still.truth(), solved.truth()
+        assert reported.normal_force == pytest.approx(anew.normal_force, rel=1e-9)
+        assert reported.stick_ratio == pytest.approx(anew.stick_ratio, abs=1e-6)
+        assert reported.rise == pytest.approx(anew.rise, abs=1e-6)
 
 
 def test_a_tug_and_a_landing_are_still_felt(hanging):

@@ -100,14 +100,14 @@ def test_the_converter_has_steps():
     assert len(np.unique(np.round(readings / 0.8))) > 3
 
 
-def test_the_hand_hears_all_of_it_late():
+def test_the_hand_samples_all_of_it_late():
     plant, prompt = imperfect(delay_samples=3), imperfect()
     late = [plant.move(0.1, 0.02) for _ in range(12)]
     now = [prompt.move(0.1, 0.02) for _ in range(12)]
-    for heard, felt in zip(late[3:], now, strict=False):
-        assert np.array_equal(heard.readings, felt.readings)
-        assert heard.normal_force == felt.normal_force
-        assert heard.lifted == felt.lifted
+    for sampled, felt in zip(late[3:], now, strict=False):
+        assert np.array_equal(sampled.readings, felt.readings)
+        assert sampled.normal_force == felt.normal_force
+        assert sampled.lifted == felt.lifted
     assert all((s.readings == 0).all() and s.normal_force == 0.0 for s in late[:3])
     assert plant.truth() == prompt.truth()
 

@@ -65,7 +65,7 @@ def episode(made, ending="lifted", slip=False, preload=2):
     return Episode(result, made, ending, "a sentence")
 
 
-def test_an_outcome_tells_margins_in_units_of_the_least_force():
+def test_an_outcome_reports_margins_in_units_of_the_least_force():
     made = trace([0.1, 0.2, 0.25, 0.26, 0.3], lift=3)
     found = outcome(episode(made), noise=0.5, seed=7)
     assert found.margin_at_lift == pytest.approx(2.6 / (WEIGHT / 0.5))
@@ -135,10 +135,15 @@ def test_a_summary_counts_each_reason():
         replace(good, lifted=False, margin_at_lift=None, ending="failed"),
         replace(good, lifted=True, tug=0.3),
     ]
-    told = summarise(every)
-    assert (told.grips, told.success.count, told.held.count) == (6, 3, 4)
-    assert (told.dropped, told.crushed, told.not_lifted, told.failed) == (1, 1, 1, 1)
-    assert told.margin_at_lift.count == 5
-    assert told.margin_at_lift.most == 1.5
-    assert (told.answered.count, told.answered.of) == (1, 2)
-    assert told.reaction_steps.median == 6
+    reported = summarise(every)
+    assert (reported.grips, reported.success.count, reported.held.count) == (6, 3, 4)
+    assert (reported.dropped, reported.crushed, reported.not_lifted, reported.failed) == (
+        1,
+        1,
+        1,
+        1,
+    )
+    assert reported.margin_at_lift.count == 5
+    assert reported.margin_at_lift.most == 1.5
+    assert (reported.answered.count, reported.answered.of) == (1, 2)
+    assert reported.reaction_steps.median == 6

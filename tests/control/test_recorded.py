@@ -62,7 +62,7 @@ def test_a_trace_is_played_sample_by_sample(tmp_path):
     plant, expected = RecordedPlant(path, gages=3), table()
     assert len(plant) == SAMPLES
     for k in range(SAMPLES):
-        sample = plant.move(9.9, 9.9)  # a record does not do as it is told
+        sample = plant.move(9.9, 9.9)  # a record does not do as it is reported
         assert sample.readings == pytest.approx(expected[k, 5:])
         assert sample.normal_force == pytest.approx(expected[k, 3])
         assert sample.tangential_force == pytest.approx(expected[k, 4])
@@ -166,7 +166,7 @@ def test_a_wrong_header_is_named(trace, gages, said):
     assert any(fault.startswith(said) for fault in faults(trace, gages)), faults(trace, gages)
 
 
-def test_a_misspelt_column_is_told_its_name():
+def test_a_misspelt_column_is_reported_its_name():
     assert any(
         "did you mean normal_force_N?" in fault
         for fault in faults(text().replace("normal_force_N", "normal_force_mN"))
@@ -182,7 +182,7 @@ def test_rows_cut_short_and_decimal_commas():
     assert found[1].startswith("row 7, column gage_3 = 7 cells in the row")
 
 
-def test_every_fault_is_told_up_to_a_number():
+def test_every_fault_is_reported_up_to_a_number():
     cells = [["nan"] * 8 for _ in range(SAMPLES)]
     found = faults(text(cells))
     assert len(found) == 21

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.estimator import LAGS, Told
+from fingerdesign.control.estimator import LAGS, Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import RecordedPlant, trace_of
 from fingerdesign.control.replay import replay
@@ -44,25 +44,25 @@ class Counting:
     gages = 11
 
     def estimate(self, history):
-        return Told(float(len(history)), float(sum(each.dx for each in history)), 0.0)
+        return Estimated(float(len(history)), float(sum(each.dx for each in history)), 0.0)
 
 
-def test_a_controller_is_asked_from_the_preload_on(bench, trace):
+def test_a_controller_is_requested_from_the_preload_on(bench, trace):
     hand = Echo()
     steps = list(replay(RecordedPlant(trace), bench, 0.04, hand))
     assert hand.began == trace.normal_force[3]
     assert [step.row for step in steps] == list(range(6, 22))
-    assert [step.asked.dx for step in steps] == pytest.approx(0.01 * trace.normal_force[4:])
+    assert [step.requested.dx for step in steps] == pytest.approx(0.01 * trace.normal_force[4:])
     assert [step.dx for step in steps] == trace.dx[4:].tolist()
     assert np.array_equal(steps[0].sample.readings, trace.readings[4])
-    assert steps[0].told is None
+    assert steps[0].estimated is None
 
 
-def test_an_estimator_hears_the_moves_that_the_rig_made(bench, trace):
+def test_an_estimator_samples_the_moves_that_the_rig_made(bench, trace):
     steps = list(replay(RecordedPlant(trace), bench, 0.04, Echo(), Counting()))
     most = max(LAGS) + 1
-    assert [step.told.stick_ratio for step in steps] == [min(k, most) for k in range(5, 21)]
-    assert steps[-1].told.used == pytest.approx(trace.dx[-most:].sum())
+    assert [step.estimated.stick_ratio for step in steps] == [min(k, most) for k in range(5, 21)]
+    assert steps[-1].estimated.used == pytest.approx(trace.dx[-most:].sum())
 
 
 def test_what_does_not_fit_is_refused(bench, trace):

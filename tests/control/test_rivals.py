@@ -197,7 +197,7 @@ def felt(normal, tangential, scale):
 
 @pytest.mark.parametrize("name", ["fixed_ratio", "reactive"])
 def test_a_sample_that_comes_late_does_not_loosen_the_preload(bench, grip, name):
-    """Told of an untouched finger at the start, it does not open towards it."""
+    """Given of an untouched finger at the start, it does not open towards it."""
     hand = controller(name, with_grip(grip, {"reactive.first_force_N": 0.01}))
     hand.start(bench, felt(0.0, 0.0, 0.0))
     share = grip.preload_mm / grip.max_approach_mm
@@ -236,8 +236,8 @@ def test_names_are_those_of_the_table(grip):
             assert controller(name, grip, friction=0.5, mass_g=200.0).name == name
 
 
-def test_who_is_not_told_enough_is_refused(grip):
-    with pytest.raises(ValueError, match=r"oracle_1\.2 must be told"):
+def test_who_is_not_reported_enough_is_refused(grip):
+    with pytest.raises(ValueError, match=r"oracle_1\.2 must be given"):
         controller("oracle_1.2", grip, friction=0.5)
     with pytest.raises(DesignError, match="estimator"):
         controller("regulator", grip)

@@ -42,7 +42,7 @@ def keys(**tables):
     return found
 
 
-def told(lines):
+def reported(lines):
     with pytest.raises(DesignError) as caught:
         parse_design(f'design.name = "a"\n{lines}')
     return {fault.key: fault for fault in caught.value.faults}
@@ -204,7 +204,7 @@ def test_following_the_cover_remedy_mends_every_body(name, cover, follow, angle)
     assert with_values(design, {"plates.cover_mm": float(value.group(1))})
 
 
-def test_a_remedy_that_would_bring_another_fault_is_not_told():
+def test_a_remedy_that_would_bring_another_fault_is_not_reported():
     (fault,) = design_faults(design_of(body={"base_height_mm": 0.5}, plates={"cover_mm": 0.5}))
     assert fault.key == "plates.cover_mm"
     assert "raise plates.cover_mm" not in fault.remedy
@@ -220,10 +220,10 @@ def test_the_core_in_the_plates_way_may_be_lowered():
 
 def test_faults_of_several_rows_at_once():
     lines = "plates.rows = [{ cover_mm = -1 }, { cover_mm = 8.0, pitch_mm = -1 }]"
-    assert set(told(lines)) == {"plates.rows[0].cover_mm", "plates.rows[1].pitch_mm"}
+    assert set(reported(lines)) == {"plates.rows[0].cover_mm", "plates.rows[1].pitch_mm"}
     lines = "plates.rows = [{ cover_mm = 6.0 }, { cover_mm = 8.0, pitch_mm = 0.05 }]"
-    assert set(told(lines)) == {"plates.rows[1].pitch_mm"}
-    assert set(told("plates.rows = [{ cuont = 3 }]")) == {"plates.rows[0].cuont"}
+    assert set(reported(lines)) == {"plates.rows[1].pitch_mm"}
+    assert set(reported("plates.rows = [{ cuont = 3 }]")) == {"plates.rows[0].cuont"}
 
 
 def test_what_plane_strain_cannot_show():

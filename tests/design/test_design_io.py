@@ -171,7 +171,7 @@ def test_what_is_no_toml_is_a_fault(text):
     assert "file" in faults(text)
 
 
-def test_line_and_column_of_a_syntax_error_are_told():
+def test_line_and_column_of_a_syntax_error_are_reported():
     assert "line 2" in faults(NAME + "x =\n")["file"].remedy
 
 

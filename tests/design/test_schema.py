@@ -94,7 +94,7 @@ def test_name_is_required():
     assert faults("body.width_mm = 20")["design.name"].bound == "given"
 
 
-def test_a_mold_is_asked_for_in_a_table_of_its_own():
+def test_a_mold_is_requested_for_in_a_table_of_its_own():
     assert parse_design(NAME).mold.process == "sla"
     assert parse_design(NAME + "mold.limits.slot_mm = 0.4").mold.limits.slot_mm == 0.4
     assert "mold.wall_mm" in faults(NAME + "mold.wal_mm = 2")["mold.wal_mm"].remedy

@@ -82,13 +82,13 @@ def test_other_elements_condense_alike(element, kind):
 
 def test_auto_goes_by_the_poisson_ratio():
     """The shipped silicone (0.49) is mixed; below the threshold, and when asked, P2."""
-    for poisson, asked, used in (
+    for poisson, requested, used in (
         (0.49, "auto", "mixed"),
         (MIXED_FROM - 0.01, "auto", "P2"),
         (0.49, "P2", "P2"),
         (0.3, "mixed", "mixed"),
     ):
-        values = {"materials.silicone.poissons_ratio": poisson, "mesh.element": asked}
+        values = {"materials.silicone.poissons_ratio": poisson, "mesh.element": requested}
         assert element_of(with_values(parse_design(COARSE), values)) == used
 
 

@@ -147,11 +147,11 @@ def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypa
     """Without friction one row to far is what many rows lead to; the zone is the whole top."""
     zone, shares, way = Zone(6.0), [], row_module._on_the_way
 
-    def heard(past, target, share, facing):
+    def sampled(past, target, share, facing):
         shares.append(share)
         return way(past, target, share, facing)
 
-    monkeypatch.setattr(row_module, "_on_the_way", heard)
+    monkeypatch.setattr(row_module, "_on_the_way", sampled)
     at_once = finite_readings(design, mesh, zone, scene_of([[0.6, 0.0]], friction=0.0))
     assert min(shares) < 1.0
     rows = [[0.15 * k, 0.0] for k in range(1, 5)]

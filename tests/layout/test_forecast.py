@@ -76,7 +76,7 @@ def test_more_force_is_a_deeper_approach_and_a_wider_zone(design, rigid):
     assert 0 < widths[0] <= widths[1] <= widths[2] <= 10.0
 
 
-def test_the_summary_tells_bodies_and_rows_by_kind():
+def test_the_summary_reports_bodies_and_rows_by_kind():
     summary = summarise(
         design_of(
             "body.edge_radius_mm = 1.0",

@@ -70,7 +70,7 @@ def test_a_plate_along_z_passes_below_one_along_x():
     assert least_gap((above, crossing)).distance == 0.0
 
 
-def test_neighbours_are_told_one_by_one():
+def test_neighbours_are_reported_one_by_one():
     frames = tuple(plate(k, x, 0.0, 90.0, -1.0, 1.0) for k, x in enumerate((0.0, 1.0, 1.9, 3.0)))
     assert np.allclose(neighbour_gaps(frames), [0.7, 0.6, 0.8])
     bent = tuple(plate(k, 3.0 * k, 0.0, 0.0, -1.0, 1.0, bend=50.0) for k in range(3))

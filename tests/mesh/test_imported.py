@@ -175,7 +175,7 @@ def test_half_and_whole(made: Mesh, tmp_path: Path) -> None:
         (REGIONS, {}, r"no boundary named 'base' \(found: none\)"),
     ],
 )
-def test_wrong_names_and_places_are_told(
+def test_wrong_names_and_places_are_reported(
     regions: dict[int, str], facets: dict[str, str], words: str, made: Mesh, tmp_path: Path
 ) -> None:
     linear(made, tmp_path / "m.msh", regions, facets)
@@ -201,7 +201,7 @@ def test_a_mesh_of_another_design_is_refused(
         imported_mesh(of_file(tmp_path / "m.msh", **values))
 
 
-def test_unsound_cells_are_told(made: Mesh, tmp_path: Path) -> None:
+def test_unsound_cells_are_reported(made: Mesh, tmp_path: Path) -> None:
     nodes, inner = len(made.points), made.regions == 1
     cells = made.cells.copy()
     cells[inner] += nodes  # the plate has nodes of its own
@@ -231,7 +231,7 @@ def test_base_and_contact_must_have_the_designs_area(made: Mesh, tmp_path: Path)
             imported_mesh(of_file(path))
 
 
-def test_torn_and_overlapping_meshes_are_told(made: Mesh, tmp_path: Path) -> None:
+def test_torn_and_overlapping_meshes_are_reported(made: Mesh, tmp_path: Path) -> None:
     loose = made.cells.copy()
     loose[made.regions == 1] += len(made.points)  # the plate has nodes of its own, hardly apart
     twice = np.vstack([made.points, made.points + np.array([1e-5, 1e-5, 0.0])])
@@ -244,7 +244,7 @@ def test_torn_and_overlapping_meshes_are_told(made: Mesh, tmp_path: Path) -> Non
         imported_mesh(of_file(write_mesh(double, tmp_path / "double.msh")))
 
 
-def test_cells_that_lack_are_told(made: Mesh, tmp_path: Path) -> None:
+def test_cells_that_lack_are_reported(made: Mesh, tmp_path: Path) -> None:
     outer = {tuple(sorted(row[:3])) for rows in made.facets.values() for row in rows.tolist()}
     within = [
         k

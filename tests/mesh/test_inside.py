@@ -58,7 +58,7 @@ def test_an_open_outside_is_refused() -> None:
         check_closed(CUBE, SIDES[1:])
 
 
-def test_least_dihedral_agrees_with_all_angles_and_tells_inverted_cells() -> None:
+def test_least_dihedral_agrees_with_all_angles_and_reports_inverted_cells() -> None:
     corners = np.random.default_rng(2).normal(size=(200, 4, 3))
     cells = np.arange(800).reshape(200, 4)
     volume = tet_volumes(corners.reshape(-1, 3), cells)

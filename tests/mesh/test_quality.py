@@ -18,7 +18,7 @@ from fingerdesign.mesh.measures import (
     edge_lengths,
     least_jacobian_ratios,
 )
-from fingerdesign.mesh.quality import asked_sizes, assess
+from fingerdesign.mesh.quality import assess, requested_sizes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic
@@ -220,11 +220,11 @@ def test_turned_cells_are_counted_and_the_worst_are_named(cored: Mesh) -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_sizes_are_those_asked_and_coarser_ones_show(dimension: int, cored: Mesh) -> None:
+def test_sizes_are_those_requested_and_coarser_ones_show(dimension: int, cored: Mesh) -> None:
     design = parse_design(CORED)
     mesh = mesh_section(design, 3.0) if dimension == 2 else cored
-    asked = asked_sizes(design, mesh, 3.0)
-    ratio = assess(mesh, design, asked).size_ratio
+    requested = requested_sizes(design, mesh, 3.0)
+    ratio = assess(mesh, design, requested).size_ratio
     assert set(ratio) == {"contact", "plates", "core", "rest"}
     for values in ratio.values():
         assert 0.3 < values["mean"] < 1.6
@@ -239,13 +239,13 @@ def test_sizes_are_those_asked_and_coarser_ones_show(dimension: int, cored: Mesh
             )
         }
     )
-    again = assess(mesh, finer, asked_sizes(finer, mesh, 3.0)).size_ratio
+    again = assess(mesh, finer, requested_sizes(finer, mesh, 3.0)).size_ratio
     assert again["contact"]["mean"] > 1.3 * ratio["contact"]["mean"]
 
 
 def test_the_report_says_what_it_is_of_and_how_it_came(cored: Mesh) -> None:
     design = parse_design(CORED)
-    report = assess(cored, design, asked_sizes(design, cored, 3.0))
+    report = assess(cored, design, requested_sizes(design, cored, 3.0))
     assert (report.modelled, report.attempts) == ("half z >= 0", None)
     assert "volumes by curved cells of the half z >= 0, mm^3" in report.text()
     assert "attempt" not in report.text()
@@ -262,14 +262,14 @@ def test_the_report_says_what_it_is_of_and_how_it_came(cored: Mesh) -> None:
 def test_sizes_that_are_not_those_of_the_keys_are_explained(cored: Mesh) -> None:
     design = parse_design(CORED)
     mesh = replace(cored, mesher="tetwild")
-    reasons = asked_sizes(design, mesh, 2.5).reasons
+    reasons = requested_sizes(design, mesh, 2.5).reasons
     assert reasons[0].startswith("at the contact 0.5 mm, not mesh.contact_size_mm = 1: 5 facets")
     assert "2 times longer along z" in reasons[1]
     assert "plates' ends" in reasons[2]
-    assert len(asked_sizes(design, mesh, 9.0).reasons) == 2
+    assert len(requested_sizes(design, mesh, 9.0).reasons) == 2
     bare = parse_design(CORED.replace("plates.count = 2", "plates.count = 0"))
-    assert not any("plates" in reason for reason in asked_sizes(bare, mesh, 2.5).reasons)
-    assert assess(mesh, design, asked_sizes(design, mesh, 2.5)).text().count(reasons[0]) == 1
+    assert not any("plates" in reason for reason in requested_sizes(bare, mesh, 2.5).reasons)
+    assert assess(mesh, design, requested_sizes(design, mesh, 2.5)).text().count(reasons[0]) == 1
 
 
 def test_sheets_are_slots_and_no_plates_are_no_fault() -> None:

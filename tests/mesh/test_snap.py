@@ -82,7 +82,7 @@ def test_nodes_go_to_all_faces_that_they_lie_on(keys: str, places: dict) -> None
 
 
 def _chamfer_named(carriers: Carriers) -> list[str]:
-    """Names with the chamfer, a contact face too, told from the top."""
+    """Names with the chamfer, a contact face too, from the top."""
     found = []
     for face in carriers.faces:
         normal = face.normal(np.array([[9.0, 9.0, 1.0]]))[0]

@@ -130,7 +130,7 @@ def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(
             assert np.all(off <= 0.1 * length)  # straight, but for the arc's sagitta
 
 
-def test_edges_at_the_contact_come_out_as_asked(
+def test_edges_at_the_contact_come_out_as_requested(
     meshes: dict[str, tuple[Design, Mesh]],
 ) -> None:
     design, mesh = meshes["no plates"]
@@ -139,11 +139,11 @@ def test_edges_at_the_contact_come_out_as_asked(
     a, b, c = (mesh.points[inner[:, i]] for i in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).mean()
     mean = np.sqrt(4.0 * area / np.sqrt(3.0))
-    asked = MeshSizes.of(design, 3.0).contact
-    assert asked == pytest.approx(
+    requested = MeshSizes.of(design, 3.0).contact
+    assert requested == pytest.approx(
         3.0 / 5.0
     )  # finer than [mesh] says: five facets on its half-width
-    assert 0.75 * asked < mean < 1.25 * asked
+    assert 0.75 * requested < mean < 1.25 * requested
 
 
 def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once() -> None:
@@ -154,7 +154,7 @@ def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once() -> None:
         tetrahedralise(design, 3.0, use_cache=False)
 
 
-def test_a_mesh_many_times_finer_than_asked_is_refused(
+def test_a_mesh_many_times_finer_than_requested_is_refused(
     monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
 ) -> None:
     design, good = meshes["no plates"]

@@ -1,4 +1,4 @@
-"""The base's holes: vents at the highest places, room between all, what shrinks or is told."""
+"""The base's holes: vents at the highest places, room between all, what shrinks or is reported."""
 
 from itertools import combinations
 

@@ -139,7 +139,7 @@ def test_a_bent_plate_s_slot_is_wider_by_its_sagitta():
     assert sides["+z"].slots[2].width == pytest.approx(0.15 + sagitta + 0.02, abs=1e-6)
 
 
-def test_a_round_body_gets_slots_and_a_plug_whatever_was_asked():
+def test_a_round_body_gets_slots_and_a_plug_whatever_was_requested():
     design = load_design("designs/pin.toml")
     sides, plugs, _ = planned(design)
     assert sides["+z"].holding == sides["-z"].holding == "slots"
@@ -250,8 +250,8 @@ def test_leads_have_room_in_every_hole_that_is_planned():
     assert found["leads pass, side -z"].measured is None  # leads leave at one end
     side = plan.side("+z")
     narrow = replace(side, slots=tuple(replace(slot, relief=0.25) for slot in side.slots))
-    spoiled = replace(plan, sides=(narrow, *plan.sides[1:]))
-    found = {check.name: check for check in plan_checks(spoiled, design.mold, limits)}
+    invalid = replace(plan, sides=(narrow, *plan.sides[1:]))
+    found = {check.name: check for check in plan_checks(invalid, design.mold, limits)}
     assert not found["leads pass, side +z"].ok
 
 

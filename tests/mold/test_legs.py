@@ -51,8 +51,8 @@ def test_embedded_plates_have_thin_legs_through_the_rubber():
 
 def test_legs_of_a_given_width_stay_within_the_plate():
     design = load_design("designs/domed.toml")
-    asked = design.mold.model_copy(update={"leg_mm": 5.0})
-    assert {leg.width for leg in legs(design.model_copy(update={"mold": asked}))} == {2.0}
+    requested = design.mold.model_copy(update={"leg_mm": 5.0})
+    assert {leg.width for leg in legs(design.model_copy(update={"mold": requested}))} == {2.0}
 
 
 def test_plates_along_z_leave_at_the_sides():
@@ -181,7 +181,7 @@ def test_exits_of_a_tapering_step_body_are_those_of_its_leaning_faces(scale):
     assert not flat_sided(body)
 
 
-def test_exits_of_a_step_body_s_flat_end_are_told_with_their_margins():
+def test_exits_of_a_step_body_s_flat_end_are_reported_with_their_margins():
     file = sample_step("filleted", 8.0, 14.0, 10.0, 1.5)
     data = {"shape": "step", "step": {"file": str(file)}}
     found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})

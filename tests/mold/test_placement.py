@@ -147,9 +147,9 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     assert 0.0 < none["row"]["together"]["rms"] < none["row"]["together"]["worst"] < 1.0
 
 
-def test_a_plate_that_is_off_alone_changes_no_more_than_is_told(three, section):
+def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, section):
     zone, scene, frames, mesh = section
-    told = placement_effect(three, plan_of(three), SIZES)["gages"]
+    reported = placement_effect(three, plan_of(three), SIZES)["gages"]
     right = readings(three, mesh, frames, zone, scene)
     most = np.abs(right).max(axis=1)
     off, angle = tolerances(three, plan_of(three), 1)
@@ -163,7 +163,7 @@ def test_a_plate_that_is_off_alone_changes_no_more_than_is_told(three, section):
         after = move.of(frames)
         found = readings(three, moved_mesh(mesh, frames, move), after, zone, scene)
         alone = (np.abs(found - right)[:, 1] / most).max()
-        assert 0.3 * told[1][name] < alone < 1.1 * told[1][name]
+        assert 0.3 * reported[1][name] < alone < 1.1 * reported[1][name]
 
 
 def test_bent_plates_are_moved_as_they_are():
@@ -192,7 +192,7 @@ def test_what_holds_a_plate_says_how_far_it_may_be_off(three):
         ("span_mm = 2.0\nspan_offset_mm = 2.5", "cuts no plate"),
     ],
 )
-def test_where_the_section_shows_no_plate_the_reason_is_told(text, why):
+def test_where_the_section_shows_no_plate_the_reason_is_reported(text, why):
     short = THREE.replace("length_mm = 0.6", "length_mm = 0.6\nwidth_mm = 0.5")
     changed = short.replace("count = 3", text if "count" in text else f"count = 3\n{text}")
     design = parse_design(changed)

@@ -92,7 +92,7 @@ def test_the_limit_that_was_given_is_the_one_refused(limit, value):
     assert set(keys(design)) == {f"mold.limits.{limit}"}
 
 
-def test_every_fault_is_told_at_once():
+def test_every_fault_is_reported_at_once():
     with pytest.raises(DesignError) as caught:
         plan_mold(changed(wall_mm=5.0, draft_deg=30.0, gate_mm=0.5))
     assert {f.key for f in caught.value.faults} == {

@@ -20,7 +20,7 @@ def test_its_python_runs(capsys):
     assert second == "True"
 
 
-def test_every_figure_and_claim_is_told_of():
+def test_every_figure_and_claim_is_reported_of():
     figures = re.findall(r"^\| `(\w+)` \|", TEXT, flags=re.MULTILINE)
     assert figures == list(ORDER)
     claims = re.findall(r"^\| `(\w+)`: .* \| (yes|partly|no) \|", TEXT, flags=re.MULTILINE)

@@ -41,8 +41,8 @@ COARSE = {
 
 def coarse_case(**values):
     design = with_values(load_design("designs/maeno2000.toml"), {**COARSE, **values})
-    asked = paper_case.check_case(design, SCENE)
-    return paper_case.build_case(asked, SCENE, zone_of(asked, SCENE))
+    requested = paper_case.check_case(design, SCENE)
+    return paper_case.build_case(requested, SCENE, zone_of(requested, SCENE))
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -186,7 +186,7 @@ def test_a_rectangle_that_turns_as_a_whole_is_not_sheared(case):
     assert np.degrees(by_corners) == pytest.approx(turned.angle["added"], rel=0.2)
 
 
-def test_one_gage_hardly_tells_stick_from_slip_but_the_rubber_near_the_surface_does(case, bench):
+def test_one_gage_hardly_reports_stick_from_slip_but_the_rubber_near_the_surface_does(case, bench):
     gages = gage_verdicts(case, bench.floor, FEW)
     rubber = rubber_verdicts(case, bench.floor, FEW)
     assert [v.reading for v in gages[::2]] == ["plate, both faces", "plate, upper face"]
@@ -201,8 +201,8 @@ def test_one_gage_hardly_tells_stick_from_slip_but_the_rubber_near_the_surface_d
     for each in (*gages, *rubber):
         assert 0.5 <= each.constant <= 1.0
         assert (np.diff(each.roc) >= 0.0).all()
-        asked = np.isfinite(each.by_place)
-        assert asked.all() or each.touching
+        requested = np.isfinite(each.by_place)
+        assert requested.all() or each.touching
     right = {v.depth_mm: v.right for v in rubber if v.touching}
     assert right[0.1] > right[0.4] > right[1.2]
 
@@ -264,7 +264,7 @@ def test_noise_falls_with_the_root_of_the_samples():
     assert paper_rig.noise_of(10_000) == pytest.approx(0.005)
 
 
-def test_a_rig_works_where_all_is_lifted_and_the_frictions_are_told_apart(case):
+def test_a_rig_works_where_all_is_lifted_and_the_frictions_are_distinguished(case):
     whole = paper_rig.rig_of(case, "bronze", levels=(), seeds=1)
     low, high = whole.at(None)
     alike = replace(high, episode=low.episode)

@@ -221,11 +221,11 @@ def test_two_runs_draw_the_same(folder, drawn):
 
 @pytest.mark.usefixtures("quickly_drawn")
 def test_the_command_writes_reports_and_says(found, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(paper_remade, "remake", lambda design, tell: found)
+    monkeypatch.setattr(paper_remade, "remake", lambda design, report: found)
     assert main(["paper", "--out", str(tmp_path / "a"), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert len(told["claims"]) == len(WORDS)
-    assert told["files"][-1].endswith("paper.html")
+    reported = json.loads(capsys.readouterr().out)
+    assert len(reported["claims"]) == len(WORDS)
+    assert reported["files"][-1].endswith("paper.html")
     assert main(["paper", "--out", str(tmp_path / "a")]) == 0
     assert "Rhomboids under stick" in capsys.readouterr().out
     assert main(["paper", "--out", str(tmp_path / "b"), "--quiet"]) == 0
@@ -248,12 +248,12 @@ def test_wrong_input_is_refused_before_any_work(tmp_path, capsys):
 def test_the_whole_command(tmp_path, capsys):
     """Measured: 23 s of processor time, on one core."""
     assert main(["paper", "--out", str(tmp_path), "--json"]) == 0
-    told = {each["figure"]: each for each in json.loads(capsys.readouterr().out)["claims"]}
-    verdicts = {key: each["verdict"] for key, each in told.items()}
+    reported = {each["figure"]: each for each in json.loads(capsys.readouterr().out)["claims"]}
+    verdicts = {key: each["verdict"] for key, each in reported.items()}
     text = Path("docs/paper.md").read_text("utf-8")
     documented = re.findall(r"^\| `(\w+)`: .* \| (yes|partly|no) \|", text, flags=re.MULTILINE)
     assert verdicts == dict(documented)
-    relation = told["fig08_relation"]["numbers"]
+    relation = reported["fig08_relation"]["numbers"]
     assert relation["same_error"] < 0.03
     assert relation["growing_error"] > 0.05
     assert (tmp_path / "paper.html").stat().st_size > 100_000

@@ -34,13 +34,13 @@ def visit(page: Path, work: Path) -> tuple[list[str], set[str], str]:
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
     events = json.loads(log.read_text(encoding="utf-8"))["events"]
     # The browser's own errands (updates, the time) have no origin; those of a page have one.
-    asked = {
+    requested = {
         event["params"]["url"]
         for event in events
         if event.get("params", {}).get("initiator", "not an origin") != "not an origin"
         and "url" in event["params"]
     }
-    return console, asked, done.stdout
+    return console, requested, done.stdout
 
 
 def test_the_watch_sees_errors_and_requests(tmp_path) -> None:
@@ -48,14 +48,14 @@ def test_the_watch_sees_errors_and_requests(tmp_path) -> None:
     page.write_text(
         '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
     )
-    console, asked, _ = visit(page, tmp_path)
+    console, requested, _ = visit(page, tmp_path)
     assert "noSuchFunction" in "".join(console)
-    assert asked == {"http://127.0.0.1:9/x.png"}
+    assert requested == {"http://127.0.0.1:9/x.png"}
 
 
 def test_report_opens_in_silence(solid, tmp_path) -> None:
-    console, asked, shown = visit(write_report(solid, tmp_path), tmp_path)
+    console, requested, shown = visit(write_report(solid, tmp_path), tmp_path)
     assert console == []
-    assert asked == set()
+    assert requested == set()
     assert shown.count("<svg") == 12
     assert "The finger deformed as in increment 8" in shown

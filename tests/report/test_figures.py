@@ -227,8 +227,8 @@ def test_a_hand_that_reads_no_gages_has_no_gage_area(plane_strain) -> None:
         trace, controller="fixed_force", gage_area_mm=np.full_like(trace.gage_area_mm, np.nan)
     )
     with house_style():
-        heard, alone = rule_figure((trace,)), rule_figure((deaf,))
-    assert ">gage area (mm)</text>" in heard.image
+        sampled, alone = rule_figure((trace,)), rule_figure((deaf,))
+    assert ">gage area (mm)</text>" in sampled.image
     assert ">gage area (mm)</text>" not in alone.image
     assert "gage area" not in alone.reading
     assert "fixed_force held" in alone.alternative

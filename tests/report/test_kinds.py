@@ -38,7 +38,7 @@ def test_plates_are_drawn_closed_and_outward(frame):
     assert volume == pytest.approx(wanted, rel=2e-3 if frame.bend_radius else 1e-9)
 
 
-def test_rows_are_told_apart():
+def test_rows_are_distinguished():
     row = [dataclasses.replace(FLAT, index=k, place=float(k)) for k in range(3)]
     deep = [dataclasses.replace(FLAT, index=3 + k, place=float(k), y=1.0) for k in range(2)]
     across = [dataclasses.replace(ALONG_Z, index=5 + k, place=3.0 + k) for k in range(2)]

@@ -33,7 +33,7 @@ def test_every_result_of_an_out_folder_is_shown(out, capsys) -> None:
     assert "No mesh passed" in shown[1]["failure"]
 
 
-def test_the_browser_opens_only_when_asked(out, monkeypatch) -> None:
+def test_the_browser_opens_only_when_requested(out, monkeypatch) -> None:
     opened = []
     monkeypatch.setattr("click.launch", opened.append)
     assert main(["view", str(out / "narrow"), "--quiet"]) == 0

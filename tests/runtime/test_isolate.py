@@ -128,7 +128,7 @@ def test_one_that_writes_without_end_is_held_to_its_time_and_memory():
         assert caught.value.kind == kind
 
 
-def test_it_runs_where_it_is_told(tmp_path):
+def test_it_runs_where_it_is_reported(tmp_path):
     assert call("os:getcwd", time_s=20.0, folder=tmp_path) == str(tmp_path)
 
 

@@ -59,7 +59,7 @@ def test_a_lock_is_held_by_one_and_goes(tmp_path):
         assert path.exists()
 
 
-def test_scratch_goes_and_what_was_asked_stays(tmp_path, monkeypatch):
+def test_scratch_goes_and_what_was_requested_stays(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with files.scratch("trial") as folder:
         (folder / "a").write_text("a")

@@ -147,20 +147,20 @@ def test_filters_by_bounds_and_words(browser) -> None:
     write_into(browser, "cost", "10..15")
     write_into(browser, "design", "any_")
     numbers = browser.evaluate(NUMBERS)
-    asked = {
+    requested = {
         i
         for i, o in enumerate(MADE)
         if o.status == "ok" and 10 <= o.metrics["cost"] <= 15 and "any_" in o.name
     }
-    assert set(numbers) == asked
-    assert 0 < len(asked) < 40
+    assert set(numbers) == requested
+    assert 0 < len(requested) < 40
     count = browser.evaluate("document.getElementById('shown-count').textContent")
     good = sum(o.status == "ok" for o in MADE)
-    assert count == f"{len(asked)} of {good} shown"
-    wait(browser, f"{POINTS}.length === {len(asked)}")
+    assert count == f"{len(requested)} of {good} shown"
+    wait(browser, f"{POINTS}.length === {len(requested)}")
 
 
-def test_a_filter_that_makes_no_sense_is_told(browser) -> None:
+def test_a_filter_that_makes_no_sense_is_reported(browser) -> None:
     write_into(browser, "cost", "cheap")
     fault = browser.evaluate("document.querySelector('.fault').textContent")
     assert "cost" in fault
@@ -196,10 +196,10 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
     browser.evaluate("document.getElementById('pareto').focus()")
     browser.key("Home")
     browser.key("ArrowRight")
-    told = browser.evaluate("document.getElementById('pareto-active').textContent")
+    reported = browser.evaluate("document.getElementById('pareto-active').textContent")
     browser.key("Enter")
     number = browser.evaluate("FD.selected[0]")
-    assert "stick error" in told
+    assert "stick error" in reported
     by_error = sorted(
         (i for i, o in enumerate(MADE) if o.status == "ok"),
         key=lambda i: (MADE[i].metrics["stick_error"], cost(i)),
@@ -274,9 +274,9 @@ def test_downloads(browser) -> None:
         MADE[number].digest for number in browser.evaluate(NUMBERS)
     ]
     browser.click('[data-save="outcomes.json"]')
-    told = json.loads(browser.downloaded("outcomes.json").read_text("utf-8"))
-    assert [each["digest"] for each in told] == [o.digest for o in MADE]
-    assert told[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
+    reported = json.loads(browser.downloaded("outcomes.json").read_text("utf-8"))
+    assert [each["digest"] for each in reported] == [o.digest for o in MADE]
+    assert reported[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
 
 
 def test_two_designs_are_drawn_when_they_come_into_sight(browser) -> None:
@@ -359,10 +359,10 @@ def test_the_two_say_what_they_miss_and_where_grips_differ(browser) -> None:
     assert "A: not feasible, peak_ratio" in browser.evaluate(text)
     keep = "[FD.data.designs[%d].metrics.grip_success, FD.data.designs[%d].metrics.grip_success]"
     before = browser.evaluate(keep % (missing, rest[0]))
-    for success, told in ((0.5, True), (1.0, False)):
+    for success, reported in ((0.5, True), (1.0, False)):
         browser.evaluate(f"{keep % (missing, rest[0])} = [{success}, 1.0]")
         browser.evaluate(f"FD.select({missing}, {rest[0]})")
-        assert ("grip success of the two differs" in browser.evaluate(text)) is told
+        assert ("grip success of the two differs" in browser.evaluate(text)) is reported
     browser.evaluate(f"{keep % (missing, rest[0])} = {json.dumps(before)}")
 
 

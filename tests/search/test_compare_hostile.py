@@ -16,11 +16,11 @@ GOOD = any_outcomes(3, failed=0.0)
 def refused(folder, *names) -> None:
     with pytest.raises(DesignError) as caught:
         read_comparison([folder])
-    told = str(caught.value)
-    assert "run" in told  # again
-    assert len(told) < 2000
+    reported = str(caught.value)
+    assert "run" in reported  # again
+    assert len(reported) < 2000
     for name in names:
-        assert name in told
+        assert name in reported
 
 
 @pytest.mark.parametrize(

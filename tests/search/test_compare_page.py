@@ -60,7 +60,7 @@ def test_downloads_are_exact(made, page) -> None:
     assert len(archive(page, "designs.csv").splitlines()) == len(made) + 1
 
 
-def test_failures_and_record_are_told(made, page) -> None:
+def test_failures_and_record_are_reported(made, page) -> None:
     for outcome in made:
         if outcome.failure:
             assert html.escape(outcome.failure.sentence) in page
@@ -171,9 +171,9 @@ def test_the_row_says_which_constraint_broke(good) -> None:
     dear = with_metrics(good[0], cost=99.0)
     made = [dear, *good[1:]]
     page = compare_html(made, facts_of("x", made, WANTED, (Bound("cost", at_most=50.0),)))
-    told = "cost 99, asked is at most 50 (off by 49)"
-    assert f'title="{told}">× not feasible<span class="missed">{told}</span>' in page
-    assert json.loads(script(page, "data"))["designs"][0]["missed"] == [told]
+    reported = "cost 99, asked is at most 50 (off by 49)"
+    assert f'title="{reported}">× not feasible<span class="missed">{reported}</span>' in page
+    assert json.loads(script(page, "data"))["designs"][0]["missed"] == [reported]
 
 
 def test_what_was_varied_stands_first_in_the_table(page, good) -> None:

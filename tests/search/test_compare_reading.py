@@ -93,7 +93,7 @@ def result(**changes):
         GripResult("paper", mu, 500.0, True, mu == 0.8, 10.0, 2.4, margin, 0.3, 12.0, 0.0, 40)
         for mu, margin in ((0.2, 1.2), (0.8, 1.6))
     )
-    told = {
+    reported = {
         "parameters": {"design.name": "mine", "body.width_mm": 22.0, "scene.object.shape": "plane"},
         "grips": grips,
     }
@@ -103,7 +103,9 @@ def result(**changes):
         "digest": "d" * 64,
         "versions": {"numpy": "2"},
     }
-    return Result(**kept, fidelity="3d", status="failed", failure="No mesh.", **(told | changes))
+    return Result(
+        **kept, fidelity="3d", status="failed", failure="No mesh.", **(reported | changes)
+    )
 
 
 def test_analysis_becomes_an_outcome(tmp_path, plain_result) -> None:
@@ -137,7 +139,7 @@ def plain_result():
     )
 
 
-def test_designs_of_one_name_are_told_apart(tmp_path) -> None:
+def test_designs_of_one_name_are_distinguished(tmp_path) -> None:
     same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
     for folder, some in (("first", same[:1]), ("second", same[1:2])):
         write_lines(tmp_path / folder, some)

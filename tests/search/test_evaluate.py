@@ -71,8 +71,8 @@ def test_a_job_survives_a_pipe(job) -> None:
 def test_the_digest_leaves_out_names_prices_and_molds(job, design) -> None:
     other = with_values(design, {"design.name": "other", "mold.wall_mm": 5.0})
     assert other.mold != design.mold
-    told = other.model_copy(update={"assumed": ("body.width_mm",)})
-    same = Job("t-9", told, Cost(plate=7.0), {"x": 1}, scene_name="called otherwise")
+    reported = other.model_copy(update={"assumed": ("body.width_mm",)})
+    same = Job("t-9", reported, Cost(plate=7.0), {"x": 1}, scene_name="called otherwise")
     assert same.digest() == job.digest()
 
 
@@ -91,16 +91,16 @@ def test_the_digest_changes_with_the_design(job, design, values) -> None:
     assert replace(job, design=with_values(design, values)).digest() != job.digest()
 
 
-def test_the_digest_changes_with_what_is_asked(job, monkeypatch) -> None:
+def test_the_digest_changes_with_what_is_requested(job, monkeypatch) -> None:
     scene = find_scene("fundamental")
-    asked = [
+    requested = [
         job,
         replace(job, scene=scene),  # that path alone, no grips
         replace(job, fidelity="3d"),
         replace(job, fidelity="auto"),
         replace(job, fidelity="auto", tolerance=0.03),
     ]
-    found = [each.digest() for each in asked]
+    found = [each.digest() for each in requested]
     monkeypatch.setattr(module, "METRICS_VERSION", -1)
     found.append(job.digest())
     monkeypatch.setattr("fingerdesign.analysis.summary.__version__", "0.0.other")
@@ -141,7 +141,7 @@ def test_a_failure_is_an_outcome(job, monkeypatch, error, kind) -> None:
     assert Outcome.from_json(found.to_json()) == found
 
 
-def test_want_of_memory_is_told_from_a_wrong_design(job, monkeypatch) -> None:
+def test_want_of_memory_is_distinguished_from_a_wrong_design(job, monkeypatch) -> None:
     monkeypatch.setattr("fingerdesign.runtime.machine.available_memory_MB", lambda: 10.0)
     monkeypatch.setattr("fingerdesign.analysis.forecast.limits.SMALL_MB", 1.0)
     found = evaluate(job)

@@ -1,4 +1,4 @@
-"""Generated variants: whole folders, kept when run again, invalid ones told with reasons."""
+"""Generated variants: whole folders, kept when run again, invalid ones reported with reasons."""
 
 import csv
 import json
@@ -175,7 +175,7 @@ def test_two_writers_are_kept_apart(tmp_path):
         except ResultError as error:
             refused.append(str(error))
 
-    assert len(made(target, cad=False, tell=second)) == 6
+    assert len(made(target, cad=False, report=second)) == 6
     assert len(refused) == 6
     assert "by another process" in refused[0]
 
@@ -198,7 +198,7 @@ def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
     found = made(tmp_path / "few")
     assert [each.kept for each in found][:4] != [False] * 4
     made(tmp_path / "whole" / "few")
-    told = [
+    reported = [
         {
             str(path.relative_to(home)): path.read_bytes()
             for path in home.rglob("*")
@@ -206,7 +206,7 @@ def test_killed_and_run_again_it_ends_as_if_undisturbed(tmp_path, fake_cad):
         }
         for home in (tmp_path / "few", tmp_path / "whole" / "few")
     ]
-    assert told[0] == told[1]
+    assert reported[0] == reported[1]
 
 
 def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
@@ -222,14 +222,14 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
     ("fate", "told"),
     [("crashes", "SIGABRT"), ("hangs", "not done after 1 s"), ("fails", "share nothing")],
 )
-def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fate, told):
+def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fate, reported):
     fake_cad.setenv("FAKE_CAD", fate)
     target = tmp_path / "few"
     text = TEXT.replace(', "<b>x</b>"', "") + "[limits]\ntime_s = 1.0\n"
     found = made(target, text, workers=2)
     assert [each.failed for each in found] == [True, False, False]
     first, second = rows(target / "variants.csv")
-    assert told in first["cad"]
+    assert reported in first["cad"]
     assert second["cad"] == "written"
     assert os.listdir(target / "few-0001") == ["few-0001.toml"]
     fake_cad.delenv("FAKE_CAD")
@@ -239,7 +239,7 @@ def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fat
     assert (target / "few-0001" / "finger.step").exists()
 
 
-def test_cad_asked_for_later_is_added(tmp_path, fake_cad):
+def test_cad_requested_for_later_is_added(tmp_path, fake_cad):
     target = tmp_path / "few"
     made(target, cad=False)
     found = made(target)
@@ -257,7 +257,7 @@ def test_interrupted_it_keeps_what_is_whole_and_goes_on(tmp_path, fake_cad):
 
     start, before = time.monotonic(), threading.active_count()
     with pytest.raises(KeyboardInterrupt):
-        made(target, TEXT.replace("[9, 11, 45]", "[11, 9]"), workers=2, tell=stop)
+        made(target, TEXT.replace("[9, 11, 45]", "[11, 9]"), workers=2, report=stop)
     assert time.monotonic() - start < 20.0
     assert threading.active_count() == before
     assert not list(target.glob(".*"))

@@ -21,7 +21,7 @@ def test_a_refused_study_adds_nothing_to_the_journal(tmp_path) -> None:
     journal = tmp_path / "trials.jsonl"
     with Trials(STUDY, BASE, journal) as trials:
         trials.draw(3)
-        trials.tell(1, [2.0], {})
+        trials.report(1, [2.0], {})
     whole = journal.read_bytes()
     others = STUDY.model_copy(update={"study": STUDY.study.model_copy(update={"seed": 6})})
     second = two_objectives()

@@ -82,8 +82,8 @@ def trace(mu, mass, steps):
 
 
 def analysis(**changes):
-    told = {"increments": ROWS, "model": MODEL, "mesh": MESH} | changes
-    made = Result("narrow", "made", "d" * 64, {}, "plane-strain", **told)
+    reported = {"increments": ROWS, "model": MODEL, "mesh": MESH} | changes
+    made = Result("narrow", "made", "d" * 64, {}, "plane-strain", **reported)
     return Analysis(made, plates=plate_frames(DESIGN))
 
 

@@ -13,7 +13,7 @@ from fingerdesign.search.optimise.confirm import Optimised, confirm, hypervolume
 from fingerdesign.search.optimise.folder import write_optimised
 from fingerdesign.search.optimise.optimise import Search, optimise
 from fingerdesign.search.optimise.page import verdict
-from fingerdesign.search.optimise.trials import ABSENT, JournalError, Trials, told
+from fingerdesign.search.optimise.trials import ABSENT, JournalError, Trials, reported
 from fingerdesign.search.run.evaluate import Job, failed
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design
@@ -78,7 +78,7 @@ def undisturbed(tmp_path_factory):
     return values_of(tried), journal.read_bytes()
 
 
-def test_trials_are_as_many_as_asked_and_within_their_ranges(undisturbed) -> None:
+def test_trials_are_as_many_as_requested_and_within_their_ranges(undisturbed) -> None:
     trials, _ = undisturbed
     assert [number for number, _ in trials] == list(range(1, 29))
     for _, values in trials:
@@ -142,7 +142,7 @@ def test_what_is_no_finger_costs_nothing_and_is_learnt_from(tmp_path) -> None:
     invalid = [each for each in tried if each.outcomes[0].status == "failed"]
     assert invalid
     assert len(evaluator.jobs) == 60 - len(invalid)
-    values, broken = told(search.study, invalid[0].outcomes)
+    values, broken = reported(search.study, invalid[0].outcomes)
     assert values == [ABSENT, ABSENT]
     assert broken["failed"] > 0
     learnt = [each for each in invalid if each.number > 30]
@@ -214,7 +214,7 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path
     assert "worse)" in said[1]
 
 
-def test_a_small_space_is_repeated_at_no_cost_and_told_once(tmp_path) -> None:
+def test_a_small_space_is_repeated_at_no_cost_and_reported_once(tmp_path) -> None:
     small = """
 study = { name = "small", base = "maeno2000", count = 2 }
 objectives = [{ metric = "stick_error" }]
@@ -257,6 +257,6 @@ def test_the_worst_scene_counts() -> None:
             ("b", {"stick_error": 0.3, "peak_force_N": 5.0, "grip_success": 0.5}),
         )
     ]
-    values, broken = told(study, scenes)
+    values, broken = reported(study, scenes)
     assert values == [0.3, 9.0]
     assert broken == {"failed": 0.0, "grip_success": pytest.approx(0.49)}

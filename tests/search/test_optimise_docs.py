@@ -29,13 +29,13 @@ def test_the_example_is_the_shipped_study() -> None:
 
 def test_readme_says_the_same_numbers() -> None:
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
-    told = re.search(
+    reported = re.search(
         r"an error of ([\d.]+) where the paper's finger has ([\d.]+), and it grips with "
         r"([\d.]+) times the least force that holds \(median\) where that takes ([\d.]+)",
         " ".join(TEXT.split()),
     )
-    assert told is not None
-    own, paper, force, least = told.groups()
+    assert reported is not None
+    own, paper, force, least = reported.groups()
     assert f"an error of {own} instead of {paper}" in readme
     assert f"{force} times the least force instead of {least}." in readme
     assert float(own) < float(paper)

@@ -75,7 +75,7 @@ def trials_of(folder):
 
 def test_killed_and_run_again_it_ends_as_one_that_was_not(tmp_path, command) -> None:
     whole = command("whole", 0)
-    told, said = whole.communicate(timeout=PATIENCE_S)
+    reported, said = whole.communicate(timeout=PATIENCE_S)
     assert whole.returncode == 0, said
     process, evaluated = command("killed", 0.15), tmp_path / "evaluated-killed"
     end = time.monotonic() + PATIENCE_S
@@ -95,7 +95,7 @@ def test_killed_and_run_again_it_ends_as_one_that_was_not(tmp_path, command) -> 
     record = json.loads((tmp_path / "killed/search/study.json").read_text())["optimise"]
     assert record["trials"] == 22
     assert [each["trial"] for each in record["confirmations"]]
-    last = json.loads(told.splitlines()[-1])
+    last = json.loads(reported.splitlines()[-1])
     assert last["trials"] == 22
     page = (tmp_path / "whole/search/report.html").read_text()
     assert "reference-maeno2000" in page

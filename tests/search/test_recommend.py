@@ -60,7 +60,7 @@ def test_three_d_is_chosen_among_where_there_is_a_choice() -> None:
     assert recommend([*shallow, deep[0]], [LEAST_COST], []).chosen == 0
 
 
-def test_a_tie_is_told_and_broken_by_the_range_of_all() -> None:
+def test_a_tie_is_reported_and_broken_by_the_range_of_all() -> None:
     pair = [outcome("a", stick_error=0.2, cost=1.0), outcome("b", stick_error=0.1, cost=9.0)]
     rest = [outcome("c", stick_error=0.21, cost=10.0)]  # widens costs more than errors
     found = recommend([*pair, *rest], [LEAST_ERROR, LEAST_COST], [])

@@ -244,7 +244,7 @@ def test_a_full_file_system_says_so_and_keeps_what_fitted(place, small_disk):
     assert place.outcomes() == place.undisturbed()
 
 
-def test_spoiled_outcomes_are_computed_again(place):
+def test_invalid_outcomes_are_computed_again(place):
     place.study(count=8)
     assert ended(place.sweep("--workers", "2"))[0] == 0
     whole = place.outcomes()

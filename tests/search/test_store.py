@@ -1,4 +1,4 @@
-"""Outcomes on disk: what is put is got, whole; what is spoiled is absent; failures and --retry."""
+"""Outcomes on disk: what is put is got, whole; what is invalid is absent; failures and --retry."""
 
 import json
 import os
@@ -14,7 +14,7 @@ DIGEST = "ab" + "0" * 62
 
 
 def outcome(**changes):
-    told = {
+    reported = {
         "digest": DIGEST,
         "name": "a\nname\u2028 of 'any' sort",
         "values": {"plates.count": 9},
@@ -24,7 +24,7 @@ def outcome(**changes):
         "status": "ok",
         "metrics": {"cost": 1.5, "stick_error": None},
     }
-    return Outcome(**(told | changes))
+    return Outcome(**(reported | changes))
 
 
 def failed(kind):

@@ -40,8 +40,8 @@ def test_the_pages_python_runs(capsys):
 def test_the_page_names_every_key():
     named = set(re.findall(r"`([a-zA-Z_.]+)`", TEXT))
     for key in known_keys(Study):
-        told = re.sub(r"^(fixed|parameters|constraints)\..*", r"\1", key)
-        assert told in named, key
+        reported = re.sub(r"^(fixed|parameters|constraints)\..*", r"\1", key)
+        assert reported in named, key
 
 
 def test_the_page_lists_every_metric():

@@ -102,9 +102,9 @@ def test_ranges():
         (HEAD + ONE + "[scene]\nfriction_coefficient = 0.5\n", ["bench plane-strain"]),
     ],
 )
-def test_every_fault_is_told(text, told):
+def test_every_fault_is_reported(text, reported):
     found = refused(text)
-    for each in told:
+    for each in reported:
         assert each in found
 
 
@@ -161,9 +161,9 @@ def test_every_fault_is_told(text, told):
         (HEAD.replace("maeno2000", "x" * 500) + ONE, ["study.base", "too long"]),
     ],
 )
-def test_keys_are_held_against_the_schema_before_work(text, told):
+def test_keys_are_held_against_the_schema_before_work(text, reported):
     found = refused(text)
-    for each in told:
+    for each in reported:
         assert each in found
 
 
@@ -214,7 +214,7 @@ def test_files_beyond_every_size_are_refused(tmp_path):
         read_study(tmp_path / "latin.toml")
 
 
-def test_shipped_studies_are_found_by_name_and_told_apart(tmp_path, monkeypatch):
+def test_shipped_studies_are_found_by_name_and_distinguished(tmp_path, monkeypatch):
     assert read_study("fingers").name == "fingers"
     with pytest.raises(DesignError, match="bench plane-strain"):
         read_study("plane_strain")
@@ -253,15 +253,17 @@ def test_two_parameters_of_one_key_and_shares_of_shares():
     assert "no share itself" in str(key_faults({}, ["a.b / c.d", "c.d / e.f"])[0])
 
 
-def test_unknown_keys_are_told_at_once_whatever_they_need_around_them():
+def test_unknown_keys_are_reported_at_once_whatever_they_need_around_them():
     for key in ("body.a b", "no.such", "plates.count.x"):
         assert key in refused(parameters(f'"{key}" = [1, 2]'))
     assert 'fixed."body.a b"' in refused(HEAD + '[fixed]\n"body.a b" = 1\n' + ONE)
-    told = refused(parameters('"body.nokey" = [1, 2, 3]\n"plates.count" = [9, 9000]')).splitlines()
-    assert len(told) == 2
+    reported = refused(
+        parameters('"body.nokey" = [1, 2, 3]\n"plates.count" = [9, 9000]')
+    ).splitlines()
+    assert len(reported) == 2
 
 
-def test_many_wrong_choices_are_judged_quickly_and_told_in_part():
+def test_many_wrong_choices_are_judged_quickly_and_reported_in_part():
     numbers = ", ".join(str(each) for each in range(200))
     for key, most in (("body.nokey{}", 100), ("grip.k{}.x", 100)):
         lines = "".join(f'"{key.format(each)}" = [{numbers}]\n' for each in range(100))
@@ -272,9 +274,9 @@ def test_many_wrong_choices_are_judged_quickly_and_told_in_part():
     low = ", ".join(str(-each) for each in range(1, 200))
     keys = ("body.depth_mm", "body.arc_radius_mm", "plates.length_mm", "gages.length_mm")
     lines = "".join(f'"{key}" = [{low}]\n' for key in keys)
-    told = refused(HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines)
-    assert len(told.splitlines()) == 201
-    assert "more than 200 faults" in told
+    reported = refused(HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines)
+    assert len(reported.splitlines()) == 201
+    assert "more than 200 faults" in reported
 
 
 def test_prices_have_an_end():

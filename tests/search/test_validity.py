@@ -45,7 +45,7 @@ def test_a_body_that_no_section_shows_has_none_and_says_so() -> None:
     assert "body.shape" in found.sentences[0]
 
 
-def test_the_ladder_tells_its_worst() -> None:
+def test_the_ladder_reports_its_worst() -> None:
     errors = {"normal_force": 0.01, "stick_ratio": 0.04}
     ladder = LadderSummary(0.02, False, "fine", errors, "no more memory", ())
     found = judged(dimension=3, ladder=ladder, fidelity="auto")

@@ -52,7 +52,7 @@ def test_a_longer_sobol_study_keeps_the_shorter_ones_points():
     assert long[:20] == short
 
 
-def test_invalid_variants_are_told_not_dropped():
+def test_invalid_variants_are_reported_not_dropped():
     many = study("grid", '"plates.count" = [15, 45]\n"plates.angle_deg" = [45.0, 10.0]')
     found = list(variants(many, base_design(many)))
     assert [variant.number for variant in found] == [1, 2, 3, 4]

@@ -18,12 +18,12 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.result import ResultError
 from fingerdesign.sensing import model as grip_model
 from fingerdesign.sensing.learners import (
-    Heard,
     QuickLearner,
+    Samples,
     columns,
     errors_of,
     gage_columns,
-    hear_all,
+    sample_all,
 )
 from fingerdesign.sensing.observability import (
     eliminate,
@@ -37,7 +37,7 @@ from fingerdesign.sensing.page import (
     write_observability,
 )
 from fingerdesign.sensing.record import plain
-from fingerdesign.sensing.teach import Settings, finger_curves, wanderings
+from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
 
 GAGES = 5
 SETTINGS = Settings(face="upper", max_approach=0.15, grips=24, seed=3)
@@ -51,7 +51,7 @@ def problem(half_plane_problem):
 
 @pytest.fixture(scope="module")
 def grips(problem):
-    return wanderings(problem, SETTINGS)
+    return random_grip_paths(problem, SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_a_gage_makes_its_own_columns_and_no_others(gage):
     forces = np.array([0.0, 50.0])
     curves = FingerCurves(forces, rng.normal(size=(2, GAGES)), rng.normal(size=(2, GAGES)))
 
-    def told(push: float):
+    def reported(push: float):
         moments = []
         for k in range(15):
             readings = np.sin(np.arange(GAGES) + k)
@@ -78,7 +78,7 @@ def test_a_gage_makes_its_own_columns_and_no_others(gage):
             moments.append(Moment(Sample(readings, 1.0 + 0.1 * k, 0.3 + 0.02 * k), 0.01, 0.002))
         return features(moments, curves, 0.5)
 
-    moved = np.flatnonzero(told(0.0) != told(1.0))
+    moved = np.flatnonzero(reported(0.0) != reported(1.0))
     assert moved.tolist() == gage_columns(gage, GAGES).tolist()
 
 
@@ -90,44 +90,44 @@ def test_fewer_gages_are_fewer_columns():
 
 def test_a_dead_gage_is_one_that_reads_nothing(problem, grips):
     curves = finger_curves(problem, "upper", SETTINGS.max_approach)
-    heard = hear_all(grips[:4], curves, SETTINGS, 0.5, silent=True)
-    dead = heard.with_dead(2)
-    moved = np.flatnonzero((dead != heard.inputs).any(axis=0))
+    sampled = sample_all(grips[:4], curves, SETTINGS, 0.5, silent=True)
+    dead = sampled.with_dead(2)
+    moved = np.flatnonzero((dead != sampled.inputs).any(axis=0))
     assert moved.tolist() == gage_columns(2, GAGES).tolist()
-    # What is told of it now is what F_n alone would cause, taken out of 0.
+    # What is reported of it now is what F_n alone would cause, taken out of 0.
     mute = tuple(
         replace(m, sample=replace(m.sample, readings=np.zeros(GAGES))) for m in grips[0].moments
     )
     quiet = replace(SETTINGS, force_noise=0.0)
-    clean = hear_all(grips[:1], curves, quiet, 0.0, silent=True)
+    clean = sample_all(grips[:1], curves, quiet, 0.0, silent=True)
     assert np.array_equal(clean.silent[0], features(mute[:2], curves, 0.0))
 
 
 def test_hearings_differ_and_repeat(problem, grips):
     curves = finger_curves(problem, "upper", SETTINGS.max_approach)
     one, again, other = (
-        hear_all(grips[:3], curves, SETTINGS, 0.5, hearing=k).inputs for k in (0, 0, 1)
+        sample_all(grips[:3], curves, SETTINGS, 0.5, hearing=k).inputs for k in (0, 0, 1)
     )
     assert np.array_equal(one, again)
     assert not np.allclose(one, other)
 
 
-def made_up(informative: int, rows: int = 3000) -> Heard:
+def made_up(informative: int, rows: int = 3000) -> Samples:
     """Rows whose truth stands in one gage's present reading alone."""
     rng = np.random.default_rng(0)
     truths = rng.uniform(0.1, 0.9, (rows, 2))
     inputs = rng.standard_normal((rows, feature_count(GAGES)))
     inputs[:, informative] = truths.mean(axis=1)
-    return Heard(inputs, None, truths, np.arange(rows) // 30, rows // 30, GAGES)
+    return Samples(inputs, None, truths, np.arange(rows) // 30, rows // 30, GAGES)
 
 
 @pytest.mark.parametrize("informative", [0, 3])
-def test_the_gage_that_tells_is_kept_to_the_last(informative):
+def test_the_gage_that_reports_is_kept_to_the_last(informative):
     from concurrent.futures import ThreadPoolExecutor
 
-    heard = made_up(informative)
+    sampled = made_up(informative)
     with ThreadPoolExecutor(1) as pool:
-        own = eliminate(QuickLearner(heard, 0), GAGES, pool, lambda message: None)
+        own = eliminate(QuickLearner(sampled, 0), GAGES, pool, lambda message: None)
     assert own.order[-1] == informative
     assert own.counts[1] == (informative,)
     worst = max(range(GAGES), key=lambda k: own.without[k].both)
@@ -136,11 +136,11 @@ def test_the_gage_that_tells_is_kept_to_the_last(informative):
 
 
 def test_taught_chosen_by_and_judged_share_no_grip():
-    heard = made_up(0)
-    parts = [set(heard.grip[rows]) for rows in (heard.judged, heard.chosen_by)]
-    parts.append(set(heard.grip[~heard.judged & ~heard.chosen_by]))
+    sampled = made_up(0)
+    parts = [set(sampled.grip[rows]) for rows in (sampled.judged, sampled.chosen_by)]
+    parts.append(set(sampled.grip[~sampled.judged & ~sampled.chosen_by]))
     assert [len(part) for part in parts] == [15, 15, 70]
-    assert len(set.union(*parts)) == heard.grips
+    assert len(set.union(*parts)) == sampled.grips
 
 
 def test_the_standard_error_is_that_of_repeated_draws():
@@ -197,7 +197,7 @@ def test_a_study_repeats_whatever_the_threads(problem, grips, found):
     assert replace(again, seconds=0.0) == replace(found, seconds=0.0)
 
 
-def test_quiet_gages_are_told_as_such(found):
+def test_quiet_gages_are_reported_as_such(found):
     alone = found.confirmed[-1].stick_error
     counts = [
         replace(each, stick_error=0.95 * alone if each.kept else alone) for each in found.counts
@@ -227,7 +227,7 @@ def test_quiet_gages_are_told_as_such(found):
 
 
 def test_advice_names_what_limits_a_finger(found):
-    def told(noiseless, **changes):
+    def reported(noiseless, **changes):
         first = replace(found.noises[0], quick_stick_error=noiseless)
         here = [replace(each, quick_stick_error=0.1) for each in found.noises[1:]]
         counts = [
@@ -240,14 +240,14 @@ def test_advice_names_what_limits_a_finger(found):
         ]
         return replace(found, noises=(first, *here), counts=tuple(counts)).advice
 
-    assert "teach on more grips" in told(0.095)
-    assert "without noise the error is 50 % lower, so quieter gages" in told(0.05)
-    assert "project's goal for its reference finger is 0.05" in told(0.05)
-    assert "goal" not in told(0.05, error=0.04)
-    unsure = told(0.05, error=0.04, spread=0.005)
+    assert "teach on more grips" in reported(0.095)
+    assert "without noise the error is 50 % lower, so quieter gages" in reported(0.05)
+    assert "project's goal for its reference finger is 0.05" in reported(0.05)
+    assert "goal" not in reported(0.05, error=0.04)
+    unsure = reported(0.05, error=0.04, spread=0.005)
     assert unsure.startswith("Caution: 24 grips are too few")
     assert "1 of 5 gages seem enough" in unsure
-    assert told(0.05, error=0.04).startswith("At 0.5 microstrain 1 of 5 gages suffice")
+    assert reported(0.05, error=0.04).startswith("At 0.5 microstrain 1 of 5 gages suffice")
 
 
 def test_the_record_is_whole_and_nothing_else_is_replaced(found, tmp_path):
@@ -279,15 +279,15 @@ DESIGN = '[design]\nname = "small"\n[plates]\ncount = 5\n[grip]\nmax_approach_mm
 
 
 def test_the_command_writes_a_record(problem, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(grip_model, "grip_problem", lambda design, tell: problem)
+    monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
     path = tmp_path / "small.toml"
     path.write_text(DESIGN)
     options = ["--grips", "20", "--workers", "1", "--noise", "2"]
     assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 0
-    told = capsys.readouterr().out
+    reported = capsys.readouterr().out
     record = json.loads((tmp_path / "out/small/observability.json").read_text())
-    assert record["advice"] in told.replace("\n", " ")
-    assert not re.search(r"\de-\d", told)
+    assert record["advice"] in reported.replace("\n", " ")
+    assert not re.search(r"\de-\d", reported)
     assert (record["design"], record["noise_microstrain"], record["grips"]) == ("small", 2.0, 20)
     assert [gage["plate"] for gage in record["gages"]] == [0, 1, 2, 3, 4]
 
@@ -298,8 +298,8 @@ def test_bad_input_is_refused_before_work(tmp_path, capsys, monkeypatch):
     path.write_text(DESIGN.replace("count = 5", "count = 1"))
     options = ["--noise", "-1", "--grips", "3"]
     assert main(["gages", str(path), "--out", str(tmp_path / "out"), *options]) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert [line.split(" = ")[0].split(": ")[-1] for line in told] == [
+    reported = capsys.readouterr().err.splitlines()
+    assert [line.split(" = ")[0].split(": ")[-1] for line in reported] == [
         "gages in the array along x",
         "noise",
         "grips",
@@ -321,7 +321,7 @@ PAGE = (Path(__file__).parents[2] / "docs/gages.md").read_text("utf-8")
 
 
 def test_the_pages_python_runs(problem, monkeypatch, capsys):
-    monkeypatch.setattr(grip_model, "grip_problem", lambda design, tell: problem)
+    monkeypatch.setattr(grip_model, "grip_problem", lambda design, report: problem)
     (code,) = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
     exec(compile(code, "docs/gages.md", "exec"), {})
     first = capsys.readouterr().out.splitlines()[0].split()

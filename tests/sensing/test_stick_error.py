@@ -15,8 +15,8 @@ from fingerdesign.sensing.stick_error import (
     GRIPS,
     Instants,
     Listening,
-    heard_error,
     instants,
+    sampled_error,
     stick_error,
 )
 
@@ -43,7 +43,7 @@ def made(answer: float, noise: float = 0.5) -> float:
     readings = normal[:, None] * answer * np.column_stack([stick, stick**2])
     forces = np.column_stack([normal, rng.uniform(0.1, 0.5, len(grip)) * normal])
     flat = NormalCalibration(np.array([0.0, 100.0]), np.zeros((2, 2)))
-    return heard_error(Instants(readings, forces, stick, grip), flat, Listening(noise))
+    return sampled_error(Instants(readings, forces, stick, grip), flat, Listening(noise))
 
 
 def test_it_falls_with_what_gages_answer() -> None:
@@ -77,11 +77,11 @@ def test_a_design_has_one_error_and_a_seed_its_own(problem) -> None:
 
 
 def test_gages_far_from_the_contact_tell_less(problem) -> None:
-    def heard(*gages):
+    def sampled(*gages):
         few = replace(problem, model=problem.model.with_gages(gages))
         return stick_error(few, "upper", REACH, seed=1)
 
-    assert heard(2, 3, 4) < heard(0, 6)
+    assert sampled(2, 3, 4) < sampled(0, 6)
 
 
 def test_no_gages_is_an_error(problem) -> None:

@@ -1,4 +1,5 @@
-"""Teaching: seeded wanderings, what is heard of them, a lesson better than nothing, kept."""
+"""Teaching: seeded random grip paths, what is sampled of them, a lesson better than nothing,
+kept."""
 
 from dataclasses import replace
 
@@ -12,7 +13,8 @@ from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing import lessons
 from fingerdesign.sensing.paths import FRICTIONS
-from fingerdesign.sensing.teach import NOISES, Settings, finger_curves, hear, teach, wanderings
+from fingerdesign.sensing.teach import NOISES, Settings, finger_curves, sample, teach, random grip
+paths
 
 SETTINGS = Settings(face="upper", max_approach=0.12, grips=60, hearings=1, seed=1)
 
@@ -25,15 +27,15 @@ def problem(half_plane_problem: ContactProblem) -> ContactProblem:
 
 @pytest.fixture(scope="module")
 def grips(problem):
-    return wanderings(problem, SETTINGS)
+    return random_grip_paths(problem, SETTINGS)
 
 
 def test_wanderings_are_those_of_their_seed(problem, grips):
-    few = wanderings(problem, replace(SETTINGS, grips=3))
+    few = random_grip_paths(problem, replace(SETTINGS, grips=3))
     for again, before in zip(few, grips[:3], strict=True):
         assert again.friction_coefficient == before.friction_coefficient
         assert again.truths == before.truths
-    other = wanderings(problem, replace(SETTINGS, grips=1, seed=2))
+    other = random_grip_paths(problem, replace(SETTINGS, grips=1, seed=2))
     assert other[0].friction_coefficient != grips[0].friction_coefficient
 
 
@@ -52,10 +54,10 @@ def test_pulls_never_use_more_than_the_friction(grips):
     assert max(used for each in grips for used in each.used) <= 1.0 + 1e-6
 
 
-def test_what_is_heard_has_the_noise_that_was_asked(problem, grips):
+def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     curves = finger_curves(problem, "upper", SETTINGS.max_approach)
-    quiet, truths = hear(grips[0], curves, SETTINGS, np.random.default_rng(0), 0.0)
-    loud, same = hear(grips[0], curves, SETTINGS, np.random.default_rng(0), 10.0)
+    quiet, truths = sample(grips[0], curves, SETTINGS, np.random.default_rng(0), 0.0)
+    loud, same = sample(grips[0], curves, SETTINGS, np.random.default_rng(0), 10.0)
     assert quiet.shape == (len(truths), feature_count(3))
     assert np.array_equal(truths, same)
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
@@ -84,7 +86,7 @@ def test_too_few_grips_are_refused(problem, grips):
 def test_a_lesson_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
     taught = []
 
-    def teacher(problem, key, settings, tell, workers):
+    def teacher(problem, key, settings, report, workers):
         taught.append(key)
         return teach(problem, key, SETTINGS, grips=grips)
 

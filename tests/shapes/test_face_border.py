@@ -39,7 +39,7 @@ def test_a_square_within_beside_and_off_its_corners():
     np.testing.assert_allclose(border.beyond(points), [0, 0, 0.5, 0.5, 0], atol=1e-12)
 
 
-def test_a_notch_tells_inside_at_its_inner_corner():
+def test_a_notch_reports_inside_at_its_inner_corner():
     notched = np.array([[-1.0, 0, 1], [0, 0, 1], [0, 0, 0], [1, 0, 0], [1, 0, -1], [-1, 0, -1]])
     border = Border(*polygon(notched))
     rng = np.random.default_rng(3)

@@ -101,8 +101,8 @@ class Browser:
 
     def evaluate(self, script: str) -> Any:
         """The value (JSON) of a JavaScript expression, awaited where it is a promise."""
-        asked = {"expression": script, "returnByValue": True, "awaitPromise": True}
-        found = self.call("Runtime.evaluate", **asked, userGesture=True)
+        requested = {"expression": script, "returnByValue": True, "awaitPromise": True}
+        found = self.call("Runtime.evaluate", **requested, userGesture=True)
         if "exceptionDetails" in found:
             raise BrowserError(f"{script[:200]}: {_thrown(found['exceptionDetails'])}")
         return found["result"].get("value")
@@ -215,9 +215,9 @@ class Browser:
 
     def _address(self, profile: Path) -> str:
         """Where the page's own socket is."""
-        told, end = profile / "DevToolsActivePort", time.monotonic() + START_S
+        reported, end = profile / "DevToolsActivePort", time.monotonic() + START_S
         while time.monotonic() < end:
-            lines = told.read_text("ascii").splitlines() if told.is_file() else []
+            lines = reported.read_text("ascii").splitlines() if reported.is_file() else []
             if len(lines) == 2:
                 url = f"http://127.0.0.1:{lines[0]}/json/list"
                 with urllib.request.urlopen(url, timeout=START_S) as answer:
@@ -250,19 +250,19 @@ class Browser:
         self._note(found.get("method", ""), found.get("params", {}))
         return found
 
-    def _note(self, event: str, told: dict[str, Any]) -> None:
+    def _note(self, event: str, reported: dict[str, Any]) -> None:
         if event == "Page.loadEventFired":
             self._loaded = True
         elif event == "Runtime.consoleAPICalled":
-            said = (str(each.get("value", each.get("description"))) for each in told["args"])
-            self.console.append(f"{told['type']}: {' '.join(said)}")
+            said = (str(each.get("value", each.get("description"))) for each in reported["args"])
+            self.console.append(f"{reported['type']}: {' '.join(said)}")
         elif event == "Runtime.exceptionThrown":
-            self.console.append(_thrown(told["exceptionDetails"]))
-        elif event == "Log.entryAdded" and told["entry"]["source"] != "rendering":
+            self.console.append(_thrown(reported["exceptionDetails"]))
+        elif event == "Log.entryAdded" and reported["entry"]["source"] != "rendering":
             # "rendering": how fast WebGL is without a card says nothing of the page.
-            self.console.append(f"{told['entry']['level']}: {told['entry']['text']}")
+            self.console.append(f"{reported['entry']['level']}: {reported['entry']['text']}")
         elif event == "Network.requestWillBeSent":
-            address = told["request"]["url"]
+            address = reported["request"]["url"]
             own = address.split("#")[0] == self.page.absolute().as_uri()
             if not own and not address.startswith(("data:", "blob:", "about:")):
                 self.requests.append(address)

@@ -19,7 +19,7 @@ def outcome_of(data, seconds=0.0):
 
 def quick(data):
     """At once; leaves a line of its name in the file $EVALUATED, if any."""
-    _tell(data)
+    _report(data)
     return outcome_of(data).to_json()
 
 
@@ -55,7 +55,7 @@ def bad(data):
     return quick(data)
 
 
-def _tell(data):
+def _report(data):
     path = os.environ.get("EVALUATED")
     if path:
         with open(path, "a", encoding="utf-8") as stream:
@@ -74,7 +74,7 @@ def large(data):
     found = outcome_of(data)
     if data["name"].endswith("9"):
         found = replace(found, warnings=("w" * 200_000,))
-    _tell(data)
+    _report(data)
     return found.to_json()
 
 

@@ -16,9 +16,9 @@ TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")
 def test_its_python_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     exec(compile(code, "docs/control.md", "exec"), {})
-    told = capsys.readouterr().out.split()
-    assert float(told[0]) == 1.0
-    assert 1.15 < float(told[-1]) < 1.3
+    reported = capsys.readouterr().out.split()
+    assert float(reported[0]) == 1.0
+    assert 1.15 < float(reported[-1]) < 1.3
 
 
 def test_its_options_are_the_commands():

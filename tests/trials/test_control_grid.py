@@ -17,7 +17,7 @@ def test_the_standard_grid_is_the_issues():
     assert (grid.frictions[0], grid.frictions[-1]) == (0.2, 0.8)
     assert (grid.masses_g[0], grid.masses_g[-1]) == (100.0, 1000.0)
     assert {0.5, 1.0, 2.0, 5.0, 10.0} <= set(grid.noises)
-    cells = [cell for lot in grid.lots(["a", "b"]) for cell in lot.cells]
+    cells = [cell for batch in grid.lots(["a", "b"]) for cell in batch.cells]
     assert len(set(cells)) == len(cells) == 2 * grid.cells_of_one
     assert sum(cell.tug > 0.0 for cell in cells) == 2 * 100
     assert grid.faults() == []
@@ -25,10 +25,12 @@ def test_the_standard_grid_is_the_issues():
 
 def test_a_lot_is_one_object_at_all_noises():
     grid = ControlGrid.quick()
-    lot = next(grid.lots(["paper"]))
-    assert {(cell.friction, cell.mass_g) for cell in lot.cells} == {(lot.friction, lot.mass_g)}
-    assert [cell.noise for cell in lot.cells if not cell.tug] == list(grid.noises)
-    assert [cell.noise for cell in lot.cells if cell.tug] == [grid.tug_noise]
+    batch = next(grid.lots(["paper"]))
+    assert {(cell.friction, cell.mass_g) for cell in batch.cells} == {
+        (batch.friction, batch.mass_g)
+    }
+    assert [cell.noise for cell in batch.cells if not cell.tug] == list(grid.noises)
+    assert [cell.noise for cell in batch.cells if cell.tug] == [grid.tug_noise]
     bare = replace(grid, tug=None)
     assert bare.cells_of_one == 4 * 4 * 3
 

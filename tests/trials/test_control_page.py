@@ -47,7 +47,7 @@ def study(**controllers):
     """Grips of controllers: what is changed in all of a controller's, and in its last one."""
     outcomes = []
     for name, (every, last) in controllers.items():
-        cells = [cell for lot in GRID.lots([name]) for cell in lot.cells]
+        cells = [cell for batch in GRID.lots([name]) for cell in batch.cells]
         for k, cell in enumerate(cells):
             each = replace(
                 GOOD, controller=name, friction=cell.friction, mass_g=cell.mass_g, noise=cell.noise
@@ -72,7 +72,7 @@ def test_all_is_well():
     )
     assert answers(made) == ["yes"] * 4
     best = findings(made.data())[-1].words
-    assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is told
+    assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is given
 
 
 @pytest.mark.parametrize(
@@ -97,13 +97,13 @@ def test_without_paper_and_regulator_the_best_is_named():
     assert only.words.startswith("fixed force: 100.0 %")
 
 
-def test_the_best_is_not_one_that_is_told_unless_all_are():
+def test_the_best_is_not_one_that_is_reported_unless_all_are():
     oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
     (only,) = findings(study(**oracles, reactive=({}, DROPPED)).data())
     assert only.words.startswith("reactive: ")
     assert "Oracles" in only.words
     (only,) = findings(study(**oracles).data())
-    assert only.words.startswith("oracle 1.5, which is told friction and weight: 100.0 %")
+    assert only.words.startswith("oracle 1.5, which is given friction and weight: 100.0 %")
     assert findings(study(reactive=({}, {})).data()) == []
 
 
@@ -124,9 +124,9 @@ def test_figures_say_in_words_what_they_show():
     assert (
         "paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %." in success_figure(data).alternative
     )
-    told = map_figure(data, rows, 0.5).alternative
-    assert "paper: 3 of 4 succeed; 1 dropped." in told
-    assert "regulator: 0 of 4 succeed; 4 crushed." in told
+    reported = map_figure(data, rows, 0.5).alternative
+    assert "paper: 3 of 4 succeed; 1 dropped." in reported
+    assert "regulator: 0 of 4 succeed; 4 crushed." in reported
     assert "regulator: median 3.50" in force_figure(data, rows, 0.5).alternative
 
 

@@ -17,9 +17,9 @@ def test_the_papers_rule_never_slips_wholly_without_noise(tmp_path):
     grid = replace(ControlGrid(), noises=(0.0,), tug=None)
     names = ("paper", "oracle_1.2")
     study = study_control(find_design("maeno2000"), names, grid, tmp_path / "j", workers=2)
-    told = study.summary("paper")
-    assert (told.grips, told.dropped, told.failed) == (100, 0, 0)
-    assert told.not_lifted <= 5
+    reported = study.summary("paper")
+    assert (reported.grips, reported.dropped, reported.failed) == (100, 0, 0)
+    assert reported.not_lifted <= 5
     assert study.summary("oracle_1.2").success.rate == 1.0
 
 

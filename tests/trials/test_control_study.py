@@ -52,10 +52,10 @@ def all_outcomes(bench, path, names, workers=1, digest="d"):
 
 def test_an_oracle_holds_its_margin_everywhere_at_any_noise(bench, tmp_path):
     found = list(all_outcomes(bench, tmp_path / "j", ["oracle_1.5"]).values())
-    told = summarise([each for each in found if not each.tug])
-    assert told.success.rate == 1.0
-    assert told.margin_at_lift.least == pytest.approx(1.5, abs=0.1)
-    assert told.margin_at_lift.most == pytest.approx(1.5, abs=0.1)
+    reported = summarise([each for each in found if not each.tug])
+    assert reported.success.rate == 1.0
+    assert reported.margin_at_lift.least == pytest.approx(1.5, abs=0.1)
+    assert reported.margin_at_lift.most == pytest.approx(1.5, abs=0.1)
     tugged = summarise([each for each in found if each.tug])
     assert tugged.held.rate == 1.0
     assert tugged.answered.count == tugged.answered.of == 4
@@ -158,13 +158,13 @@ def test_a_foreign_journal_is_left_alone(bench, tmp_path):
     ("key", "value"),
     [("lifted", "no"), ("peak_ratio", "big"), ("peak_ratio", None), ("steps", 1.5), ("new", 1)],
 )
-def test_a_journal_with_a_spoiled_value_is_refused(bench, tmp_path, key, value):
+def test_a_journal_with_a_invalid_value_is_refused(bench, tmp_path, key, value):
     path = tmp_path / "j.sqlite"
     all_outcomes(bench, path, ["oracle_1.2"])
     with closing(sqlite3.connect(path)) as base, base:
         ((record,),) = base.execute("select record from records where rowid = 1")
-        spoiled = json.dumps({**json.loads(record), key: value})
-        base.execute("update records set record = ? where rowid = 1", (spoiled,))
+        invalid = json.dumps({**json.loads(record), key: value})
+        base.execute("update records set record = ? where rowid = 1", (invalid,))
     with pytest.raises(ResultError, match="not a grip"):
         Grips(path, "d")
 
@@ -225,13 +225,13 @@ def test_an_interrupted_study_keeps_what_is_done(quick_model, tmp_path, monkeypa
     (tmp_path / "d.toml").write_text(DESIGN, encoding="utf-8")
     arguments = ["study-control", str(tmp_path / "d.toml"), "--out", str(tmp_path), *OPTIONS]
     arguments += CONTROLLERS
-    real, lots = GripBench.run_lot, []
+    real, lots = GripBench.run_batch, []
 
-    def interrupted(self, lot):
+    def interrupted(self, batch):
         if len(lots) == 3:
             raise KeyboardInterrupt
-        lots.append(lot)
-        return real(self, lot)
+        lots.append(batch)
+        return real(self, batch)
 
     monkeypatch.setattr(GripBench, "run_lot", interrupted)
     assert main(arguments) == 130

@@ -86,11 +86,11 @@ class Judge:
     """Grips succeed where mu is over the ratio, at the peak mu / ratio; counts what it is asked."""
 
     def __init__(self):
-        self.asked = []
+        self.requested = []
 
-    def __call__(self, asked):
-        self.asked.append([(dict(values), tuple(cells)) for values, cells in asked])
-        return [[self.one(values, cell) for cell in cells] for values, cells in asked]
+    def __call__(self, requested):
+        self.requested.append([(dict(values), tuple(cells)) for values, cells in requested])
+        return [[self.one(values, cell) for cell in cells] for values, cells in requested]
 
     def one(self, values, cell):
         ratio = values[A.key]
@@ -134,14 +134,14 @@ def test_no_grip_is_made_twice_and_the_best_see_all():
     found = tuned(judge)
     made = Counter(
         (tuple(values.items()), cell)
-        for asked in judge.asked
-        for values, cells in asked
+        for requested in judge.requested
+        for values, cells in requested
         for cell in cells
     )
     assert max(made.values()) == 1
     assert sum(made.values()) == found.grips == 1808
     assert len(found.best.outcomes) == len(found.default.outcomes) == BUDGET[-1].grips
-    assert len(judge.asked) == len(BUDGET)
+    assert len(judge.requested) == len(BUDGET)
 
 
 @pytest.mark.parametrize("name", CONTROLLERS.names())
@@ -270,11 +270,11 @@ def quick(half_plane_problem, monkeypatch):
 def test_the_record_and_what_it_is_good_for(quick, design, tmp_path):
     path = tmp_path / "journal"
     record = tune_controllers(design, ("fixed_ratio", "oracle_1.2"), path)
-    told = json.loads(record.to_json())
-    assert list(told["controllers"]) == ["fixed_ratio", "oracle_1.2"]
-    best = told["controllers"]["fixed_ratio"]["best"]
-    assert len(told["controllers"]["fixed_ratio"]["trials"]) == 4 + 2
-    assert best["grips"] == len(told["cells"]) == 5
+    reported = json.loads(record.to_json())
+    assert list(reported["controllers"]) == ["fixed_ratio", "oracle_1.2"]
+    best = reported["controllers"]["fixed_ratio"]["best"]
+    assert len(reported["controllers"]["fixed_ratio"]["trials"]) == 4 + 2
+    assert best["grips"] == len(reported["cells"]) == 5
     ratio = best["values"][A.key]
     assert tuned_design(design, record.to_json()).grip.fixed_ratio.ratio == ratio
     assert ratio != design.grip.fixed_ratio.ratio
@@ -299,14 +299,14 @@ def test_finished_controllers_are_kept(tmp_path):
 
 def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     """The fifth trial of the last round is interrupted: what was judged before is not asked for."""
-    path, told, asked = tmp_path / "journal", [], []
+    path, reported, requested = tmp_path / "journal", [], []
 
     def judge(stop):
         def judged(pairs, made):
             for number, (values, cells) in enumerate(pairs):
-                if len(asked) == stop:
+                if len(requested) == stop:
                     raise KeyboardInterrupt
-                asked.append((tuple(values.items()), tuple(cells)))
+                requested.append((tuple(values.items()), tuple(cells)))
                 made(number, [Judge().one(values, cell) for cell in cells])
 
         return judged
@@ -314,13 +314,13 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         tuned(Kept(path, "d").judge(judge(6)), budget=SMALL)
     kept = Kept(path, "d")
-    assert kept.grips == sum(len(cells) for _, cells in asked) > 4 * 3
-    found = tuned(kept.judge(judge(None), lambda *each: told.append(each)), budget=SMALL)
+    assert kept.grips == sum(len(cells) for _, cells in requested) > 4 * 3
+    found = tuned(kept.judge(judge(None), lambda *each: reported.append(each)), budget=SMALL)
     assert found == tuned(Judge(), budget=SMALL)
-    assert len(asked) == len(set(asked))
-    assert sum(len(cells) for _, cells in asked) == found.grips
-    assert told[0] == (12, 12)
-    assert told[-1][0] == told[-1][1]
+    assert len(requested) == len(set(requested))
+    assert sum(len(cells) for _, cells in requested) == found.grips
+    assert reported[0] == (12, 12)
+    assert reported[-1][0] == reported[-1][1]
     with pytest.raises(ResultError, match="of another design"):
         Kept(path, "e")
 

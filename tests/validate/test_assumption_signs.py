@@ -127,7 +127,7 @@ def test_a_finger_without_plates_says_so(bare):
     assert bare.row("plane_strain").along_z is None
 
 
-def test_both_poissons_ratios_are_told(bare):
+def test_both_poissons_ratios_are_reported(bare):
     row = bare.row("poissons_ratio")
     assert [each["label"] for each in row.comparisons] == [
         "nu 0.45 for 0.49",

@@ -38,15 +38,15 @@ def test_rows_before_touch_and_from_complete_slip_on_are_left_out():
 
 
 def test_the_better_models_forces_are_followed():
-    asked = []
+    requested = []
 
     def along(other):
-        asked.append(other)
+        requested.append(other)
         return readings(NORMAL[1:3], PULL[1:3])
 
     found = compare("x", answer(along, factor=1.3), answer(), scene())
-    assert asked[0].path.control == "force"
-    assert asked[0].path.increments_N == ((1.0, 0.01), (3.0, 0.5))
+    assert requested[0].path.control == "force"
+    assert requested[0].path.increments_N == ((1.0, 0.01), (3.0, 0.5))
     assert found.force.rows == 2
     assert found.force.left_out == 3
     assert found.force.errors["normal_force"] is None  # prescribed

@@ -107,7 +107,7 @@ def test_the_map_holds_at_its_points_and_goes_straight_between(made):
     assert np.isnan(chart.error("force_gage_both", 0.3, 0.0, 2.0, 0.1))
 
 
-def test_beyond_the_map_its_border_holds_and_is_told(made):
+def test_beyond_the_map_its_border_holds_and_is_reported(made):
     chart = map_of(made)
     assert chart.error("normal_force", 0.3, 0.0, 40.0, 0.1) == pytest.approx(0.0075)
     assert chart.inside(0.3, 0.0, 2.0, 0.15)

@@ -50,9 +50,9 @@ def test_a_whole_folder_is_written(design, tmp_path, capsys):
     for row in rows:
         assert row["gage_greatest"] == row["gage_median"] == ""
     assert rows[1]["normal_force_greatest"] == rows[1]["tangential_force_greatest"] == ""
-    told = record["assumptions"][0]
-    assert told["equal_force"]["errors"]["normal_force"] is None
-    assert told["equal_motion"]["errors"]["gage"] is None
+    reported = record["assumptions"][0]
+    assert reported["equal_force"]["errors"]["normal_force"] is None
+    assert reported["equal_motion"]["errors"]["gage"] is None
     assert "<td>–</td>" in page.replace(' class="number"', "")
     assert "</span> <span" in page  # "drop Plane strain" without its styles too
     assert (folder / "validate.png").read_bytes().startswith(b"\x89PNG")
@@ -125,14 +125,16 @@ def test_view_names_what_validate_wrote(tmp_path, capsys):
         assert "validate.json" in said
 
 
-def test_progress_is_told_in_words():
-    told = []
+def test_progress_is_reported_in_words():
+    reported = []
     validate(
-        parse_design(DESIGN), keys=["youngs_modulus"], tell=lambda words, _: told.append(words)
+        parse_design(DESIGN),
+        keys=["youngs_modulus"],
+        report=lambda words, _: reported.append(words),
     )
-    assert any("Young's modulus" in words for words in told)
-    assert any("times the standard size" in words for words in told)
-    assert not any("=" in words or "None" in words for words in told)
+    assert any("Young's modulus" in words for words in reported)
+    assert any("times the standard size" in words for words in reported)
+    assert not any("=" in words or "None" in words for words in reported)
 
 
 def test_models_that_fail_are_no_success(design, tmp_path, monkeypatch, capsys):
@@ -150,7 +152,7 @@ def test_models_that_fail_are_no_success(design, tmp_path, monkeypatch, capsys):
     jsonschema.validate(record, json_schema("validate"))
 
 
-def test_where_nothing_can_be_told_the_record_says_so(design, tmp_path, capsys):
+def test_where_nothing_can_be_reported_the_record_says_so(design, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["validate", str(design), "--out", str(out), "--only", "sheets", "-q"]) == 0
     record = json.loads((out / "bare" / "validate.json").read_text("utf-8"))

@@ -18,7 +18,7 @@ def test_its_python_runs(capsys):
     assert float(numbers.split()[0]) > 0.05
 
 
-def test_every_assumption_and_option_is_told_of():
+def test_every_assumption_and_option_is_reported_of():
     keys = re.findall(r"^\| `(\w+)` \|", TEXT, flags=re.MULTILINE)
     assert keys == [each.key for each in ASSUMPTIONS]
     options = {name for parameter in command.params for name in parameter.opts}

@@ -14,7 +14,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 
 DESIGN = "maeno2000"
@@ -79,7 +79,7 @@ def answer(design: Design) -> Answer:
     )
 
 
-def agreement_checks(tell: Tell = lambda message: None) -> list[Check]:
+def agreement_checks(report: Report = lambda message: None) -> list[Check]:
     """The ways against each other, and what their meshes cost."""
     from fingerdesign.checks.load import with_values
     from fingerdesign.checks.starter import find_design
@@ -90,10 +90,10 @@ def agreement_checks(tell: Tell = lambda message: None) -> list[Check]:
     found: dict[str, Answer] = {}
     for mesher in ("extrude", "tetwild"):
         for model in ("solid", "sheet"):
-            tell(f"{mesher}, plates as {model}s")
+            report(f"{mesher}, plates as {model}s")
             values = {"mesh.mesher": mesher, "plates.model": model}
             found[f"{mesher} {model}"] = answer(with_values(design, values))
-    tell("tetwild, plates as solids, again")
+    report("tetwild, plates as solids, again")
     again = answer(with_values(design, {"mesh.mesher": "tetwild"}))
     solid, sheet = found["tetwild solid"], found["tetwild sheet"]
     normal, tangential = solid.forces_off(found["extrude solid"])

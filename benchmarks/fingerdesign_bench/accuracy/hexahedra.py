@@ -35,7 +35,7 @@ from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
 from fingerdesign.report.style import GRID, PAPER, SERIES, canvas, house_style
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign.shapes.objects import Plane
 from fingerdesign_bench.accuracy.hexahedral_model import (
     HexMesh,
@@ -175,14 +175,14 @@ class Hexahedra:
         return float(np.exp((np.log(error) - level) / slope)) if slope < 0.0 else None
 
 
-def measure_hexahedra(tell: Tell = lambda message: None, quick: bool = False) -> Hexahedra:
+def measure_hexahedra(report: Report = lambda message: None, quick: bool = False) -> Hexahedra:
     """Every line at every size; some four minutes on two cores, half a minute quick."""
     found = Hexahedra([], machine())
     design = parse_design(FINGER)
     for sizes, kind in ((TETRAHEDRA, "tetrahedra"), (HEXAHEDRA, "hexahedra")):
         for size in sizes[:QUICK] if quick else sizes:
             for mixed in (False, True):
-                tell(f"{kind}, size {size:g}{', mixed' if mixed else ''}")
+                report(f"{kind}, size {size:g}{', mixed' if mixed else ''}")
                 made = _tetrahedra if kind == "tetrahedra" else _hexahedra
                 found.points.append(made(design, size, mixed))
     return found

@@ -190,8 +190,8 @@ def _pressures(mesh: HexMesh, chosen: BoolArray, first: Array) -> Pressures:
 def hex_trace(points: Array, faces: IntArray) -> ContactTrace:
     """The trace of contact faces (f, 9) with bilinear hats at their corners.
 
-    As :func:`fingerdesign.fem.trace.contact_trace` has it of triangles; each face is told as two
-    triangles, of half its area, to what measures areas.
+    As :func:`fingerdesign.fem.trace.contact_trace` has it of triangles; each face is reported as
+    two triangles, of half its area, to what measures areas.
     """
     places, weights = gauss(2, 4)
     value, slope = shapes(places, 2)

@@ -20,7 +20,7 @@ from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.layers import layered
 from fingerdesign.mesh.cache import FORMAT
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 
@@ -128,7 +128,10 @@ class AnyFinger:
 
 
 def measure_any_finger(
-    folder: Path, tell: Tell = lambda message: None, quick: bool = False, count: int | None = None
+    folder: Path,
+    report: Report = lambda message: None,
+    quick: bool = False,
+    count: int | None = None,
 ) -> AnyFinger:
     """Mesh the designs that ``folder`` has no record of yet, and try the faults."""
     number = count if count is not None else (QUICK_DESIGNS if quick else DESIGNS)
@@ -136,7 +139,7 @@ def measure_any_finger(
     done = _known(folder / LINES)
     missing = [seed for seed in range(number) if seed not in done]
     if len(missing) < number:
-        tell(f"{number - len(missing)} of {number} designs were done before")
+        report(f"{number - len(missing)} of {number} designs were done before")
     with ThreadPoolExecutor(WORKERS) as pool:
         jobs = {pool.submit(_run, seed): seed for seed in missing}
         try:
@@ -144,12 +147,12 @@ def measure_any_finger(
                 record = job.result()
                 done[record["seed"]] = record
                 _append(folder / LINES, record)
-                tell(f"{len(done)} of {number}: {_words(record)}")
+                report(f"{len(done)} of {number}: {_words(record)}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     records = [done[seed] for seed in range(number)]
-    tell("the extruded ones, and the faults")
+    report("the extruded ones, and the faults")
     return AnyFinger(records, refuse_faults(number), extrude_straight(number), machine())
 
 
@@ -183,11 +186,11 @@ def refuse_faults(number: int) -> list[Record]:
     import tomlkit
 
     from fingerdesign.checks.load import parse_design
-    from fingerdesign_bench.any_finger.designs import spoiled_design
+    from fingerdesign_bench.any_finger.designs import invalid_design
 
     found = []
     for seed in range(number):
-        data, key = spoiled_design(seed)
+        data, key = invalid_design(seed)
         try:
             parse_design(tomlkit.dumps(data))
             said: list[str] = []

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 from tests.support.any_outcomes import any_outcomes
@@ -108,15 +108,15 @@ class Comparisons:
         }
 
 
-def measure_comparison(tell: Tell = lambda message: None, quick: bool = False) -> Comparisons:
+def measure_comparison(report: Report = lambda message: None, quick: bool = False) -> Comparisons:
     """Make the pages, open each in fresh browsers, sort by three columns. Needs Chromium."""
     found = machine()
     designs, times = (QUICK_DESIGNS, QUICK_TIMES) if quick else (DESIGNS, TIMES)
     pages = []
     for kind, deep in (("plane strain", False), ("3-D", True)):
-        tell(f"{kind}: making the page")
+        report(f"{kind}: making the page")
         text = _page(designs, deep)
-        tell(f"{kind}: opening it")
+        report(f"{kind}: opening it")
         pages.append(_measured(text, designs, kind, times))
     return Comparisons(tuple(pages), found)
 

@@ -248,11 +248,11 @@ TABLES: dict[str, type[BaseModel]] = {
 LEVEL, ROWS = ("arc", "level"), ("arc", "two_rows")
 
 
-def spoiled_design(seed: int) -> tuple[Data, str]:
+def invalid_design(seed: int) -> tuple[Data, str]:
     """A design's TOML data with one fault, and the dotted key that must be named for it."""
     chance = np.random.default_rng([20261121, seed])
     wanted, spoil = FAULTS[seed % len(FAULTS)]
-    data = drawn(f"spoiled_{seed:03d}", chance, wanted)
+    data = drawn(f"invalid_{seed:03d}", chance, wanted)
     return data, spoil(chance, data)
 
 

@@ -1,4 +1,4 @@
-"""``fingerdesign bench forecast``: what was foretold of dofs, memory and time, and what it was."""
+"""``fingerdesign bench forecast``: what was predicted of dofs, memory and time, and what it was."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.errors import SolverError
 from fingerdesign.report.style import PAPER, SERIES, canvas, house_style
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import pairs
 from fingerdesign_bench.machine import caption
 from fingerdesign_bench.speed.growth import tick
 
-# Forecasts drawn: what was foretold over what was measured, one panel a quantity.
+# Forecasts drawn: what was predicted over what was measured, one panel a quantity.
 
 _PANELS = (("dofs", "dofs"), ("memory_MB", "peak memory, MB"), ("time_s", "time, s"))
 _FOOT = (
@@ -54,7 +54,7 @@ def draw_forecasts(records: Sequence[dict[str, Any]], machine: dict[str, Any], p
                     label=f"{each_kind} ({len(mine)})",
                 )
             axes.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
-            axes.set_title(f"{words}: foretold over measured")
+            axes.set_title(f"{words}: predicted over measured")
             axes.set_xlabel("measured")
             tick(axes.xaxis)
             tick(axes.yaxis)
@@ -173,14 +173,14 @@ def case_of(pair: Record) -> Case:
     return Case(design, scene, pair["fidelity"], scene_name=pair["scene"])
 
 
-def measure_forecasts(tell: Tell = lambda message: None, quick: bool = False) -> Forecasts:
+def measure_forecasts(report: Report = lambda message: None, quick: bool = False) -> Forecasts:
     """Forecast and run each pair in a process of its own, one after the other."""
     from fingerdesign_bench.machine import machine
 
     records = []
     chosen = plain_pairs(quick)
     for number, pair in enumerate(chosen, start=1):
-        tell(f"{number} of {len(chosen)}: {name_of(pair)}")
+        report(f"{number} of {len(chosen)}: {name_of(pair)}")
         records.append(_run(pair))
     return Forecasts(records, machine())
 
@@ -203,19 +203,19 @@ def _run(pair: Record) -> Record:
 
 
 def rows(records: Sequence[Record]) -> list[list[str]]:
-    """A row a pair: what was foretold and what it was."""
+    """A row a pair: what was predicted and what it was."""
     found = []
     for each in records:
-        told = each["forecast"]
+        reported = each["forecast"]
         if each["status"] != "ok":
             found.append([name_of(each), "failed", "", "", "", ""])
             continue
         found.append(
             [
                 name_of(each),
-                f"{told['dofs']:.0f} / {each['dofs']:.0f}",
-                f"{told['memory_MB']:.0f} / {each['memory_MB']:.0f}",
-                f"{told['time_s']:.1f} / {each['time_s']:.1f}",
+                f"{reported['dofs']:.0f} / {each['dofs']:.0f}",
+                f"{reported['memory_MB']:.0f} / {each['memory_MB']:.0f}",
+                f"{reported['time_s']:.1f} / {each['time_s']:.1f}",
                 " ".join(f"{factor(each, name):.2f}" for name in QUANTITIES),
                 f"{each['machine']['one_core']:.0f}",
             ]

@@ -34,7 +34,7 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
     result = analyse_into(case, folder)
     wall, used = time.perf_counter() - start, _processor_seconds() - used
     machine = slower(before, measure_machine())
-    # Foretold anew, for that machine, as before the run: its mesh must not be found in the cache.
+    # Predicted anew, for that machine, as before the run: its mesh must not be found in the cache.
     os.environ["FINGERDESIGN_CACHE"] = str(folder / "empty")
     found = forecast_case(case, machine)
     record: dict[str, Any] = {
@@ -62,8 +62,8 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
 
 def _processor_seconds() -> float:
     """Of this process and of those that it started and that have ended."""
-    told = os.times()
-    return told.user + told.system + told.children_user + told.children_system
+    reported = os.times()
+    return reported.user + reported.system + reported.children_user + reported.children_system
 
 
 def measured(pair: dict[str, Any]) -> dict[str, Any]:

@@ -20,7 +20,7 @@ import numpy as np
 
 from fingerdesign.analysis.summary import versions
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 
@@ -125,7 +125,7 @@ class Molds:
 
 def measure_molds(
     folder: Path,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     seeds: int = SEEDS,
     workers: int = WORKERS,
 ) -> Molds:
@@ -139,7 +139,7 @@ def measure_molds(
     done = _known(folder / LINES, version)
     missing = [case for case in cases if case not in done]
     if len(missing) < len(cases):
-        tell(f"{len(cases) - len(missing)} of {len(cases)} molds were made before")
+        report(f"{len(cases) - len(missing)} of {len(cases)} molds were made before")
     with ThreadPoolExecutor(workers) as pool:
         jobs = [pool.submit(_run, case) for case in missing]
         try:
@@ -148,7 +148,7 @@ def measure_molds(
                 done[record["case"]] = record
                 _append(folder / LINES, record)
                 count = sum(case in done for case in cases)
-                tell(f"{count} of {len(cases)}: {words(record)}")
+                report(f"{count} of {len(cases)}: {words(record)}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise

@@ -38,10 +38,10 @@ def mold_one(case: str) -> Record:
             return record | {"status": "refused", "reason": reason, "seconds": seconds}
         record["seconds"] = round(time.perf_counter() - start, 2)
         record["cpu_s"] = round(sum(os.times()[:4]) - before, 2)
-        return record | told(report.data())
+        return record | reported(report.data())
 
 
-def told(report: Record) -> Record:
+def reported(report: Record) -> Record:
     """What of a mold's record the bench keeps."""
     checks = report["checks"]
     wrong = [each["sentence"] for each in checks if not each["ok"]]

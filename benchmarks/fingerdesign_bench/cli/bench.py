@@ -57,8 +57,8 @@ def command(
         raise click.UsageError("--out DIR is missing (or name a subcommand; see --help)")
     from fingerdesign_bench.suite import run_suite
 
-    with progress("bench", quiet or as_json) as tell:
-        found = run_suite(folder, tell, quick)
+    with progress("bench", quiet or as_json) as report:
+        found = run_suite(folder, report, quick)
     say_busy(found.machine, quiet)
     code = show_checks("What was asked", list(found.checks), found.paths, quiet, as_json)
     for part, why in found.failures.items():

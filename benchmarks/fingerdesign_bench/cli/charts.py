@@ -64,8 +64,8 @@ def precision(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
     """
     from fingerdesign_bench.speed.precision import measure_precision, write_precision
 
-    with progress("bench precision", quiet or as_json) as tell:
-        found = measure_precision(tell, quick)
+    with progress("bench precision", quiet or as_json) as report:
+        found = measure_precision(report, quick)
     say_busy(found.machine, quiet)
     paths = write_precision(found, folder)
     if as_json:
@@ -109,8 +109,8 @@ def speed(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     from fingerdesign_bench.speed.growth import in_words
     from fingerdesign_bench.speed.speed import measure_speed, write_speed
 
-    with progress("bench speed", quiet or as_json) as tell:
-        found = measure_speed(tell, quick)
+    with progress("bench speed", quiet or as_json) as report:
+        found = measure_speed(report, quick)
     say_busy(found.machine, quiet)
     paths = write_speed(found, folder)
     code = show_checks("Speed", found.checks, paths, quiet, as_json)
@@ -128,8 +128,8 @@ def stability(folder: Path, quick: bool, quiet: bool, as_json: bool) -> int:
     """Hard cases through every method, judged and mapped."""
     from fingerdesign_bench.stability.stability import measure_stability, write_stability
 
-    with progress("bench stability", quiet or as_json) as tell:
-        found = measure_stability(tell, quick)
+    with progress("bench stability", quiet or as_json) as report:
+        found = measure_stability(report, quick)
     paths = write_stability(found, folder)
     return show_checks("Stability", found.checks(), paths, quiet, as_json)
 
@@ -153,8 +153,8 @@ def any_finger(folder: Path, quick: bool, count: int | None, quiet: bool, as_jso
         write_any_finger,
     )
 
-    with progress("bench any-finger", quiet or as_json) as tell:
-        found = measure_any_finger(folder, tell, quick, count)
+    with progress("bench any-finger", quiet or as_json) as report:
+        found = measure_any_finger(folder, report, quick, count)
     paths = write_any_finger(found, folder)
     if not (quiet or as_json):
         rows = [
@@ -180,8 +180,8 @@ def hexahedra(folder: Path, quick: bool, quiet: bool, as_json: bool) -> None:
     """
     from fingerdesign_bench.accuracy.hexahedra import measure_hexahedra, write_hexahedra
 
-    with progress("bench hexahedra", quiet or as_json) as tell:
-        found = measure_hexahedra(tell, quick)
+    with progress("bench hexahedra", quiet or as_json) as report:
+        found = measure_hexahedra(report, quick)
     say_busy(found.machine, quiet)
     paths = write_hexahedra(found, folder)
     if as_json:

@@ -42,12 +42,12 @@ def reference(tetwild: bool, quick: bool, folder: Path | None, quiet: bool, as_j
         three_d_checks,
     )
 
-    with progress("bench reference", quiet or as_json) as tell:
-        tell("plane strain")
+    with progress("bench reference", quiet or as_json) as report:
+        report("plane strain")
         checks = [*plane_strain_checks(), *one_plate_checks()]
         meshers = () if quick else ("extrude", "tetwild") if tetwild else ("extrude",)
         for mesher in meshers:
-            tell(f"3-D, {mesher}")
+            report(f"3-D, {mesher}")
             checks += three_d_checks(mesher)
     return _show("reference", "Against two other codes", checks, folder, quiet, as_json)
 
@@ -59,8 +59,8 @@ def condensation(folder: Path | None, quiet: bool, as_json: bool) -> int:
     """Condensed against full, and what condensing costs."""
     from fingerdesign_bench.speed.condensation import condensation_checks
 
-    with progress("bench condensation", quiet or as_json) as tell:
-        tell("condensing")
+    with progress("bench condensation", quiet or as_json) as report:
+        report("condensing")
         checks = condensation_checks()
     return _show("condensation", "Condensation", checks, folder, quiet, as_json)
 
@@ -72,8 +72,8 @@ def assembly(folder: Path | None, quiet: bool, as_json: bool) -> int:
     """Stiffness of 100,000 dofs by scikit-fem's own assembly and by ours."""
     from fingerdesign_bench.speed.assembly import assembly_checks
 
-    with progress("bench assembly", quiet or as_json) as tell:
-        tell("assembling")
+    with progress("bench assembly", quiet or as_json) as report:
+        report("assembling")
         checks = assembly_checks()
     return _show("assembly", "Assembly", checks, folder, quiet, as_json)
 
@@ -85,8 +85,8 @@ def verification(folder: Path | None, quiet: bool, as_json: bool) -> int:
     """Analytic solutions: Hertz, Cattaneo-Mindlin, punch, layer, two bodies."""
     from fingerdesign_bench.accuracy.verification import verification_checks
 
-    with progress("bench verification", quiet or as_json) as tell:
-        tell("against analytic solutions")
+    with progress("bench verification", quiet or as_json) as report:
+        report("against analytic solutions")
         checks = verification_checks()
     return _show("verification", "Against analytic solutions", checks, folder, quiet, as_json)
 
@@ -102,8 +102,8 @@ def agreement(folder: Path | None, quiet: bool, as_json: bool) -> int:
     """
     from fingerdesign_bench.accuracy.agreement import agreement_checks
 
-    with progress("bench agreement", quiet or as_json) as tell:
-        checks = agreement_checks(tell)
+    with progress("bench agreement", quiet or as_json) as report:
+        checks = agreement_checks(report)
     return _show("agreement", "One finger, several meshes", checks, folder, quiet, as_json)
 
 
@@ -122,12 +122,12 @@ def whole(fidelity: tuple[str, ...], folder: Path | None, quiet: bool, as_json: 
     from fingerdesign_bench.speed.whole import whole_checks
 
     checks = []
-    with progress("bench whole", quiet or as_json) as tell:
+    with progress("bench whole", quiet or as_json) as report:
         for each in fidelity:
-            tell(each)
+            report(each)
             found, stages = whole_checks(each)
             checks += found
-            tell(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
+            report(f"{each}: " + ", ".join(f"{name} {s:.1f} s" for name, s in stages.items() if s))
     title = "A whole analysis, in a process of its own"
     return _show("whole", title, checks, folder, quiet, as_json)
 

@@ -31,8 +31,8 @@ def compare(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int
     """
     from fingerdesign_bench.any_finger.comparison import measure_comparison, write_comparison
 
-    with progress("bench compare", quiet or as_json) as tell:
-        found = measure_comparison(tell, quick)
+    with progress("bench compare", quiet or as_json) as report:
+        found = measure_comparison(report, quick)
     say_busy(found.machine, quiet)
     paths = write_comparison(found, folder) if folder is not None else []
     return show_checks("The comparison page", found.checks(), paths, quiet, as_json)

@@ -31,8 +31,8 @@ def fidelity(folder: Path, workers: int, anew: bool, quiet: bool, as_json: bool)
     """
     from fingerdesign_bench.fidelity.fidelity import measure_fidelity, rows, write_fidelity
 
-    with progress("bench fidelity", quiet or as_json) as tell:
-        found = measure_fidelity(folder, tell, workers, anew=anew)
+    with progress("bench fidelity", quiet or as_json) as report:
+        found = measure_fidelity(folder, report, workers, anew=anew)
     say_busy(found.machine, quiet)
     paths = write_fidelity(found, folder)
     if not (quiet or as_json):

@@ -11,7 +11,7 @@ from fingerdesign_cli.terminal import print_table, progress
 from fingerdesign_bench.cli.charts import say_busy, show_checks
 
 
-@click.command("forecast", short_help="Foretold dofs, memory, time, and what they were (15 min).")
+@click.command("forecast", short_help="Predicted dofs, memory, time, and what they were (15 min).")
 @click.option(
     "--out",
     "folder",
@@ -31,8 +31,8 @@ def forecast(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> in
     """
     from fingerdesign_bench.any_finger.forecast import measure_forecasts, rows, write_forecasts
 
-    with progress("bench forecast", quiet or as_json) as tell:
-        found = measure_forecasts(tell, quick)
+    with progress("bench forecast", quiet or as_json) as report:
+        found = measure_forecasts(report, quick)
     say_busy(found.machine, quiet)
     paths = write_forecasts(found, folder) if folder is not None else []
     if not (quiet or as_json):

@@ -31,8 +31,8 @@ def molds(folder: Path, seeds: int, workers: int, quiet: bool, as_json: bool) ->
     """
     from fingerdesign_bench.any_finger.molds import MADE, by_kind, measure_molds, words, write_molds
 
-    with progress("bench molds", quiet or as_json) as tell:
-        found = measure_molds(folder, tell, seeds, workers)
+    with progress("bench molds", quiet or as_json) as report:
+        found = measure_molds(folder, report, seeds, workers)
     say_busy(found.machine, quiet)
     paths = write_molds(found, folder)
     if not (quiet or as_json):

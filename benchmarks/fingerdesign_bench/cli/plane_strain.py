@@ -35,8 +35,8 @@ def plane_strain(folder: Path, study: Path | None, quick: bool, quiet: bool, as_
         write_plane_strain,
     )
 
-    with progress("bench plane-strain", quiet or as_json) as tell:
-        found = measure_plane_strain(folder, tell, quick, study)
+    with progress("bench plane-strain", quiet or as_json) as report:
+        found = measure_plane_strain(folder, report, quick, study)
     paths = write_plane_strain(found, folder)
     if not quiet:
         for note in found.notes:

@@ -30,8 +30,8 @@ def paper_finger(
     from fingerdesign_bench.studies.paper_finger import FRICTIONS, Finding
     from fingerdesign_bench.studies.paper_finger_bench import search, write
 
-    with progress("bench paper-finger", quiet or as_json) as tell:
-        found = search(count, seed, workers, tell)
+    with progress("bench paper-finger", quiet or as_json) as report:
+        found = search(count, seed, workers, report)
     paths = write(found, folder)
 
     def numbers(values: tuple[float, ...]) -> str:

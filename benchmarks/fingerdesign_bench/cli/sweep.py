@@ -31,8 +31,8 @@ def sweep(folder: Path | None, quick: bool, quiet: bool, as_json: bool) -> int:
     """
     from fingerdesign_bench.speed.throughput import measure_throughput, write_throughput
 
-    with progress("bench sweep", quiet or as_json) as tell:
-        found = measure_throughput(tell, quick)
+    with progress("bench sweep", quiet or as_json) as report:
+        found = measure_throughput(report, quick)
     say_busy(found.machine, quiet)
     paths = write_throughput(found, folder) if folder is not None else []
     if not quiet and not as_json:

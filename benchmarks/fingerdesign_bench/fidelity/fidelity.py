@@ -20,7 +20,7 @@ from fingerdesign.analysis.fidelity.models import Model
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.arrays import Array
 from fingerdesign.errors import FingerDesignError
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
 from fingerdesign_bench.fidelity.run import (
@@ -237,7 +237,7 @@ class FidelityBench:
 
 
 def measure_fidelity(
-    folder: Path, tell: Tell = lambda message: None, workers: int = 1, anew: bool = False
+    folder: Path, report: Report = lambda message: None, workers: int = 1, anew: bool = False
 ) -> FidelityBench:
     """Solve the rungs that ``folder`` does not hold yet (rungs.jsonl), then judge.
 
@@ -250,9 +250,9 @@ def measure_fidelity(
     if not anew:
         references(every)  # before an hour's work
     path, beyond = folder / "rungs.jsonl", folder / "finest.jsonl"
-    run("rungs", [(pair.number, 0) for pair in every], path, workers, tell)
-    run("finest", _sizes(path), beyond, workers, tell)
-    made = make_references(folder, tell, workers) if anew else None
+    run("rungs", [(pair.number, 0) for pair in every], path, workers, report)
+    run("finest", _sizes(path), beyond, workers, report)
+    made = make_references(folder, report, workers) if anew else None
     truth = references(every, made.read_text(encoding="utf-8") if made else None)
     return judge(every, [*read(path), *read(beyond)], truth, machine())
 
@@ -267,10 +267,10 @@ def _sizes(rungs: Path) -> list[tuple[int, int]]:
     return sorted(found.items())
 
 
-def make_references(folder: Path, tell: Tell, workers: int = 1) -> Path:
+def make_references(folder: Path, report: Report, workers: int = 1) -> Path:
     """Compute the references anew (an hour), into ``folder``; needs its rungs.jsonl."""
     path = folder / "references.jsonl"
-    run("reference", _sizes(folder / "rungs.jsonl"), path, workers, tell)
+    run("reference", _sizes(folder / "rungs.jsonl"), path, workers, report)
     found = folder / REFERENCES
     found.write_text(json.dumps(read(path), allow_nan=False) + "\n", encoding="utf-8")
     return found

@@ -22,7 +22,7 @@ from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, rung
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
 
 if TYPE_CHECKING:
@@ -163,7 +163,9 @@ def work(task: tuple[str, int, int]) -> list[Record]:
         return [{"pair": number, "failure": str(error)}]
 
 
-def run(kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, tell: Tell) -> None:
+def run(
+    kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, report: Report
+) -> None:
     """Solve what ``path`` (JSON lines) does not hold yet; each pair is added when it is whole."""
     have = {each["pair"] for each in read(path)}
     tasks = [(kind, number, dofs) for number, dofs in wanted if number not in have]
@@ -177,7 +179,7 @@ def run(kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, 
                 lines = "".join(json.dumps(each, allow_nan=False) + "\n" for each in records)
                 with path.open("a", encoding="utf-8") as file:
                     file.write(lines)
-                tell(f"{kind}: {done} of {len(tasks)} pairs")
+                report(f"{kind}: {done} of {len(tasks)} pairs")
         except BaseException:
             pool.kill()
             raise

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import SolverError
 from fingerdesign.report.style import COLOURS, MUTED, PAPER, SERIES, canvas, house_style
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import plain
 from fingerdesign_bench.machine import caption, machine
 from fingerdesign_bench.speed.precision_plan import (
@@ -104,7 +104,7 @@ class Precision:
 
 
 def measure_precision(
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     quick: bool = False,
     charts: Sequence[Chart] = CHARTS,
     references: Sequence[Reference] = REFERENCES,
@@ -121,7 +121,7 @@ def measure_precision(
     def run(method: Method, size: float, repeat: bool) -> Run:
         key = (method, size)
         if key not in kept:
-            tell(f"{describe(method)}, {size:g} mm")
+            report(f"{describe(method)}, {size:g} mm")
             kept[key] = measured(method, size, repeat)
         return kept[key]
 

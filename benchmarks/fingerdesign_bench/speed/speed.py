@@ -19,7 +19,7 @@ import numpy as np
 
 from fingerdesign.errors import SolverError
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 from fingerdesign_bench.speed.growth import Growth, Size, draw_growth, fit
@@ -53,7 +53,7 @@ class Speed:
     quick: bool
 
 
-def measure_speed(tell: Tell = lambda message: None, quick: bool = False) -> Speed:
+def measure_speed(report: Report = lambda message: None, quick: bool = False) -> Speed:
     """All cases (some minutes), or with ``quick`` the series up to the sizes asked in plane strain
     and up to 50k dofs in 3-D, and the grip in plane strain (under a minute).
 
@@ -62,22 +62,22 @@ def measure_speed(tell: Tell = lambda message: None, quick: bool = False) -> Spe
     began, found_machine = time.perf_counter(), machine()
     sizes: list[Size] = []
     for contact, far in _PLANE_SIZES[: _PLANE_ASKED + 1 if quick else None]:
-        tell(f"{PLANE}, facets of {contact:g} mm")
+        report(f"{PLANE}, facets of {contact:g} mm")
         sizes.append(_size(PLANE, contact, far, 1, 3 if quick else 5))
     for contact, far, layers in _SPACE_SIZES[: 2 if quick else None]:
-        tell(f"{SPACE}, facets of {contact:g} mm")
+        report(f"{SPACE}, facets of {contact:g} mm")
         sizes.append(_size(SPACE, contact, far, layers, 2))
     grips: dict[str, dict[str, Any]] = {}
-    tell(f"a grip, {PLANE}")
+    report(f"a grip, {PLANE}")
     grips[PLANE] = run_case({"grip": True, "fidelity": "plane-strain", "runs": 3, "values": {}})
     if not quick:
-        tell(f"a grip, {SPACE}")
+        report(f"a grip, {SPACE}")
         grips[SPACE] = run_case({"grip": True, "fidelity": "3d", "runs": 2, "values": _GRIP_SPACE})
     checks = _checks(sizes, grips)
     if not quick:
         from fingerdesign_bench.speed.condensation import condensation_checks
 
-        tell("condensing against its limits")
+        report("condensing against its limits")
         checks += condensation_checks()
     return Speed(
         tuple(sizes),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from fingerdesign.search.run.jobs import Planned
     from fingerdesign.search.study.file import Limits
 
-Tell = Callable[[str, float | None], None]
+Report = Callable[[str, float | None], None]
 
 STUDY, WORKERS = "fingers", (1, 2)
 QUICK_VARIANTS = 8
@@ -90,7 +90,7 @@ class Throughputs:
 
 
 def measure_throughput(
-    tell: Tell = lambda message, fraction: None, quick: bool = False, study: str = STUDY
+    report: Report = lambda message, fraction: None, quick: bool = False, study: str = STUDY
 ) -> Throughputs:
     """Run the study on 1 worker and on 2. Raises what run_jobs does."""
     from fingerdesign.search.run.jobs import planned, study_scenes
@@ -101,7 +101,7 @@ def measure_throughput(
     read = read_study(study)
     plan = list(planned(read, variants(read, base_design(read)), study_scenes(read)))
     plan = plan[:QUICK_VARIANTS] if quick else plan
-    runs = tuple(_measured(plan, read.limits, workers, tell) for workers in WORKERS)
+    runs = tuple(_measured(plan, read.limits, workers, report) for workers in WORKERS)
     return Throughputs(runs, found)
 
 
@@ -113,7 +113,7 @@ def write_throughput(found: Throughputs, folder: Path) -> list[Path]:
     return [path]
 
 
-def _measured(plan: Sequence[Planned], limits: Limits, workers: int, tell: Tell) -> Throughput:
+def _measured(plan: Sequence[Planned], limits: Limits, workers: int, report: Report) -> Throughput:
     from collections import Counter
 
     from fingerdesign.search.run.cluster import Cluster
@@ -121,7 +121,7 @@ def _measured(plan: Sequence[Planned], limits: Limits, workers: int, tell: Tell)
     from fingerdesign.search.run.store import Store
 
     def show(standing: Standing) -> None:
-        tell(f"{standing.of} variants, {workers} at a time", standing.number / standing.of)
+        report(f"{standing.of} variants, {workers} at a time", standing.number / standing.of)
 
     with _fresh_caches() as folder, Cluster(workers) as cluster:
         start = time.perf_counter()

@@ -25,7 +25,7 @@ from threadpoolctl import threadpool_limits
 from fingerdesign.analysis.summary import versions
 from fingerdesign.runtime.files import move_into, whole_folder
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
 from fingerdesign_bench.stability.cases import cases_of
@@ -183,7 +183,7 @@ class StabilityMap:
 
 
 def measure_stability(
-    tell: Tell = lambda message: None, quick: bool = False, workers: int = 2
+    report: Report = lambda message: None, quick: bool = False, workers: int = 2
 ) -> StabilityMap:
     """Run all cases (minutes), or some of those of four bodies (``quick``, seconds)."""
     start = time.perf_counter()
@@ -192,7 +192,7 @@ def measure_stability(
     if workers <= 1 or quick:
         for body in bodies:
             outcomes[body.name] = run_body(body, _QUICK[body.name] if quick else 1)
-            tell(f"{body.name}: {_cases(outcomes[body.name])} cases")
+            report(f"{body.name}: {_cases(outcomes[body.name])} cases")
         workers = 1
     else:
         with Pool(workers) as pool:
@@ -202,7 +202,7 @@ def measure_stability(
                 lambda body: (body.name, pool.call(run_body, body)), queue
             ):
                 outcomes[name] = found
-                tell(f"{name}: {_cases(found)} cases ({len(outcomes)} of {len(bodies)} bodies)")
+                report(f"{name}: {_cases(found)} cases ({len(outcomes)} of {len(bodies)} bodies)")
     ordered = tuple(each for body in bodies for each in outcomes[body.name])
     return StabilityMap(ordered, time.perf_counter() - start, workers, quick)
 

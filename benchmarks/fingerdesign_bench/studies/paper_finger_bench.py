@@ -21,7 +21,7 @@ from fingerdesign_bench.studies.paper_finger import (
     candidates,
 )
 
-Tell = Callable[[str, float | None], None]
+Report = Callable[[str, float | None], None]
 COUNT, SEED = 384, 2000
 _FINALISTS = 10  # analysed again on the mesh that the design is shipped with
 
@@ -46,16 +46,16 @@ class Search:
 
 
 def search(
-    count: int = COUNT, seed: int = SEED, workers: int = 2, tell: Tell | None = None
+    count: int = COUNT, seed: int = SEED, workers: int = 2, report: Report | None = None
 ) -> Search:
     """Sample, analyse, and analyse the best again. Raises FingerDesignError where none is left."""
-    tell = tell if tell is not None else _silent
+    report = report if report is not None else _silent
     drawn = candidates(count, seed)
     worth = [candidate for candidate in drawn if not candidate.refused]
-    analysed = _all(worth, True, workers, "candidates", tell)
+    analysed = _all(worth, True, workers, "candidates", report)
     findings = [each for each in analysed if isinstance(each, Finding)]
     again = [finding.candidate for finding in best(findings, _FINALISTS)]
-    fine = _all(again, False, workers, "finalists", tell)
+    fine = _all(again, False, workers, "finalists", report)
     finalists = best([each for each in fine if isinstance(each, Finding)], _FINALISTS)
     if not finalists:
         raise FingerDesignError(f"none of {count} candidates is a finger for the paper's grips")
@@ -102,13 +102,13 @@ def winner_scene(winner: Finding) -> str:
 
 
 def _all(
-    work: list[Candidate], coarse: bool, workers: int, what: str, tell: Tell
+    work: list[Candidate], coarse: bool, workers: int, what: str, report: Report
 ) -> list[Candidate | Finding]:
     """Every candidate analysed, in order; in this process where ``workers`` is 1."""
     if workers <= 1:
         done = []
         for number, candidate in enumerate(work):
-            tell(f"{what} of the paper's finger", number / len(work))
+            report(f"{what} of the paper's finger", number / len(work))
             done.append(analyse_candidate(candidate, coarse))
         return done
     results: dict[int, Candidate | Finding] = {}
@@ -118,7 +118,7 @@ def _all(
         )
         for number, (k, each) in enumerate(found, 1):
             results[k] = each
-            tell(f"{what} of the paper's finger", number / len(work))
+            report(f"{what} of the paper's finger", number / len(work))
     return [results[k] for k in range(len(work))]
 
 

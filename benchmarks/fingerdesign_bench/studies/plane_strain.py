@@ -21,7 +21,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import SolverError
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.studies.plane_strain_file import Point
 
 if TYPE_CHECKING:
@@ -40,23 +40,23 @@ READ = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gag
 def run_study(
     points: Iterable[Point],
     lines: Path,
-    tell: Tell = lambda message: None,
-    note: Tell = lambda message: None,
+    report: Report = lambda message: None,
+    note: Report = lambda message: None,
 ) -> list[Record]:
     """The records of all points, those that ``lines`` holds already not made again.
 
-    note: told what of ``lines`` is left out, a sentence each.
+    note: reported what of ``lines`` is left out, a sentence each.
     """
     points = list(points)
     keys = [key_of(point) for point in points]
     known, damaged = known_records(lines)
     for words in _left_out(lines, known, damaged, set(keys)):
         note(words)
-    tell(_ahead(known, set(keys)))
+    report(_ahead(known, set(keys)))
     found = []
     for number, (key, point) in enumerate(zip(keys, points, strict=True)):
         if key not in known:
-            tell(f"model {number + 1} of {len(points)}: {_words(point)}")
+            report(f"model {number + 1} of {len(points)}: {_words(point)}")
             known[key] = compare(point) | {"key": key}
             _append(lines, known[key])
         found.append(known[key] | {"name": point.name, "values": point.values})

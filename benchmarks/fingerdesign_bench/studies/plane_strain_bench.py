@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 from fingerdesign.validate.plane_strain import (
     QUANTITIES,
     PlaneStrainMap,
@@ -73,7 +73,7 @@ class PlaneStrainStudy:
 
 def measure_plane_strain(
     folder: Path,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     quick: bool = False,
     study: Path | None = None,
 ) -> PlaneStrainStudy:
@@ -89,9 +89,9 @@ def measure_plane_strain(
 
     def note(words: str) -> None:
         notes.append(words)
-        tell(words)
+        report(words)
 
-    table = table_of(run_study(points, folder / LINES, tell, note))
+    table = table_of(run_study(points, folder / LINES, report, note))
     return replace(judged(table, folder / LINES), notes=tuple(notes))
 
 

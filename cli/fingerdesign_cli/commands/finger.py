@@ -179,7 +179,7 @@ def validate(**given: Any) -> int | None:
     holds validate.html (table, chart, advice), validate.json, validate.csv and validate.png.
 
     Exit code 0 also where DESIGN and scene can tell nothing: each row says why. 1, status "failed"
-    and a sentence as failure, where models failed and no assumption was told.
+    and a sentence as failure, where models failed and no assumption was reported.
     """
     return work("validate:validate", given)
 

@@ -44,8 +44,8 @@ def generate(**given: Any) -> int | None:
 
     It holds the variant's design as TOML, finger.step, and finger.stl (the outside), body.stl and
     plates.stl. variants.csv lists values and digests of designs; invalid.csv those that cannot
-    exist, with the faults found (one that hides others is told first). Run again, it makes what is
-    missing.
+    exist, with the faults found (one that hides others is reported first). Run again, it makes what
+    is missing.
 
     With --json a line of JSON a variant as it is done (number: the variant's; done: how many are),
     and a last one for the folder.

@@ -9,7 +9,7 @@ from fingerdesign.analysis.fidelity.ladder import Answer, Ladder, climb
 from fingerdesign.analysis.fidelity.models import InTurn, Model, Solved
 from fingerdesign.errors import SolverError
 from fingerdesign.records.result import LadderSummary, TriedModel
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case, Clock
@@ -30,7 +30,7 @@ class Choice:
     reasons: tuple[str, ...]
 
 
-def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, tell: Tell) -> Choice:
+def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -> Choice:
     """Climb the ladder for a case of fidelity "auto"; all that it tries is on ``clock``.
 
     Raises FingerDesignError where a model fails.
@@ -43,7 +43,7 @@ def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, tell: Tell) -> Ch
         clock.add(solved.seconds)
         return solved
 
-    ladder = climb(case.design, scene, case.tolerance, solver, tell)
+    ladder = climb(case.design, scene, case.tolerance, solver, report)
     chosen = ladder.chosen
     if not isinstance(chosen, Solved) or chosen.built is None:
         raise SolverError("the ladder's choice holds no model")

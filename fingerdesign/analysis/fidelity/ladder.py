@@ -27,7 +27,7 @@ from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, c
 from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import crest_height
-from fingerdesign.runtime.progress import Tell
+from fingerdesign.runtime.progress import Report
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.readings import Readings
@@ -151,7 +151,7 @@ def _monotone(rows: np.ndarray[tuple[int, int], np.dtype[np.float64]]) -> bool:
 # ratios count where something pulls sideways: under approach alone they say how the path was cut
 # into increments.
 
-# What a scene reads: goals, not energies. Contact width is told, but no controller reads it.
+# What a scene reads: goals, not energies. Contact width is reported, but no controller reads it.
 GOALS = ("normal_force", "tangential_force", "stick_ratio", "gage")
 ORDERS = {"normal_force": 1.0, "tangential_force": 2.0, "stick_ratio": 2.0, "gage": 1.0}
 _PULLED = 1e-3  # of the path's largest F_t
@@ -310,7 +310,7 @@ def climb(
     scene: Scene,
     tolerance: float,
     solver: Solve | None = None,
-    tell: Tell = lambda message: None,
+    report: Report = lambda message: None,
     most_dofs: float = MOST_DOFS,
     scales: Sequence[float] = SPACE_SCALES,
 ) -> Ladder:
@@ -325,18 +325,18 @@ def climb(
         raise DesignError(faults)
     ladder, solver = Ladder(tolerance), solver or InTurn()
     scale, left = scales[0], list(scales[1:])
-    tell(f"in space, sizes x {scale:g}")
+    report(f"in space, sizes x {scale:g}")
     now = solver(design, scene, rung(design, scene, "3-D", scale))
     ladder.add(now, None, "the first in space: it judges those below")
     section = None
     if can_be_section(design, scene):
-        section = _section(ladder, design, scene, now, solver, tell)
+        section = _section(ladder, design, scene, now, solver, report)
     if section is not None and _section_suffices(ladder, section, now):
         return ladder
     before, coarser = now, scale
     while left:
         scale = left.pop(0)
-        tell(f"in space, sizes x {scale:g}")
+        report(f"in space, sizes x {scale:g}")
         now = solver(design, scene, rung(design, scene, "3-D", scale))
         ratio = refinement(now, before, coarser / scale)
         if ratio < _HARDLY and left:
@@ -390,11 +390,11 @@ class _Section:
 
 
 def _section(
-    ladder: Ladder, design: Design, scene: Scene, space: Answer, solver: Solve, tell: Tell
+    ladder: Ladder, design: Design, scene: Scene, space: Answer, solver: Solve, report: Report
 ) -> _Section | None:
     """Plane strain where it may do, refined until its own error is a small part of the tolerance;
     None where the coarse finger in space is too far from it."""
-    tell("plane strain")
+    report("plane strain")
     formulas = analytic_readings(design, scene)
     if formulas is not None:
         off = difference(formulas, space.readings)
@@ -460,7 +460,9 @@ def percent(share: float) -> str:
 
 def _formula_words(off: Estimate) -> str:
     name, worst = WORDS[off.worst_quantity], off.worst
-    return f"off by {percent(worst)} ({name}) from the coarse finger in space; told, never taken"
+    return (
+        f"off by {percent(worst)} ({name}) from the coarse finger in space; reported, never taken"
+    )
 
 
 def _section_words(price: Estimate, tolerance: float) -> str:

@@ -233,7 +233,7 @@ def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
     ValueError for fidelity "auto": which models that will take is found while it works.
     """
     if case.fidelity not in ("plane-strain", "3d"):
-        raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be foretold")
+        raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be predicted")
     bare = replace(case, go_on=False, estimator=None)  # neither changes what it takes
     return _forecast(bare, this_machine() if machine is None else machine)
 

@@ -58,10 +58,10 @@ def paths_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
 def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
     """True stick ratio and, of a rule that makes one, its gage area by step; holds shaded."""
     columns = min(3, len(traces))
-    heard = any(np.isfinite(trace.gage_area_mm).any() for trace in traces)
-    high = 2 if heard else 1  # panels of one grip
+    sampled = any(np.isfinite(trace.gage_area_mm).any() for trace in traces)
+    high = 2 if sampled else 1  # panels of one grip
     rows = -(-len(traces) // columns)
-    figure = canvas(7.2, 0.5 + (3.4 if heard else 1.9) * rows)
+    figure = canvas(7.2, 0.5 + (3.4 if sampled else 1.9) * rows)
     grid = figure.subplots(high * rows, columns, squeeze=False)
     for spare in grid.ravel():
         spare.set_axis_off()
@@ -77,14 +77,14 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
         upper.plot(step, trace.stick_ratio, color=BLUE, label="stick ratio (the judge's)")
         upper.set_ylim(-0.04, 1.04)
         upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
-        if heard:
+        if sampled:
             upper.tick_params(labelbottom=False)
             lower.plot(step, trace.gage_area_mm, color=VERMILION, ls=(0, (6, 2)), label="gage area")
             lower.set_ylim(bottom=0.0)
         lower.set_xlabel("step")
         if column == 0:
             upper.set_ylabel("true stick ratio")
-            if heard:
+            if sampled:
                 lower.set_ylabel("gage area (mm)")
     alternative = " ".join(
         f"At friction coefficient {trace.friction_coefficient:g} the stick ratio is never below "
@@ -93,12 +93,12 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
         for trace in traces
     )
     caption = "the true stick ratio, which the controller never sees"
-    below = "; below, the gage area that it makes of its readings" if heard else ""
+    below = "; below, the gage area that it makes of its readings" if sampled else ""
     return ReportFigure(
         "rule",
-        "What the rule saw and what was true" if heard else "How much stuck",
+        "What the rule saw and what was true" if sampled else "How much stuck",
         to_svg(figure, "rule", alternative),
-        f"{'Above, ' if heard else 'By step, '}{caption}{below}. Shaded: steps in which it held "
+        f"{'Above, ' if sampled else 'By step, '}{caption}{below}. Shaded: steps in which it held "
         "the tangential motion.",
         alternative,
     )

@@ -38,15 +38,15 @@ def motion_text(result: Result) -> str:
     table = np.array([[*row, *[0.0] * (len(names) - len(row))] for row in rows], dtype=float)
     phases = _phases(table)
     if len(phases) <= MOST_PHASES:
-        told = ", ".join(_phase(columns, table[last], names) for columns, last in phases)
+        reported = ", ".join(_phase(columns, table[last], names) for columns, last in phases)
     else:
-        told = ", ".join(
+        reported = ", ".join(
             f"{name} from {low:g} to {high:g} {unit}"
             for (name, unit), low, high in zip(names, table.min(0), table.max(0), strict=True)
             if low or high
         )
     words = "Its forces are prescribed" if forced else "Its motion is prescribed"
-    words += f": {told or 'none'}"
+    words += f": {reported or 'none'}"
     substeps = keys.get(f"{PATH}substeps") or 1
     if substeps != 1:
         words += f", each row in {substeps} equal increments"

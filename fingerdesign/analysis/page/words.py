@@ -85,12 +85,12 @@ def _plates(keys: Mapping[str, Any]) -> str:
     plates = _plate_keys(keys)
     placement = plates.get("placement")
     if placement is not None:
-        told = [f"{count_text(len(placement), 'plate')} placed one by one"]
+        reported = [f"{count_text(len(placement), 'plate')} placed one by one"]
     else:
-        told = [_row(table) for table in _rows(plates)]
-    if not told:
+        reported = [_row(table) for table in _rows(plates)]
+    if not reported:
         return "It has no plates."
-    words = f"Inside lie {'; '.join(told)}." if len(told) > 1 else f"Inside: {told[0]}."
+    words = f"Inside lie {'; '.join(reported)}." if len(reported) > 1 else f"Inside: {reported[0]}."
     hole = plates.get("hole_diameter_mm")
     if hole:
         words += f" The plates are perforated, holes {float(hole):g} mm across."

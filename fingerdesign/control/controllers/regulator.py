@@ -16,7 +16,7 @@ margin that it keeps) while both forces grow:
    of friction nothing but their noise. A tug shows in F_t: where F_t / (mu F_n), mu as believed at
    the lift, is over ``most_held``, it closes.
 
-Forces are felt, friction and weight are never told.
+Forces are felt, friction and weight are never given.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.estimator import LAGS, LEAST_FORCE, GripEstimator, Moment, Told
+from fingerdesign.control.estimator import LAGS, LEAST_FORCE, Estimated, GripEstimator, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.registry import key
@@ -90,14 +90,14 @@ class Regulator:
         self._history.append(Moment(sample, *self._move))
         del self._history[: -max(LAGS) - 1]
         self._learn_stiffness(before, sample)
-        told = self.estimator.estimate(self._history)
+        reported = self.estimator.estimate(self._history)
         if not sample.lifted:
-            self._learn_friction(sample, told)
-        dx, dy = self._next(sample, before, told)
+            self._learn_friction(sample, reported)
+        dx, dy = self._next(sample, before, reported)
         self._move = (dx, dy)
-        return Command(dx, dy, dx == 0.0 and not sample.lifted, told.stick_ratio)
+        return Command(dx, dy, dx == 0.0 and not sample.lifted, reported.stick_ratio)
 
-    def _next(self, sample: Sample, before: Sample, told: Told) -> tuple[float, float]:
+    def _next(self, sample: Sample, before: Sample, reported: Estimated) -> tuple[float, float]:
         settings = self.settings
         friction = self.friction
         believed = 0.0
@@ -105,8 +105,8 @@ class Regulator:
             believed = sample.tangential_force / (friction * self._pressed(sample))
         if sample.lifted:
             return 0.0, self._close(sample) if believed > settings.most_held else 0.0
-        in_use = max(told.used, believed)
-        if told.stick_ratio < settings.least_stick or in_use > settings.most_used:
+        in_use = max(reported.used, believed)
+        if reported.stick_ratio < settings.least_stick or in_use > settings.most_used:
             self._probing = False
             return 0.0, self._close(sample)
         if self._probing:
@@ -145,12 +145,12 @@ class Regulator:
             felt = change / dx
             self._stiffness = _STIFFNESS_FADES * self._stiffness + (1.0 - _STIFFNESS_FADES) * felt
 
-    def _learn_friction(self, sample: Sample, told: Told) -> None:
-        if told.used < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
+    def _learn_friction(self, sample: Sample, reported: Estimated) -> None:
+        if reported.used < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
             return
         low, high = _FRICTION
-        friction = sample.tangential_force / (sample.normal_force * told.used)
-        sure = (told.used / max(told.spread, 1e-3)) ** 2  # 1 / relative variance
+        friction = sample.tangential_force / (sample.normal_force * reported.used)
+        sure = (reported.used / max(reported.spread, 1e-3)) ** 2  # 1 / relative variance
         memory = self.settings.memory
         self._weight = memory * self._weight + sure
         self._sum = memory * self._sum + sure * min(max(friction, low), high)

@@ -95,7 +95,7 @@ class _Hand:
         return self._largest_pull(sample) if reached else 0.0
 
     def _moved(self, sample: Sample, dx: float) -> None:
-        """Told the move that answers ``sample``."""
+        """Given the move that answers ``sample``."""
 
     def _waits(self) -> bool:
         """Whether a pull is held back by what was felt."""
@@ -232,7 +232,7 @@ class ReactiveHand(_Hand):
 
 
 class OracleHand(_Hand):
-    """Told friction and mass: grips ``margin`` times the least force that holds, then pulls.
+    """Given friction and mass: grips ``margin`` times the least force that holds, then pulls.
 
     The bound that no hand without that knowledge can be asked to beat; a tug that it feels counts
     as weight.

@@ -265,12 +265,12 @@ def _check_areas(
     regions: IntArray,
 ) -> None:
     areas = _areas(points, triangles)
-    asked = section_area(design.body)
+    requested = section_area(design.body)
     # Chords of arcs lie inside them: the linear mesh misses at most this much.
-    if not abs(areas.sum() - asked) < 2e-2 * asked:
+    if not abs(areas.sum() - requested) < 2e-2 * requested:
         raise MeshError(
-            f"netgen filled {areas.sum():.4f} of {asked:.4f} mm^2 of the section: make the sizes "
-            "in [mesh.section] smaller"
+            f"netgen filled {areas.sum():.4f} of {requested:.4f} mm^2 of the section: make the "
+            "sizes in [mesh.section] smaller"
         )
     parts = [
         (f"plate {f.index}", f.index + 1, f.length * f.thickness, 2e-2 if f.bend_radius else 1e-6)

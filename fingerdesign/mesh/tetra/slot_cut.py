@@ -89,15 +89,15 @@ def sheet_facets_of(
     up = normal @ frame.direction(frame.normal)
     facets = np.where(up[:, None] > 0.0, facets, facets[:, [0, 2, 1]])
     across = frame.across(points)
-    asked = _extent(points, frame)
+    requested = _extent(points, frame)
     filled = float(0.5 * np.abs(up).sum())
     s = np.abs(frame.local(points)[:, 0])
     reach = facets.ravel()
     strays = (s[reach] > 0.5 * frame.length + _ON).any() if len(facets) else True
     strays = strays or bool((across[reach] > frame.high + _ON).any())
-    if strays or not abs(filled / asked - 1.0) < _FILLED:
+    if strays or not abs(filled / requested - 1.0) < _FILLED:
         raise MeshError(
-            f"the mesh follows {filled:.6g} of {asked:.6g} mm^2 of plate {frame.index}'s "
+            f"the mesh follows {filled:.6g} of {requested:.6g} mm^2 of plate {frame.index}'s "
             "mid-surface"
         )
     return np.asarray(facets)

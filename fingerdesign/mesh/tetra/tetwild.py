@@ -293,8 +293,8 @@ def size_field(
     zone_half_depth: float | None = None,
 ) -> SizeField:
     """The size field to ask fTetWild for, so that edges at the contact come out as ``sizes``."""
-    asked = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
-    return SizeField(surface_of(design.body), frames, asked, zone_half_width, zone_half_depth)
+    requested = replace(sizes, contact=sizes.contact / CONTACT_OVERSHOOT)
+    return SizeField(surface_of(design.body), frames, requested, zone_half_width, zone_half_depth)
 
 
 def _expected(design: Design, field: SizeField, symmetric: bool) -> float:

@@ -56,12 +56,12 @@ def labels(holes: list[dict[str, Any]]) -> list[str]:
     ['G', 'V1', 'V2']
     """
     kinds = [hole["kind"] for hole in holes]
-    told, seen = [], dict.fromkeys(kinds, 0)
+    reported, seen = [], dict.fromkeys(kinds, 0)
     for kind in kinds:
         seen[kind] += 1
         number = str(seen[kind]) if kinds.count(kind) > 1 else ""
-        told.append(f"{KINDS[kind][0]}{number}")
-    return told
+        reported.append(f"{KINDS[kind][0]}{number}")
+    return reported
 
 
 def holes_table(base: dict[str, Any] | None) -> Table | None:
@@ -123,11 +123,11 @@ def base_svg(base: dict[str, Any] | None) -> str:
         _text(0.45 * _EDGE, 0.5 * high, "-x"),
         _text(_WIDE - 0.45 * _EDGE, 0.5 * high, "+x"),
     ]
-    told = ", ".join(
+    reported = ", ".join(
         f"{label} {hole['kind']} at x {hole['x_mm']:.1f}, z {hole['z_mm']:.1f} mm"
         for label, hole in zip(labels(base["holes"]), base["holes"], strict=True)
     )
-    name = escape(f"Plan of the base plate from its back: {told}.", quote=True)
+    name = escape(f"Plan of the base plate from its back: {reported}.", quote=True)
     body = "".join(drawn)
     return (
         f'<svg viewBox="0 0 {_WIDE:g} {high:.0f}" role="img" aria-label="{name}" '
@@ -182,7 +182,7 @@ def _check_cells(check: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _room(check: dict[str, Any]) -> float:
-    """How far a measure is from its bound, relative to the larger; 0: at it, or not told."""
+    """How far a measure is from its bound, relative to the larger; 0: at it, or not reported."""
     measured, bound = check["measured"], check["bound"]
     if measured is None or bound is None:
         return 0.0

@@ -48,12 +48,12 @@ def hardware_text(data: dict[str, Any]) -> str:
     '2 bolts (M3 x 35)'
     """
     held = ("bolt", "threaded rod", "nut", "washer", "dowel pin", "core pin", "core screw", "shim")
-    told = [
+    reported = [
         f"{item['count']} {item['item']}{'s' if item['count'] > 1 else ''} ({item['size']})"
         for item in data["bill"]
         if item["item"] in held
     ]
-    return "; ".join(told)
+    return "; ".join(reported)
 
 
 def plates_table(data: dict[str, Any]) -> Table | None:

@@ -158,5 +158,5 @@ def plugs_of(
 
 # Plates that no fixture can hold: webs, crossing legs, exits in the contact zone; with remedies.
 #
-# Each fault names the key that is owed the change; bounds are found by trying, and only told where
-# the changed design is sound.
+# Each fault names the key that is owed the change; bounds are found by trying, and only reported
+# where the changed design is sound.

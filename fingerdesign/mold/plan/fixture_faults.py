@@ -258,15 +258,15 @@ def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
     bars = tuple(leg_bar(by_index[leg.plate], leg, leg.exit) for leg in legs)
     gaps = leg_gaps(design, scale_of(design), legs, bars, frames)
     worst = int(np.argmin(gaps))
-    told: tuple[int, str, float] | None = None
+    reported: tuple[int, str, float] | None = None
     if gaps[worst] < least - CLOSE:
-        told = (legs[worst].plate, "other plates or the core", float(gaps[worst]))
+        reported = (legs[worst].plate, "other plates or the core", float(gaps[worst]))
     for one, two, distance in crossing_legs(design, legs, frames):
-        if told is None or distance < told[2]:
-            told = (two.plate, f"the legs of plate {one.plate}", distance)
-    if told is None:
+        if reported is None or distance < reported[2]:
+            reported = (two.plate, f"the legs of plate {one.plate}", distance)
+    if reported is None:
         return []
-    plate, what, distance = told
+    plate, what, distance = reported
     key, value = row_of(design, plate).blame(plate, "cover_mm")
     near = "cross them" if distance == 0.0 else f"come within {distance:.3g}"
     bound = f"such that legs stay {least:g} mm from {what} (those of plate {plate} {near})"

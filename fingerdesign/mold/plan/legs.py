@@ -100,7 +100,7 @@ class Search:
 
     def trial(self, share: float, place: float) -> Trial:
         """All legs at one width and place."""
-        asked = self.design.mold.plate_fixture
+        requested = self.design.mold.plate_fixture
         body, sides = self.design.body, [side for _, side in self.ends]
         drafts = []
         for (frame, side), full in zip(self.ends, self.full, strict=True):
@@ -112,12 +112,12 @@ class Search:
         bars = [self.bar(leg) for leg in drafts]
         exits = exits_of(body, self.scale, bars, sides, starts)
         openings = {
-            way: self._exits(way, drafts, bars, starts) for way in dict.fromkeys((asked, SLOTS))
+            way: self._exits(way, drafts, bars, starts) for way in dict.fromkeys((requested, SLOTS))
         }
-        web = slots.least_web(self.design, asked, self.limits)
-        flat = openings[asked].face_margin >= web - CLOSE
-        if asked != SLOTS:
-            flat &= self.room.framed(sides, openings[asked])
+        web = slots.least_web(self.design, requested, self.limits)
+        flat = openings[requested].face_margin >= web - CLOSE
+        if requested != SLOTS:
+            flat &= self.room.framed(sides, openings[requested])
         legs = []
         for k, leg in enumerate(drafts):
             out = float(max(exits.farthest[k], leg.start))
@@ -128,8 +128,8 @@ class Search:
         short += self.room.blocked(sides, openings[SLOTS], exits)
         short += self.room.sunk(openings[SLOTS])
         penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
-        if asked != SLOTS:
-            penalty[asked] = wrong + _NOT_FLAT * ~flat
+        if requested != SLOTS:
+            penalty[requested] = wrong + _NOT_FLAT * ~flat
         return Trial(tuple(legs), penalty)
 
     def bar(self, leg: Leg) -> PlateFrame:
@@ -174,8 +174,8 @@ class Search:
         self, trials: dict[float, Trial], pattern: tuple[float, float]
     ) -> tuple[tuple[Leg, ...], float]:
         """The best place of each leg, near to a pattern's; and what is wrong in the end."""
-        asked = self.design.mold.plate_fixture
-        legs, wrong = self._chosen(trials, pattern, dict.fromkeys(SIDES, asked))
+        requested = self.design.mold.plate_fixture
+        legs, wrong = self._chosen(trials, pattern, dict.fromkeys(SIDES, requested))
         ways = {side: slots.holding_of(self.design, slots.on_side(legs, side)) for side in SIDES}
         if any(way == SLOTS for way in ways.values()):
             legs, wrong = self._chosen(trials, pattern, ways)

@@ -133,8 +133,8 @@ def _frame(bench: Bench) -> Iterator[str]:
 
 def _core_pins(pins: Sequence[object]) -> str:
     diameter = getattr(pins[0], "diameter", 0.0)
-    told = "the core pin" if len(pins) == 1 else f"the {len(pins)} core pins"
-    return f"{told} ({diameter:g} mm, with release agent)"
+    reported = "the core pin" if len(pins) == 1 else f"the {len(pins)} core pins"
+    return f"{reported} ({diameter:g} mm, with release agent)"
 
 
 def _stop(pins: Sequence[object]) -> str:
@@ -203,8 +203,8 @@ def _shims(bench: Bench) -> Iterator[str]:
 
 def _bolts(bolts: Sequence[Bolt]) -> str:
     sizes = sorted({(bolt.size, bolt_length(bolt)) for bolt in bolts}, key=str)
-    told = [f"{s} x {n}" if n is not None else f"{s} threaded rod" for s, n in sizes]
-    return f"the {len(bolts)} bolts ({listed(told)}), a washer under head and nut,"
+    reported = [f"{s} x {n}" if n is not None else f"{s} threaded rod" for s, n in sizes]
+    return f"the {len(bolts)} bolts ({listed(reported)}), a washer under head and nut,"
 
 
 # How elastomers are mixed and cured: their makers' usual advice, to be held against your tin.
@@ -345,9 +345,9 @@ def opening(bench: Bench) -> Iterator[str]:
     if any(slot.shim > 0.0 for slot in slots):
         yield "Pull every shim out of its slot before a wall is drawn."
     rest = [part for part in drawn if part.name != INSERT]
-    told = ", ".join(f"{words(part.name)} ({_axis(part)})" for part in rest)
+    reported = ", ".join(f"{words(part.name)} ({_axis(part)})" for part in rest)
     if rest:
-        yield f"Draw, each straight outward, in this order: {told}."
+        yield f"Draw, each straight outward, in this order: {reported}."
     yield "The base plate stays on the finger: it is its base."
 
 

@@ -246,12 +246,12 @@ def _lead_ends(bench: Bench) -> str:
     leads = [side for side in bench.plan.sides if any(slot.wire > 0.0 for slot in side.slots)]
     if not leads:
         return "front or right"
-    told = [
+    reported = [
         f"the {WORDS[side.side]} ({side.side})"
         + (f" of plates {numbers_text([s.plate for s in side.slots])}" if len(leads) > 1 else "")
         for side in leads
     ]
-    return listed(told)
+    return listed(reported)
 
 
 def _thickness(sheet: PartMesh) -> float:

@@ -64,12 +64,12 @@ def _surface(design: Design) -> Iterator[str]:
 
 
 def _fixture(design: Design, plan: MoldPlan, legs_share: float) -> Iterator[str]:
-    asked = design.mold.plate_fixture
-    other = [side for side in plan.sides if side.slots and side.holding != asked]
+    requested = design.mold.plate_fixture
+    other = [side for side in plan.sides if side.slots and side.holding != requested]
     for side in other:
         yield (
             f"Plates are held by {side.holding} at the {WORDS[side.side]} ({side.side}), not by "
-            f"mold.plate_fixture = {asked!r}: they do not leave through one flat face there."
+            f"mold.plate_fixture = {requested!r}: they do not leave through one flat face there."
         )
     if any(slot.shim > 0.0 for side in plan.sides for slot in side.slots):
         yield (

@@ -50,12 +50,12 @@ class Bound:
         if value is None:
             return f"no {self.metric}, asked is {self.words}"
         if self.at_least is not None and value < self.at_least:
-            asked, away = f"at least {self.at_least:g}", self.at_least - value
+            requested, away = f"at least {self.at_least:g}", self.at_least - value
         elif self.at_most is not None and value > self.at_most:
-            asked, away = f"at most {self.at_most:g}", value - self.at_most
+            requested, away = f"at most {self.at_most:g}", value - self.at_most
         else:
             return ""
-        return f"{self.metric} {value:.4g}, asked is {asked} (off by {away:.2g})"
+        return f"{self.metric} {value:.4g}, asked is {requested} (off by {away:.2g})"
 
     @property
     def words(self) -> str:

@@ -207,9 +207,9 @@ def _record(outcomes: Sequence[Outcome], facts: StudyFacts) -> Table:
     """Versions, seeds, sources and what else repeats it."""
     rows = [("outcomes from", shown(source)) for source in facts.sources]
     rows += [(shown(key), shown(value)) for key, value in facts.record.items()]
-    for name, told in (("versions", "versions"), ("seeds", "seeds")):
+    for name, reported in (("versions", "versions"), ("seeds", "seeds")):
         many = Counter(
-            ", ".join(f"{key} {value}" for key, value in getattr(outcome, told).items())
+            ", ".join(f"{key} {value}" for key, value in getattr(outcome, reported).items())
             for outcome in outcomes
         )
         for text, count in many.most_common():

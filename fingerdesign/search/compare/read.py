@@ -242,7 +242,7 @@ def read_comparison(
         raise every
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
-    outcomes = _told_apart(outcomes, sources)
+    outcomes = _distinct(outcomes, sources)
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
 
 
@@ -273,7 +273,7 @@ def facts_of(
     )
 
 
-def _told_apart(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
+def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
     """The outcomes; where a name stands for several, each with what tells it from the others."""
     place = {
         (each.digest, each.name): source.name for source in sources for each in source.outcomes
@@ -371,15 +371,17 @@ def _facts(
     record: dict[str, str] = {}
     names = []
     for source in sources:
-        told = source.record or {}
+        reported = source.record or {}
         names.append(source.name)
         where = str(source.place / STUDY_FILE)
-        if not wanted and told.get("objectives"):
-            wanted = read_objectives(told["objectives"], where)
-        if told.get("constraints"):
-            bounds |= {each.metric: each for each in read_constraints(told["constraints"], where)}
+        if not wanted and reported.get("objectives"):
+            wanted = read_objectives(reported["objectives"], where)
+        if reported.get("constraints"):
+            bounds |= {
+                each.metric: each for each in read_constraints(reported["constraints"], where)
+            }
         prefix = f"{names[-1]}: " if len(sources) > 1 else ""
-        record |= {f"{prefix}{key}": text for key, text in _texts(told)}
+        record |= {f"{prefix}{key}": text for key, text in _texts(reported)}
     several = f"{len(names)} sources" if len(names) > 1 else "".join(names)
     places = [str(source.place) for source in sources]
     heading = name or several

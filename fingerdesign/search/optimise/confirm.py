@@ -19,7 +19,7 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.optimise.optimise import Evaluator, Search, Tried, reference_plan
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
-from fingerdesign.search.optimise.trials import Trial, told
+from fingerdesign.search.optimise.trials import Trial, reported
 from fingerdesign.search.run.evaluate import Job
 
 if TYPE_CHECKING:
@@ -167,7 +167,7 @@ class Confirmation:
 
 def judged(study: Study, name: str, outcomes: Sequence[Outcome]) -> Judged:
     """The outcomes of a finger, a scene each, as what the study asks."""
-    values, broken = told(study, outcomes)
+    values, broken = reported(study, outcomes)
     signs = [1.0 if each.direction == "min" else -1.0 for each in study.objectives]
     failures = [each.failure.sentence for each in outcomes if each.failure is not None]
     wanted = {each.metric: value for each, value in zip(study.objectives, values, strict=True)}
@@ -189,12 +189,12 @@ def confirm(
     search: Search,
     tried: Sequence[Tried],
     evaluated: Evaluator,
-    tell: Callable[[str], None] = lambda message: None,
+    report: Callable[[str], None] = lambda message: None,
 ) -> Confirmation:
     """Analyse the reference and the best trials again. Raises what ``evaluated`` raises."""
     study, table = search.study, search.study.optimise
     name = reference_plan(search)[0].name
-    tell("the reference")
+    report("the reference")
     outcomes = list(evaluated(reference_plan(search)))
     reference = judged(study, name, outcomes)
     every = [judged(study, each.outcomes[0].name, each.outcomes) for each in tried]
@@ -214,7 +214,7 @@ def confirm(
         return found
     plans = [reference_plan(search, fidelity)]
     plans += [_again(search, tried[k], fidelity) for k in chosen]
-    tell(f"{len(chosen)} trials and the reference, {fidelity}")
+    report(f"{len(chosen)} trials and the reference, {fidelity}")
     again = list(evaluated([replace(j, name=f"{j.name}-{fidelity}") for p in plans for j in p]))
     deep, rest = [], list(again)
     for plan in plans:

@@ -33,7 +33,7 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     """Write all files into ``folder``; ``source``: the text of the study's file."""
     from dataclasses import replace
 
-    study, told = found.search.study, found.confirmation
+    study, reported = found.search.study, found.confirmation
     compared = write_study(folder, study, found.outcomes, source, {"optimise": found.data()})
     tables = [confirmed_table(found), *sensitivity_tables(found)]
     record = {key: text for key, text in compared.facts.record.items() if key != "optimise"}
@@ -44,7 +44,9 @@ def write_optimised(folder: Path, found: Optimised, source: str) -> None:
         answer=verdict(found),
         notes=found.sentences(),
         tables=[table for table in tables if table is not None],
-        references=[each.name for each in (told.reference, told.thorough_reference) if each],
+        references=[
+            each.name for each in (reported.reference, reported.thorough_reference) if each
+        ],
     )
     (folder / REPORT_FILE).write_text(page, encoding="utf-8", newline="\n")
     if len(study.objectives) > 1:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.optimise.trials import Trial, Trials, told
+from fingerdesign.search.optimise.trials import Trial, Trials, reported
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.jobs import Planned, planned_variant
 from fingerdesign.search.study.keys import value_of
@@ -62,7 +62,7 @@ def optimise(
     evaluated: Evaluator,
     trials: int | None = None,
     batch: int = BATCH,
-    tell: Callable[[int, int], None] = lambda done, of: None,
+    report: Callable[[int, int], None] = lambda done, of: None,
 ) -> tuple[Tried, ...]:
     """As :func:`searched`, of the trials that the file ``journal`` keeps, freed at the end.
 
@@ -70,7 +70,7 @@ def optimise(
     """
     refuse_aimless(search.study)
     with Trials(search.study, search.base, journal) as kept:
-        return searched(search, kept, evaluated, trials, batch, tell)
+        return searched(search, kept, evaluated, trials, batch, report)
 
 
 def searched(
@@ -79,7 +79,7 @@ def searched(
     evaluated: Evaluator,
     trials: int | None = None,
     batch: int = BATCH,
-    tell: Callable[[int, int], None] = lambda done, of: None,
+    report: Callable[[int, int], None] = lambda done, of: None,
 ) -> tuple[Tried, ...]:
     """All trials of the study, those of earlier runs too, in order.
 
@@ -93,7 +93,7 @@ def searched(
     found: dict[int, Tried] = {}
     while True:
         drawn, waiting = kept.drawn(), kept.waiting()
-        tell(len(drawn) - len(waiting), max(most, len(drawn)))
+        report(len(drawn) - len(waiting), max(most, len(drawn)))
         missing = _to_draw(len(drawn), len(waiting), most, batch)
         if missing:
             kept.draw(missing)
@@ -101,7 +101,7 @@ def searched(
         if not waiting:
             break
         for tried in _evaluated(search, waiting, evaluated):
-            kept.tell(tried.number, *told(search.study, tried.outcomes))
+            kept.report(tried.number, *reported(search.study, tried.outcomes))
             found[tried.number] = tried
     earlier = [trial for trial in kept.drawn() if trial.number not in found]
     found |= {tried.number: tried for tried in _evaluated(search, earlier, evaluated)}

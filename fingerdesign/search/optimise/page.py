@@ -40,24 +40,24 @@ NONE = "–"
 
 def confirmed_table(found: Optimised) -> Table | None:
     """The reference and the confirmed fingers by both models; None where none was confirmed."""
-    told = found.confirmation
-    if told.thorough_reference is None:
+    reported = found.confirmation
+    if reported.thorough_reference is None:
         return None
-    metrics = list(told.reference.metrics)
+    metrics = list(reported.reference.metrics)
     quick = found.search.study.study.fidelity
     columns = [
         "finger",
-        *(f"{metric}, {name}" for metric in metrics for name in (quick, told.fidelity)),
+        *(f"{metric}, {name}" for metric in metrics for name in (quick, reported.fidelity)),
         "against the reference",
     ]
-    pairs = [(told.reference, told.thorough_reference, "")]
-    for each in told.confirmed:
+    pairs = [(reported.reference, reported.thorough_reference, "")]
+    for each in reported.confirmed:
         deep = each.thorough
         if deep.failure:
             standing = f"failed: {deep.failure}"
-        elif deep.better_in_all(told.thorough_reference):
+        elif deep.better_in_all(reported.thorough_reference):
             standing = "better in every objective"
-        elif deep.dominates(told.thorough_reference):
+        elif deep.dominates(reported.thorough_reference):
             standing = "dominates it"
         elif not deep.feasible:
             standing = "misses a constraint"
@@ -72,7 +72,7 @@ def confirmed_table(found: Optimised) -> Table | None:
         )
         for own, deep, standing in pairs
     )
-    caption = f"The best trials again, by {told.fidelity}"
+    caption = f"The best trials again, by {reported.fidelity}"
     return Table("confirmed", caption, tuple(columns), rows, frozenset({0, len(columns) - 1}))
 
 
@@ -123,9 +123,9 @@ def draw_front(found: Optimised, path: Path) -> None:
 
 
 def _plane(axes: Axes, found: Optimised, trials: Sequence[Judged]) -> None:
-    told, study = found.confirmation, found.search.study
+    reported, study = found.confirmation, found.search.study
     first, second = (each.metric for each in study.objectives[:2])
-    front = {found.tried[k].number for k in range(len(trials))} & set(told.front)
+    front = {found.tried[k].number for k in range(len(trials))} & set(reported.front)
     groups = (
         (
             "misses a constraint",
@@ -143,9 +143,11 @@ def _plane(axes: Axes, found: Optimised, trials: Sequence[Judged]) -> None:
     axes.plot(
         np.array(x)[order], np.array(y)[order], color=BLUE, lw=1.2, ds="steps-post", label="front"
     )
-    quick, deep = study.study.fidelity, told.fidelity
-    pairs = [(told.reference, told.thorough_reference, VERMILION, "s", "reference")]
-    pairs += [(each.quick, each.thorough, GREEN, "D", "confirmed trial") for each in told.confirmed]
+    quick, deep = study.study.fidelity, reported.fidelity
+    pairs = [(reported.reference, reported.thorough_reference, VERMILION, "s", "reference")]
+    pairs += [
+        (each.quick, each.thorough, GREEN, "D", "confirmed trial") for each in reported.confirmed
+    ]
     seen: set[str] = set()
     for own, thorough, colour, marker, label in pairs:
         both = [each for each in (own, thorough) if each is not None and not each.failure]
@@ -195,51 +197,51 @@ _MODEL = {"plane-strain": "in plane strain", "3d": "in 3-D"}
 
 def verdict(found: Optimised) -> tuple[str, ...]:
     """Who dominates the reference and by how much, by both models; what the objectives hang on."""
-    told = found.confirmation
+    reported = found.confirmation
     goals = {each.metric: each.direction for each in found.search.study.objectives}
-    if told.thorough_reference is None:
+    if reported.thorough_reference is None:
         said = _quick(found, goals)
     else:
-        said = _confirmed(told, told.thorough_reference, goals)
+        said = _confirmed(reported, reported.thorough_reference, goals)
     return (*said, *_sensitivity(found))
 
 
 def _quick(found: Optimised, goals: Mapping[str, str]) -> list[str]:
     """By the search's own model alone."""
-    told, study = found.confirmation, found.search.study
+    reported, study = found.confirmation, found.search.study
     where = _where(study.study.fidelity)
     by_number = {each.number: each for each in found.tried}
-    first = (*(n for n in told.front if n in told.dominating), *told.dominating)
+    first = (*(n for n in reported.front if n in reported.dominating), *reported.dominating)
     best = list(dict.fromkeys(first))
     fingers = [
         judged(study, by_number[n].outcomes[0].name, by_number[n].outcomes)
         for n in best[:MOST_NAMED]
     ]
-    said = [_beats(own, told.reference, goals, where) for own in fingers]
+    said = [_beats(own, reported.reference, goals, where) for own in fingers]
     said += _more(len(best) - len(fingers))
     if not best:
-        said.append(f"No trial dominates the reference, {shown(told.reference.name)}, {where}.")
+        said.append(f"No trial dominates the reference, {shown(reported.reference.name)}, {where}.")
     return [*said, "No more thorough model confirmed this."]
 
 
-def _confirmed(told: Confirmation, deep: Judged, goals: Mapping[str, str]) -> list[str]:
+def _confirmed(reported: Confirmation, deep: Judged, goals: Mapping[str, str]) -> list[str]:
     """By the thorough model, with the quick one's numbers beside."""
-    where = _where(told.fidelity)
+    where = _where(reported.fidelity)
     if deep.failure:
         return [f"Nothing could be confirmed: the reference failed {where}: {shown(deep.failure)}"]
     said = []
-    for each in told.standing[:MOST_NAMED]:
-        quick = _against(each.quick, told.reference, goals)
+    for each in reported.standing[:MOST_NAMED]:
+        quick = _against(each.quick, reported.reference, goals)
         said.append(f"{_beats(each.thorough, deep, goals, where)} The search had seen {quick}.")
-    said += _more(len(told.standing) - MOST_NAMED)
-    if not told.standing:
-        many = len(told.confirmed)
+    said += _more(len(reported.standing) - MOST_NAMED)
+    if not reported.standing:
+        many = len(reported.confirmed)
         of = "The one finger" if many == 1 else f"None of the {many} fingers"
         verb = "does not dominate" if many == 1 else "dominates"
         said.append(f"{of} analysed again {where} {verb} the reference, {shown(deep.name)}, there.")
         said += [
             f"{shown(each.thorough.name)}: {_against(each.thorough, deep, goals)}."
-            for each in told.confirmed[:MOST_NAMED]
+            for each in reported.confirmed[:MOST_NAMED]
             if not each.thorough.failure
         ]
     return said

@@ -8,8 +8,8 @@ share      of the metric's variance that goes with the parameter, alone or in co
 direction  rank correlation with the metric, the other parameters' ranks held (partial rank
            correlation); None for choices without an order
 
-Trials of a search lie thick where fingers are good: what decides there is told, not what decides
-everywhere. ``explained`` says how far to believe it.
+Trials of a search lie thick where fingers are good: what decides there is reported, not what
+decides everywhere. ``explained`` says how far to believe it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from fingerdesign.search.study.file import Choice, Range, Study
 if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
 
-LEAST = 20  # trials: below, nothing is told
+LEAST = 20  # trials: below, nothing is reported
 TREES, FOLDS, SHUFFLES = 60, 5, 4
 WEAK = 0.3  # explained: below, shares are no more than hints
 
@@ -56,7 +56,7 @@ class Sensitivity:
         """How far it may be believed."""
         if self.explained is None:
             return f"{self.metric}: {self.count} trials tell nothing (at least {LEAST} that differ)"
-        much = f"{100 * max(self.explained, 0.0):.0f} % of its variance is foretold"
+        much = f"{100 * max(self.explained, 0.0):.0f} % of its variance is predicted"
         hint = "; the shares are hints at best" if self.explained < WEAK else ""
         return f"{self.metric}: over {self.count} trials {much}{hint}"
 
@@ -128,15 +128,15 @@ def _importance(
 
     rng = np.random.default_rng([seed, 3])
     fold = rng.permutation(np.arange(len(truth)) % FOLDS)
-    told = np.empty_like(truth)
+    reported = np.empty_like(truth)
     shares = np.zeros((FOLDS, int(of_key.max()) + 1))
     variance = float(truth.var())
     for k in range(FOLDS):
         out = fold == k
         forest = RandomForestRegressor(TREES, min_samples_leaf=2, random_state=seed)
         forest.fit(inputs[~out], truth[~out])
-        told[out] = forest.predict(inputs[out])
-        error = float(((told[out] - truth[out]) ** 2).mean())
+        reported[out] = forest.predict(inputs[out])
+        error = float(((reported[out] - truth[out]) ** 2).mean())
         for place in range(shares.shape[1]):
             worse = []
             for _ in range(SHUFFLES):
@@ -146,7 +146,7 @@ def _importance(
                 mixed[:, columns] = inputs[rng.integers(len(truth), size=len(mixed))][:, columns]
                 worse.append(float(((forest.predict(mixed) - truth[out]) ** 2).mean()))
             shares[k, place] = 0.5 * (np.mean(worse) - error) / variance
-    return 1.0 - float(((told - truth) ** 2).mean()) / variance, shares
+    return 1.0 - float(((reported - truth) ** 2).mean()) / variance, shares
 
 
 def _directions(

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
 
 
-# The parameters of a study as Optuna's distributions, and back; what a trial is told.
+# The parameters of a study as Optuna's distributions, and back; what a trial is reported.
 
 ABSENT = 1e9  # the loss reported where there is none: finite, as Optuna wants it; never a result
 _FAILED, _MOST_EXCESS = "failed", 1e6
@@ -51,7 +51,7 @@ def directions(study: Study) -> list[str]:
     return [f"{each.direction}imize" for each in study.objectives]
 
 
-def told(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], dict[str, float]]:
+def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], dict[str, float]]:
     """Objectives, and constraints (above 0: broken), of a trial's outcomes: the worst scene's.
 
     What failed or misses an objective is infeasible; its objectives are the worst there are.
@@ -101,7 +101,7 @@ def _value(parameter: Range | tuple[Choice, ...], drawn: Any) -> Choice:
 
 _NAME, _IDENTITY = "trials", "identity"
 _FIRST = b'{"op_code":'
-RANDOM_TRIALS = 20  # before the sampler learns from what it has been told
+RANDOM_TRIALS = 20  # before the sampler learns from what it has seen
 
 
 class JournalError(FingerDesignError):
@@ -188,7 +188,7 @@ class Trials:
         except OSError as error:
             raise self._failed(error) from error
 
-    def tell(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
+    def report(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
         """Keep what came of a trial: its objectives, and its constraints (above 0: broken)."""
         index = number - 1
         try:
@@ -276,8 +276,8 @@ class Trials:
 def _identity(study: Study, base: Design) -> str:
     """What must be the same for trials to go on: not how many, how they are confirmed or limits."""
     decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
-    told = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
-    return hashlib.sha256("\n".join(told).encode()).hexdigest()
+    reported = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
+    return hashlib.sha256("\n".join(reported).encode()).hexdigest()
 
 
 def _journal(path: Path) -> bool:

@@ -244,8 +244,8 @@ class Cluster:
         if found.digest != digest:
             here, there = failed(job, Failure("crashed", "")).versions, found.versions
             differ = [f"{name} {there.get(name)}" for name in here if here[name] != there.get(name)]
-            told = ", ".join(differ) or "another fingerdesign"
-            raise ClusterError(f"a worker has {told}; install the same everywhere")
+            reported = ", ".join(differ) or "another fingerdesign"
+            raise ClusterError(f"a worker has {reported}; install the same everywhere")
         return found
 
     def _result(self, future: Any) -> str:
@@ -303,10 +303,12 @@ class Cluster:
                 fault = Fault("--scheduler", address, "an address like tcp://host:8786", f"{error}")
                 raise DesignError([fault]) from error
             silent = isinstance(error, OSError)
-            told = "no Dask scheduler answers" if silent else "what answers is no Dask scheduler"
+            reported = (
+                "no Dask scheduler answers" if silent else "what answers is no Dask scheduler"
+            )
             why = error if silent else f"{type(error).__name__} {error}"
             remedy = "start one, or leave --scheduler out"
-            raise ClusterError(f"{told} at {address}: {why}; {remedy}") from error
+            raise ClusterError(f"{reported} at {address}: {why}; {remedy}") from error
         self._stack.callback(self._client.close, CLOSE_S)
         with contextlib.suppress(Exception):  # without bokeh its address is an empty page's
             self._client.run_on_scheduler(metadata.version, "bokeh")
@@ -320,8 +322,8 @@ class Cluster:
 
     def _lost(self) -> ClusterError:
         at = f" at {self._scheduler}" if self._scheduler else ""
-        told = f"the Dask scheduler{at} is gone; what was done is kept"
-        return ClusterError(f"{told}: run it again, and it goes on")
+        reported = f"the Dask scheduler{at} is gone; what was done is kept"
+        return ClusterError(f"{reported}: run it again, and it goes on")
 
 
 def _address(scheduler: str) -> str:

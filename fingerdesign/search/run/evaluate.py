@@ -103,10 +103,10 @@ class Job:
         The design's name does not count: two studies that meet in a finger share its outcome.
         """
         case = self.case
-        decided = result_digest(_nameless(self.design), case.path_scene, case.asked)
+        decided = result_digest(_nameless(self.design), case.path_scene, case.requested)
         gripped = "" if self.scene is not None else "with grips"
-        told = "\n".join((decided, gripped, f"metrics {METRICS_VERSION}"))
-        return hashlib.sha256(told.encode()).hexdigest()
+        reported = "\n".join((decided, gripped, f"metrics {METRICS_VERSION}"))
+        return hashlib.sha256(reported.encode()).hexdigest()
 
     def to_data(self) -> dict[str, Any]:
         """Plain values that a worker elsewhere makes the job from; see :meth:`from_data`."""
@@ -220,12 +220,12 @@ def _analysed(job: Job) -> Outcome:
     case = replace(job.case, design=_nameless(job.design))
     analysis = run(case)
     result = analysis.result
-    told, unheard = stick_error_of(case, analysis)
+    reported, unheard = stick_error_of(case, analysis)
     validity = validity_of(case, analysis)
     metrics, endless = finite_metrics(
         {
             **metrics_of(job.design, job.cost, analysis),
-            "stick_error": told,
+            "stick_error": reported,
             "plane_strain_error": validity.plane_strain_error,
         }
     )
@@ -252,8 +252,8 @@ def finite_metrics(
 ) -> tuple[dict[str, float | None], tuple[str, ...]]:
     """The metrics, None in the place of what is no finite number; and a warning of each such."""
     endless = [name for name, value in metrics.items() if not bounded(value)]
-    told = tuple(f"no {name}: its value is no finite number" for name in endless)
-    return metrics | dict.fromkeys(endless), told
+    reported = tuple(f"no {name}: its value is no finite number" for name in endless)
+    return metrics | dict.fromkeys(endless), reported
 
 
 def _nameless(design: Design) -> Design:

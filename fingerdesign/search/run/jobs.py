@@ -68,9 +68,9 @@ def planned_variant(
 
 def _invalid(study: Study, variant: Variant) -> Outcome:
     """The outcome of a variant that is no finger; its digest is of the values and their base."""
-    told = json.dumps([study.study.base, study.fixed, variant.values], default=str)
+    reported = json.dumps([study.study.base, study.fixed, variant.values], default=str)
     return Outcome(
-        digest=hashlib.sha256(f"invalid\n{told}".encode()).hexdigest(),
+        digest=hashlib.sha256(f"invalid\n{reported}".encode()).hexdigest(),
         name=variant.name,
         values=dict(variant.values),
         design={},

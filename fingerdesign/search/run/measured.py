@@ -60,16 +60,18 @@ def stick_error_of(case: Case, analysis: Analysis) -> tuple[float | None, tuple[
     """The gage error of the stick ratio, and why there is none.
 
     Grips are as deep as the stage goes, or, where a scene is given, as its path: the model's
-    contact candidates reach no farther. Dead gages are known to be dead, and not heard.
+    contact candidates reach no farther. Dead gages are known to be dead, and not sampled.
     """
     problem, design = analysis.problem, case.design
     if problem is None:
         return None, ()
     grip = design.grip
-    heard = [k for k, plate in enumerate(case.gage_array) if plate not in grip.hardware.dead_gages]
-    if not heard:
+    sampled = [
+        k for k, plate in enumerate(case.gage_array) if plate not in grip.hardware.dead_gages
+    ]
+    if not sampled:
         return None, ()
-    problem = replace(problem, model=problem.model.with_gages(heard))
+    problem = replace(problem, model=problem.model.with_gages(sampled))
     deepest = max(row.approach_mm for row in analysis.result.increments)
     reach = deepest if case.scene is not None else grip.max_approach_mm
     try:

@@ -50,7 +50,7 @@ class Standing:
     from_store: bool = False
 
 
-Tell = Callable[[Standing], None]
+Report = Callable[[Standing], None]
 
 
 def run_study(
@@ -58,7 +58,7 @@ def run_study(
     store: Store,
     workers: int | None = None,
     scheduler: str | None = None,
-    tell: Tell = lambda standing: None,
+    report: Report = lambda standing: None,
     *,
     folder: Path | None = None,
     retry: bool = False,
@@ -72,7 +72,7 @@ def run_study(
     scenes = study_scenes(study, folder)
     plan = list(planned(study, variants(study, base_design(study, folder)), scenes))
     with Cluster(workers, scheduler, evaluator) as cluster:
-        return run_jobs(plan, store, cluster, study.limits, tell, retry=retry)
+        return run_jobs(plan, store, cluster, study.limits, report, retry=retry)
 
 
 def run_jobs(
@@ -80,7 +80,7 @@ def run_jobs(
     store: Store,
     cluster: Cluster,
     limits: Limits,
-    tell: Tell = lambda standing: None,
+    report: Report = lambda standing: None,
     *,
     retry: bool = False,
 ) -> tuple[Outcome, ...]:
@@ -88,12 +88,12 @@ def run_jobs(
 
     Jobs of one digest are computed once. Raises StoreError and ClusterError.
     """
-    return _Run(plan, store, tell, retry).outcomes(cluster, limits)
+    return _Run(plan, store, report, retry).outcomes(cluster, limits)
 
 
 class _Run:
-    def __init__(self, plan: Sequence[Planned], store: Store, tell: Tell, retry: bool) -> None:
-        self._plan, self._store, self._tell, self._retry = plan, store, tell, retry
+    def __init__(self, plan: Sequence[Planned], store: Store, report: Report, retry: bool) -> None:
+        self._plan, self._store, self._report, self._retry = plan, store, report, retry
         self._found: dict[int, Outcome] = {}  # by place in the plan
         self._missing: dict[str, list[int]] = {}  # places by digest
         self._failures = self._stored = self._computed = 0
@@ -104,7 +104,7 @@ class _Run:
         self._look_up()
         if self._missing:
             self._first = time.monotonic()
-            look = lambda: self._tell(self._standing(cluster))  # noqa: E731
+            look = lambda: self._report(self._standing(cluster))  # noqa: E731
             for digest, outcome in cluster.outcomes(self._jobs(), limits, look):
                 self._store.put(outcome)
                 self._computed += 1
@@ -147,7 +147,7 @@ class _Run:
         own = relabelled(outcome, job) if isinstance(job, Job) else outcome
         self._found[place] = own
         self._failures += own.status == "failed"
-        self._tell(self._standing(cluster, own, from_store))
+        self._report(self._standing(cluster, own, from_store))
 
     def _standing(
         self, cluster: Cluster | None, outcome: Outcome | None = None, from_store: bool = False

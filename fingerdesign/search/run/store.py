@@ -2,7 +2,7 @@
 
 One file an outcome, in a folder by the digest's first two digits. A file is written aside, flushed
 to the disk and renamed; it holds the checksum of its content, so that one that a crash or a full
-disk has spoiled is taken for absent. Nothing but the driver of a study writes here.
+disk has invalid is taken for absent. Nothing but the driver of a study writes here.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Store:
         self.folder = self._kept.folder
 
     def get(self, digest: str, retry: bool = False) -> Outcome | None:
-        """The outcome kept under a digest; None where there is none, or only a spoiled one.
+        """The outcome kept under a digest; None where there is none, or only a invalid one.
 
         retry: neither one that failed but was not refused.
         """

@@ -32,24 +32,26 @@ if TYPE_CHECKING:
 # A study's keys: which may stand beside each other, shares of other lengths, values set.
 
 
-TOLD = 200  # faults; a file of more is not mended one by one
+REPORTED = 200  # faults; a file of more is not mended one by one
 
 
 def study_faults(study: Study, base: Design) -> list[Fault]:
     """Faults of [fixed], of the parameters and of the grid's size, each reported once.
 
-    At most ``TOLD`` of them, and one that says so.
+    At most ``REPORTED`` of them, and one that says so.
     """
-    faults = list(islice(_faults(study, base), TOLD + 1))
+    faults = list(islice(_faults(study, base), REPORTED + 1))
     try:
         number_of_points(study)
     except DesignError as error:
         faults += error.faults
     found = list({str(fault): fault for fault in faults}.values())
-    if len(found) <= TOLD:
+    if len(found) <= REPORTED:
         return found
-    more = Fault("file", f"more than {TOLD} faults", "without any", "correct those told first")
-    return [*found[:TOLD], more]
+    more = Fault(
+        "file", f"more than {REPORTED} faults", "without any", "correct those reported first"
+    )
+    return [*found[:REPORTED], more]
 
 
 def _faults(study: Study, base: Design) -> Iterator[Fault]:

@@ -77,7 +77,7 @@ class StudyTable(Table):
 
     @field_validator("scenes")
     @classmethod
-    def _told_apart(cls, scenes: tuple[str, ...]) -> tuple[str, ...]:
+    def _distinct(cls, scenes: tuple[str, ...]) -> tuple[str, ...]:
         names = [PurePath(scene).stem for scene in scenes]
         twice = [scene for at, scene in enumerate(scenes) if names[at] in names[:at]]
         if twice:
@@ -192,7 +192,7 @@ class Study(Table):
 
     @field_validator("objectives")
     @classmethod
-    def _asked_once(cls, objectives: tuple[Objective, ...]) -> tuple[Objective, ...]:
+    def _requested_once(cls, objectives: tuple[Objective, ...]) -> tuple[Objective, ...]:
         names = [objective.metric for objective in objectives]
         twice = [name for place, name in enumerate(names) if name in names[:place]]
         if twice:
@@ -264,7 +264,7 @@ def parse_study(text: str, source: str = "", folder: Path | None = None) -> Stud
         found = error.errors(include_url=False)
         faults = list({str(fault): fault for fault in map(_fault, found[:_TOLD])}.values())
         if len(found) > _TOLD:
-            remedy = "correct those told first"
+            remedy = "correct those reported first"
             faults.append(Fault("file", f"{len(found)} faults", f"without any of {_TOLD}", remedy))
         raise DesignError(faults, source) from None
     faults = key_faults(study.fixed, study.parameters)
@@ -301,9 +301,9 @@ def _fault(error: ErrorDetails) -> Fault:
     """In the words of a design's faults, without the marks that pydantic puts into its place."""
     location = tuple(part for part in error["loc"] if part != "[key]")
     if location[:1] == ("parameters",):
-        told = _parameter_fault(error, location)
-        if told is not None:
-            return told
+        reported = _parameter_fault(error, location)
+        if reported is not None:
+            return reported
         if location[2:3] in (("range",), ("choices",)):
             location = (*location[:2], *location[3:])
     location = tuple(shown(part, 80)[1:-1] if _long(part) else part for part in location)

@@ -118,7 +118,7 @@ class Made:
         return self.variant.design is not None and self.cad not in (LEFT_OUT, WRITTEN)
 
 
-Tell = Callable[[Made, int], None]  # with how many are done
+Report = Callable[[Made, int], None]  # with how many are done
 
 
 def folder_of(study: Study) -> RecordFolder:
@@ -147,7 +147,7 @@ def generate(
     cad: bool = True,
     whole: bool = True,
     workers: int = 1,
-    tell: Tell = lambda made, done: None,
+    report: Report = lambda made, done: None,
 ) -> tuple[Made, ...]:
     """Write variants into ``target``; what came of each, in order.
 
@@ -162,7 +162,7 @@ def generate(
         found = []
         for made in _all_made(study, chosen, target, cad, workers):
             found.append(made)
-            tell(made, len(found))
+            report(made, len(found))
         found.sort(key=lambda each: each.variant.number)
         _write_lists(study, found, target, whole)
     return tuple(found)

@@ -39,7 +39,7 @@ _ALL = (
         "min",
         "median of peak F_n over the least that holds, mg / 2 mu; grips that lifted",
     ),
-    Metric("stick_error", "", "min", "RMS error of the stick ratio as told from noisy gages"),
+    Metric("stick_error", "", "min", "RMS error of the stick ratio as estimated from noisy gages"),
     Metric("gage_response", "microstrain/N", "max", "greatest reading per tangential force"),
     Metric("normal_force_N", "N", None, "F_n at the end of the scene's path"),
     Metric("tangential_force_N", "N", None, "F_t at the end of the scene's path"),

@@ -22,7 +22,7 @@ _PART = re.compile(r"[^\[\]]+(\[\d{1,4}\])*")  # of a dotted key
 Choice = bool | int | float | str
 
 
-class Told:
+class Estimated:
     """A refused value in words: pydantic itself would write out all of it, however long or deep."""
 
     def __init__(self, value: object) -> None:
@@ -38,7 +38,7 @@ class Told:
 def plain_text(value: str) -> str:
     """The text itself; a fault where it holds control or direction characters."""
     if not value.isprintable():
-        raise refuse(Told(value), "text without control characters", "correct it")
+        raise refuse(Estimated(value), "text without control characters", "correct it")
     return value
 
 
@@ -47,7 +47,7 @@ def dotted_key(value: str) -> str:
     for piece in value.split("/"):
         if not all(_PART.fullmatch(part) for part in piece.strip().split(".")):
             bound = "a dotted key, such as plates.count or plates.rows[0].count"
-            raise refuse(Told(value), bound, "correct it")
+            raise refuse(Estimated(value), bound, "correct it")
     return value
 
 
@@ -58,9 +58,9 @@ Key = Annotated[Text, AfterValidator(dotted_key)]
 def _number(value: Any) -> Any:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         remedy = "remove the quotes" if isinstance(value, str) else "correct it"
-        raise refuse(Told(value), "a number", remedy)
+        raise refuse(Estimated(value), "a number", remedy)
     if not abs(value) <= MOST:  # nor is NaN
-        raise refuse(Told(value), f"a finite number of at most {MOST:g} in size", "correct it")
+        raise refuse(Estimated(value), f"a finite number of at most {MOST:g} in size", "correct it")
     return value
 
 
@@ -69,10 +69,10 @@ def _choice(value: Any) -> Any:
         return value
     if not isinstance(value, str):
         if not isinstance(value, (int, float)):
-            raise refuse(Told(value), "a number, text in quotes, true or false", "correct it")
+            raise refuse(Estimated(value), "a number, text in quotes, true or false", "correct it")
         return _number(value)
     if len(value) > MOST_TEXT:
-        raise refuse(Told(value), f"at most {MOST_TEXT} characters", "shorten it")
+        raise refuse(Estimated(value), f"at most {MOST_TEXT} characters", "shorten it")
     return plain_text(value)
 
 
@@ -138,8 +138,8 @@ class Range(Table):
             found = self.low + share * (self.high - self.low)
         if self.whole:
             return min(max(round(found), int(self.low)), int(self.high))
-        told = float(f"{found:.{self._digits}g}")
-        return min(max(told, float(self.low)), float(self.high))
+        reported = float(f"{found:.{self._digits}g}")
+        return min(max(reported, float(self.low)), float(self.high))
 
     @property
     def _digits(self) -> int:
@@ -166,7 +166,7 @@ def shallow(value: Any) -> Any:
     while level:
         depth += 1
         if depth > MOST_DEPTH:
-            raise refuse(Told(value), f"at most {MOST_DEPTH} tables deep", "correct it")
+            raise refuse(Estimated(value), f"at most {MOST_DEPTH} tables deep", "correct it")
         inner: list[Any] = []
         for each in level:
             if isinstance(each, Mapping):

@@ -76,8 +76,8 @@ def test_resin_prints_with_platinum_silicone_are_warned_of(hand_made):
         ("machined", "platinum", False),
     ):
         design, plan, meshes = hand_made(process=process, cure=cure)
-        told = warnings_of(design, plan, 0.0, SILENT)
-        assert any("Resin prints" in each for each in told) is warned
+        reported = warnings_of(design, plan, 0.0, SILENT)
+        assert any("Resin prints" in each for each in reported) is warned
         text = notes_of(design, plan, meshes)["Clean, cure, test"]
         assert ("barrier coat" in text) is warned
 
@@ -91,10 +91,10 @@ def test_resin_is_coated_after_it_is_fitted_and_degreased_and_tested_on_the_coat
 
 
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
-def test_what_stops_a_platinum_cure_at_the_gages_is_told_for_every_process(hand_made, process):
+def test_what_stops_a_platinum_cure_at_the_gages_is_reported_for_every_process(hand_made, process):
     design, plan, meshes = hand_made(process=process)
-    told = " ".join(warnings_of(design, plan, 0.0, SILENT))
-    assert "Solder flux" in told
+    reported = " ".join(warnings_of(design, plan, 0.0, SILENT))
+    assert "Solder flux" in reported
     assert "amine" in notes_of(design, plan, meshes)["Plates and gages"]
     design, plan, meshes = hand_made(process=process, cure="condensation")
     assert "Solder flux" not in " ".join(warnings_of(design, plan, 0.0, SILENT))
@@ -106,19 +106,19 @@ def test_shrinkage_that_is_assumed_is_said_to_be(hand_made):
     assert "1.0204 times" in notes_of(design, plan, meshes)["Finish and measure"]
 
 
-def test_a_fixture_other_than_asked_is_told(hand_made):
+def test_a_fixture_other_than_requested_is_reported(hand_made):
     design, plan, _ = hand_made("slots")
-    told = " ".join(warnings_of(design, plan, 0.0, SILENT))
-    assert "not by mold.plate_fixture = 'comb'" in told
-    assert "shims" in told
+    reported = " ".join(warnings_of(design, plan, 0.0, SILENT))
+    assert "not by mold.plate_fixture = 'comb'" in reported
+    assert "shims" in reported
 
 
 def test_large_effects_are_warned_of(hand_made):
     design, plan, _ = hand_made()
     effect = {"reason": None, "together": {"worst": 0.31}}
-    told = " ".join(warnings_of(design, plan, 0.002, effect))
-    assert "by up to 31 %" in told
-    assert "take 0.20 %" in told
+    reported = " ".join(warnings_of(design, plan, 0.002, effect))
+    assert "by up to 31 %" in reported
+    assert "take 0.20 %" in reported
     assert "31" not in " ".join(warnings_of(design, plan, 0.0, {**effect, **SILENT}))
 
 
@@ -214,7 +214,7 @@ def test_wires_are_freed_and_shims_pulled_before_walls_are_drawn(hand_made):
     assert "shim" not in notes_of(*hand_made())["Cure and open"]
 
 
-def test_locks_are_told_to_fill(hand_made):
+def test_locks_are_reported_to_fill(hand_made):
     notes = notes_of(*hand_made())
     assert "rises in the 1 lock, too" in notes["Mix and pour"]
     assert "vents and locks flush" in notes["Finish and measure"]

@@ -44,7 +44,7 @@ def test_outline_and_opening_of_a_sheet(axis, side):
     assert found.circles == ()
 
 
-def test_a_round_hole_is_told_from_a_slot():
+def test_a_round_hole_is_distinguished_from_a_slot():
     angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     circle = np.column_stack([3.0 + 1.5 * np.cos(angle), -2.0 + 1.5 * np.sin(angle)])
     assert as_circle(circle) == pytest.approx((3.0, -2.0, 1.5))

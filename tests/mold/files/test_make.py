@@ -190,18 +190,18 @@ def test_digests_tell_molds_apart_and_fingers_not(hand_made):
 def test_the_command_prints_parts_and_verdict(stages, tmp_path, design_file, capsys):
     stages()
     assert main(["mold", str(design_file), "--out", str(tmp_path / "out")]) == 0
-    told = capsys.readouterr()
-    assert "contact_insert" in told.out
-    assert "all 1 checks passed" in told.out
-    assert "warning: " in told.out
+    reported = capsys.readouterr()
+    assert "contact_insert" in reported.out
+    assert "all 1 checks passed" in reported.out
+    assert "warning: " in reported.out
 
 
 def test_the_command_exits_1_where_a_check_fails(stages, tmp_path, design_file, capsys):
     stages(checks=(FAILED,))
     assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--json"]) == 1
-    told = capsys.readouterr()
-    assert json.loads(told.out)["status"] == "failed"
-    assert "wall (base_plate): its least wall is 0.5 mm" in told.err
+    reported = capsys.readouterr()
+    assert json.loads(reported.out)["status"] == "failed"
+    assert "wall (base_plate): its least wall is 0.5 mm" in reported.err
     assert (tmp_path / "out" / "block_by_hand" / "mold_report.json").is_file()
 
 
@@ -209,8 +209,8 @@ def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, tmp_path, design_
     fault = Fault("mold.draft_deg", 30.0, "at most 12.5", "lower it")
     stages(plan_error=DesignError([fault, replace(fault, key="mold.wall_mm")]))
     assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
-    told = capsys.readouterr().err.splitlines()
-    assert [line.split(" = ")[0].split(": ")[-1] for line in told] == [
+    reported = capsys.readouterr().err.splitlines()
+    assert [line.split(" = ")[0].split(": ")[-1] for line in reported] == [
         "mold.draft_deg",
         "mold.wall_mm",
     ]
@@ -259,10 +259,10 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage)
     make.write_mold(design, target)
     before = (target / "mold_report.json").read_bytes()
     monkeypatch.setattr(f"fingerdesign.mold.products.products.{stage}", fail)
-    with pytest.raises(ResultError) as told:
+    with pytest.raises(ResultError) as reported:
         make.write_mold(design, target)
-    assert str(target) in str(told.value)
-    assert "No space left on device; the older mold is as it was; free space" in str(told.value)
+    assert str(target) in str(reported.value)
+    assert "No space left on device; the older mold is as it was; free space" in str(reported.value)
     assert (target / "mold_report.json").read_bytes() == before
     assert [path.name for path in tmp_path.iterdir()] == ["block"]
 
