@@ -219,7 +219,7 @@ def test_a_full_disk_leaves_no_step_file_cut_short(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("fate", "told"),
+    ("fate", "reported"),
     [("crashes", "SIGABRT"), ("hangs", "not done after 1 s"), ("fails", "share nothing")],
 )
 def test_cad_that_fails_is_a_reason_and_the_rest_goes_on(tmp_path, fake_cad, fate, reported):

@@ -68,7 +68,7 @@ def test_ranges():
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reported"),
     [
         ("", ["study.name = (absent)", "parameters = {}"]),
         ("x = [", ["valid TOML"]),
@@ -109,7 +109,7 @@ def test_every_fault_is_reported(text, reported):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "reported"),
     [
         (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
         (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),

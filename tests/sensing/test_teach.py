@@ -13,8 +13,14 @@ from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing import lessons
 from fingerdesign.sensing.paths import FRICTIONS
-from fingerdesign.sensing.teach import NOISES, Settings, finger_curves, sample, teach, random grip
-paths
+from fingerdesign.sensing.teach import (
+    NOISES,
+    Settings,
+    finger_curves,
+    random_grip_paths,
+    sample,
+    teach,
+)
 
 SETTINGS = Settings(face="upper", max_approach=0.12, grips=60, hearings=1, seed=1)
 
