@@ -1,9 +1,12 @@
 """What is measured of the machine, and how long it is believed."""
 
+import json
 import os
 import time
+from dataclasses import asdict
 
 from fingerdesign.runtime import machine
+from fingerdesign.runtime.cache import Cache
 
 
 def test_speed_and_cores_are_plausible():
@@ -20,16 +23,17 @@ def test_memory_is_no_more_than_there_is():
 
 
 def test_a_kept_speed_is_believed_for_a_day_and_no_garbage(tmp_path):
-    path = tmp_path / "deep" / "machine.json"
+    kept, name = Cache("machines", folder=tmp_path / "deep"), "any"
     speed = machine.Machine(50.0, 90.0, machine.usable_cores())
-    machine._keep(path, speed)
-    assert machine._read(path) == speed
+    assert machine._read(kept, name) is None
+    kept.put_text(name, json.dumps(asdict(speed)))
+    assert machine._read(kept, name) == speed
     old = time.time() - 2 * 86_400
-    os.utime(path, (old, old))
-    assert machine._read(path) is None
+    os.utime(kept.path(name), (old, old))
+    assert machine._read(kept, name) is None
     for text in ("", "{}", "[]", '{"one_core": -1, "all_cores": 2, "cores": 1}'):
-        path.write_text(text)
-        assert machine._read(path) is None
+        kept.put_text(name, text)
+        assert machine._read(kept, name) is None
 
 
 def test_a_control_group_lessens_cores_and_memory(tmp_path, monkeypatch):
