@@ -105,3 +105,16 @@ def test_a_file_is_one_idea_and_a_folder_can_be_looked_through():
         assert len(path.read_text("utf-8").splitlines()) <= MOST_LINES, path
     for folder, count in Counter(path.parent for path in files).items():
         assert count <= MOST_FILES, folder
+
+
+FILE_NAMED = re.compile(
+    r"(?<![\w/.])((?:fingerdesign|cli|benchmarks|tests|designs)/[\w/]+\.(?:py|toml|j2))"
+)
+
+
+def test_files_that_texts_name_are_there():
+    texts = [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("designs/**/*.toml")]
+    for part in ("fingerdesign", "cli", "benchmarks", "tests"):
+        texts += (ROOT / part).rglob("*.py")
+    named = {(path.name, name) for path in texts for name in FILE_NAMED.findall(path.read_text())}
+    assert [each for each in named if not (ROOT / each[1]).is_file()] == []

@@ -1,0 +1,161 @@
+"""Mutants: faults put into a copy of the code; the fast tests named with each must catch it.
+
+    python tests/support/mutants.py
+
+A line a mutant: what was made wrong, and the first test that fails. Exits with 1 where a mutant
+lives, or where the text to be made wrong is no longer there.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[2]
+PARTS = ("fingerdesign", "cli", "benchmarks", "tests", "designs", "pyproject.toml")
+
+
+class Mutant(NamedTuple):
+    """``right`` in the file becomes ``wrong``; tests: what must catch it."""
+
+    what: str
+    file: str
+    right: str
+    wrong: str
+    tests: str
+
+
+MUTANTS = (
+    Mutant(
+        "contact law: the friction disc is twice as wide",
+        "fingerdesign/contact/laws.py",
+        "bound = friction_coefficient * projected[:, 0]",
+        "bound = 2.0 * friction_coefficient * projected[:, 0]",
+        "tests/contact",
+    ),
+    Mutant(
+        "contact law: the residual takes penetration for a gap",
+        "fingerdesign/contact/laws.py",
+        "step = multiplier - motion / self_compliance[:, None]",
+        "step = multiplier + motion / self_compliance[:, None]",
+        "tests/contact",
+    ),
+    Mutant(
+        "certificate: forces outside the friction disc pass",
+        "fingerdesign/contact/laws.py",
+        "coulomb = max(0.0, float((size - bound).max(initial=0.0))) / force",
+        "coulomb = 0.0",
+        "tests/contact",
+    ),
+    Mutant(
+        "unit: the peak pressure is a force",
+        "fingerdesign/contact/measures.py",
+        "pressure = increment.multiplier[:, 0] / model.areas",
+        "pressure = increment.multiplier[:, 0]",
+        "tests/contact tests/verification/test_line_contact.py",
+    ),
+    Mutant(
+        "unit: strains read as parts, not as microstrain",
+        "fingerdesign/control/signals.py",
+        "return np.asarray(1e6 * gages",
+        "return np.asarray(gages",
+        "tests/control",
+    ),
+    Mutant(
+        "measure: the largest slip for the least",
+        "fingerdesign/contact/measures.py",
+        "slip_distance=float(travelled.min())",
+        "slip_distance=float(travelled.max())",
+        "tests/contact tests/control",
+    ),
+    Mutant(
+        "frame: plates along z lie along x",
+        "fingerdesign/layout/frames.py",
+        'order = parts if self.along == "x" else (zero, vector[..., 1], vector[..., 0])',
+        "order = parts",
+        "tests/layout tests/fem",
+    ),
+    Mutant(
+        "frame: a bent plate's place along its arc is one along its chord",
+        "fingerdesign/layout/frames.py",
+        "s = self.bend_radius * np.arctan2(s, rise)",
+        "s = s + 0.0 * rise",
+        "tests/layout tests/fem",
+    ),
+    Mutant(
+        "shrinkage: taken off the cavity instead of added",
+        "fingerdesign/mold/plan/slots.py",
+        "return 1.0 / (1.0 - design.mold.shrinkage_used)",
+        "return 1.0 - design.mold.shrinkage_used",
+        "tests/mold/test_base_plan.py tests/mold/test_legs.py tests/mold",
+    ),
+    Mutant(
+        "readout: a half model's mirror image is not turned",
+        "fingerdesign/fem/readout.py",
+        "turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)",
+        "turned = np.ones(3)",
+        "tests/fem",
+    ),
+    Mutant(
+        "readout: a gage's strain is not divided by its length",
+        "fingerdesign/fem/readout.py",
+        "np.outer([1.0 / length, -1.0 / length], frame.axis)",
+        "np.outer([1.0, -1.0], frame.axis)",
+        "tests/fem",
+    ),
+    Mutant(
+        "readout: a gage's width counts twice",
+        "fingerdesign/fem/readout.py",
+        "return gages.z_mm + 0.5 * gages.width_mm * nodes, 0.5 * weights",
+        "return gages.z_mm + 0.5 * gages.width_mm * nodes, weights",
+        "tests/fem",
+    ),
+)
+
+
+def caught_by(mutant: Mutant, tree: Path) -> str | None:
+    """The first test that fails on the mutant; None where all pass."""
+    path = tree / mutant.file
+    text = path.read_text("utf-8")
+    if mutant.right not in text:
+        raise SystemExit(f"{mutant.file} no longer holds {mutant.right!r}")
+    path.write_text(text.replace(mutant.right, mutant.wrong), "utf-8")
+    try:
+        paths = [str(tree / each) for each in (".", "cli", "benchmarks")]
+        done = subprocess.run(
+            [sys.executable, "-m", "pytest", "-x", "-m", "not slow", *mutant.tests.split()],
+            cwd=tree,
+            env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    finally:
+        path.write_text(text, "utf-8")
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return failed[0].split(" - ")[0].split(" ", 1)[1] if failed else None
+
+
+def main() -> int:
+    """Try every mutant in one copy of the tree."""
+    lives = 0
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        tree = Path(folder)
+        for part in PARTS:
+            source = ROOT / part
+            copy = shutil.copytree if source.is_dir() else shutil.copy
+            copy(source, tree / part)
+        for mutant in MUTANTS:
+            found = caught_by(mutant, tree)
+            lives += found is None
+            print(f"{mutant.what}: {found or 'LIVES'}", flush=True)
+    return int(lives > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
