@@ -212,17 +212,6 @@ class Solid:
         """The body, the plates and, where there is one, the core."""
         return (self.body, *self.plates, *([] if self.core is None else [self.core]))
 
-    def unique_faces(self) -> tuple[cq.Face, ...]:
-        """Every face of body, plates and core, shared ones once."""
-        seen: dict[int, list[cq.Face]] = {}
-        found: list[cq.Face] = []
-        for face in (f for solid in self.parts for f in solid.Faces()):
-            bucket = seen.setdefault(face.hashCode(), [])
-            if not any(face.isSame(other) for other in bucket):
-                bucket.append(face)
-                found.append(face)
-        return tuple(found)
-
 
 def build_solid(
     design: Design, half: bool = False, frames: tuple[PlateFrame, ...] | None = None

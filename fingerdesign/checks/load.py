@@ -101,18 +101,9 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
 
 def dump_design(design: Design) -> str:
     """Return TOML text that reads back as the same design; absent keys are left out."""
-    return _dump(design)
-
-
-def dump_scene(scene: Scene) -> str:
-    """Return TOML text that reads back as the same scene."""
-    return _dump(scene)
-
-
-def _dump(model: BaseModel) -> str:
     import tomlkit
 
-    values = model.model_dump(mode="json", exclude_none=True)
+    values = design.model_dump(mode="json", exclude_none=True)
     # Keys of no table stand before the first table, or TOML would make them a part of it.
     ordered = sorted(values.items(), key=lambda item: isinstance(item[1], dict))
     return tomlkit.dumps(dict(ordered))

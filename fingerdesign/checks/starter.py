@@ -69,11 +69,6 @@ def shipped_designs() -> tuple[str, ...]:
     return _names(_designs())
 
 
-def shipped_scenes() -> tuple[str, ...]:
-    """Names of the shipped scenes, in alphabetical order."""
-    return _names(_designs() / "scenes")
-
-
 def shipped_text(name: str) -> str:
     """Return the text of a shipped design. Raises :class:`DesignError` for an unknown name."""
     return _text(_designs(), name, "--from")

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
-from fingerdesign.fem.elements import assemble_stiffness
 from fingerdesign.fem.readout import (
     gage_rows,
     plate_at,
@@ -166,16 +165,6 @@ def materials_of(design: Design, mesh: Mesh) -> tuple[Array, Array]:
         young[mesh.regions == region] = material.youngs_modulus_MPa
         poisson[mesh.regions == region] = material.poissons_ratio
     return young, poisson
-
-
-def stiffness_of(design: Design, mesh: Mesh) -> sp.csr_matrix:
-    """Upper triangle of the stiffness of all dofs (whole depth in plane strain)."""
-    young, poisson = materials_of(design, mesh)
-    thickness = design.body.depth_mm if mesh.dimension == 2 else 1.0
-    whole = assemble_stiffness(mesh.points, mesh.cells, young, poisson, thickness)
-    if design.plates.model == "sheet":
-        whole = sp.csr_matrix(whole + design_sheets(design, mesh))
-    return whole
 
 
 def fixed_dofs(mesh: Mesh) -> NDArray[np.bool_]:

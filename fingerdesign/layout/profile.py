@@ -112,12 +112,6 @@ class Profile:
         """Area of the whole section, both halves, down to y = 0, mm^2."""
         return 2.0 * sum(piece.area for piece in self.pieces)
 
-    @property
-    def smooth_side(self) -> bool:
-        """Whether outline and side meet without an edge that a mesher could keep (12 degrees)."""
-        end = np.array([self.pieces[-1].end])
-        return bool(self.pieces[-1].normal(end)[0, 0] > np.cos(np.radians(12.0)))
-
     def chains(self) -> tuple[tuple[Piece, ...], ...]:
         """The pieces in groups that join without an edge (under 12 degrees)."""
         groups = [[self.pieces[0]]]

@@ -85,12 +85,6 @@ class Journal:
             self._base.close()
             self._base = None
 
-    def discard(self) -> None:
-        """Remove the file: what it holds stands elsewhere."""
-        self.close()
-        for path in (self.path, self.path.with_name(f"{self.path.name}-journal")):
-            path.unlink(missing_ok=True)
-
     def _made(self) -> sqlite3.Connection:
         """The file, made where it is not there."""
         self.path.parent.mkdir(parents=True, exist_ok=True)

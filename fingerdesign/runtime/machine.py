@@ -114,15 +114,6 @@ def measure_machine() -> Machine:
     return Machine(one, max(every, one), cores)
 
 
-def slower(first: Machine, second: Machine) -> Machine:
-    """What two measurements come to for work that ran between them: the mean time of a product."""
-    one, every = (
-        2.0 / (1.0 / a + 1.0 / b)
-        for a, b in ((first.one_core, second.one_core), (first.all_cores, second.all_cores))
-    )
-    return Machine(one, every, first.cores)
-
-
 def _gigaflops() -> float:
     """Median speed of a few products: one that is interrupted does not count."""
     a = np.random.default_rng(0).random((_SIZE, _SIZE))

@@ -10,7 +10,7 @@ import pytest
 from fingerdesign_cli.main import main
 from fingerdesign_cli.mesh import ENDINGS
 
-from fingerdesign.mesh.files.io import read_mesh, write_mesh
+from fingerdesign.mesh.files.io import read_named, write_mesh
 from fingerdesign.mesh.types import Mesh
 
 DESIGN = """
@@ -49,7 +49,7 @@ def test_mesh_report_and_picture_are_written(
     assert report["dimension"] == dimension
     assert report["min_dihedral_deg"] == printed["min_dihedral_deg"]
     for name in ("mesh.vtu", "mesh.msh"):
-        mesh = read_mesh(out / name)
+        mesh = read_named(out / name)
         assert len(mesh.cells) == report["elements"]
         assert mesh.dimension == dimension
     for name in ("mesh.png", "quality.png"):
@@ -175,5 +175,5 @@ def test_every_ending_offered_keeps_the_quadratic_cells(
     cells = np.arange(len(points))[None]
     base = np.array([[0, 1, 3]] if dimension == 2 else [[0, 1, 2, 4, 5, 6]])
     mesh = Mesh(points, cells, np.zeros(1, dtype=int), {"base": base}, "by hand", False)
-    again = read_mesh(write_mesh(mesh, tmp_path / f"m.{ending}"))
+    again = read_named(write_mesh(mesh, tmp_path / f"m.{ending}"))
     assert again.cells.shape == cells.shape

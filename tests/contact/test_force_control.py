@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy.analytic import cattaneo_mindlin_line
 
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
 from fingerdesign.contact.path import Forces, NoEquilibrium, follow, solve_forces
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.reference import cattaneo_mindlin_line
 from fingerdesign.shapes.objects import Plane, touching
 
 

@@ -8,12 +8,10 @@ from hypothesis import strategies as st
 
 from fingerdesign.checks.load import (
     dump_design,
-    dump_scene,
     judge_design,
     load_design,
     load_scene,
     parse_design,
-    parse_scene,
     with_values,
 )
 from fingerdesign.errors import DesignError
@@ -238,12 +236,6 @@ def test_what_is_written_reads_back(values):
 def test_written_assumed_keys_stand_before_the_first_table():
     design = parse_design('assumed = ["body.width_mm"]\n' + NAME)
     assert tomllib.loads(dump_design(design))["assumed"] == ["body.width_mm"]
-
-
-def test_scene_round_trip():
-    text = "path.increments_mm = [[0.1, 0], [0.2, -0.1]]\nreadout.points_mm = [[0, 1, 2]]"
-    scene = parse_scene(text)
-    assert parse_scene(dump_scene(scene)) == scene
 
 
 ANY = st.recursive(

@@ -6,15 +6,17 @@ import scipy.sparse as sp
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
+from fingerdesign.fem.elements import assemble_stiffness
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import (
     MIXED_FROM,
     build_model,
     element_of,
     fixed_dofs,
-    stiffness_of,
+    materials_of,
 )
 from fingerdesign.fem.readout import gage_rows, strain_rows
+from fingerdesign.fem.sheet import design_sheets
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.extrude import extrude
@@ -126,6 +128,16 @@ def test_condensed_equals_full(case):
     point = POINT[0, : mesh.dimension]
     strain = strain_rows(mesh, point) @ field.ravel()
     assert np.abs(model.point_strain(force)[0] - strain).max() < 1e-9 * np.abs(strain).max()
+
+
+def stiffness_of(design, mesh):
+    """Upper triangle of the stiffness of all dofs (whole depth in plane strain)."""
+    thickness = design.body.depth_mm if mesh.dimension == 2 else 1.0
+    materials = materials_of(design, mesh)
+    whole = assemble_stiffness(mesh.points, mesh.cells, *materials, thickness)
+    if design.plates.model == "sheet":
+        whole = sp.csr_matrix(whole + design_sheets(design, mesh))
+    return whole
 
 
 def test_field_satisfies_the_full_equations(case):

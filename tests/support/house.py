@@ -20,7 +20,7 @@ PACKAGES = {"fingerdesign": "", "fingerdesign_cli": "cli", "fingerdesign_bench":
 # From the ground up. A folder imports from floors below it, and on its own floor from those to its
 # left. The root package, which hands the public names on, is on no floor.
 FLOORS = (
-    ("errors", "arrays", "version", "runtime", "materials", "reference", "reduced"),
+    ("errors", "arrays", "version", "runtime", "materials", "reduced"),
     ("shapes", "design", "layout", "records"),
     ("contact", "checks", "cad"),
     ("mesh", "control"),

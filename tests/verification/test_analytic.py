@@ -1,7 +1,15 @@
 """Hertz and Cattaneo-Mindlin in line contact, where they are exact: a deep body, nu near 0.5."""
 
+import doctest
+
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy import analytic
+from fingerdesign_bench.accuracy.analytic import (
+    cattaneo_mindlin_line,
+    hertz_line,
+    plane_strain_modulus,
+)
 
 from fingerdesign import parse_design
 from fingerdesign.contact.path import follow
@@ -9,7 +17,6 @@ from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.reference import cattaneo_mindlin_line, hertz_line, plane_strain_modulus
 from fingerdesign.shapes.objects import Plane
 
 NU, FRICTION, RADIUS, APPROACH = 0.4999, 0.5, 100.0, 0.03
@@ -83,3 +90,7 @@ def test_the_error_falls_with_the_mesh():
         inner = np.abs(x) < 0.8 * exact.half_width
         errors.append(np.abs(got - exact.pressure(x))[inner].max() / exact.peak_pressure)
     assert np.polyfit(np.log(sizes), np.log(errors), 1)[0] > 1.0
+
+
+def test_closed_forms_as_their_examples_say():
+    assert doctest.testmod(analytic).failed == 0

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy import verification_bodies as bodies
 
-from fingerdesign import reference
 from fingerdesign.contact.path import Forces, NoEquilibrium, follow
 
 
@@ -65,7 +65,7 @@ def test_flat_punch():
     solved = bodies.flat_punch()
     x = solved.problem.model.points[:, 0]
     inner = np.abs(x) < 0.9
-    exact = reference.flat_punch_pressure(x[inner], 1.0, 1.0)
+    exact = analytic.flat_punch_pressure(x[inner], 1.0, 1.0)
     assert solved.pressure[inner] == pytest.approx(exact, rel=1.5e-2)
     middle = np.argmin(np.abs(x))
     assert solved.pressure[middle] == pytest.approx(1.0 / np.pi, rel=2e-3)
@@ -75,7 +75,7 @@ def test_bonded_layer_nears_the_thin_limit():
     errors = []
     for half_width in (10.0, 20.0, 40.0):
         solved = bodies.bonded_layer(half_width)
-        force, peak, _ = reference.bonded_incompressible_layer(half_width, 1e6, 1.0, 1.0)
+        force, peak, _ = analytic.bonded_incompressible_layer(half_width, 1e6, 1.0, 1.0)
         measures = solved.steps[-1].measures
         errors.append([measures.normal_force / force - 1.0, measures.peak_pressure / peak - 1.0])
     assert np.abs(errors[-1]).max() < 1e-2
@@ -87,12 +87,12 @@ def test_sliding_wedge():
     measures = solved.steps[-1].measures
     ratio = measures.tangential_force / measures.normal_force
     assert measures.stick_area == 0.0
-    assert ratio == pytest.approx(reference.sliding_wedge(0.1, 0.3), rel=1e-9)
+    assert ratio == pytest.approx(analytic.sliding_wedge(0.1, 0.3), rel=1e-9)
 
 
 def test_no_force_holds_the_wedge_beyond_its_limit():
     problem = bodies.wedge().problem
-    limit = reference.sliding_wedge(0.1, 0.3)
+    limit = analytic.sliding_wedge(0.1, 0.3)
     normal = 0.05
     start = [Forces(normal), Forces(normal, 0.9 * limit * normal)]
     *_, held = follow(problem, [*start, Forces(normal, 0.999 * limit * normal)])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign import reference
+from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy import verification_bodies as bodies
 from fingerdesign_bench.accuracy.verification_contact import (
     Pressed,
@@ -116,9 +116,9 @@ def flat_checks() -> list[Check]:
     punch = bodies.flat_punch()
     x = punch.problem.model.points[:, 0]
     inner = np.abs(x) < 0.9
-    exact = reference.flat_punch_pressure(x[inner], 1.0, 1.0)
+    exact = analytic.flat_punch_pressure(x[inner], 1.0, 1.0)
     layer = bodies.bonded_layer().steps[-1].measures
-    force, peak, _ = reference.bonded_incompressible_layer(40.0, 1e6, 1.0, 1.0)
+    force, peak, _ = analytic.bonded_incompressible_layer(40.0, 1e6, 1.0, 1.0)
     wedge = bodies.wedge().steps[-1].measures
     ratio = wedge.tangential_force / wedge.normal_force
     return [
@@ -137,7 +137,7 @@ def flat_checks() -> list[Check]:
         ),
         Check("bonded layer, a / b = 40: force", 1e-2, _off(layer.normal_force, force)),
         Check("bonded layer, a / b = 40: peak pressure", 1e-2, _off(layer.peak_pressure, peak)),
-        Check("NAFEMS CGS-4 wedge: F / G", 6e-4, _off(ratio, reference.sliding_wedge(0.1, 0.3))),
+        Check("NAFEMS CGS-4 wedge: F / G", 6e-4, _off(ratio, analytic.sliding_wedge(0.1, 0.3))),
     ]
 
 

@@ -12,13 +12,13 @@ from typing import Literal
 
 import numpy as np
 
-from fingerdesign import reference
 from fingerdesign.arrays import Array
 from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.fem.body import Body, body_model
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Cylinder, Indenter, Plane, Sphere
+from fingerdesign_bench.accuracy import analytic
 from fingerdesign_bench.accuracy.block import block_section, near
 from fingerdesign_bench.accuracy.disc import half_disc, right_half
 from fingerdesign_bench.accuracy.revolve import revolved_half, round_block_section
@@ -66,7 +66,7 @@ def line_contact(
     depth: float = 1000.0,
 ) -> Pressed:
     """A cylinder on a block ``depth`` half-widths deep and twice as wide, facets of ``size``."""
-    modulus = reference.plane_strain_modulus(1.0, poissons_ratio)
+    modulus = analytic.plane_strain_modulus(1.0, poissons_ratio)
     mesh = block_section(depth, depth, 1.3, size)
     loads = [np.pi * modulus * a**2 / (4.0 * RADIUS) for a in LOADS]
     body = _block(mesh, poissons_ratio, element, ("base",))
@@ -87,7 +87,7 @@ def point_contact(
     So deep that what a half space would still yield beyond it is 0.1 % of the approach: force
     against approach is compared without a correction.
     """
-    modulus = reference.plane_strain_modulus(1.0, poissons_ratio)
+    modulus = analytic.plane_strain_modulus(1.0, poissons_ratio)
     mesh = revolved_half(round_block_section(depth, depth, 1.2, size, growth), steps)
     loads = [4.0 / 3.0 * modulus * a**3 / RADIUS for a in LOADS]
     body = _block(mesh, poissons_ratio, element, ("base", "side"))
@@ -102,7 +102,7 @@ def ball_on_plane(
     Curved facets instead of a curved object. The ball is ``radius`` contact radii deep, so that its
     whole yielding shows in the approach, which Hertz does not give: compare at the force.
     """
-    modulus = reference.plane_strain_modulus(1.0, 0.4999)
+    modulus = analytic.plane_strain_modulus(1.0, 0.4999)
     mesh = revolved_half(right_half(half_disc(radius, 1.2, size, 1.5)), steps)
 
     def onto_the_ball(points: Array) -> Array:
@@ -117,20 +117,20 @@ def ball_on_plane(
     return replace(solved, radius=radius)
 
 
-def hertz_of(case: Pressed, step: Step) -> reference.Hertz:
+def hertz_of(case: Pressed, step: Step) -> analytic.Hertz:
     """Hertz's solution for the normal force of a step."""
     force = step.measures.normal_force
     if case.problem.model.dimension == 2:
-        return reference.hertz_line(force, case.radius, case.modulus)
-    return reference.hertz_point(force, case.radius, case.modulus)
+        return analytic.hertz_line(force, case.radius, case.modulus)
+    return analytic.hertz_point(force, case.radius, case.modulus)
 
 
 def stick_share(case: Pressed, step: Step) -> float:
     """Cattaneo's and Mindlin's c / a for the forces of a step of ``case``."""
     share = (
-        reference.cattaneo_mindlin_line
+        analytic.cattaneo_mindlin_line
         if case.problem.model.dimension == 2
-        else reference.cattaneo_mindlin_sphere
+        else analytic.cattaneo_mindlin_sphere
     )
     measures = step.measures
     before = case.sheared[-1].measures.tangential_force if case.is_return(step) else None
@@ -178,7 +178,7 @@ def approach_errors(case: Pressed) -> Array:
     return np.array(
         [
             step.measures.normal_force
-            / reference.hertz_point_force(step.increment.motion.approach, case.radius, case.modulus)
+            / analytic.hertz_point_force(step.increment.motion.approach, case.radius, case.modulus)
             - 1.0
             for step in case.pressed
         ]
@@ -201,9 +201,9 @@ def traction_error(case: Pressed, step: Step) -> float:
     distance = _distance(model.points)
     if case.is_return(step):
         before = stick_share(case, case.sheared[-1])
-        wanted = reference.reversed_traction(distance, contact, before, share, friction)
+        wanted = analytic.reversed_traction(distance, contact, before, share, friction)
     else:
-        wanted = reference.cattaneo_mindlin_traction(distance, contact, share, friction)
+        wanted = analytic.cattaneo_mindlin_traction(distance, contact, share, friction)
     got = step.increment.force[:, 0] / model.areas
     return _norm(got - wanted, model.areas) / _norm(wanted, model.areas)
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fingerdesign import reference
 from fingerdesign.checks.load import parse_design, parse_scene
 from fingerdesign.records.result import IncrementResult
+from fingerdesign_bench.accuracy import analytic
 
 RADIUS, CONTACT, NU, FRICTION = 20.0, 1.2, 0.4999, 0.5
-MODULUS = reference.plane_strain_modulus(4.96, NU)
+MODULUS = analytic.plane_strain_modulus(4.96, NU)
 SHEARS, BACK = (0.4, 0.6, 0.8), (0.0, -0.3)  # of the friction limit
 
 _SHAPES = {
@@ -58,7 +58,7 @@ def dome_errors(contact_size_mm: float = 0.12, shape: str = "dome") -> DomeError
         f"path.increments_N = {rows}"
     )
     increments = analyse(design, scene, "3d").increments
-    hertz = [reference.hertz_point(each.normal_force_N, RADIUS, MODULUS) for each in increments]
+    hertz = [analytic.hertz_point(each.normal_force_N, RADIUS, MODULUS) for each in increments]
     pairs = list(zip(increments, hertz, strict=True))
     return DomeErrors(
         peak=tuple(each.peak_pressure_MPa / h.peak_pressure - 1.0 for each, h in pairs),
@@ -72,7 +72,7 @@ def dome_errors(contact_size_mm: float = 0.12, shape: str = "dome") -> DomeError
 
 def _share(increment: IncrementResult, returned: bool, limit: float) -> float:
     """Cattaneo's and Mindlin's c / a."""
-    return reference.cattaneo_mindlin_sphere(
+    return analytic.cattaneo_mindlin_sphere(
         increment.tangential_force_N,
         increment.normal_force_N,
         FRICTION,

@@ -21,7 +21,7 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
     """
     from fingerdesign.analysis.forecast.forecast import forecast_case
     from fingerdesign.pipeline import analyse_into
-    from fingerdesign.runtime.machine import measure_machine, slower
+    from fingerdesign.runtime.machine import Machine, measure_machine
     from fingerdesign_bench.any_finger.forecast import case_of
 
     case = case_of(pair)
@@ -33,7 +33,15 @@ def measure_pair(pair: dict[str, Any], folder: Path) -> dict[str, Any]:
     start, used = time.perf_counter(), _processor_seconds()
     result = analyse_into(case, folder)
     wall, used = time.perf_counter() - start, _processor_seconds() - used
-    machine = slower(before, measure_machine())
+    after = measure_machine()
+    one, every = (  # the mean time of a product
+        2.0 / (1.0 / first + 1.0 / second)
+        for first, second in (
+            (before.one_core, after.one_core),
+            (before.all_cores, after.all_cores),
+        )
+    )
+    machine = Machine(one, every, before.cores)
     # Predicted anew, for that machine, as before the run: its mesh must not be found in the cache.
     os.environ["FINGERDESIGN_CACHE"] = str(folder / "empty")
     found = forecast_case(case, machine)

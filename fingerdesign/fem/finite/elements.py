@@ -65,25 +65,11 @@ def deformation(displacement_gradient: Array) -> Deformation:
     return Deformation(gradient, np.asarray(np.linalg.inv(gradient), dtype=float), np.log(volume))
 
 
-def energy(at: Deformation, first: Array | float, shear: Array | float) -> Array:
-    """W (...), MPa, for Lame's first parameter and the shear modulus (MPa)."""
-    stretch = np.sum(at.gradient**2, axis=(-2, -1)) - at.gradient.shape[-1]
-    log = at.log_volume
-    return np.asarray(0.5 * shear * (stretch - 2.0 * log) + 0.5 * first * log**2)
-
-
 def first_piola(at: Deformation, shear: Array | float, pressure: Array | float) -> Array:
     """P (..., d, d), MPa, for a pressure p (...), -lame ln J where it is none of its own."""
     across = np.swapaxes(at.inverse, -1, -2)
     shear, both = np.asarray(shear), np.asarray(shear + np.asarray(pressure))
     return np.asarray(shear[..., None, None] * at.gradient - both[..., None, None] * across)
-
-
-def cauchy(at: Deformation, shear: Array | float, pressure: Array | float) -> Array:
-    """True stress (..., d, d), MPa: P F^T / J."""
-    piola = first_piola(at, shear, pressure)
-    volume = np.exp(at.log_volume)
-    return np.asarray(piola @ np.swapaxes(at.gradient, -1, -2) / volume[..., None, None])
 
 
 def second_piola(at: Deformation, first: Array, shear: Array) -> Array:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.files.calculix import read_calculix, write_calculix
-from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number, to_mesh
+from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.files import whole_file
 
@@ -199,21 +199,6 @@ def _write_meshio(mesh: Mesh, path: Path) -> None:
     except (meshio.WriteError, meshio.ReadError, KeyError, ImportError) as error:
         name = path.name.partition("-")[2]
         raise MeshError(f"meshio could not write {name}: {error}") from error
-
-
-def read_mesh(path: Path | str) -> Mesh:
-    """Read a mesh that ``write_mesh`` wrote, or any of quadratic triangles or tetrahedra.
-
-    Regions and facet names come from "region" and "facet", or from groups and sets with names;
-    without them all is elastomer and no facet is named. MeshError where there are no quadratic
-    cells.
-    """
-    path = Path(path)
-    found = read_named(path)
-    if not found.quadratic:
-        kind = "tetra" if found.dimension == 3 else "triangle"
-        raise MeshError(f"{path} holds no quadratic cells (tetra10 or triangle6) but {kind}")
-    return to_mesh(found, f"file {path.name}")
 
 
 def read_named(path: Path | str) -> NamedMesh:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.sheets import FACES
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
 
 StringArray = NDArray[np.str_]
 
@@ -89,30 +89,3 @@ def facet_name(number: int) -> str:
         plate, face = divmod(number - FIRST_SLOT, 3)
         return f"plate_{plate}_{FACES[face]}"
     return next((name for name, known in FACET_NUMBERS.items() if known == number), "")
-
-
-def to_mesh(found: NamedMesh, mesher: str) -> Mesh:
-    """A quadratic mesh with its regions numbered: "elastomer" (and "") 0, "plate_k" k + 1, every
-    other name a number above those of the plates."""
-    if not found.quadratic:
-        raise MeshError(f"{mesher} holds linear cells where quadratic ones are wanted")
-    names, inverse = np.unique(found.region, return_inverse=True)
-    known = {str(name): region_number(str(name) or "elastomer") for name in names}
-    after = max((n for n in known.values() if n is not None), default=0) + 1
-    own: dict[str, int] = {}
-    for name, number in known.items():
-        if number is None:
-            own[name] = after + len(own)
-    numbers = np.array([own.get(str(name), known[str(name)]) for name in names], dtype=np.int64)
-    facets = {
-        name: with_mid_nodes(found.cells, corners, name) for name, corners in found.facets.items()
-    }
-    return Mesh(
-        found.points,
-        found.cells,
-        numbers[inverse.reshape(-1)],
-        facets,
-        mesher,
-        "symmetry" in facets,
-        region_names={number: name for name, number in own.items()},
-    )

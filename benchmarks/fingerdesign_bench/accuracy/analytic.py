@@ -24,15 +24,6 @@ def plane_strain_modulus(youngs_modulus: float, poissons_ratio: float) -> float:
     return youngs_modulus / (1.0 - poissons_ratio**2)
 
 
-def in_series(*values: float) -> float:
-    """1 / sum of 1 / v: E* of two bodies from each one's own, R from two radii (eqs 4.4, 4.5).
-
-    >>> in_series(8.0, 8.0)
-    4.0
-    """
-    return 1.0 / sum(1.0 / value for value in values)
-
-
 @dataclass(frozen=True)
 class Hertz:
     """Half-width (line) or radius (point) of the contact, greatest pressure, and approach."""
@@ -158,26 +149,6 @@ def reversed_traction(
     return np.asarray(loaded - 2.0 * back)
 
 
-def mindlin_displacement(
-    tangential: float,
-    normal: float,
-    friction_coefficient: float,
-    radius: float,
-    tangential_compliance: float,
-) -> float:
-    """Shear displacement in point contact of ``radius`` a: far points relative to each other.
-
-    (3 mu P / 16 a) S (1 - (1 - Q / (mu P))^(2/3)), ``tangential_compliance`` S = sum of
-    (2 - nu) / G of the bodies; a rigid one adds nothing (sect. 7.2).
-
-    >>> round(mindlin_displacement(1e-9, 1.0, 0.5, 1.0, 8.0) / 1e-9, 6)  # full stick: S Q / (8 a)
-    1.0
-    """
-    share = 1.0 - _stick(tangential, normal, friction_coefficient, None)
-    limit = 3.0 * friction_coefficient * normal / (16.0 * radius) * tangential_compliance
-    return float(np.sign(tangential) * limit * (1.0 - (1.0 - share) ** (2.0 / 3.0)))
-
-
 def _stick(
     tangential: float, normal: float, friction_coefficient: float, reversed_from: float | None
 ) -> float:
@@ -219,30 +190,6 @@ def bonded_incompressible_layer(
     """
     peak = modulus * half_width**4 / (24.0 * radius * thickness**3)
     return 16.0 / 15.0 * half_width * peak, peak, half_width**2 / (6.0 * radius)
-
-
-def plate_bending_strain(
-    moment_per_width: float, thickness: float, modulus: float, poissons_ratio: float
-) -> float:
-    """Strain at the face of a thin plate bent cylindrically: 6 M (1 - nu^2) / (E t^2).
-
-    Positive on the side that the moment stretches (Timoshenko, Theory of Plates and Shells, 2).
-
-    >>> plate_bending_strain(1.0, 0.5, 6.0, 0.0)
-    4.0
-    """
-    return 6.0 * moment_per_width * (1.0 - poissons_ratio**2) / (modulus * thickness**2)
-
-
-def plate_membrane_strain(
-    force_per_width: float, thickness: float, modulus: float, poissons_ratio: float
-) -> float:
-    """Strain of a thin wide plate under a force in its plane: N (1 - nu^2) / (E t).
-
-    >>> plate_membrane_strain(3.0, 0.5, 6.0, 0.0)
-    1.0
-    """
-    return force_per_width * (1.0 - poissons_ratio**2) / (modulus * thickness)
 
 
 def sliding_wedge(slope: float, friction_coefficient: float) -> float:
