@@ -14,8 +14,7 @@ from fingerdesign.records.result import ResultError
 from fingerdesign.search.study.file import read_study, study_path
 from fingerdesign.search.study.generate import generate as write_variants
 from fingerdesign.search.study.generate import reasons, refuse_foreign
-from fingerdesign.search.study.sampling import number_of_points, points
-from fingerdesign.search.study.variants import base_design, variant_of
+from fingerdesign.search.study.variants import base_design, number_of_points, points, variant_of
 from fingerdesign_cli.search import line
 from fingerdesign_cli.terminal import cores, print_table, progress
 

@@ -18,16 +18,19 @@ from fingerdesign.checks.load import read_text
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.optimise.confirm import Optimised, confirm
-from fingerdesign.search.optimise.folder import FOLDER as SEARCH_FOLDER
-from fingerdesign.search.optimise.folder import journal_beside, write_optimised
 from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
-from fingerdesign.search.optimise.page import confirmed_table, sensitivity_tables, verdict
+from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
+from fingerdesign.search.optimise.page import (
+    confirmed_table,
+    journal_beside,
+    sensitivity_tables,
+    verdict,
+    write_optimised,
+)
 from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.folder import FOLDER, write_study
-from fingerdesign.search.run.jobs import planned, study_scenes
-from fingerdesign.search.run.run import run_jobs
-from fingerdesign.search.run.store import TRANSIENT, Store
+from fingerdesign.search.run.run import TRANSIENT, Store, planned, run_jobs, study_scenes
 from fingerdesign.search.study.file import parse_study, study_path
 from fingerdesign.search.study.variants import base_design, variants
 from fingerdesign_cli.inputs import refuse_foreign
@@ -38,8 +41,7 @@ if TYPE_CHECKING:
     from fingerdesign.search.compare.read import Comparison
     from fingerdesign.search.optimise.confirm import Optimised
     from fingerdesign.search.run.cluster import Cluster
-    from fingerdesign.search.run.jobs import Planned
-    from fingerdesign.search.run.run import Standing
+    from fingerdesign.search.run.run import Planned, Standing
 
 
 # What commands on studies share: where they run, progress with time left and failures.

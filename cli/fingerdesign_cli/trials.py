@@ -11,19 +11,16 @@ import click
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.trials.grid import ControlGrid
-from fingerdesign.trials.page import findings
+from fingerdesign.trials.grid import ControlGrid, refuse
+from fingerdesign.trials.page import answers
 from fingerdesign.trials.replay import replay_trace
-from fingerdesign.trials.tuning_record import RECORD_FILE
+from fingerdesign.trials.tune import RECORD_FILE
 from fingerdesign_cli.inputs import estimator_for, read_case, refuse_foreign
-from fingerdesign_cli.options import (
-    CONTROLLER_NAMES,
-)
+from fingerdesign_cli.options import CONTROLLER_NAMES
 from fingerdesign_cli.terminal import cores, print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.control.metrics import Summary
-    from fingerdesign.trials.grid import ControlGrid
     from fingerdesign.trials.record import ControlStudy
     from fingerdesign.trials.replay import Replay
 
@@ -61,7 +58,7 @@ def tune(
             noises=noises,
             seed=seed,
             workers=workers or cores(),
-            report=lambda message, fraction: show(message, fraction),
+            report=show,
         )
         write_tuning(record, design, folder)
     journal.unlink(missing_ok=True)
@@ -179,7 +176,7 @@ def study_control(
     name = design.design.name
     target = out / name
     grid = _grid(frictions, masses, noises, quick, no_tug, seed)
-    grid.refuse()
+    refuse(grid, ())
     refuse_foreign(FOLDER, target)
     estimator = estimator_for(design, estimator_file)
     journal = journal_beside(target.absolute())
@@ -191,13 +188,13 @@ def study_control(
             journal,
             estimator=estimator,
             workers=workers or cores(),
-            report=lambda message, fraction: show(message, fraction),
+            report=show,
         )
         show("writing the report", 1.0)
         write_study(found, folder)
     journal.unlink(missing_ok=True)
     if as_json:
-        print_json(found.data())
+        print_json(found.data)
     elif not quiet:
         _show(found, target)
     return 0
@@ -225,11 +222,12 @@ def _grid(
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
-    noise, grid = found.trace_noise, found.grid
-    summaries = {name: found.summary(name, noise) for name in found.controllers}
-    grips = len(grid.frictions) * len(grid.masses_g)
+    noise, data = found.trace_noise, found.data
+    conditions, names = data["conditions"], [each["controller"] for each in data["controllers"]]
+    summaries = {name: found.summary(name, noise) for name in names}
+    grips = len(conditions["friction_coefficients"]) * len(conditions["object_masses_g"])
     print_table(
-        f"{found.design} at {noise:g} microstrain: grips: {grips}; success and held in %",
+        f"{data['design']} at {noise:g} microstrain: grips: {grips}; success and held in %",
         ["controller", "success", "95 %", "held", "dropped", "crushed", "unlifted"],
         [_shares(name, reported) for name, reported in summaries.items()],
     )
@@ -238,18 +236,19 @@ def _show(found: ControlStudy, folder: Path) -> None:
         ["controller", "margin", "peak", "least stick", "slip, mm", "steps"],
         [_medians(name, reported) for name, reported in summaries.items()],
     )
-    if grid.tug is not None:
-        rate = found.hardware["sample_rate_Hz"]
+    if conditions["tug"] is not None:
+        rate = data["hardware"]["sample_rate_Hz"]
+        assert isinstance(rate, float)
         print_table(
-            f"tugged with {100 * grid.tug.share:g} % of the weight: reactions in ms",
+            f"tugged with {100 * conditions['tug']['share']:g} % of the weight: reactions in ms",
             ["controller", "held %", "answered", "median", "slowest"],
-            [_answers(name, found.summary(name, tugged=True), rate) for name in found.controllers],
+            [_answers(name, found.summary(name, tugged=True), rate) for name in names],
         )
-    for each in findings(found.data()):
+    for each in answers(data):
         click.echo(f"{each.question} {each.answer}: {each.words}")
-    for warning in found.warnings:
+    for warning in data["warnings"]:
         click.echo(f"mind: {warning}")
-    click.echo(f"{found.seconds['whole']:.0f} s; report: {folder / 'control.html'}")
+    click.echo(f"{data['seconds']['whole']:.0f} s; report: {folder / 'control.html'}")
 
 
 def _shares(name: str, reported: Summary) -> list[str]:

@@ -26,7 +26,7 @@ _Z = 1.959964  # of the normal distribution, for 95 %
 
 
 @dataclass(frozen=True)
-class Outcome:
+class JudgedGrip:
     """One grip of a grid: its conditions, and what came of it.
 
     noise: standard deviation of a gage's sample, microstrain. tug: extra load as a share of the
@@ -78,7 +78,7 @@ def outcome(
     tug: float = 0.0,
     tug_step: int | None = None,
     least_answer: float = 0.0,
-) -> Outcome:
+) -> JudgedGrip:
     """The outcome of an episode.
 
     tug_step: steps from the lift to the one at which the tug begins; least_answer: see
@@ -91,7 +91,7 @@ def outcome(
         answered = reaction_steps(trace, trace.lift_step + tug_step, least_answer)
     preload = len(trace.dx) - result.steps
     to_lift = result.steps if trace.lift_step is None else trace.lift_step - preload + 1
-    return Outcome(
+    return JudgedGrip(
         controller=result.controller,
         friction=result.friction_coefficient,
         mass_g=result.object_mass_g,
@@ -216,7 +216,7 @@ class Summary:
     reaction_steps: Spread | None
 
 
-def summarise(outcomes: Sequence[Outcome]) -> Summary:
+def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
     """What these grips amount to; the caller chooses which belong together."""
     tugged = [each for each in outcomes if each.tug > 0.0 and each.lifted]
     count = len(outcomes)

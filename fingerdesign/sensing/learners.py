@@ -18,8 +18,14 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.control.estimator import LAGS, FingerCurves, Layer, feature_count
 from fingerdesign.errors import SolverError
-from fingerdesign.sensing.paths import RandomGripPath
-from fingerdesign.sensing.teach import Settings, sample, standard, standardised, trained
+from fingerdesign.sensing.teach import (
+    RandomGripPath,
+    Settings,
+    sample,
+    standard,
+    standardised,
+    trained,
+)
 
 # Grips as rows of features, once for all subsets of the gages: what gages tell is read from these.
 #

@@ -41,7 +41,6 @@ from fingerdesign.sensing.learners import (
     sample_all,
     teach_network,
 )
-from fingerdesign.sensing.paths import RandomGripPath
 from fingerdesign.sensing.record import (
     Count,
     Dead,
@@ -54,6 +53,7 @@ from fingerdesign.sensing.record import (
 )
 from fingerdesign.sensing.teach import (
     REFERENCE_NOISE,
+    RandomGripPath,
     Settings,
     ends_as_meant,
     finger_curves,

@@ -6,7 +6,8 @@ hardware, and a controller that knows of them what a hand would know.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,14 +16,14 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration, calibrate
 from fingerdesign.control.episode import Bounds, Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
-from fingerdesign.control.metrics import Outcome, outcome
+from fingerdesign.control.metrics import JudgedGrip, outcome
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Memory, Plant, RememberedPlant
 from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError
-from fingerdesign.trials.grid import Cell, ControlGrid, Lot, seed_of, steps_in
+from fingerdesign.trials.grid import Cell, ControlGrid, seed_of, steps_in
 
 _ANSWER = 0.5  # of an approach step: closing by more against a tug is an answer
 
@@ -90,12 +91,12 @@ class GripBench:
             mass_g=cell.mass_g,
         )
 
-    def run_batch(self, batch: Lot) -> list[Outcome]:
-        """All cells of a lot; a grip whose model fails is a failed grip, with the reason."""
+    def run_batch(self, cells: Iterable[Cell]) -> list[JudgedGrip]:
+        """Cells of one object; a grip whose model fails is a failed grip, with the reason."""
         memory = Memory()
-        return [self.run_cell(cell, memory) for cell in batch.cells]
+        return [self.run_cell(cell, memory) for cell in cells]
 
-    def run_cell(self, cell: Cell, memory: Memory) -> Outcome:
+    def run_cell(self, cell: Cell, memory: Memory) -> JudgedGrip:
         """One grip's outcome; ``memory`` is shared by cells of one object alone."""
         seed = seed_of(cell, self.grid.seed)
         try:
@@ -147,12 +148,9 @@ class GripBench:
         return ImperfectPlant(plant, hardware, rng, self.plates)
 
 
-def _failed(cell: Cell, seed: int, reason: str) -> Outcome:
-    return Outcome(
-        controller=cell.controller,
-        friction=cell.friction,
-        mass_g=cell.mass_g,
-        noise=cell.noise,
+def _failed(cell: Cell, seed: int, reason: str) -> JudgedGrip:
+    return JudgedGrip(
+        **asdict(cell),
         seed=seed,
         lifted=False,
         dropped=False,
@@ -164,5 +162,4 @@ def _failed(cell: Cell, seed: int, reason: str) -> Outcome:
         steps=0,
         ending="failed",
         reason=reason,
-        tug=cell.tug,
     )

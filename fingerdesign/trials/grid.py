@@ -1,7 +1,7 @@
 """The grid that controllers are judged on: friction x weight x noise, and a tug at what is lifted.
 
-A cell is one grip. All noises of one friction and mass, and its tugged grip, are one lot, the unit
-of work of a process (control_runs.py): they share the object, and what their plant remembers. The
+A cell is one grip. All noises of one friction and mass, and its tugged grip, are one batch, the unit
+of work of a process (run.py): they share the object, and what their plant remembers. The
 tug comes when the others end, so that a tugged grip goes on from one that is there already.
 Seeds follow from the conditions alone, not from the grid that they stand in, and are the same for
 every controller: each meets the same noise.
@@ -17,6 +17,7 @@ import numpy as np
 from fingerdesign.control.judge import GRAVITY
 from fingerdesign.control.plants.lift import Disturbance
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.runtime.registry import CONTROLLERS
 
 FRICTIONS = tuple(float(f"{value:.4f}") for value in np.linspace(0.2, 0.8, 10))
 MASSES_G = tuple(float(f"{value:.1f}") for value in np.geomspace(100.0, 1000.0, 10))
@@ -64,16 +65,6 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Lot:
-    """The cells of one controller and one object."""
-
-    controller: str
-    friction: float
-    mass_g: float
-    cells: tuple[Cell, ...]
-
-
-@dataclass(frozen=True)
 class ControlGrid:
     """What is varied. seed: of all noise. hold_s: for which a lifted object is held on, seconds.
 
@@ -100,15 +91,15 @@ class ControlGrid:
             len(self.frictions) * len(self.masses_g) * (len(self.noises) + (self.tug is not None))
         )
 
-    def lots(self, controllers: Iterable[str]) -> Iterator[Lot]:
-        """All lots, controller by controller; the longest (heavy, slippery) first in each."""
+    def batches(self, controllers: Iterable[str]) -> Iterator[tuple[Cell, ...]]:
+        """Cells of one controller and object at a time; the longest (heavy, slippery) first."""
         for name in controllers:
             for friction in sorted(self.frictions):
                 for mass in sorted(self.masses_g, reverse=True):
                     cells = [Cell(name, friction, mass, noise) for noise in self.noises]
                     if self.tug is not None:
                         cells.append(Cell(name, friction, mass, self.tug_noise, self.tug.share))
-                    yield Lot(name, friction, mass, tuple(cells))
+                    yield tuple(cells)
 
     def faults(self) -> list[Fault]:
         """What is wrong with the axes, by the option that gives them."""
@@ -135,11 +126,17 @@ class ControlGrid:
             found.append(Fault("--seed", self.seed, f"from 0 to {2**32 - 1}", "choose another"))
         return found
 
-    def refuse(self) -> None:
-        """Raise DesignError with every fault of the axes."""
-        found = self.faults()
-        if found:
-            raise DesignError(found)
+
+def refuse(grid: ControlGrid, controllers: Iterable[str]) -> None:
+    """Raise DesignError with every fault of the axes and of the controllers' names."""
+    faults = grid.faults()
+    faults += [
+        CONTROLLERS.fault(name, "--controller")
+        for name in controllers
+        if name not in CONTROLLERS.names()
+    ]
+    if faults:
+        raise DesignError(faults)
 
 
 def seed_of(cell: Cell, seed: int) -> int:

@@ -1,33 +1,61 @@
-"""control.html: who lifts what, and with what force, on one page that opens offline."""
+"""control.html: who lifts what, and with what force, on one page that opens offline.
+
+Data as in control.json; rows: a dictionary a grip, JudgedGrip's fields and crushed.
+"""
 
 from __future__ import annotations
 
+import io
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.result import GripTrace
-from fingerdesign.report.page import rendered
-from fingerdesign.report.table import Table
-from fingerdesign.trials.figures import (
-    Row,
-    force_figure,
-    map_figure,
-    paths_figure,
-    success_figure,
-    title_of,
+from fingerdesign.report.page import macros, rendered
+from fingerdesign.report.style import (
+    BLUE,
+    COLOURS,
+    GREEN,
+    INK,
+    MUTED,
+    OPEN_COLOUR,
+    PAPER,
+    PURPLE,
+    VERMILION,
+    ReportFigure,
+    canvas,
+    house_style,
+    small_multiples,
+    spread,
+    to_svg,
 )
+from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.trials.record import ControlData
 
-# What a control study says, as questions with answers; data as in control.json.
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+
+Row = dict[str, Any]
 
 TEMPLATES = Path(__file__).parent / "templates"
-
 HELD_SHARE = 0.99  # of the grid: what is asked of the regulator
+_OTHER = (MUTED, "-", "*")
+_MARKS = {  # why a grip did not succeed -> marker, colour
+    "dropped": ("x", INK),
+    "crushed": ("^", VERMILION),
+    "not lifted": ("_", INK),
+    "failed": ("$?$", PURPLE),
+}
 
 
 @dataclass(frozen=True)
-class Finding:
+class Answer:
     """answer: "yes", "no", "partly" or "best" (the class of its look); words: the evidence."""
 
     answer: str
@@ -35,153 +63,22 @@ class Finding:
     words: str
 
 
-def findings(data: dict[str, Any]) -> list[Finding]:
-    """The study's questions, those that it cannot answer left out; none for a lone rival."""
-    found = [
-        _rule_without_noise(data),
-        _regulator_holds(data),
-        _regulator_margin(data),
-        _regulator_against_rivals(data),
-    ]
-    answered = [each for each in found if each is not None]
-    if answered or len(data["controllers"]) == 1:
-        return answered
-    return [_best_of(data)]
-
-
-def _rule_without_noise(data: dict[str, Any]) -> Finding | None:
-    row = _at(data, "paper", 0.0)
-    if row is None:
-        return None
-    dropped, grips = row["dropped"], row["grips"]
-    margin = row["margin_at_lift"]
-    words = f"{dropped} of {grips} grips end in complete slip"
-    if margin is not None:
-        words += f"; median margin at the lift {margin['median']:.2f}"
-    words += f"; {row['crushed']} crush and {row['not_lifted']} are not lifted."
-    question = "Without noise, does the paper’s rule keep the whole contact from slipping?"
-    return Finding("no" if dropped else "yes", question, words)
-
-
-def _regulator_holds(data: dict[str, Any]) -> Finding | None:
-    noise = data["criteria"]["good_amplifier_microstrain"]
-    row = _at(data, "regulator", noise)
-    if row is None:
-        return None
-    held = row["held"]
-    requested = f"{100 * HELD_SHARE:g} %"
-    words = (
-        f"Measured: {held['count']} of {held['of']} grips ({100 * held['rate']:.1f} %), "
-        f"{_grid_words(data)}. The 95 % interval of such a count, {100 * held['low']:.1f} to "
-        f"{100 * held['high']:.1f} %, "
-    )
-    enough = held["rate"] >= HELD_SHARE
-    if enough and held["low"] < HELD_SHARE:
-        words += f"does not exclude less than {requested}."
-    elif not enough and held["high"] >= HELD_SHARE:
-        words += f"does not exclude {requested}."
-    else:
-        words += f"lies wholly {'above' if enough else 'below'} {requested}."
-    question = (
-        f"At {noise:g} microstrain, does the regulator lift {requested} of this grid without "
-        "complete slip?"
-    )
-    return Finding("yes" if enough else "no", question, words)
-
-
-def _grid_words(data: dict[str, Any]) -> str:
-    conditions = data["conditions"]
-    parts = [
-        f"{len(values)} {name if len(values) > 1 else one} ({_span(values)}{unit})"
-        for values, name, one, unit in (
-            (conditions["friction_coefficients"], "frictions", "friction", ""),
-            (conditions["object_masses_g"], "weights", "weight", " g"),
-        )
-    ]
-    return f"one each on {' by '.join(parts)}"
-
-
-def _span(values: Sequence[float]) -> str:
-    low, high = min(values), max(values)
-    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
-
-
-def _regulator_margin(data: dict[str, Any]) -> Finding | None:
-    noise = data["criteria"]["good_amplifier_microstrain"]
-    row = _at(data, "regulator", noise)
-    if row is None or row["margin_at_lift"] is None:
-        return None
-    low, high = data["criteria"]["human_margin"]
-    margin = row["margin_at_lift"]
-    words = (
-        f"Median {margin['median']:.2f}, middle half {margin['low']:.2f} to {margin['high']:.2f}; "
-        f"median peak force {row['peak_ratio']['median']:.2f} times the least."
-    )
-    question = f"Is its median margin between {low:g} and {high:g}, as people grip?"
-    return Finding("yes" if low <= margin["median"] <= high else "no", question, words)
-
-
-def _regulator_against_rivals(data: dict[str, Any]) -> Finding | None:
-    noise = data["criteria"]["good_amplifier_microstrain"]
-    own = _at(data, "regulator", noise)
-    rivals = {
-        each["controller"]: _at(data, each["controller"], noise)
+def answers(data: ControlData) -> list[Answer]:
+    """Answers to the study's questions that it can give; none for a lone rival."""
+    words = macros(TEMPLATES / "words.txt.j2")
+    rows = {
+        (each["controller"], row["noise_microstrain"]): row
         for each in data["controllers"]
-        if each["told"] is None and each["controller"] != "regulator"
+        for row in each["by_noise"]
     }
-    known = {name: row for name, row in rivals.items() if row is not None}
-    if own is None or not known:
-        return None
-    name, best = max(known.items(), key=lambda item: item[1]["success"]["rate"])
-    as_good = own["success"]["rate"] >= best["success"]["rate"]
-    peak, their_peak = own["peak_ratio"], best["peak_ratio"]
-    gentler = peak is not None and (their_peak is None or peak["median"] < their_peak["median"])
-    words = (
-        f"Best rival that knows no more: {name.replace('_', ' ')}, success "
-        f"{100 * best['success']['rate']:.1f} %, {_peak_words(their_peak)}; regulator "
-        f"{100 * own['success']['rate']:.1f} %, {_peak_words(peak)}. All have the parameters of "
-        "the design’s [grip] table: they are tuned where that is."
-    )
-    question = "Does it succeed at least as often as the best rival, at a lower peak force?"
-    answer = "yes" if as_good and gentler else "partly" if as_good or gentler else "no"
-    return Finding(answer, question, words)
-
-
-def _peak_words(peak: dict[str, Any] | None) -> str:
-    if peak is None:
-        return "nothing lifted"
-    return f"median peak {peak['median']:.2f} times the least force"
-
-
-def _best_of(data: dict[str, Any]) -> Finding:
-    untold = [each for each in data["controllers"] if each["told"] is None]
-    best = max(
-        untold or data["controllers"], key=lambda each: each["whole_grid"]["success"]["rate"]
-    )
-    name, rate = best["controller"].replace("_", " "), best["whole_grid"]["success"]["rate"]
-    words = f"{name}: {100 * rate:.1f} % over all noises."
-    if best["told"] is not None:
-        words = f"{name}, which is given {best['told']}: {100 * rate:.1f} % over all noises."
-    elif len(untold) < len(data["controllers"]):
-        words += " Oracles, which are given friction and weight, are left out."
-    return Finding("best", "Which controller succeeds most often?", words)
-
-
-def _at(data: dict[str, Any], controller: str, noise: float) -> dict[str, Any] | None:
-    """A controller's summary at a noise; None where the study has none."""
-    for each in data["controllers"]:
-        if each["controller"] == controller:
-            for row in each["by_noise"]:
-                if row["noise_microstrain"] == noise:
-                    return dict(row)
-    return None
-
-
-NONE = "–"
+    said = words.answers(data, rows, HELD_SHARE).strip()
+    if not said and len(data["controllers"]) > 1:
+        said = words.best_of(data["controllers"]).strip()
+    return [Answer(*line.split("\t")) for line in said.splitlines()]
 
 
 def control_html(
-    data: dict[str, Any], rows: Sequence[Row], traces: Sequence[GripTrace], noise: float
+    data: ControlData, rows: Sequence[Row], traces: Sequence[GripTrace], noise: float
 ) -> str:
     """The page, from what control.json and grips.csv hold; ``noise``: the one that is drawn."""
     figures = [
@@ -190,160 +87,238 @@ def control_html(
         map_figure(data, rows, noise),
         paths_figure(traces, noise),
     ]
-    tugged = data["conditions"]["tug"]
-    return rendered(
-        TEMPLATES / "control.html.j2",
-        data=data,
-        findings=findings(data),
-        figures=figures,
-        main=_main_table(data, noise),
-        forces=_force_table(data, noise),
-        by_noise=[_noise_table(data), _margin_table(data)],
-        tug=None if tugged is None else _tug_table(data),
-        conditions=_conditions_table(data),
-    )
+    page = TEMPLATES / "control.html.j2"
+    return rendered(page, data=data, answers=answers(data), figures=figures, noise=noise)
 
 
-def _main_table(data: dict[str, Any], noise: float) -> Table:
-    columns = (
-        *("controller", "told", "success %", "95 %", "held %", "dropped", "crushed"),
-        *("not lifted", "failed"),
-    )
-    cells = []
-    for each in data["controllers"]:
-        row = _row_at(each, noise)
-        cells.append(
-            (
-                title_of(each["controller"]),
-                "μ, m" if each["told"] else NONE,
-                _percent(row["success"]["rate"]),
-                _interval(row["success"]),
-                _percent(row["held"]["rate"]),
-                *(str(row[why]) for why in ("dropped", "crushed", "not_lifted", "failed")),
-            )
+def _figure(key: str, figure: Canvas, *values: Any) -> ReportFigure:
+    """The figure with its title, how it is read and its text alternative, of the template."""
+    said = getattr(macros(TEMPLATES / "words.txt.j2"), key)(*values)
+    title, reading, alternative = said.strip().split("\n")
+    return ReportFigure(key, title, to_svg(figure, key, alternative), reading, alternative)
+
+
+def look_of(controller: str) -> tuple[str, Any, str]:
+    """Colour, dashes and marker of a controller, the same in every figure."""
+    kind: ControllerKind | None = CONTROLLERS.get(controller)
+    if kind is None or kind.look is None:
+        return _OTHER
+    colour, dashes, marker = kind.look
+    return COLOURS.get(colour, colour), dashes, marker
+
+
+def title_of(controller: str) -> str:
+    """A controller's name as a reader should meet it."""
+    return controller.replace("_", " ")
+
+
+def success_figure(data: ControlData) -> ReportFigure:
+    """Success against noise, a line a controller, with Wilson's intervals."""
+    most = data["criteria"]["most_force_ratio"]
+    with house_style():
+        return _figure("success", _success(data), data["controllers"], most)
+
+
+def chart_png(data: ControlData) -> bytes:
+    """Success against noise as a PNG on paper's colour."""
+    stream = io.BytesIO()
+    with house_style():
+        _success(data).savefig(
+            stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None}
         )
-    caption = f"At {noise:g} microstrain: who lifts, of all grips"
-    return Table("controllers", caption, columns, tuple(cells), frozenset({0, 1}))
+    return stream.getvalue()
 
 
-def _force_table(data: dict[str, Any], noise: float) -> Table:
-    columns = ("controller", "margin at lift", "middle half", "peak", "least stick", "slip mm")
-    cells = []
-    for each in data["controllers"]:
-        row = _row_at(each, noise)
-        margin = row["margin_at_lift"]
-        cells.append(
-            (
-                title_of(each["controller"]),
-                _median(margin, 2),
-                NONE if margin is None else f"{margin['low']:.2f} to {margin['high']:.2f}",
-                _median(row["peak_ratio"], 2),
-                _median(row["minimum_stick_ratio"], 2),
-                _median(row["slip_distance_mm"], 3),
-                _median(row["steps"], 0),
-            )
-        )
-    caption = f"At {noise:g} microstrain: how, medians of the grips that have the value"
-    return Table("forces", caption, (*columns, "steps"), tuple(cells), frozenset({0}))
-
-
-def _row_at(controller: dict[str, Any], noise: float) -> dict[str, Any]:
-    return next(row for row in controller["by_noise"] if row["noise_microstrain"] == noise)
-
-
-def _margin_table(data: dict[str, Any]) -> Table:
-    cells = [
-        (
-            title_of(each["controller"]),
-            *(_median(row["margin_at_lift"], 2) for row in each["by_noise"]),
-        )
-        for each in data["controllers"]
-    ]
-    columns = ("controller", *(f"{noise:g}" for noise in data["conditions"]["noises_microstrain"]))
-    caption = "By noise (microstrain): median margin at lift"
-    return Table("margins", caption, columns, tuple(cells), frozenset({0}))
-
-
-def _noise_table(data: dict[str, Any]) -> Table:
+def _success(data: ControlData) -> Canvas:
+    figure = canvas(8.4, 4.2)
+    axes = figure.subplots()
     noises = data["conditions"]["noises_microstrain"]
-    cells = []
-    for each in data["controllers"]:
-        reported = [
-            f"{_percent(row['success']['rate'])} / {_percent(row['held']['rate'])}"
-            for row in each["by_noise"]
-        ]
-        cells.append((title_of(each["controller"]), *reported))
-    columns = ("controller", *(f"{noise:g}" for noise in noises))
-    caption = "By noise (microstrain): success % / held %"
-    return Table("noise", caption, columns, tuple(cells), frozenset({0}))
-
-
-def _tug_table(data: dict[str, Any]) -> Table:
-    rate = data["hardware"]["sample_rate_Hz"]
-    cells = []
-    for each in data["controllers"]:
-        row = each["tugged"]
-        reaction = row["reaction_steps"]
-        times = [
-            NONE if reaction is None else f"{1000 * reaction[which] / rate:.0f}"
-            for which in ("median", "high", "most")
-        ]
-        answered = row["answered"]
-        cells.append(
-            (
-                title_of(each["controller"]),
-                _percent(row["held"]["rate"]),
-                _interval(row["held"]),
-                f"{answered['count']} of {answered['of']}",
-                *times,
-                _median(row["peak_ratio"], 2),
-            )
+    count = len(data["controllers"])
+    for index, each in enumerate(data["controllers"]):
+        colour, dashes, marker = look_of(each["controller"])
+        # Side by side, so that lines that coincide are seen.
+        places = np.arange(len(noises)) + 0.035 * (index - 0.5 * (count - 1))
+        rate = np.array([row["success"]["rate"] for row in each["by_noise"]])
+        low = np.array([row["success"]["low"] for row in each["by_noise"]])
+        high = np.array([row["success"]["high"] for row in each["by_noise"]])
+        axes.vlines(places, 100 * low, 100 * high, color=colour, lw=0.9)
+        axes.plot(
+            places,
+            100 * rate,
+            color=colour,
+            ls=dashes,
+            marker=marker,
+            label=title_of(each["controller"]),
         )
-    columns = (
-        *("controller", "held %", "95 %", "answered"),
-        *("reaction ms", "three in four", "slowest", "peak"),
-    )
-    tug = data["conditions"]["tug"]
-    caption = (
-        f"Tugged with {100 * tug['share']:g} % of the weight: risen in {tug['rise_s']:g} s, held "
-        f"for {tug['stay_s']:g} s, at {tug['noise_microstrain']:g} microstrain"
-    )
-    return Table("tug", caption, columns, tuple(cells), frozenset({0}))
+    axes.set_xticks(range(len(noises)), [f"{noise:g}" for noise in noises])
+    axes.set_xlabel("gage noise (microstrain, standard deviation of a sample)")
+    axes.set_ylabel("success (%)")
+    axes.set_ylim(0.0, 104.0)
+    figure.legend(loc="outside lower center", ncols=4)
+    return figure
 
 
-def _conditions_table(data: dict[str, Any]) -> Table:
-    conditions, model = data["conditions"], data["model"]
-    rows = [
-        ("friction coefficients", _list(conditions["friction_coefficients"])),
-        ("weights (g)", _list(conditions["object_masses_g"])),
-        ("gage noise (microstrain)", _list(conditions["noises_microstrain"])),
-        ("held on after the lift (s)", f"{conditions['hold_s']:g}"),
-        ("seed", str(conditions["seed"])),
-        *((name.replace("_", " "), _plain(value)) for name, value in data["hardware"].items()),
-        *((name.replace("_", " "), _plain(value)) for name, value in model.items()),
+def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFigure:
+    """Peak forces of every controller at one noise: quartiles and extremes, and each grip."""
+    names = [each["controller"] for each in data["controllers"]]
+    low, high = data["criteria"]["human_margin"]
+    most = data["criteria"]["most_force_ratio"]
+    rng = np.random.default_rng(0)  # of the scatter that parts the dots, nothing else
+    peaks: dict[str, tuple[float, ...] | None] = dict.fromkeys(names)
+    with house_style():
+        figure = canvas(8.4, 0.9 + 0.42 * len(names))
+        axes = figure.subplots()
+        axes.axvspan(low, high, color=GREEN, alpha=0.14, lw=0)
+        axes.axvline(most, color=VERMILION, ls=(0, (4, 3)), lw=1.0)
+        axes.axvline(1.0, color=INK, ls=":", lw=1.0)
+        for place, name in enumerate(names):
+            lifted = [row for row in _at(rows, name, noise) if row["lifted"]]
+            ratios = np.array([row["peak_ratio"] for row in lifted])
+            if not len(ratios):
+                continue
+            colour, _, _ = look_of(name)
+            jitter = place + rng.uniform(-0.26, 0.26, len(ratios))
+            axes.plot(ratios, jitter, color=colour, ls="none", marker=".", ms=3, alpha=0.55)
+            first, median, third = np.quantile(ratios, [0.25, 0.5, 0.75])
+            axes.plot([first, third], [place, place], color=colour, lw=5, alpha=0.5)
+            axes.plot([median], [place], color=INK, marker="|", ms=13, mew=2, ls="none")
+            peaks[name] = median, first, third, ratios.max()
+        axes.set_yticks(range(len(names)), [title_of(name) for name in names])
+        axes.set_ylim(len(names) - 0.5, -0.5)
+        axes.set_xscale("log")
+        _plain_log(axes)
+        axes.set_xlabel("peak normal force over the least that holds")
+        return _figure("force", figure, noise, data["criteria"], peaks)
+
+
+def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFigure:
+    """Margin at lift over friction x weight, a panel a controller, with marks where it failed."""
+    names = [each["controller"] for each in data["controllers"]]
+    frictions = sorted(data["conditions"]["friction_coefficients"])
+    masses = sorted(data["conditions"]["object_masses_g"])
+    columns = 4
+    panels_down = -(-len(names) // columns)
+    counts = {}
+    with house_style():
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+        figure = canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
+        panels = small_multiples(figure, len(names), columns, sharex=True, sharey=True)
+        colours = LinearSegmentedColormap.from_list("margin", [GREEN, OPEN_COLOUR, BLUE])
+        scale = Normalize(1.0, 3.0, clip=True)
+        for axes, name in zip(panels, names, strict=True):
+            own = _at(rows, name, noise)
+            _draw_map(axes, own, frictions, masses, colours, scale)
+            axes.set_title(title_of(name))
+            found = Counter(map(_why, own))
+            counts[name] = {why: found[why] for why in ("", *_MARKS) if found[why]}
+        for axes in panels[::columns]:
+            axes.set_ylabel("weight (g)")
+        for axes in panels[-columns:]:
+            axes.set_xlabel("friction coefficient")
+        figure.colorbar(
+            ScalarMappable(scale, colours), ax=panels, label="margin at lift", shrink=0.8
+        )
+        _mark_legend(figure)
+        return _figure("maps", figure, noise, counts)
+
+
+def _draw_map(
+    axes: Axes,
+    rows: Sequence[Row],
+    frictions: list[float],
+    masses: list[float],
+    colours: Any,
+    scale: Any,
+) -> None:
+    values = np.full((len(masses), len(frictions)), np.nan)
+    for row in rows:
+        place = masses.index(row["mass_g"]), frictions.index(row["friction"])
+        values[place] = np.nan if row["margin_at_lift"] is None else row["margin_at_lift"]
+    axes.imshow(values, origin="lower", aspect="auto", cmap=colours, norm=scale)
+    for why, (marker, colour) in _MARKS.items():
+        found = [row for row in rows if _why(row) == why]
+        x = [frictions.index(row["friction"]) for row in found]
+        y = [masses.index(row["mass_g"]) for row in found]
+        axes.plot(x, y, color=colour, marker=marker, ms=4, mew=1.2, ls="none")
+    axes.grid(False)
+    for axis, along, decimals in ((axes.xaxis, frictions, 2), (axes.yaxis, masses, 0)):
+        ticks = spread(len(along), 4)
+        axis.set_ticks(ticks, [f"{along[k]:.{decimals}f}" for k in ticks])
+
+
+def _mark_legend(figure: Canvas) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], color=colour, marker=marker, ls="none", ms=5, label=why)
+        for why, (marker, colour) in _MARKS.items()
     ]
-    return Table("conditions", "Conditions", ("what", "value"), tuple(rows), frozenset({0, 1}))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def _list(values: Sequence[float]) -> str:
-    return ", ".join(f"{value:g}" for value in values)
+def paths_figure(traces: Sequence[GripTrace], noise: float) -> ReportFigure:
+    """F_t over F_n of all controllers on one object a panel, with limit and target."""
+    objects: dict[tuple[float, float], list[GripTrace]] = {}
+    for trace in sorted(traces, key=lambda each: (each.friction_coefficient, each.object_mass_g)):
+        objects.setdefault((trace.friction_coefficient, trace.object_mass_g), []).append(trace)
+    with house_style():
+        figure = canvas(9.6, 3.6)
+        panels = small_multiples(figure, len(objects), len(objects))
+        for axes, ((mu, mass), own) in zip(panels, objects.items(), strict=True):
+            _draw_paths(axes, own)
+            axes.set_title(f"μ = {mu:g}, {mass:g} g")
+            axes.set_xlabel("normal force (N)")
+        panels[0].set_ylabel("tangential force (N)")
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=5)
+        return _figure("paths", figure, noise, [each for own in objects.values() for each in own])
 
 
-def _plain(value: Any) -> str:
-    if isinstance(value, (list, tuple)):
-        return _list(value) or "none"
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
+    weight, mu = traces[0].weight_per_finger_N, traces[0].friction_coefficient
+    most = max(float(trace.normal_force.max(initial=0.0)) for trace in traces)
+    reach = 1.06 * max(most, weight / mu)
+    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit μ F_n")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
+    for trace in traces:
+        colour, dashes, _ = look_of(trace.controller)
+        normal, tangential = trace.normal_force, trace.tangential_force
+        name = title_of(trace.controller)
+        axes.plot(normal, tangential, color=colour, ls=dashes, lw=1.4, label=name)
+        if trace.lift_step is not None:
+            here = trace.lift_step
+            axes.plot([normal[here]], [tangential[here]], color=colour, marker="*", ms=8)
+    axes.plot([weight / mu], [weight], color=INK, ls="none", marker="x", ms=7, mew=1.6)
+    axes.set_xlim(0, reach)
+    axes.set_ylim(0, 1.3 * weight)
 
 
-def _percent(rate: float | None) -> str:
-    return NONE if rate is None else f"{100 * rate:.1f}"
+def _at(rows: Sequence[Row], controller: str, noise: float) -> list[Row]:
+    return [
+        row
+        for row in rows
+        if row["controller"] == controller and row["noise"] == noise and row["tug"] == 0.0
+    ]
 
 
-def _interval(share: dict[str, Any]) -> str:
-    if share["low"] is None:
-        return NONE
-    return f"{100 * share['low']:.1f} to {100 * share['high']:.1f}"
+def _why(row: Row) -> str:
+    """Why a grip is no success; "" where it is."""
+    if row["ending"] == "failed":
+        return "failed"
+    if row["dropped"]:
+        return "dropped"
+    if not row["lifted"]:
+        return "not lifted"
+    return "crushed" if row["crushed"] else ""
 
 
-def _median(spread: dict[str, Any] | None, decimals: int) -> str:
-    return NONE if spread is None else f"{spread['median']:.{decimals}f}"
+def _plain_log(axes: Axes) -> None:
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    low, high = axes.get_xlim()
+    ticks = (0.5, 0.7, 1.0, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
+    axes.xaxis.set_major_locator(FixedLocator([t for t in ticks if low <= t <= high]))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))

@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 from typing_extensions import TypedDict
 
-from fingerdesign.control.metrics import (
-    MOST_FORCE,
-    Outcome,
-    Share,
-    Spread,
-    Summary,
-    summarise,
-)
-from fingerdesign.records.base import Count, Size, closed, csv_text, json_text
+from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip, Share, Summary, summarise
+from fingerdesign.records.base import Count, Size, closed, csv_text
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.grid import GOOD_AMPLIFIER, ControlGrid
 
 if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace
 
-SCHEMA_VERSION = 1
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
 BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westling 1984)
 
-# Column of grips.csv -> field of Outcome; the names of the result's grips where they mean the same.
+# Column of grips.csv -> field of JudgedGrip; the names of the result's grips where alike.
 COLUMNS = {
     "controller": "controller",
     "friction_coefficient": "friction",
@@ -189,125 +181,110 @@ class ControlData(TypedDict):
 
 @dataclass(frozen=True)
 class ControlStudy:
-    """The record of one ``fingerdesign study-control``.
+    """The record of one ``fingerdesign study-control``, as in control.json, and what it sums up.
 
-    outcomes: every grip, tugged ones among them, in the order of the grid. model, hardware: plain
-    values that say what was gripped with. traces: some grips step by step, in the order of the
-    controllers. seconds: of the grips, and of everything, reports apart.
+    outcomes: every grip, tugged ones among them, in the order of the grid. traces: some grips step
+    by step, in the order of the controllers, at ``trace_noise``.
     """
 
-    design: str
-    digest: str
-    controllers: tuple[str, ...]
-    grid: ControlGrid
-    outcomes: tuple[Outcome, ...]
-    model: dict[str, Any]
-    hardware: dict[str, Any]
+    data: ControlData
+    outcomes: tuple[JudgedGrip, ...]
     traces: tuple[GripTrace, ...] = ()
     trace_noise: float = GOOD_AMPLIFIER
-    seconds: dict[str, float] = field(default_factory=dict)
-    workers: int = 1
-    versions: dict[str, str] = field(default_factory=dict)
-    peak_memory_MB: float = 0.0
-    warnings: tuple[str, ...] = ()
-
-    def of(
-        self, controller: str, noise: float | None = None, tugged: bool = False
-    ) -> list[Outcome]:
-        """A controller's grips, at one noise or at all; with or without the tug."""
-        return [
-            each
-            for each in self.outcomes
-            if each.controller == controller
-            and (noise is None or each.noise == noise)
-            and (each.tug > 0.0) == tugged
-        ]
 
     def summary(self, controller: str, noise: float | None = None, tugged: bool = False) -> Summary:
-        """What :meth:`of` amounts to."""
-        return summarise(self.of(controller, noise, tugged))
-
-    def data(self) -> dict[str, Any]:
-        """As in the file; no NaN, null where there is no value."""
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "design": self.design,
-            "digest": self.digest,
-            "status": "ok",
-            "grips": len(self.outcomes),
-            "criteria": {
-                "most_force_ratio": MOST_FORCE,
-                "human_margin": list(BAND),
-                "good_amplifier_microstrain": GOOD_AMPLIFIER,
-            },
-            "conditions": conditions_data(self.grid),
-            "hardware": self.hardware,
-            "model": self.model,
-            "controllers": [self._controller(name) for name in self.controllers],
-            "seconds": self.seconds,
-            "workers": self.workers,
-            "peak_memory_MB": self.peak_memory_MB,
-            "warnings": list(self.warnings),
-            "versions": self.versions,
-        }
-
-    def to_json(self) -> str:
-        """The text of control.json."""
-        return json_text(self.data())
-
-    def _controller(self, name: str) -> dict[str, Any]:
-        tug = self.grid.tug
-        return {
-            "controller": name,
-            "told": getattr(CONTROLLERS.get(name), "knows", None),
-            "whole_grid": summary_data(self.summary(name)),
-            "by_noise": [
-                {"noise_microstrain": noise, **summary_data(self.summary(name, noise))}
-                for noise in self.grid.noises
-            ],
-            "tugged": None if tug is None else summary_data(self.summary(name, tugged=True)),
-        }
+        """A controller's grips, at one noise or at all; with or without the tug."""
+        return _summary(self.outcomes, controller, noise, tugged)
 
 
-def conditions_data(grid: ControlGrid) -> dict[str, Any]:
+def control_data(
+    outcomes: Sequence[JudgedGrip],
+    controllers: Iterable[str],
+    grid: ControlGrid,
+    warnings: Iterable[str] = (),
+    **facts: Any,
+) -> ControlData:
+    """The record of all grips; facts: its keys that neither they nor the grid tell."""
+
+    def summary(*of: Any) -> SummaryData:
+        return summary_data(_summary(outcomes, *of))
+
+    return {
+        "schema_version": 1,
+        "design": facts["design"],
+        "digest": facts["digest"],
+        "status": "ok",
+        "grips": len(outcomes),
+        "criteria": {
+            "most_force_ratio": MOST_FORCE,
+            "human_margin": list(BAND),
+            "good_amplifier_microstrain": GOOD_AMPLIFIER,
+        },
+        "conditions": conditions_data(grid),
+        "hardware": facts["hardware"],
+        "model": facts["model"],
+        "controllers": [
+            {
+                "controller": name,
+                "told": getattr(CONTROLLERS.get(name), "knows", None),
+                "whole_grid": summary(name),
+                "by_noise": [
+                    {"noise_microstrain": noise, **summary(name, noise)} for noise in grid.noises
+                ],
+                "tugged": None if grid.tug is None else summary(name, None, True),
+            }
+            for name in controllers
+        ],
+        "seconds": facts["seconds"],
+        "workers": facts["workers"],
+        "peak_memory_MB": facts["peak_memory_MB"],
+        "warnings": list(warnings),
+        "versions": facts["versions"],
+    }
+
+
+def conditions_data(grid: ControlGrid) -> ConditionsData:
     """The grid's axes as plain values."""
-    tug = grid.tug
+    tug = None if grid.tug is None else asdict(grid.tug) | {"noise_microstrain": grid.tug_noise}
     return {
         "friction_coefficients": list(grid.frictions),
         "object_masses_g": list(grid.masses_g),
         "noises_microstrain": list(grid.noises),
         "seed": grid.seed,
         "hold_s": grid.hold_s,
-        "tug": None
-        if tug is None
-        else {
-            **{each.name: getattr(tug, each.name) for each in fields(tug)},
-            "noise_microstrain": grid.tug_noise,
-        },
+        "tug": tug,
     }
 
 
-def summary_data(summary: Summary) -> dict[str, Any]:
+def _summary(
+    outcomes: Iterable[JudgedGrip],
+    controller: str,
+    noise: float | None = None,
+    tugged: bool = False,
+) -> Summary:
+    return summarise(
+        [
+            each
+            for each in outcomes
+            if each.controller == controller
+            and noise in (None, each.noise)
+            and (each.tug > 0.0) == tugged
+        ]
+    )
+
+
+def summary_data(summary: Summary) -> SummaryData:
     """A summary as plain values: shares as {count, of, rate, low, high}, spreads as quartiles."""
-    found: dict[str, Any] = {}
-    for each in fields(summary):
-        value = getattr(summary, each.name)
-        if isinstance(value, Share):
-            low, high = value.interval or (None, None)
-            value = {
-                "count": value.count,
-                "of": value.of,
-                "rate": value.rate,
-                "low": low,
-                "high": high,
-            }
-        elif isinstance(value, Spread):
-            value = {name.name: getattr(value, name.name) for name in fields(value)}
-        found[each.name] = value
-    return found
+    found: Any = asdict(summary)
+    for name in ("success", "held", "answered"):
+        share: Share = getattr(summary, name)
+        low, high = share.interval or (None, None)
+        found[name] |= {"rate": share.rate, "low": low, "high": high}
+    kept: SummaryData = found
+    return kept
 
 
-def grips_csv(outcomes: Sequence[Outcome]) -> str:
+def grips_csv(outcomes: Sequence[JudgedGrip]) -> str:
     """A row a grip; empty where there is no value, true and false as 1 and 0."""
     return csv_text(
         COLUMNS, ([_cell(getattr(each, name)) for name in COLUMNS.values()] for each in outcomes)

@@ -10,9 +10,7 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, replace
-from functools import partial
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,27 +21,27 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import peak_memory_MB, versions
 from fingerdesign.control.judge import weight_per_finger
-from fingerdesign.control.metrics import MOST_FORCE, Outcome
+from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, SolverError
+from fingerdesign.records.base import closed, json_text
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.isolate import ProcessError
-from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.sensing.lessons import estimator_faults, lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
 from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.figures import chart_png
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, Lot
-from fingerdesign.trials.page import control_html
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
+from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
     CSV_FILE,
     RECORD_FILE,
     ControlStudy,
     conditions_data,
+    control_data,
     grips_csv,
 )
 from fingerdesign.version import __version__
@@ -54,102 +52,81 @@ if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace
 
 
-# The lots of a grid over processes; what is done is kept, grip by grip, and not done again.
+# The batches of a grid over processes; what is done is kept, grip by grip, and not done again.
 #
 # The journal says what decides every grip beside its own conditions: a study that was interrupted
 # goes on where it stopped, also with other frictions, weights, noises or controllers than before
 # (one that is taught anew apart).
 
 Report = Callable[[str, float], None]
-Key = tuple[str, float, float, float, float]
-
-_OUTCOME = TypeAdapter(Outcome)
 
 
-def key_of(cell: Cell | Outcome) -> Key:
+def key_of(cell: Cell | JudgedGrip) -> str:
     """What tells one grip of a study from another."""
-    return cell.controller, cell.friction, cell.mass_g, cell.noise, cell.tug
+    return repr((cell.controller, cell.friction, cell.mass_g, cell.noise, cell.tug))
 
 
-class Grips:
-    """Outcomes in a journal, those of an earlier run first.
+def grips_journal(path: Path, digest: str) -> Journal:
+    """Where a study's grips are kept; digest: of all that decides a grip beside its cell.
 
-    digest: of all that decides a grip beside its cell. A file of another digest, or one that is no
-    journal of a control study, is a ResultError: it is somebody's work.
+    A file of another digest, or one that is no journal of a control study, is a JournalError: it is
+    somebody's work.
     """
-
-    def __init__(self, path: Path, digest: str) -> None:
-        self.outcomes: dict[Key, Outcome] = {}
-        try:
-            self._journal = Journal(path, "a control study", digest)
-        except JournalError as error:
-            raise ResultError(str(error)) from error
-        try:
-            for _, record in self._journal:
-                Outcome(**record)  # no key too many
-                each = _OUTCOME.validate_json(json.dumps(record), strict=True)
-                self.outcomes[key_of(each)] = each
-        except (ValueError, TypeError) as error:
-            what = f"{path}: not a grip of a control study"
-            raise ResultError(f"{what}; move it away, or choose another --out") from error
-
-    def add(self, outcomes: Iterable[Outcome]) -> None:
-        """Keep outcomes, in memory and in the file."""
-        found = {key_of(each): each for each in outcomes}
-        self._journal.add({repr(key): asdict(each) for key, each in found.items()})
-        self.outcomes |= found
-
-    def close(self) -> None:
-        """Let go of the file."""
-        self._journal.close()
+    return Journal(path, "a control study", digest)
 
 
-def run_lots(
+def kept_grips(journal: Journal) -> dict[str, JudgedGrip]:
+    """The grips of earlier runs by their keys. ResultError where a record is no grip."""
+    adapter = TypeAdapter(closed(JudgedGrip))
+    try:
+        found = [adapter.validate_json(json.dumps(record), strict=True) for _, record in journal]
+    except ValueError as error:
+        what = f"{journal.path}: not a grip of a control study"
+        raise ResultError(f"{what}; move it away, or choose another --out") from error
+    return {key_of(each): each for each in found}
+
+
+def run_batches(
     bench: GripBench,
-    lots: Sequence[Lot],
-    journal: Grips,
+    batches: Iterable[Sequence[Cell]],
+    journal: Journal,
     workers: int,
     report: Report = lambda message, fraction: None,
-) -> None:
-    """Run the cells that the journal does not hold, into it; ``workers`` 1: in this process.
+) -> dict[str, JudgedGrip]:
+    """All cells' outcomes by their keys; those that the journal does not hold are run, and kept.
 
-    An interruption waits for the lots that are running, a second or two; what the journal was
-    reported by then is kept. Raises SolverError where a process died.
+    workers 1: in this process. An interruption waits for the batches that are running, a second or
+    two. Raises SolverError where a process died.
     """
-    left = [rest for batch in lots if (rest := _left(batch, journal)).cells]
-    total = sum(len(batch.cells) for batch in lots)
-    done = total - sum(len(batch.cells) for batch in left)
-    with _results(bench, left, workers) as results:
-        for found in results:
-            journal.add(found)
-            done += len(found)
-            report(f"gripping: {found[0].controller}", done / total)
+    found, total, left = kept_grips(journal), 0, []
+    for cells in batches:
+        total += len(cells)
+        if rest := [cell for cell in cells if key_of(cell) not in found]:
+            left.append(rest)
+    done = total - sum(map(len, left))
+    for outcomes in _results(bench, left, workers):
+        new = {key_of(each): each for each in outcomes}
+        journal.add({key: asdict(each) for key, each in new.items()})
+        found |= new
+        done += len(new)
+        report(f"gripping: {outcomes[0].controller}", done / total)
+    return found
 
 
-def _left(batch: Lot, journal: Grips) -> Lot:
-    cells = tuple(cell for cell in batch.cells if key_of(cell) not in journal.outcomes)
-    return replace(batch, cells=cells)
-
-
-@contextmanager
 def _results(
-    bench: GripBench, lots: Sequence[Lot], workers: int
-) -> Iterator[Iterator[list[Outcome]]]:
-    if workers <= 1 or len(lots) <= 1:
-        yield (bench.run_batch(batch) for batch in lots)
+    bench: GripBench, batches: Sequence[Sequence[Cell]], workers: int
+) -> Iterator[list[JudgedGrip]]:
+    if workers <= 1 or len(batches) <= 1:
+        yield from map(bench.run_batch, batches)
         return
-    with Pool(min(workers, len(lots)), shared=(bench,)) as pool:
+    with Pool(min(workers, len(batches)), shared=(bench,)) as pool:
         try:
-            yield pool.as_done(lambda batch: pool.call(_run, batch), lots)
+            yield from pool.as_done(lambda cells: pool.call(GripBench.run_batch, cells), batches)
         except ProcessError as error:
             raise SolverError(
                 f"a process of the study ended ({error}); was there memory enough? Run it again: "
                 "it goes on where it stopped"
             ) from error
-
-
-def _run(bench: GripBench, batch: Lot) -> list[Outcome]:
-    return bench.run_batch(batch)
 
 
 VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
@@ -158,22 +135,6 @@ PAGE_FILE, CHART_FILE = "control.html", "control.png"
 FOLDER = RecordFolder(
     "control study", RECORD_FILE, (RECORD_FILE, CSV_FILE, PAGE_FILE, CHART_FILE, "path_*.csv")
 )
-
-
-def _at_start(report: Report, message: str) -> None:
-    report(message, 0.0)
-
-
-def _seconds(
-    start: float, modelled: float, taught: float, gripped: float, done: float
-) -> dict[str, float]:
-    """Where the time of a study went."""
-    return {
-        "model": modelled - start,
-        "teaching": taught - modelled,
-        "grips": gripped - taught,
-        "whole": done - start,
-    }
 
 
 def study_control(
@@ -194,48 +155,54 @@ def study_control(
     wrong input, ResultError for a journal of something else, SolverError where a process died.
     """
     names = tuple(dict.fromkeys(controllers))
-    _refuse(names, grid)
+    refuse(grid, names)
     if estimator is not None and (faults := estimator_faults(design, estimator)):
         raise DesignError(faults)
-    start = time.perf_counter()
-    say = partial(_at_start, report)
+
+    def say(message: str) -> None:
+        report(message, 0.0)
+
+    times = [time.perf_counter()]
     problem = grip_problem(design, contact_size_mm, say)
     opposite = opposite_problem(design, contact_size_mm, say)
-    modelled = time.perf_counter()
+    times.append(time.perf_counter())
     if any(map(needs_training, names)) and estimator is None:
         estimator = lesson_for(design, problem, say, workers).estimator
-    taught = time.perf_counter()
-    hardware, plates = hardware_of(design), gage_array(design)
-    face = design.gages.face
+    times.append(time.perf_counter())
+    hardware, face = hardware_of(design), design.gages.face
+    plates = gage_array(design)
     bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
     digest = study_digest(design, grid, estimator, contact_size_mm)
-    kept = Grips(journal, digest)
-    lots = list(grid.lots(names))
-    with one_thread():
-        run_lots(bench, lots, kept, workers, report)
-        gripped = time.perf_counter()
+    batches = list(grid.batches(names))
+    noise = shown_noise(grid)
+    with one_thread(), grips_journal(journal, digest) as kept:
+        found = run_batches(bench, batches, kept, workers, report)
+        times.append(time.perf_counter())
         report("drawing the paths", 1.0)
-        noise = shown_noise(grid)
         traces = tuple(_traces(bench, names, noise))
-    kept.close()
-    outcomes = [kept.outcomes[key_of(cell)] for batch in lots for cell in batch.cells]
-    done = time.perf_counter()
-    return ControlStudy(
+    outcomes = tuple(found[key_of(cell)] for cells in batches for cell in cells)
+    times.append(time.perf_counter())
+    start, modelled, taught, gripped, done = times
+    data = control_data(
+        outcomes,
+        names,
+        grid,
+        _warnings(bench, outcomes),
         design=design.design.name,
         digest=digest,
-        controllers=names,
-        grid=grid,
-        outcomes=tuple(outcomes),
         model=_model_data(bench, contact_size_mm),
         hardware={name: value for name, value in asdict(hardware).items() if name != VARIED},
-        traces=traces,
-        trace_noise=noise,
-        seconds=_seconds(start, modelled, taught, gripped, done),
+        seconds={
+            "model": modelled - start,
+            "teaching": taught - modelled,
+            "grips": gripped - taught,
+            "whole": done - start,
+        },
         workers=workers,
         versions=versions(),
         peak_memory_MB=peak_memory_MB(),
-        warnings=tuple(_warnings(bench, outcomes)),
     )
+    return ControlStudy(data, outcomes, traces, noise)
 
 
 def hardware_of(design: Design) -> Hardware:
@@ -257,8 +224,7 @@ def study_digest(
     design: Design, grid: ControlGrid, estimator: GripEstimator | None, contact_size_mm: float
 ) -> str:
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
-    conditions = conditions_data(grid)
-    shared = {key: conditions[key] for key in ("seed", "hold_s", "tug")}
+    shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
     parts = [design.digest(), __version__, shared, contact_size_mm, taught]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
@@ -267,25 +233,14 @@ def study_digest(
 def write_study(study: ControlStudy, folder: Path) -> None:
     """All products into a folder that exists; the record comes last."""
     rows = [{**asdict(each), "crushed": each.crushed} for each in study.outcomes]
-    data = study.data()
-    (folder / CHART_FILE).write_bytes(chart_png(data))
-    (folder / PAGE_FILE).write_text(
-        control_html(data, rows, study.traces, study.trace_noise), encoding="utf-8"
-    )
+    (folder / CHART_FILE).write_bytes(chart_png(study.data))
+    page = control_html(study.data, rows, study.traces, study.trace_noise)
+    (folder / PAGE_FILE).write_text(page, encoding="utf-8")
     (folder / CSV_FILE).write_text(grips_csv(study.outcomes), encoding="utf-8")
     for trace in study.traces:
         mu, mass = trace.friction_coefficient, trace.object_mass_g
         write_grip_csv(folder / f"path_{trace.controller}_mu{mu:g}_{mass:g}g.csv", trace)
-    (folder / RECORD_FILE).write_text(study.to_json(), encoding="utf-8")
-
-
-def _refuse(names: Sequence[str], grid: ControlGrid) -> None:
-    faults = grid.faults()
-    for name in names:
-        if name not in CONTROLLERS.names():
-            faults.append(CONTROLLERS.fault(name, "--controller"))
-    if faults:
-        raise DesignError(faults)
+    (folder / RECORD_FILE).write_text(json_text(study.data), encoding="utf-8")
 
 
 def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTrace]:
@@ -325,7 +280,7 @@ def _preload_force(bench: GripBench) -> float:
     return float(np.interp(share, np.linspace(0.0, 1.0, len(forces)), forces))
 
 
-def _warnings(bench: GripBench, outcomes: Sequence[Outcome]) -> list[str]:
+def _warnings(bench: GripBench, outcomes: Sequence[JudgedGrip]) -> list[str]:
     """What stands in the way of any controller on this grid, and what failed."""
     found = []
     grid, strongest = bench.grid, float(bench.calibration(0.0).normal.normal_force[-1])

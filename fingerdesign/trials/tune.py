@@ -10,49 +10,151 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import versions
-from fingerdesign.checks.load import dump_design
-from fingerdesign.control.metrics import Outcome
+from fingerdesign.checks.load import dump_design, with_values
+from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.roster import needs_training
-from fingerdesign.errors import DesignError
-from fingerdesign.records.result import ResultError
-from fingerdesign.runtime.journal import Journal, JournalError
-from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import json_text
+from fingerdesign.report.page import macros
+from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
 from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid
-from fingerdesign.trials.run import hardware_of
+from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
+from fingerdesign.trials.run import VARIED, hardware_of
 from fingerdesign.trials.tuning import (
     BUDGET,
-    Asked,
-    BenchJudge,
+    Candidate,
     Judge,
     Report,
+    Requested,
     Round,
+    Tuning,
     Values,
     bench_judge,
     ranges_of,
     tune,
     tuning_cells,
 )
-from fingerdesign.trials.tuning_record import (
-    RECORD_FILE,
-    TuningRecord,
-    tuned_comment,
-    tuned_design,
-    tuning_data,
-)
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.schema import Design
+
+
+# tuning.json: every trial of every tuned controller, and the values to take.
+#
+#     {"format": ..., "design": name, "digest": ..., "seed": 0, "cells": [...], "hardware": {...},
+#      "controllers": {"reactive": {"best": {...}, "default": {...}, "trials": [...]}, ...}}
+#
+# ``values`` are keys of the design: :func:`tuned_design` sets those of all controllers at once,
+# each in tables of its own.
+
+FORMAT = "fingerdesign tuning, 1"
+RECORD_FILE = "tuning.json"
+
+
+@dataclass(frozen=True)
+class TuningRecord:
+    """What was tuned, on what.
+
+    digest: of all that decides it. cells: the grips, as many as the last round's. hardware, model:
+    plain values that say what was gripped with. controllers: by name, see :func:`tuning_data`.
+    """
+
+    design: str
+    digest: str
+    seed: int
+    cells: tuple[Cell, ...]
+    hardware: dict[str, Any]
+    model: dict[str, Any]
+    controllers: dict[str, dict[str, Any]]
+    versions: dict[str, str]
+    seconds: float
+
+    def data(self) -> dict[str, Any]:
+        """The record as plain values."""
+        names = {
+            "friction_coefficient": "friction",
+            "object_mass_g": "mass_g",
+            "noise_microstrain": "noise",
+        }
+        cells = [{key: getattr(cell, own) for key, own in names.items()} for cell in self.cells]
+        own = {key: value for key, value in vars(self).items() if key != "cells"}
+        return {"format": FORMAT, **own, "seconds": round(self.seconds, 1), "cells": cells}
+
+    def to_json(self) -> str:
+        """The record as text; NaN is never written."""
+        return json_text(self.data(), indent=1)
+
+
+def tuning_data(tuning: Tuning) -> dict[str, Any]:
+    """A tuning as plain values: its ranges and rounds, every trial, the best and the default."""
+    return {
+        "grips": tuning.grips,
+        "ranges": [asdict(each) for each in tuning.ranges],
+        "rounds": [asdict(each) for each in tuning.budget],
+        "best": trial_data(tuning.best),
+        "default": trial_data(tuning.default),
+        "trials": [trial_data(each) for each in tuning.trials],
+    }
+
+
+def trial_data(trial: Candidate) -> dict[str, Any]:
+    """A trial as plain values; why its other grips failed is counted."""
+    outcomes = trial.outcomes
+    return {
+        "values": trial.values,
+        "round": trial.round,
+        "grips": len(outcomes),
+        "success_rate": trial.success,
+        "held_rate": sum(each.held for each in outcomes) / max(len(outcomes), 1),
+        "mean_peak_ratio": trial.mean_peak_ratio,
+        "dropped": sum(each.dropped for each in outcomes),
+        "crushed": sum(each.crushed for each in outcomes),
+        "not_lifted": sum(not each.lifted for each in outcomes),
+    }
+
+
+def best_values(text: str, source: str = RECORD_FILE) -> dict[str, float]:
+    """The best values of all controllers of a record, by key of the design.
+
+    Where two controllers share a key (the oracles do) the last one's stands. Raises DesignError for
+    a text that is no such record.
+    """
+    values: dict[str, float] = {}
+    try:
+        record = json.loads(text)
+        if record["format"] != FORMAT:
+            raise ValueError(f"its format is {record['format']!r}")
+        for tuned in record["controllers"].values():
+            for key, value in tuned["best"]["values"].items():
+                values[str(key)] = float(value)
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        fault = Fault("--tuning", source, f"a record of {FORMAT!r}", f"choose another: {error!r}")
+        raise DesignError([fault]) from error
+    return values
+
+
+def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design:
+    """The design with the best values of a record, checked like a file.
+
+    Raises DesignError for a record that is none or holds what the design refuses.
+    """
+    return with_values(design, best_values(text, source))
+
+
+def tuned_comment(record: TuningRecord) -> str:
+    """Comment lines for the head of a tuned design: by what, on what, how well."""
+    said = macros(Path(__file__).parent / "templates/words.txt.j2").tuned(record)
+    return "".join(f"# {line}\n" for line in said.strip().splitlines()) + "\n"
 
 
 # What an unfinished tuning has done: judged trials and finished controllers.
@@ -67,22 +169,20 @@ Estimated = Callable[[int, int], None]  # grips judged of those asked for at onc
 
 
 class Kept:
-    """The journal of a run with ``digest``; a file of something else is a ResultError.
+    """The journal of a run with ``digest``; a file of something else is a JournalError.
 
     controllers: finished tunings by name.
     """
 
     def __init__(self, path: Path, digest: str) -> None:
-        try:
-            self._journal = Journal(path, "a tuning", digest)
-        except JournalError as error:
-            raise ResultError(str(error)) from error
+        self._journal = Journal(path, "a tuning", digest)
+        self.close = self._journal.close
         self.controllers: dict[str, dict[str, Any]] = {}
-        self._judged: dict[str, list[Outcome]] = {}
+        self._judged: dict[str, list[JudgedGrip]] = {}
         for key, record in self._journal:
             kind, _, name = key.partition(" ")
             if kind == "trial":
-                self._judged[name] = [Outcome(**each) for each in record]
+                self._judged[name] = [JudgedGrip(**each) for each in record]
             else:
                 self.controllers[name] = record
 
@@ -96,36 +196,27 @@ class Kept:
         self._journal.add({f"controller {controller}": tuning})
         self.controllers[controller] = tuning
 
-    def add_trial(self, values: Values, cells: Sequence[Cell], outcomes: list[Outcome]) -> None:
-        """Keep what came of a trial's grips."""
-        key = _key(values, cells)
-        self._journal.add({f"trial {key}": [asdict(each) for each in outcomes]})
-        self._judged[key] = outcomes
-
-    def judge(self, judge: BenchJudge, reported: Estimated = lambda done, of: None) -> Judge:
+    def judge(self, judge: Judge, reported: Estimated = lambda done, of: None) -> Judge:
         """A judge that recalls what is kept and keeps, trial by trial, what ``judge`` makes."""
 
-        def judged(requested: Asked) -> list[list[Outcome]]:
+        def judged(requested: Requested) -> list[list[JudgedGrip]]:
+            keys = [_key(*each) for each in requested]
+            left = {
+                key: each
+                for key, each in zip(keys, requested, strict=True)
+                if key not in self._judged
+            }
             of = sum(len(cells) for _, cells in requested)
-            left = [each for each in requested if _key(*each) not in self._judged]
-            done = of - sum(len(cells) for _, cells in left)
+            done = of - sum(len(cells) for _, cells in left.values())
             reported(done, of)
-
-            def made(k: int, outcomes: list[Outcome]) -> None:
-                nonlocal done
-                self.add_trial(*left[k], outcomes)
+            for key, outcomes in zip(left, judge(list(left.values())), strict=True):
+                self._journal.add({f"trial {key}": [asdict(each) for each in outcomes]})
+                self._judged[key] = outcomes
                 done += len(outcomes)
                 reported(done, of)
-
-            if left:
-                judge(left, made)
-            return [self._judged[_key(*each)] for each in requested]
+            return [self._judged[key] for key in keys]
 
         return judged
-
-    def close(self) -> None:
-        """Let go of the file."""
-        self._journal.close()
 
 
 def _key(values: Values, cells: Sequence[Cell]) -> str:
@@ -152,21 +243,6 @@ def _tuning_digest(
     return hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
 
 
-def _model_data(
-    design: Design, contact_size_mm: float, nodes: int, gages: int
-) -> dict[str, object]:
-    """The model that was gripped with, as plain values."""
-    return {
-        "fidelity": "plane-strain",
-        "contact_size_mm": contact_size_mm,
-        "contact_nodes": nodes,
-        "gages": gages,
-        "preload_mm": design.grip.preload_mm,
-        "max_approach_mm": design.grip.max_approach_mm,
-        "max_steps": design.grip.max_steps,
-    }
-
-
 def tune_controllers(
     design: Design,
     controllers: Sequence[str],
@@ -188,7 +264,7 @@ def tune_controllers(
     of something else, SolverError where a process died.
     """
     names = tuple(dict.fromkeys(controllers))
-    _refuse(names, noises, seed)
+    refuse(ControlGrid(noises=tuple(noises), seed=seed), names)
     start = time.perf_counter()
     problem = grip_problem(design, contact_size_mm, lambda message: report(message, 0.0))
     if any(map(needs_training, names)) and estimator is None:
@@ -216,14 +292,22 @@ def tune_controllers(
             )
             kept.add(name, tuning_data(found))
     kept.close()
-    varied = "gage_noise_microstrain"
     return TuningRecord(
         design=design.design.name,
         digest=digest,
         seed=seed,
         cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
-        hardware={key: value for key, value in asdict(hardware).items() if key != varied},
-        model=_model_data(design, contact_size_mm, problem.model.nodes, len(plates)),
+        hardware={key: value for key, value in asdict(hardware).items() if key != VARIED},
+        model={
+            "fidelity": "plane-strain",
+            "contact_size_mm": contact_size_mm,
+            "contact_nodes": problem.model.nodes,
+            "gages": len(plates),
+            **{
+                key: getattr(design.grip, key)
+                for key in ("preload_mm", "max_approach_mm", "max_steps")
+            },
+        },
         controllers={name: kept.controllers[name] for name in names},
         versions=versions(),
         seconds=time.perf_counter() - start,
@@ -268,12 +352,3 @@ class _Progress:
         share = self._share + done / of / self._rounds
         message = f"{self._message}, {done} of {of} grips"
         self._report(message, (self._number + share) / self._of)
-
-
-def _refuse(names: Sequence[str], noises: Sequence[float], seed: int) -> None:
-    faults = ControlGrid(noises=tuple(noises), seed=seed).faults()
-    for name in names:
-        if name not in CONTROLLERS.names():
-            faults.append(CONTROLLERS.fault(name, "--controller"))
-    if faults:
-        raise DesignError(faults)

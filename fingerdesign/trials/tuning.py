@@ -23,15 +23,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from itertools import starmap
 
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.roster import ControllerKind, Range
-from fingerdesign.design.grip import Grip as Table
+from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.pool import Pool
@@ -39,14 +40,11 @@ from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
 
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
-
-
 Values = Mapping[str, float]
 Report = Callable[[str, float], None]
-# Outcomes of each (parameters, grips), in order.
-Judge = Callable[[Sequence[tuple[Values, Sequence[Cell]]]], list[list[Outcome]]]
+Requested = Sequence[tuple[Values, Sequence[Cell]]]  # parameters, and the grips to judge them on
+# Outcomes of each of what is requested, in order, each as soon as its grips are over.
+Judge = Callable[[Requested], Iterable[list[JudgedGrip]]]
 
 
 @dataclass(frozen=True)
@@ -64,12 +62,12 @@ _SHRINK = 1.0 / 3.0  # of the box, from round to round
 
 
 @dataclass(frozen=True)
-class Trial:
+class Candidate:
     """Parameters, and what came of them. round: the one that it was made in, from 0."""
 
     values: dict[str, float]
     round: int
-    outcomes: tuple[Outcome, ...] = ()
+    outcomes: tuple[JudgedGrip, ...] = ()
 
     @property
     def success(self) -> float:
@@ -100,9 +98,9 @@ class Tuning:
     seed: int
     ranges: tuple[Range, ...]
     budget: tuple[Round, ...]
-    trials: tuple[Trial, ...]
-    best: Trial
-    default: Trial
+    trials: tuple[Candidate, ...]
+    best: Candidate
+    default: Candidate
 
     @property
     def grips(self) -> int:
@@ -130,14 +128,14 @@ def tune(
     if len(cells) < budget[-1].grips:
         bound = f"at least {budget[-1].grips}, as the last round asks for"
         raise DesignError([Fault("grips", len(cells), bound, "give more")])
-    everything: list[Trial] = []  # as last judged, in the order they were made
+    everything: list[Candidate] = []  # as last judged, in the order they were made
     going: list[int] = []  # those of the last round, the best first
     box = np.tile([0.0, 1.0], (len(own), 1))
     for number, each in enumerate(budget):
         report(f"{controller}: round {number + 1} of {len(budget)}", number / len(budget))
-        made = [Trial(dict(default), 0)] if number == 0 else []
+        made = [Candidate(dict(default), 0)] if number == 0 else []
         points = _points(box, each.new - len(made), np.random.default_rng([seed, number]))
-        made += [Trial(_values(own, point), number) for point in points]
+        made += [Candidate(_values(own, point), number) for point in points]
         best = [k for k in going if k != 0][: each.kept]
         # The default stays to the end: it is what the tuning improves on.
         chosen = [*([0] if going else []), *best]
@@ -164,7 +162,7 @@ def ranges_of(controller: str) -> tuple[Range, ...]:
 
 
 def _judge_on(
-    trials: list[Trial], chosen: Sequence[int], cells: Sequence[Cell], judge: Judge
+    trials: list[Candidate], chosen: Sequence[int], cells: Sequence[Cell], judge: Judge
 ) -> None:
     """Judge the chosen trials on those of the grips that they were not judged on yet."""
     requested = [(trials[k].values, cells[len(trials[k].outcomes) :]) for k in chosen]
@@ -197,18 +195,6 @@ def _box_around(ranges: Sequence[Range], values: Values, width: float) -> Array:
 #
 # Frictions and masses are Sobol points of the grid's own span, none of them a point of the grid,
 # and their noise is another: what a controller is judged on later it has not been tuned to.
-
-Asked = Sequence[tuple[Values, Sequence[Cell]]]
-Made = Callable[[int, list[Outcome]], None]  # a trial's number in what was asked, its outcomes
-
-
-class BenchJudge(Protocol):
-    """A ``Judge`` that tells of each trial as soon as its grips are over, in order."""
-
-    def __call__(self, requested: Asked, made: Made = ...) -> list[list[Outcome]]:
-        """Outcomes of each (parameters, grips), in order."""
-        ...
-
 
 _APART = 1009  # added to the seed of all noise: the grid's grips are felt with another
 
@@ -246,47 +232,33 @@ def tuned_grip(grip: Grip, values: Values) -> Grip:
         for table in tables:
             inner = inner[table]
         inner[name] = value
-    return Table.model_validate(data)
+    return Grip.model_validate(data)
 
 
-def run_cells(bench: GripBench, values: Values, cells: Sequence[Cell]) -> list[Outcome]:
+def run_cells(bench: GripBench, values: Values, cells: Sequence[Cell]) -> list[JudgedGrip]:
     """The outcomes of grips whose controllers take ``values``."""
     tuned = bench.with_grip(tuned_grip(bench.grip, values))
     return [tuned.run_cell(cell, Memory()) for cell in cells]
 
 
 @contextmanager
-def bench_judge(bench: GripBench, workers: int) -> Iterator[BenchJudge]:
+def bench_judge(bench: GripBench, workers: int) -> Iterator[Judge]:
     """A judge of trials on a bench, over processes; ``workers`` 1: in this one.
 
     It raises SolverError where a process died.
     """
     seeded = replace(bench, grid=replace(bench.grid, seed=bench.grid.seed + _APART, tug=None))
     if workers <= 1:
-        yield lambda requested, made=_unheard: _in_order(
-            (run_cells(seeded, values, cells) for values, cells in requested), made
-        )
+        yield lambda requested: starmap(partial(run_cells, seeded), requested)
         return
     with Pool(workers, shared=(seeded,)) as pool:
 
-        def judge(requested: Asked, made: Made = _unheard) -> list[list[Outcome]]:
+        def judge(requested: Requested) -> Iterator[list[JudgedGrip]]:
             waiting = [(dict(values), tuple(cells)) for values, cells in requested]
             try:
-                return _in_order(pool.in_order(run_cells, waiting), made)
+                yield from pool.in_order(run_cells, waiting)
             except ProcessError as error:
                 words = f"a process of the tuning ended ({error}); was there memory enough?"
                 raise SolverError(words) from error
 
         yield judge
-
-
-def _unheard(number: int, outcomes: list[Outcome]) -> None:
-    """Nobody is reported."""
-
-
-def _in_order(found: Iterable[list[Outcome]], made: Made) -> list[list[Outcome]]:
-    judged = []
-    for number, outcomes in enumerate(found):
-        made(number, outcomes)
-        judged.append(outcomes)
-    return judged

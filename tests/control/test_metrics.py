@@ -7,7 +7,7 @@ import pytest
 
 from fingerdesign.control.episode import Episode
 from fingerdesign.control.metrics import (
-    Outcome,
+    JudgedGrip,
     Share,
     outcome,
     reaction_steps,
@@ -127,7 +127,7 @@ def test_nothing_gives_no_rate_and_no_spread():
 
 def test_a_summary_counts_each_reason():
     good = outcome(episode(trace([0.1, 0.2, 0.25], lift=2)))
-    every: list[Outcome] = [
+    every: list[JudgedGrip] = [
         good,
         replace(good, margin_at_lift=1.5),
         replace(good, dropped=True, ending="complete slip"),

@@ -14,7 +14,6 @@ from fingerdesign.layout.frames import crest_height, plate_frames, surface_heigh
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.records.outcome import Traces
-from fingerdesign.search.compare.data import detail
 from fingerdesign.search.compare.figures import (
     contact_figure,
     forces_figure,
@@ -24,11 +23,14 @@ from fingerdesign.search.compare.figures import (
 )
 from fingerdesign.search.compare.geometry import (
     MOST_PLATES,
+    SHARP_DEG,
     body_triangles,
     outline_of,
     packed_geometry,
+    plate_boxes,
+    plate_marks,
 )
-from fingerdesign.search.compare.solid import SHARP_DEG, plate_boxes, plate_marks
+from fingerdesign.search.compare.page import detail
 from tests.support.any_outcomes import any_outcomes
 
 DESIGNS = sorted((Path(__file__).parents[2] / "designs").glob("*.toml"))

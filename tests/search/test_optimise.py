@@ -10,9 +10,8 @@ import pytest
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.optimise.confirm import Optimised, confirm, hypervolume, judged
-from fingerdesign.search.optimise.folder import write_optimised
 from fingerdesign.search.optimise.optimise import Search, optimise
-from fingerdesign.search.optimise.page import verdict
+from fingerdesign.search.optimise.page import verdict, write_optimised
 from fingerdesign.search.optimise.trials import ABSENT, JournalError, Trials, reported
 from fingerdesign.search.run.evaluate import Job, failed
 from fingerdesign.search.study.file import parse_study

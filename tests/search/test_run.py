@@ -11,8 +11,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.search.run.cluster import Cluster, ClusterError
 from fingerdesign.search.run.evaluate import Job
-from fingerdesign.search.run.run import run_jobs
-from fingerdesign.search.run.store import Store
+from fingerdesign.search.run.run import Store, run_jobs
 from fingerdesign.search.study.file import Cost, Limits
 
 LISTEN = psutil.CONN_LISTEN

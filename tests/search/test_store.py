@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.records.outcome import Failure, Outcome
-from fingerdesign.search.run.store import Store, StoreError
+from fingerdesign.search.run.run import Store, StoreError
 
 DIGEST = "ab" + "0" * 62
 

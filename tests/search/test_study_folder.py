@@ -12,7 +12,7 @@ from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.records.result import ResultError
 from fingerdesign.search.compare.read import read_comparison
 from fingerdesign.search.run.folder import FILES, FOLDER, failures_csv, write_study
-from fingerdesign.search.run.jobs import Job, planned, study_scenes
+from fingerdesign.search.run.run import Job, planned, study_scenes
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design, variants
 from tests.support.any_outcomes import any_outcomes

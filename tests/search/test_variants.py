@@ -6,10 +6,15 @@ import pytest
 
 from fingerdesign.design.tables import safe_name
 from fingerdesign.search.study.file import parse_study, read_study
-from fingerdesign.search.study.keys import set_keys, value_of
 from fingerdesign.search.study.metrics import METRICS, known_metric
-from fingerdesign.search.study.sampling import number_of_points, points
-from fingerdesign.search.study.variants import base_design, variant_of, variants
+from fingerdesign.search.study.values import set_keys, value_of
+from fingerdesign.search.study.variants import (
+    base_design,
+    number_of_points,
+    points,
+    variant_of,
+    variants,
+)
 
 
 def study(sampling, lines, count=None, fixed="", seed=1, name="few"):

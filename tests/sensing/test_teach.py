@@ -12,8 +12,8 @@ from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing import lessons
-from fingerdesign.sensing.paths import FRICTIONS
 from fingerdesign.sensing.teach import (
+    FRICTIONS,
     NOISES,
     Settings,
     finger_curves,

@@ -8,7 +8,7 @@ from fingerdesign_cli.options import CONTROLLER_NAMES
 
 from fingerdesign.records.base import DATA, schema_text
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.figures import look_of
+from fingerdesign.trials.page import look_of
 
 TEXT = (Path(__file__).parents[2] / "docs/control.md").read_text("utf-8")
 

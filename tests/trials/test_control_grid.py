@@ -8,7 +8,7 @@ import pytest
 from fingerdesign.control.judge import GRAVITY
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.errors import DesignError
-from fingerdesign.trials.grid import Cell, ControlGrid, Tug, seed_of
+from fingerdesign.trials.grid import Cell, ControlGrid, Tug, refuse, seed_of
 
 
 def test_the_standard_grid_is_the_issues():
@@ -17,20 +17,18 @@ def test_the_standard_grid_is_the_issues():
     assert (grid.frictions[0], grid.frictions[-1]) == (0.2, 0.8)
     assert (grid.masses_g[0], grid.masses_g[-1]) == (100.0, 1000.0)
     assert {0.5, 1.0, 2.0, 5.0, 10.0} <= set(grid.noises)
-    cells = [cell for batch in grid.lots(["a", "b"]) for cell in batch.cells]
+    cells = [cell for batch in grid.batches(["a", "b"]) for cell in batch]
     assert len(set(cells)) == len(cells) == 2 * grid.cells_of_one
     assert sum(cell.tug > 0.0 for cell in cells) == 2 * 100
     assert grid.faults() == []
 
 
-def test_a_lot_is_one_object_at_all_noises():
+def test_a_batch_is_one_object_at_all_noises():
     grid = ControlGrid.quick()
-    batch = next(grid.lots(["paper"]))
-    assert {(cell.friction, cell.mass_g) for cell in batch.cells} == {
-        (batch.friction, batch.mass_g)
-    }
-    assert [cell.noise for cell in batch.cells if not cell.tug] == list(grid.noises)
-    assert [cell.noise for cell in batch.cells if cell.tug] == [grid.tug_noise]
+    batch = next(grid.batches(["paper"]))
+    assert len({(cell.friction, cell.mass_g) for cell in batch}) == 1
+    assert [cell.noise for cell in batch if not cell.tug] == list(grid.noises)
+    assert [cell.noise for cell in batch if cell.tug] == [grid.tug_noise]
     bare = replace(grid, tug=None)
     assert bare.cells_of_one == 4 * 4 * 3
 
@@ -63,7 +61,7 @@ def test_seeds_are_of_the_conditions_and_the_same_for_all_controllers():
 )
 def test_a_wrong_axis_is_refused_by_its_option(change, said):
     with pytest.raises(DesignError, match=said):
-        replace(ControlGrid(), **change).refuse()
+        refuse(replace(ControlGrid(), **change), ())
 
 
 def test_a_tug_rises_stays_and_goes(half_plane_problem):

@@ -7,23 +7,23 @@ import numpy as np
 import pytest
 from fingerdesign_cli.trials import _show
 
-from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.records.result import GripTrace
 from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.figures import (
+from fingerdesign.trials.grid import ControlGrid, Tug
+from fingerdesign.trials.page import (
     _draw_paths,
+    answers,
     force_figure,
     look_of,
     map_figure,
     success_figure,
 )
-from fingerdesign.trials.grid import ControlGrid, Tug
-from fingerdesign.trials.page import findings
-from fingerdesign.trials.record import ControlStudy
+from fingerdesign.trials.record import ControlStudy, control_data
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
-GOOD = Outcome(
+GOOD = JudgedGrip(
     controller="regulator",
     friction=0.3,
     mass_g=100.0,
@@ -47,20 +47,28 @@ def study(**controllers):
     """Grips of controllers: what is changed in all of a controller's, and in its last one."""
     outcomes = []
     for name, (every, last) in controllers.items():
-        cells = [cell for batch in GRID.lots([name]) for cell in batch.cells]
+        cells = [cell for batch in GRID.batches([name]) for cell in batch]
         for k, cell in enumerate(cells):
             each = replace(
                 GOOD, controller=name, friction=cell.friction, mass_g=cell.mass_g, noise=cell.noise
             )
             changes = {**every, **(last if k == len(cells) - 1 else {})}
             outcomes.append(replace(each, **changes))
-    return ControlStudy(
-        "made up", "0", tuple(controllers), GRID, tuple(outcomes), {}, {"sample_rate_Hz": 100.0}
+    return recorded(outcomes, controllers, GRID)
+
+
+def recorded(outcomes, names, grid):
+    facts = {key: {} for key in ("model", "versions")}
+    numbers = {"workers": 1, "peak_memory_MB": 0.0, "seconds": {"whole": 1.0}}
+    hardware = {"sample_rate_Hz": 100.0}
+    data = control_data(
+        outcomes, names, grid, design="made up", digest="0", hardware=hardware, **facts, **numbers
     )
+    return ControlStudy(data, tuple(outcomes))
 
 
-def answers(made):
-    return [each.answer for each in findings(made.data())]
+def kinds(made):
+    return [each.answer for each in answers(made.data)]
 
 
 def test_all_is_well():
@@ -70,8 +78,8 @@ def test_all_is_well():
         regulator=(gentle, {}),
         **{"oracle_1.2": ({"peak_ratio": 1.2}, {})},
     )
-    assert answers(made) == ["yes"] * 4
-    best = findings(made.data())[-1].words
+    assert kinds(made) == ["yes"] * 4
+    best = answers(made.data)[-1].words
     assert "paper, success 100.0 %, median peak 2.00 times" in best  # no oracle: it is given
 
 
@@ -87,39 +95,39 @@ def test_all_is_well():
     ],
 )
 def test_what_is_not_well_is_said(paper, regulator, expected):
-    assert answers(study(paper=paper, regulator=regulator)) == expected
+    assert kinds(study(paper=paper, regulator=regulator)) == expected
 
 
 def test_without_paper_and_regulator_the_best_is_named():
     made = study(reactive=({}, DROPPED), fixed_force=({}, {}))
-    (only,) = findings(made.data())
+    (only,) = answers(made.data)
     assert only.answer == "best"
     assert only.words.startswith("fixed force: 100.0 %")
 
 
 def test_the_best_is_not_one_that_is_reported_unless_all_are():
     oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
-    (only,) = findings(study(**oracles, reactive=({}, DROPPED)).data())
+    (only,) = answers(study(**oracles, reactive=({}, DROPPED)).data)
     assert only.words.startswith("reactive: ")
     assert "Oracles" in only.words
-    (only,) = findings(study(**oracles).data())
+    (only,) = answers(study(**oracles).data)
     assert only.words.startswith("oracle 1.5, which is given friction and weight: 100.0 %")
-    assert findings(study(reactive=({}, {})).data()) == []
+    assert answers(study(reactive=({}, {})).data) == []
 
 
 def test_an_answer_is_of_the_grid_and_says_what_its_interval_leaves_open():
-    held = findings(study(regulator=({}, {})).data())[0]
+    held = answers(study(regulator=({}, {})).data)[0]
     assert held.answer == "yes"
     assert "99 % of this grid" in held.question
     assert "4 of 4 grips (100.0 %), one each on 2 frictions (0.3 to 0.6) by 2 weights" in held.words
     assert held.words.endswith("does not exclude less than 99 %.")
-    lost = findings(study(regulator=(DROPPED, {})).data())[0]
+    lost = answers(study(regulator=(DROPPED, {})).data)[0]
     assert lost.words.endswith("lies wholly below 99 %.")
 
 
 def test_figures_say_in_words_what_they_show():
     made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}))
-    data = made.data()
+    data = made.data
     rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
     assert (
         "paper: 0 microstrain 100.0 %, 0.5 microstrain 75.0 %." in success_figure(data).alternative
@@ -132,7 +140,7 @@ def test_figures_say_in_words_what_they_show():
 
 def test_a_controller_that_lifts_nothing_is_drawn_too():
     made = study(paper=(DROPPED, {}))
-    data = made.data()
+    data = made.data
     rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
     assert "paper lifts nothing" in force_figure(data, rows, 0.5).alternative
     assert "0 of 4 succeed; 4 dropped" in map_figure(data, rows, 0.5).alternative
@@ -141,12 +149,7 @@ def test_a_controller_that_lifts_nothing_is_drawn_too():
 def test_the_tables_on_the_terminal_fit_80_columns(capsys):
     made = study(**{name: ({}, DROPPED) for name in CONTROLLERS.names()})
     tugs = [replace(each, tug=0.3, reaction_steps=k) for k, each in enumerate(made.outcomes, 1)]
-    made = replace(
-        made,
-        grid=replace(GRID, tug=Tug()),
-        outcomes=(*made.outcomes, *tugs),
-        seconds={"whole": 1.0},
-    )
+    made = recorded((*made.outcomes, *tugs), CONTROLLERS.names(), replace(GRID, tug=Tug()))
     _show(made, Path("judged"))
     lines = capsys.readouterr().out.splitlines()
     rows = [line for line in lines if line[:1] in "┏┃│└"]

@@ -19,12 +19,19 @@ from fingerdesign.control.plants.plant import Memory
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import json_schema
 from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.journal import JournalError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import Cell, ControlGrid, Tug
 from fingerdesign.trials.record import COLUMNS
-from fingerdesign.trials.run import FOLDER, Grips, journal_beside, run_lots
+from fingerdesign.trials.run import (
+    FOLDER,
+    grips_journal,
+    journal_beside,
+    kept_grips,
+    run_batches,
+)
 
 DESIGN = """[design]
 name = "half-plane"
@@ -45,9 +52,8 @@ def bench(half_plane_problem):
 
 
 def all_outcomes(bench, path, names, workers=1, digest="d"):
-    journal = Grips(path, digest)
-    run_lots(bench, list(GRID.lots(names)), journal, workers)
-    return journal.outcomes
+    with grips_journal(path, digest) as journal:
+        return run_batches(bench, GRID.batches(names), journal, workers)
 
 
 def test_an_oracle_holds_its_margin_everywhere_at_any_noise(bench, tmp_path):
@@ -138,19 +144,19 @@ def test_a_journal_goes_on_where_it_stopped(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(GripBench, "run_cell", lambda *given: done.append(given[1]) or real(*given))
     assert all_outcomes(bench, path, ["oracle_1.2"]) == whole
     assert len(done) == len(whole) - 4
-    assert len(Grips(path, "d").outcomes) == len(whole)
+    assert len(kept_grips(grips_journal(path, "d"))) == len(whole)
 
 
 def test_a_foreign_journal_is_left_alone(bench, tmp_path):
     path = tmp_path / "j.sqlite"
     all_outcomes(bench, path, ["oracle_1.2"])
     whole = path.read_bytes()
-    with pytest.raises(ResultError, match="another design"):
-        Grips(path, "other")
+    with pytest.raises(JournalError, match="another design"):
+        grips_journal(path, "other")
     assert path.read_bytes() == whole
     path.write_text("my notes", encoding="utf-8")
-    with pytest.raises(ResultError, match="no journal of a control study"):
-        Grips(path, "d")
+    with pytest.raises(JournalError, match="no journal of a control study"):
+        grips_journal(path, "d")
     assert path.read_text(encoding="utf-8") == "my notes"
 
 
@@ -165,8 +171,8 @@ def test_a_journal_with_a_invalid_value_is_refused(bench, tmp_path, key, value):
         ((record,),) = base.execute("select record from records where rowid = 1")
         invalid = json.dumps({**json.loads(record), key: value})
         base.execute("update records set record = ? where rowid = 1", (invalid,))
-    with pytest.raises(ResultError, match="not a grip"):
-        Grips(path, "d")
+    with grips_journal(path, "d") as journal, pytest.raises(ResultError, match="not a grip"):
+        kept_grips(journal)
 
 
 def test_only_a_study_is_replaced(tmp_path):
@@ -225,21 +231,23 @@ def test_an_interrupted_study_keeps_what_is_done(quick_model, tmp_path, monkeypa
     (tmp_path / "d.toml").write_text(DESIGN, encoding="utf-8")
     arguments = ["study-control", str(tmp_path / "d.toml"), "--out", str(tmp_path), *OPTIONS]
     arguments += CONTROLLERS
-    real, lots = GripBench.run_batch, []
+    real, batches = GripBench.run_batch, []
 
-    def interrupted(self, batch):
-        if len(lots) == 3:
+    def interrupted(self, cells):
+        if len(batches) == 3:
             raise KeyboardInterrupt
-        lots.append(batch)
-        return real(self, batch)
+        batches.append(cells)
+        return real(self, cells)
 
-    monkeypatch.setattr(GripBench, "run_lot", interrupted)
+    monkeypatch.setattr(GripBench, "run_batch", interrupted)
     assert main(arguments) == 130
     assert not (tmp_path / "half-plane").exists()
     assert journal_beside(tmp_path / "half-plane").exists()
-    monkeypatch.setattr(GripBench, "run_lot", lambda *given: lots.append(given[1]) or real(*given))
+    monkeypatch.setattr(
+        GripBench, "run_batch", lambda *given: batches.append(given[1]) or real(*given)
+    )
     assert main([*arguments, "--quiet"]) == 0
-    assert len(lots) == 8  # the other five, none again
+    assert len(batches) == 8  # the other five, none again
     assert not journal_beside(tmp_path / "half-plane").exists()
     assert capsys.readouterr().err.count("interrupted") == 1
 

@@ -11,15 +11,22 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
-from fingerdesign.control.metrics import Outcome
+from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.records.result import ResultError
+from fingerdesign.runtime.journal import JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import tune as tune_study
 from fingerdesign.trials.bench import GripBench
 from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, seed_of
-from fingerdesign.trials.tune import Kept, default_values, tune_controllers
+from fingerdesign.trials.tune import (
+    Kept,
+    best_values,
+    default_values,
+    tune_controllers,
+    tuned_design,
+    tuning_data,
+)
 from fingerdesign.trials.tuning import (
     BUDGET,
     Range,
@@ -31,7 +38,6 @@ from fingerdesign.trials.tuning import (
     tuned_grip,
     tuning_cells,
 )
-from fingerdesign.trials.tuning_record import best_values, tuned_design, tuning_data
 
 DESIGN = """[design]
 name = "half-plane"
@@ -63,7 +69,7 @@ def bench(half_plane_problem, design):
 
 
 def made_up(cell, success, peak):
-    return Outcome(
+    return JudgedGrip(
         controller=cell.controller,
         friction=cell.friction,
         mass_g=cell.mass_g,
@@ -194,7 +200,7 @@ def test_their_noise_is_another_than_the_grids(bench, monkeypatch):
     monkeypatch.setattr(GripBench, "run_cell", lambda self, cell, memory: felt.append((self, cell)))
     cell = Cell("paper", 0.5, 200.0, 0.5)
     with bench_judge(bench, 1) as judge:
-        judge([({}, [cell])])
+        list(judge([({}, [cell])]))
     own, same = felt[0]
     assert seed_of(same, own.grid.seed) != seed_of(cell, bench.grid.seed)
     assert own.grid.tug is None
@@ -236,7 +242,7 @@ def test_a_process_that_dies_is_said(bench):
         bench_judge(bench, 2) as judge,
         pytest.raises(SolverError, match="a process of the tuning"),
     ):
-        judge([({}, [Dying("paper", 0.5, 200.0, 0.5)])])
+        list(judge([({}, [Dying("paper", 0.5, 200.0, 0.5)])]))
 
 
 class Dying(Cell):
@@ -281,7 +287,7 @@ def test_the_record_and_what_it_is_good_for(quick, design, tmp_path):
     # Both controllers stand in the journal: nothing is gripped anew.
     again = tune_controllers(design, ("oracle_1.2", "fixed_ratio"), path)
     assert again.controllers == record.controllers
-    with pytest.raises(ResultError, match="of another design"):
+    with pytest.raises(JournalError, match="of another design"):
         tune_controllers(design, ("fixed_ratio",), path, seed=1)
 
 
@@ -302,12 +308,12 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     path, reported, requested = tmp_path / "journal", [], []
 
     def judge(stop):
-        def judged(pairs, made):
-            for number, (values, cells) in enumerate(pairs):
+        def judged(pairs):
+            for values, cells in pairs:
                 if len(requested) == stop:
                     raise KeyboardInterrupt
                 requested.append((tuple(values.items()), tuple(cells)))
-                made(number, [Judge().one(values, cell) for cell in cells])
+                yield [Judge().one(values, cell) for cell in cells]
 
         return judged
 
@@ -321,7 +327,7 @@ def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     assert sum(len(cells) for _, cells in requested) == found.grips
     assert reported[0] == (12, 12)
     assert reported[-1][0] == reported[-1][1]
-    with pytest.raises(ResultError, match="of another design"):
+    with pytest.raises(JournalError, match="of another design"):
         Kept(path, "e")
 
 

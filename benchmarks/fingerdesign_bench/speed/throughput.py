@@ -20,7 +20,7 @@ from fingerdesign_bench.check import Check
 from fingerdesign_bench.machine import machine
 
 if TYPE_CHECKING:
-    from fingerdesign.search.run.jobs import Planned
+    from fingerdesign.search.run.run import Planned
     from fingerdesign.search.study.file import Limits
 
 Report = Callable[[str, float | None], None]
@@ -93,7 +93,7 @@ def measure_throughput(
     report: Report = lambda message, fraction: None, quick: bool = False, study: str = STUDY
 ) -> Throughputs:
     """Run the study on 1 worker and on 2. Raises what run_jobs does."""
-    from fingerdesign.search.run.jobs import planned, study_scenes
+    from fingerdesign.search.run.run import planned, study_scenes
     from fingerdesign.search.study.file import read_study
     from fingerdesign.search.study.variants import base_design, variants
 
@@ -117,8 +117,7 @@ def _measured(plan: Sequence[Planned], limits: Limits, workers: int, report: Rep
     from collections import Counter
 
     from fingerdesign.search.run.cluster import Cluster
-    from fingerdesign.search.run.run import Standing, run_jobs
-    from fingerdesign.search.run.store import Store
+    from fingerdesign.search.run.run import Standing, Store, run_jobs
 
     def show(standing: Standing) -> None:
         report(f"{standing.of} variants, {workers} at a time", standing.number / standing.of)

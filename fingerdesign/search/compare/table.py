@@ -10,7 +10,6 @@ from typing import Any, Literal
 from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.report.table import value_text
-from fingerdesign.search.compare.data import parameters_of
 from fingerdesign.search.compare.facts import StudyFacts
 from fingerdesign.search.compare.recommend import Recommendation
 
@@ -150,6 +149,11 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
         found.append(Column(("seconds",), "time", "s"))
     found.append(Column(("digest",), "digest", numeric=False))
     return found
+
+
+def parameters_of(outcomes: Sequence[Outcome]) -> list[str]:
+    """Every studied key, in the order met."""
+    return list(dict.fromkeys(key for outcome in outcomes for key in outcome.values))
 
 
 def is_number(value: Any) -> bool:

@@ -19,8 +19,8 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.optimise.trials import Trial, Trials, reported
 from fingerdesign.search.run.evaluate import Job
-from fingerdesign.search.run.jobs import Planned, planned_variant
-from fingerdesign.search.study.keys import value_of
+from fingerdesign.search.run.run import Planned, planned_variant
+from fingerdesign.search.study.values import value_of
 from fingerdesign.search.study.variants import Variant, variant_of
 
 if TYPE_CHECKING:

@@ -24,15 +24,16 @@ from fingerdesign.design.digest import content_digest
 from fingerdesign.design.faults import dotted, fault_of, shown
 from fingerdesign.design.tables import safe_name
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.search.study.keys import FILE_KEYS, key_faults
 from fingerdesign.search.study.metrics import METRICS, known_metric
 from fingerdesign.search.study.values import (
+    FILE_KEYS,
     Choice,
     Key,
     Parameter,
     Range,
     Text,
     flattened,
+    key_faults,
     shallow,
 )
 
