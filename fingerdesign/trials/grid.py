@@ -1,8 +1,8 @@
 """The grid that controllers are judged on: friction x weight x noise, and a tug at what is lifted.
 
-A cell is one grip. All noises of one friction and mass, and its tugged grip, are one batch, the unit
-of work of a process (run.py): they share the object, and what their plant remembers. The
-tug comes when the others end, so that a tugged grip goes on from one that is there already.
+A cell is one grip. All noises of one friction and mass, and its tugged grip, are one batch, the
+unit of work of a process (run.py): they share the object, and what their plant remembers. The tug
+comes when the others end, so that a tugged grip goes on from one that is there already.
 Seeds follow from the conditions alone, not from the grid that they stand in, and are the same for
 every controller: each meets the same noise.
 """
