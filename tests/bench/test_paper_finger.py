@@ -29,7 +29,7 @@ def drawn():
 def shipped(drawn):
     """The winner's fundamental case, computed anew on the shipped mesh."""
     found = study.analyse_candidate(drawn[WINNER], coarse=False)
-    assert isinstance(found, study.Finding), found.refused
+    assert isinstance(found, study.Analysed), found.refused
     return found
 
 

@@ -27,7 +27,7 @@ def paper_finger(
     designs/maeno2000.toml won this search with quadratic elements; with the mixed ones of today
     its score on the fine mesh (0.946) is next to the winner's (0.948).
     """
-    from fingerdesign_bench.studies.paper_finger import FRICTIONS, Finding
+    from fingerdesign_bench.studies.paper_finger import FRICTIONS, Analysed
     from fingerdesign_bench.studies.paper_finger_bench import search, write
 
     with progress("bench paper-finger", quiet or as_json) as report:
@@ -37,7 +37,7 @@ def paper_finger(
     def numbers(values: tuple[float, ...]) -> str:
         return " ".join(f"{value:.2f}" for value in values)
 
-    def row(finding: Finding) -> list[str]:
+    def row(finding: Analysed) -> list[str]:
         given = [f"{value:g}" for value in finding.candidate.values.values()]
         measured = [finding.signal, finding.normal_force, finding.pitches, finding.score]
         return [

@@ -138,7 +138,7 @@ class ReferencesMissing(FingerDesignError):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PairResult:
     """One pair: what the ladder chose, what it said of its error, and what the error is.
 
     true_errors: of each reading that the scene does not prescribe; section_error: of the finest
@@ -181,7 +181,7 @@ class Fixed:
 class FidelityBench:
     """What ``bench fidelity`` found."""
 
-    outcomes: list[Outcome]
+    outcomes: list[PairResult]
     fixed: list[Fixed]
     machine: dict[str, Any] = field(default_factory=dict)
 
@@ -329,7 +329,7 @@ def judge(
         flat = [answer for record, answer in solved[pair.number] if record["dimension"] != "3-D"]
         section = of_most(true_errors(pair, flat[-1].readings, truth)) if flat else float("nan")
         found = true_errors(pair, ladder.chosen.readings, truth)
-        outcomes.append(Outcome(pair, ladder, found, section))
+        outcomes.append(PairResult(pair, ladder, found, section))
     return FidelityBench(outcomes, fixed_models(every, solved, truth), machine or {})
 
 
@@ -420,7 +420,7 @@ def write_fidelity(found: FidelityBench, folder: Path) -> list[Path]:
     return paths
 
 
-def _pair_record(each: Outcome) -> Record:
+def _pair_record(each: PairResult) -> Record:
     ladder = each.ladder
     return {
         "pair": each.pair.number,

@@ -45,7 +45,7 @@ _ORDER = list(Verdict)
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseResult:
     """How a method did on a case: the worst verdict over its increments, at which it ends."""
 
     body: str
@@ -79,7 +79,7 @@ Row = Motion | Forces
 Stepper = Callable[[Row], tuple[Array, Motion]]
 
 
-def run_case(case: Case, model: ReducedModel) -> list[Outcome]:
+def run_case(case: Case, model: ReducedModel) -> list[CaseResult]:
     """The outcome of every method on one case."""
     problem = contact_problem(model, case.indenter, case.friction)
     judge = Judge(model, case.indenter, case.friction)
@@ -155,7 +155,7 @@ class _SecondAnswers:
 
 def _follow(
     case: Case, name: str, step: Stepper, claim: float, judge: Judge, second: _SecondAnswers
-) -> Outcome:
+) -> CaseResult:
     past, worst, reason = judge.untouched(), Verdict.RIGHT, ""
     violation, confirmed, judged, spent = 0.0, 0, 0, 0.0
     for number, row in enumerate(case.rows):
@@ -178,7 +178,7 @@ def _follow(
         if isinstance(found, Refusal) or verdict == Verdict.WRONG:
             break
         past = Past(*found)
-    return Outcome(
+    return CaseResult(
         case.body,
         case.group,
         case.family,

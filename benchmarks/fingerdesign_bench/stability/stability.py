@@ -29,7 +29,7 @@ from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.stability.bodies import HardBody, hard_bodies
 from fingerdesign_bench.stability.cases import cases_of
-from fingerdesign_bench.stability.run import METHODS, PRODUCTION, Outcome, Verdict, run_case
+from fingerdesign_bench.stability.run import METHODS, PRODUCTION, CaseResult, Verdict, run_case
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,7 +58,7 @@ _ORDER = list(Verdict)
 _PALE = (Verdict.RIGHT, Verdict.OTHER, Verdict.REFUSED, Verdict.FAILED)
 
 
-def draw_stability(outcomes: Sequence[Outcome], path: Path) -> None:
+def draw_stability(outcomes: Sequence[CaseResult], path: Path) -> None:
     """Each cell: the worst verdict of its cases, with its letter and how many cases have it."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -104,7 +104,7 @@ def draw_stability(outcomes: Sequence[Outcome], path: Path) -> None:
 
 def _draw_panel(
     panel: Axes,
-    outcomes: Sequence[Outcome],
+    outcomes: Sequence[CaseResult],
     frictions: list[float],
     families: list[str],
     groups: list[str],
@@ -153,7 +153,7 @@ _QUICK = {"coarse, nu 0.3": 3, "coarse, nu 0.4999": 4, "flat, nu 0.0": 9, "3-D, 
 class StabilityMap:
     """Outcomes of all cases, and what it took."""
 
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[CaseResult, ...]
     seconds: float
     workers: int
     quick: bool
@@ -188,7 +188,7 @@ def measure_stability(
     """Run all cases (minutes), or some of those of four bodies (``quick``, seconds)."""
     start = time.perf_counter()
     bodies = [body for body in hard_bodies() if not quick or body.name in _QUICK]
-    outcomes: dict[str, list[Outcome]] = {}
+    outcomes: dict[str, list[CaseResult]] = {}
     if workers <= 1 or quick:
         for body in bodies:
             outcomes[body.name] = run_body(body, _QUICK[body.name] if quick else 1)
@@ -207,7 +207,7 @@ def measure_stability(
     return StabilityMap(ordered, time.perf_counter() - start, workers, quick)
 
 
-def run_body(body: HardBody, every: int = 1) -> list[Outcome]:
+def run_body(body: HardBody, every: int = 1) -> list[CaseResult]:
     """Outcomes of one body's cases (each ``every``-th of them), on one BLAS thread."""
     with threadpool_limits(limits=1, user_api="blas"):
         model, crest = body.build()
@@ -232,7 +232,7 @@ def write_stability(found: StabilityMap, folder: Path) -> list[Path]:
 def _write_aside(found: StabilityMap, paths: list[Path]) -> None:
     with paths[0].open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        writer.writerow([field.name for field in fields(Outcome)])
+        writer.writerow([field.name for field in fields(CaseResult)])
         writer.writerows(asdict(each).values() for each in found.outcomes)
     paths[1].write_text(json.dumps(summary(found), indent=1) + "\n", encoding="utf-8")
     draw_stability(found.outcomes, paths[2])
@@ -270,7 +270,7 @@ def summary(found: StabilityMap) -> dict[str, Any]:
     }
 
 
-def _cases(outcomes: Iterable[Outcome]) -> int:
+def _cases(outcomes: Iterable[CaseResult]) -> int:
     """Every case is one of the production solver's; not every rival takes every case."""
     return sum(each.method == PRODUCTION for each in outcomes)
 

@@ -160,7 +160,7 @@ MOST_FORCE_N = 15.0  # of the fundamental case: three times that of the grips
 
 
 @dataclass(frozen=True)
-class Finding:
+class Analysed:
     """A candidate's fundamental case. Correlations are by FRICTIONS, compensated unless raw.
 
     rows          the scene: cumulative (approach, shear), mm
@@ -193,7 +193,7 @@ class Finding:
         return (round(20.0 * self.score) / 20.0, round(self.signal, 2), self.pitches)
 
 
-def analyse_candidate(candidate: Candidate, coarse: bool = True) -> Candidate | Finding:
+def analyse_candidate(candidate: Candidate, coarse: bool = True) -> Candidate | Analysed:
     """The candidate's fundamental case, or the candidate with the reason why there is none."""
     if candidate.refused:
         return candidate
@@ -225,7 +225,7 @@ def complete_slip_shear(problem: ContactProblem, approach: float) -> float:
     raise SolverError(f"no complete slip within a shear of {4 * approach:g} mm")
 
 
-def best(findings: list[Finding], count: int) -> list[Finding]:
+def best(findings: list[Analysed], count: int) -> list[Analysed]:
     """The ``count`` best findings whose scene ends as it should, best first."""
     sound = [finding for finding in findings if finding.slips_at_the_end]
     return sorted(sound, key=lambda finding: finding.order, reverse=True)[:count]
@@ -242,7 +242,7 @@ def build_problem(design: Design, approach: float) -> ContactProblem:
     return contact_problem(model.reduced, Plane(crest_height(design.body)), SCENE_FRICTION)
 
 
-def _find(candidate: Candidate, coarse: bool) -> Candidate | Finding:
+def _find(candidate: Candidate, coarse: bool) -> Candidate | Analysed:
     approach = candidate.approach
     design = design_of(candidate, coarse)
     problem = build_problem(design, approach)
@@ -267,7 +267,7 @@ def _find(candidate: Candidate, coarse: bool) -> Candidate | Finding:
         for study in (*fine, *moving)
         for factor in THRESHOLDS
     ]
-    return Finding(
+    return Analysed(
         candidate=candidate,
         rows=rows,
         score=min(map(_number, worst)),

@@ -14,8 +14,8 @@ from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign_bench.studies.paper_finger import (
     FRICTIONS,
+    Analysed,
     Candidate,
-    Finding,
     analyse_candidate,
     best,
     candidates,
@@ -31,11 +31,11 @@ class Search:
     """Every candidate as far as it came, and the finalists on the fine mesh, best first."""
 
     candidates: tuple[Candidate, ...]
-    findings: tuple[Finding, ...]
-    finalists: tuple[Finding, ...]
+    findings: tuple[Analysed, ...]
+    finalists: tuple[Analysed, ...]
 
     @property
-    def winner(self) -> Finding:
+    def winner(self) -> Analysed:
         return self.finalists[0]
 
     @property
@@ -53,10 +53,10 @@ def search(
     drawn = candidates(count, seed)
     worth = [candidate for candidate in drawn if not candidate.refused]
     analysed = _all(worth, True, workers, "candidates", report)
-    findings = [each for each in analysed if isinstance(each, Finding)]
+    findings = [each for each in analysed if isinstance(each, Analysed)]
     again = [finding.candidate for finding in best(findings, _FINALISTS)]
     fine = _all(again, False, workers, "finalists", report)
-    finalists = best([each for each in fine if isinstance(each, Finding)], _FINALISTS)
+    finalists = best([each for each in fine if isinstance(each, Analysed)], _FINALISTS)
     if not finalists:
         raise FingerDesignError(f"none of {count} candidates is a finger for the paper's grips")
     refused = {each.number: each for each in analysed if isinstance(each, Candidate)}
@@ -77,7 +77,7 @@ def write(found: Search, folder: Path) -> list[Path]:
     return paths
 
 
-def winner_design(winner: Finding) -> str:
+def winner_design(winner: Analysed) -> str:
     """The shipped design file with the winner's dimensions, comments kept."""
     import tomlkit
 
@@ -88,7 +88,7 @@ def winner_design(winner: Finding) -> str:
     return tomlkit.dumps(document)
 
 
-def winner_scene(winner: Finding) -> str:
+def winner_scene(winner: Analysed) -> str:
     """The shipped fundamental scene with the winner's rows, comments kept."""
     import tomlkit
 
@@ -103,7 +103,7 @@ def winner_scene(winner: Finding) -> str:
 
 def _all(
     work: list[Candidate], coarse: bool, workers: int, what: str, report: Report
-) -> list[Candidate | Finding]:
+) -> list[Candidate | Analysed]:
     """Every candidate analysed, in order; in this process where ``workers`` is 1."""
     if workers <= 1:
         done = []
@@ -111,7 +111,7 @@ def _all(
             report(f"{what} of the paper's finger", number / len(work))
             done.append(analyse_candidate(candidate, coarse))
         return done
-    results: dict[int, Candidate | Finding] = {}
+    results: dict[int, Candidate | Analysed] = {}
     with Pool(workers) as pool:
         found = pool.as_done(
             lambda item: (item[0], pool.call(analyse_candidate, item[1], coarse)), enumerate(work)
@@ -135,7 +135,7 @@ def _table(found: Search) -> list[list[object]]:
     measured += [f"{kind}_mu_{mu:g}" for kind in kinds for mu in FRICTIONS]
     rows: list[list[object]] = [["number", "mesh", "refused", *keys, "approach_mm", *measured]]
     by_number = {finding.candidate.number: finding for finding in found.findings}
-    runs: list[tuple[str, Candidate, Finding | None]] = [
+    runs: list[tuple[str, Candidate, Analysed | None]] = [
         ("coarse", candidate, by_number.get(candidate.number)) for candidate in found.candidates
     ]
     runs += [("fine", finding.candidate, finding) for finding in found.finalists]
