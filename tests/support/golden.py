@@ -231,7 +231,7 @@ MOMENT = {
 WORDS = (  # of the moment, in texts and pages
     (re.compile(r"\b\d[\d.,]*( |&nbsp;)(core )?(s|MB|seconds?)\b"), r"N \3"),
     (re.compile(r"saves a factor [\d.]+"), "saves a factor N"),
-    (re.compile(r"^\S+: \d+ of \d+(, N s left)?\n", re.M), ""),  # told when the clock says so
+    (re.compile(r"^\S+: \d+ of \d+(, N s left)?\n", re.M), ""),  # said when the clock says so
     (re.compile(r"on \d+ cores?, one of which .*?(?=[\"\n<]|$)"), "on this machine"),
     (re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?Z?)?"), "DATE"),
     (re.compile(r"\b([a-z][a-z0-9-]+) \d+\.\d+\.\d+\b"), r"\1 VERSION"),
@@ -294,7 +294,7 @@ def digest(data: bytes) -> str:
 
 def json_kept(text: str) -> str:
     """A JSON text without the moment."""
-    return json.dumps(without_moment(json.loads(text)), indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(without_moment(json.loads(text)), indent=1, sort_keys=True) + "\n"
 
 
 def lines_kept(text: str) -> str:
@@ -397,7 +397,7 @@ def placed(text: str, places: dict[str, str]) -> str:
 
 
 def run_case(tree: Path, name: str, target: Path) -> str:
-    """Run a case of a checkout and keep what it wrote in ``target``; tell what each call took."""
+    """Run a case of a checkout and keep what it wrote in ``target``; report what each call took."""
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
     with tempfile.TemporaryDirectory(prefix="golden-") as home:
