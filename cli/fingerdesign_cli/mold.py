@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from fingerdesign.mold.make import FOLDER, older_passed, write_mold
+from fingerdesign.mold.part import axis_name
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.mold.record import MoldReport
+    from fingerdesign.mold.record import CheckData, MoldData, PartData
 
 _INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are shown one by one
@@ -35,23 +36,21 @@ def mold(
     passed = older_passed(out / name)
     try:
         with progress(name, quiet) as show:
-            report = write_mold(
-                design, out / name, lambda message, fraction: show(message, fraction)
-            )
+            report = write_mold(design, out / name, show)
     except KeyboardInterrupt:
         click.echo("interrupted; nothing was written", err=True)
         return _INTERRUPTED
     if as_json:
-        print_json(report.data())
+        print_json(report)
     elif not quiet:
         _show(report, out / name)
-    if report.failure is not None:
-        click.echo(f"{name}: {report.failure}", err=True)
-        for check in report.failing[:_SHOWN]:
+    if report["failure"] is not None:
+        click.echo(f"{name}: {report['failure']}", err=True)
+        for check in [check for check in report["checks"] if not check["ok"]][:_SHOWN]:
             click.echo(f"{name}: {_reported(check)}", err=True)
         if passed:
             click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
-    return 0 if report.status == "ok" else 1
+    return 0 if report["status"] == "ok" else 1
 
 
 def _made_by(design: Design, process: str | None, fixture: str | None) -> Design:
@@ -61,39 +60,35 @@ def _made_by(design: Design, process: str | None, fixture: str | None) -> Design
     return design.model_copy(update={"mold": design.mold.model_copy(update=update)})
 
 
-def _show(report: MoldReport, folder: Path) -> None:
-    if report.parts:
+def _show(report: MoldData, folder: Path) -> None:
+    if report["parts"]:
         columns = ["part", "made", "size, mm", "cm³", "triangles", "comes off"]
-        rows = [_cells(part) for part in report.parts]
-        print_table(f"{report.design}: parts of its mold", columns, rows)
-    for plate in report.plates:
+        rows = [_cells(part) for part in report["parts"]]
+        print_table(f"{report['design']}: parts of its mold", columns, rows)
+    for plate in report["plates"]:
         click.echo(
             f"{plate['name']}: {plate['count']} of {plate['thickness_mm']:g} mm "
             f"{plate['material'].replace('_', ' ')}, {plate['width_mm']:.3f} x "
             f"{plate['length_mm']:.3f} mm with legs"
         )
-    if report.silicone is not None:
-        click.echo(report.silicone["sentence"])
-    if report.placement is not None:
-        for sentence in report.placement["sentences"][:1]:
-            click.echo(sentence)
-    for warning in report.warnings:
+    if report["silicone"] is not None:
+        click.echo(report["silicone"]["sentence"])
+    if report["placement"] is not None:
+        click.echo(report["placement"]["sentences"][0])
+    for warning in report["warnings"]:
         click.echo(f"warning: {warning}")
-    if report.failure is None:
-        click.echo(f"all {len(report.checks)} checks passed")
-    click.echo(f"{report.seconds:.0f} s; report: {folder / 'report.html'}")
+    if report["failure"] is None:
+        click.echo(f"all {len(report['checks'])} checks passed")
+    click.echo(f"{report['seconds']:.0f} s; report: {folder / 'report.html'}")
 
 
-def _cells(part: dict[str, Any]) -> list[str]:
+def _cells(part: PartData) -> list[str]:
     size = " x ".join(f"{value:.1f}" for value in part["size_mm"])
-    draw = "stays on the finger"
-    if part["draw"] is not None:
-        axis = max(range(3), key=lambda k: abs(part["draw"][k]))
-        draw = f"{'+' if part['draw'][axis] > 0 else '-'}{'xyz'[axis]}"
+    draw = "stays on the finger" if part["draw"] is None else axis_name(part["draw"])
     volume = f"{1e-3 * part['volume_mm3']:.2f}"
     return [part["name"], part["made"], size, volume, f"{part['triangles']:,}", draw]
 
 
-def _reported(check: dict[str, Any]) -> str:
+def _reported(check: CheckData) -> str:
     part = f" ({check['part']})" if check["part"] else ""
     return f"{check['name']}{part}: {check['sentence']}"

@@ -16,67 +16,57 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fingerdesign.analysis.summary import peak_memory_MB
+from pydantic import TypeAdapter
+
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import FingerDesignError, GeometryError, PictureError
-from fingerdesign.mold.cad.built import mold_meshes
-from fingerdesign.mold.page.picture import exploded_job, exploded_of
+from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
+from fingerdesign.mold.checks import run_checks
+from fingerdesign.mold.page import mold_html
+from fingerdesign.mold.part import Check, MoldMeshes
+from fingerdesign.mold.picture import Exploded, exploded_job, exploded_of
+from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.plan.planning import plan_mold
-from fingerdesign.mold.products.products import write_products
-from fingerdesign.mold.record import (
-    RECORD_FILE,
-    MoldReport,
-    base_data,
-    checks_data,
-    fixture_data,
-    mold_digest,
-    mold_versions,
-    placement_rows,
-    process_data,
-    write_record,
-)
+from fingerdesign.mold.products.bill import bill_of_materials, silicone_of, write_bill
+from fingerdesign.mold.products.drawing import write_drawings
+from fingerdesign.mold.products.flat_pattern import flat_patterns
+from fingerdesign.mold.products.notes import unknown_effect
+from fingerdesign.mold.products.three_mf import laid_out, write_3mf
+from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
+from fingerdesign.records.base import json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import ResultError
-from fingerdesign.runtime.files import DAY_S, sweep_abandoned, swept
-from fingerdesign.runtime.isolate import beside
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.page.picture import Exploded
-    from fingerdesign.mold.part import Check
-    from fingerdesign.mold.plan.plan import MoldPlan
-    from fingerdesign.runtime.isolate import Job
+from fingerdesign.runtime.files import DAY_S, keep_request, sweep_abandoned, swept
+from fingerdesign.runtime.isolate import Job, ProcessError, beside, call
 
 Report = Callable[[str, float], None]
 
 REPORT_FILE, PICTURE_FILE = "report.html", "exploded.png"
+PRINT_FILE, BILL_FILE = "mold.3mf", "bill_of_materials.csv"
 _STEMS = ("contact_insert", "end_wall_*", "side_wall_*", "comb_*", "jig_*", "base_plate", "core")
 FOLDER = RecordFolder(
     "mold",
     RECORD_FILE,
     (
         *(RECORD_FILE, REPORT_FILE, PICTURE_FILE, "assembly.step"),
-        *("bill_of_materials.csv", "mold.3mf", "plates.dxf", "comb_*.dxf", "jig_*.dxf"),
+        *(BILL_FILE, PRINT_FILE, "plates.dxf", "comb_*.dxf", "jig_*.dxf"),
         *(f"{stem}.{kind}" for stem in (*_STEMS, "plate_*", "rubber") for kind in ("stl", "step")),
     ),
 )
 PLACEMENT_LIMIT_S = 60.0  # it takes 1 to 4 s; a busy machine far longer
 CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
 
-
 _PROBE_BYTES = 2**22  # what a disk must still take for a file to have failed for another reason
 
 
-@dataclass
 class Clock:
     """Seconds of each stage, and since it was made."""
 
-    stages: dict[str, float] = field(default_factory=dict)
-    start: float = field(default_factory=time.perf_counter)
+    def __init__(self) -> None:
+        self.stages: dict[str, float] = {}
+        self.start = time.perf_counter()
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -85,17 +75,12 @@ class Clock:
         try:
             yield
         finally:
-            self.stages[name] = self.stages.get(name, 0.0) + time.perf_counter() - start
-
-    @property
-    def seconds(self) -> float:
-        """Since it was made."""
-        return time.perf_counter() - self.start
+            self.stages[name] = time.perf_counter() - start
 
 
 def write_mold(
     design: Design, target: Path | str, report: Report = lambda message, fraction: None
-) -> MoldReport:
+) -> MoldData:
     """Make a mold into the folder ``target``, which is replaced once the new one is whole.
 
     DesignError as :func:`make_mold`. ResultError where ``target`` holds what is no mold, or the
@@ -116,23 +101,6 @@ def write_mold(
         ) from error
 
 
-def placement_job(design: Design, plan: MoldPlan, time_limit_s: float = PLACEMENT_LIMIT_S) -> Job:
-    """The effect of placement, found beside the CAD: enter it, and give it to
-    :func:`placement_of`."""
-    return beside("fingerdesign.mold.placement:placement_effect", design, plan, time_s=time_limit_s)
-
-
-def placement_of(job: Job) -> dict[str, Any]:
-    """What ``placement.placement_effect`` found, or a record that says how its process failed."""
-    try:
-        found: dict[str, Any] = job.result()
-    except FingerDesignError as error:
-        reason = f"its analysis failed: {error}"
-        sentence = f"What the plates' tolerance does to the gages is not known: {reason}."
-        return {"reason": reason, "sentences": [sentence]}
-    return found
-
-
 def older_passed(target: Path | str) -> bool:
     """Whether a mold is there whose checks all passed."""
     try:
@@ -144,7 +112,7 @@ def older_passed(target: Path | str) -> bool:
 
 def make_mold(
     design: Design, folder: Path | str, report: Report = lambda message, fraction: None
-) -> MoldReport:
+) -> MoldData:
     """Make a mold's files into a folder that exists; ``status`` of the record says how it went.
 
     DesignError, before anything is written, names every reason why this finger can't be molded so.
@@ -162,75 +130,112 @@ def make_mold(
     report("planning", 0.0)
     with clock.stage("plan"):
         plan = plan_mold(design)
-    with placement_job(design, plan) as placing:
-        try:
-            return _made(design, plan, folder, placing, clock, report)
-        except GeometryError as error:
-            return _not_made(design, plan, folder, error, clock)
+    effect = "fingerdesign.mold.placement:placement_effect"
+    with beside(effect, design, plan, time_s=PLACEMENT_LIMIT_S) as placing:
+        return _made(design, plan, folder, placing, clock, report)
 
 
 def _made(
     design: Design, plan: MoldPlan, folder: Path, placing: Job, clock: Clock, report: Report
-) -> MoldReport:
-    from fingerdesign.mold.checks import run_checks
-
-    report("building the parts", 0.05)
-    with clock.stage("cad"):
-        meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
-    with exploded_job(meshes) as drawing:
-        report("checking the parts", 0.45)
-        with clock.stage("checks"):
-            checks = run_checks(design, plan, meshes)
-        report("writing the files", 0.8)
-        try:
+) -> MoldData:
+    """Files, report and record. The page's own time is not yet known to either."""
+    checks: tuple[Check, ...] = ()
+    products: Products | None = None
+    picture: Exploded | None = None
+    missing, failure = "There are no parts to draw.", None
+    try:
+        report("building the parts", 0.05)
+        with clock.stage("cad"):
+            meshes = mold_meshes(design, plan, folder, CAD_LIMIT_S)
+        with exploded_job(meshes) as drawing:
+            report("checking the parts", 0.45)
+            with clock.stage("checks"):
+                checks = run_checks(design, plan, meshes)
+            failure = failure_of(checks)
+            report("writing the files", 0.8)
             with clock.stage("files"):
                 products = write_products(design, plan, meshes, folder)
-        except GeometryError as error:
-            return _not_made(design, plan, folder, error, clock, checks)
-        with clock.stage("placement"):
-            placement = placement_of(placing)
-        report("writing the report", 0.9)
-        picture: Exploded | None = None
-        missing = ""
-        with clock.stage("picture"):
-            try:
-                picture = exploded_of(drawing, meshes)
-                (folder / PICTURE_FILE).write_bytes(picture.png)
-            except PictureError as error:
-                missing = f"The mold could not be drawn: {error}."
-    values = {
-        "failure": failure_of(checks),
-        **products.values(design, plan, meshes, checks, placement),
-    }
-    return _written(design, plan, folder, values, clock, picture, missing)
+            with clock.stage("placement"):
+                placement = placement_of(placing)
+            report("writing the report", 0.9)
+            with clock.stage("picture"):
+                try:
+                    picture = exploded_of(drawing, meshes)
+                    (folder / PICTURE_FILE).write_bytes(picture.png)
+                except PictureError as error:
+                    missing = f"The mold could not be drawn: {error}."
+    except GeometryError as error:
+        _refuse_full(folder, error)
+        for path in folder.iterdir():
+            path.unlink()
+        placement = None
+        failure = "; ".join(filter(None, (" ".join(str(error).split()), failure)))
+    files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
+    timing = (clock.stages, time.perf_counter() - clock.start)
+    record = mold_record(design, plan, checks, products, placement, failure, files, *timing)
+    (folder / REPORT_FILE).write_text(mold_html(record, picture, missing), encoding="utf-8")
+    (folder / RECORD_FILE).write_text(json_text(record), encoding="utf-8")
+    return record
 
 
-def _not_made(
-    design: Design,
-    plan: MoldPlan,
-    folder: Path,
-    error: GeometryError,
-    clock: Clock,
-    checks: tuple[Check, ...] = (),
-) -> MoldReport:
-    """The record and the report of a mold that could not be built; files that were begun go.
+def mold_meshes(
+    design: Design, plan: MoldPlan, folder: Path, time_limit_s: float = 60.0
+) -> MoldMeshes:
+    """Build a planned mold in a process of its own, and write its CAD files into ``folder``.
 
-    OSError where it was the disk that failed: that is no finding about the mold.
+    The kernel is native code that can hang or crash; there it can harm nobody. Files, in mold
+    coordinates: NAME.stl and NAME.step of every part and of every different plate, assembly.step.
+    GeometryError where a part could not be drawn off or built, or where the kernel crashes or
+    exceeds the time limit; then the request is kept, and the message says where. ResultError where
+    the disk or the memory is full, or somebody ended the process.
     """
-    _refuse_full(folder, error)
-    for path in folder.iterdir():
-        path.unlink()
-    values: dict[str, Any] = dict.fromkeys(("parts", "plates", "notes", "bill"), ())
-    values |= {"fixture": fixture_data(plan), "placements": placement_rows(plan, ())}
-    values |= {"silicone": None, "placement": None, "warnings": ()}
-    values["checks"] = checks_data(checks)
-    reported = [" ".join(str(error).split()), failure_of(checks)]
-    values["failure"] = "; ".join(each for each in reported if each)
-    return _written(design, plan, folder, values, clock, None, "There are no parts to draw.")
+    build, name = "fingerdesign.mold.cad.meshed:build_and_write", design.design.name
+    try:
+        found: MoldMeshes = call(build, design, plan, folder.resolve(), time_s=time_limit_s)
+    except DesignError as error:
+        raise GeometryError(str(error)) from error
+    except ProcessError as error:
+        if error.machine:
+            raise ResultError(
+                f"the mold of {name} was not built: {error}; free disk and memory and try again"
+            ) from error
+        request = {
+            "design": design.model_dump(mode="json"),
+            "plan": TypeAdapter(MoldPlan).dump_python(plan, mode="json"),
+            "folder": str(folder.resolve()),
+        }
+        kept = keep_request("mold", "request.json", json.dumps(request))
+        raise GeometryError(
+            f"the CAD kernel did not build the mold of {name}: {error}; the request is kept as "
+            f"{kept}"
+        ) from error
+    return found
+
+
+def write_products(design: Design, plan: MoldPlan, meshes: MoldMeshes, folder: Path) -> Products:
+    """mold.3mf, the drawings and bill_of_materials.csv; GeometryError where one is not sound."""
+    patterns = flat_patterns(design, plan)
+    posed = laid_out(tuple(part for part in meshes.parts if part.made == "process"))
+    write_3mf(posed, folder / PRINT_FILE, f"{design.design.name}: mold")
+    write_drawings(plan, meshes, patterns, folder)
+    silicone = silicone_of(design, plan, meshes)
+    items = bill_of_materials(design, plan, meshes, patterns, silicone)
+    write_bill(items, folder / BILL_FILE)
+    return Products(meshes, patterns, posed, silicone, items)
+
+
+def placement_of(job: Job) -> dict[str, Any]:
+    """What ``placement.placement_effect`` found, or a record that says how its process failed."""
+    try:
+        found: dict[str, Any] = job.result()
+    except FingerDesignError as error:
+        return unknown_effect(f"its analysis failed: {error}")
+    return found
 
 
 def _refuse_full(folder: Path, error: BaseException) -> None:
-    """Raise the OSError that is behind an error, or that writing into the folder gives now."""
+    """Raise the OSError that is behind an error, or that writing into the folder gives now: that
+    is no finding about the mold."""
     behind: BaseException | None = error
     while behind is not None:
         if isinstance(behind, OSError):
@@ -256,37 +261,3 @@ def failure_of(checks: tuple[Check, ...]) -> str | None:
     more = f" and {len(names) - 6} more" if len(names) > 6 else ""
     whole = f"{len(checks)} check{'' if len(checks) == 1 else 's'}"
     return f"{len(failed)} of {whole} failed: {', '.join(names[:6])}{more}"
-
-
-def _written(
-    design: Design,
-    plan: MoldPlan,
-    folder: Path,
-    values: dict[str, Any],
-    clock: Clock,
-    picture: Exploded | None,
-    missing: str,
-) -> MoldReport:
-    """Report and record into the folder. The page's own time is not yet known to either."""
-    from fingerdesign.mold.page.page import mold_html
-
-    names = {path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE}
-    report = MoldReport(
-        base=base_data(plan),
-        design=design.design.name,
-        digest=mold_digest(design),
-        design_digest=design.digest(),
-        process=process_data(design),
-        shrinkage=design.mold.shrinkage_used,
-        scale=plan.scale,
-        files=tuple(sorted(names)),
-        timings_s=dict(clock.stages),
-        seconds=clock.seconds,
-        peak_memory_MB=peak_memory_MB(),
-        versions=mold_versions(),
-        **values,
-    )
-    page = mold_html(report.data(), picture, missing)
-    (folder / REPORT_FILE).write_text(page, encoding="utf-8")
-    write_record(report, folder)
-    return report

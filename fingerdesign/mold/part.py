@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -33,6 +34,16 @@ def comb_names(side: Side, holding: str) -> tuple[str, ...]:
     if holding == "comb":
         return (f"comb_{word}",)
     return (f"jig_{word}_inner", f"jig_{word}_outer") if holding == "jig" else ()
+
+
+def axis_name(draw: Sequence[float]) -> str:
+    """The axis that a draw runs along.
+
+    >>> axis_name((0.0, 1.0, 0.0)), axis_name((0.0, 0.0, -1.0))
+    ('+y', '-z')
+    """
+    axis = max(range(3), key=lambda k: abs(draw[k]))
+    return f"{'+' if draw[axis] > 0 else '-'}{'xyz'[axis]}"
 
 
 @dataclass(frozen=True)

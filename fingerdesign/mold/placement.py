@@ -14,7 +14,7 @@ two but for what farther plates do, so that it is at most the larger, which coun
 
 The section z = 0 in plane strain is pressed and sheared with the plates in their places and after
 each change. Changes of a reading are relative to the largest one of their row, and the three count
-together as the root of the sum of their squares (placement_record.py).
+together as the root of the sum of their squares.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -35,23 +35,16 @@ from fingerdesign.analysis.stages import one_thread, zone_of
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
+from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
-from fingerdesign.errors import FingerDesignError, MeshError
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.design.schema import Design
+from fingerdesign.errors import FingerDesignError, MeshError, SolverError
+from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
-from fingerdesign.mold.placement_record import effect_record, with_row
-from fingerdesign.mold.plan.plan import limits_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.layout.zone import Zone
-    from fingerdesign.mesh.types import Mesh
-    from fingerdesign.mold.plan.plan import MoldPlan
-
+from fingerdesign.mold.plan.plan import MoldPlan, limits_of
+from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
 # The section of a finger whose plates sit off their places: its mesh carried along, its readings.
 #
@@ -185,6 +178,8 @@ def _areas(points: Array, triangles: IntArray) -> Array:
 
 Effect = dict[str, Any]
 
+CHANGES = ("along_x", "in_height", "turned")
+_READS = 1e-6  # microstrain: a row whose largest reading is below it has none to be relative to
 _DEEPEST = 0.1 / 8.22  # approach over the crest's height: that of the fundamental case on maeno2000
 _ROWS = ((0.5, 0.0), (1.0, 0.0), (1.0, 0.4), (1.0, 0.8))  # approach, shear over the deepest
 _FRICTION = 0.5
@@ -199,7 +194,7 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
     """The effect of the fixture's tolerance on the gages, as plain values for the record.
 
     "reason": None, or a sentence why there are no numbers (and then nothing but it and the
-    sentences). "changes": for each of placement_record.CHANGES its size (``largest`` over the
+    sentences). "changes": for each of CHANGES its size (``largest`` over the
     plates, ``unit``), ``rms`` and ``worst`` of what it does to readings, over gages and rows, as
     shares of a row's largest reading, with the ``worst_plate`` (``rms_alike``, ``rms_opposed``: of
     the two ways alone). "together": the same of all three. "row": "tolerance_mm", "changes"
@@ -214,8 +209,7 @@ def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None =
         except FingerDesignError as error:
             reason = f"the section could not be analysed: {error}"
     if reason is not None:
-        sentence = f"What the plates' tolerance does to the gages is not known: {reason}."
-        return {"reason": reason, "sentences": [sentence]}
+        return unknown_effect(reason)
     return {"reason": None, **found, "seconds": round(time.perf_counter() - start, 2)}
 
 
@@ -309,24 +303,84 @@ def _in_zone(
     sizes = _coarser(design, zone) if sizes is None else sizes
     mesh = mesh_section(design, zone.half_width, sizes, frames)
     right = readings(design, mesh, frames, zone, scene)
+    most = np.abs(right).max(axis=1)
+    sampled = most > _READS
+    if not sampled.any():
+        raise SolverError("no gage reads anything in the section")
+
+    def changed(moves: list[Move]) -> tuple[Array, Array]:
+        """Shares (moves, rows, gages) of a row's largest reading; of each move what was solved."""
+        changes, solved = [], []
+        for move in moves:
+            moved, share, after = _moved(mesh, frames, move)
+            changes.append((readings(design, moved, after, zone, scene) - right) / share)
+            solved.append(share)
+        return np.abs(np.array(changes)[:, sampled]) / most[sampled][:, None], np.array(solved)
+
     order = np.argsort(np.argsort([frame.place for frame in frames]))
     second = np.where(order % 2, -1.0, 1.0)
-    apart, shares = [], []
-    for signs in (np.ones(len(frames)), second) if len(frames) > 1 else (second,):
-        for move in _moves(signs[:, None] * off):
-            moved, share, after = _moved(mesh, frames, move)
-            apart.append((readings(design, moved, after, zone, scene) - right) / share)
-            shares.append(share)
-    changed = np.array(apart).reshape(-1, 3, *right.shape)
-    least = np.array(shares).reshape(-1, 3).min(axis=0)
-    found = effect_record(design, frames, off, right, changed, least, scene)
-    far = np.column_stack([np.full(len(frames), row_tolerance(design)), np.zeros(len(frames))])
-    rows, solved = [], []
-    for move in _moves(far)[:2]:
-        moved, share, after = _moved(mesh, frames, move)
-        rows.append((readings(design, moved, after, zone, scene) - right) / share)
-        solved.append(share)
-    return with_row(found, frames, float(far[0, 0]), right, np.array(rows), solved)
+    signs = (np.ones(len(frames)), second) if len(frames) > 1 else (second,)
+    ways, solved = changed([move for sign in signs for move in _moves(sign[:, None] * off)])
+    ways = ways.reshape(-1, 3, *ways.shape[1:])
+    solved = solved.reshape(-1, 3).min(axis=0)
+    share = ways.max(axis=0)
+    sizes_off = [round(float(off[:, k].max()), 6) for k in (0, 0, 1)]
+    changes = [
+        _change(k, sizes_off[k], share[k], frames)
+        | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
+        | {"share_solved": float(solved[k])}
+        for k in range(3)
+    ]
+    tolerance = row_tolerance(design)
+    far = np.column_stack([np.full(len(frames), tolerance), np.zeros(len(frames))])
+    rows, part = changed(_moves(far)[:2])
+    together = np.sqrt((share**2).sum(axis=0))
+    found: Effect = {
+        "tolerance_mm": sizes_off[0],
+        "angle_deg": sizes_off[2],
+        "changes": changes,
+        "together": _summary(together, frames),
+        "gages": [
+            {"plate": frame.index, "x_mm": round(frame.place, 4), "surface_mm": round(cover, 4)}
+            | {name: float(share[j, :, k].max()) for j, name in enumerate(CHANGES)}
+            | {"together": float(together[:, k].max())}
+            for k, (frame, cover) in enumerate(zip(frames, _covers(design, frames), strict=True))
+        ],
+        "friction_coefficient": scene.object.friction_coefficient,
+        "increments_mm": [[round(value, 5) for value in row[:2]] for row in scene.path.rows],
+        "largest_reading_microstrain": [float(value) for value in most],
+    }
+    row: Effect = {
+        "tolerance_mm": round(tolerance, 6),
+        "changes": [
+            _change(k, round(tolerance, 6), rows[k], frames) | {"share_solved": float(part[k])}
+            for k in range(2)
+        ],
+        "together": _summary(np.sqrt((rows**2).sum(axis=0)), frames),
+    }
+    return found | {"sentences": effect_sentences(design, found, row), "row": row}
+
+
+def _change(k: int, largest: float, share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
+    """One of CHANGES, up to ``largest``, and its shares (rows, gages) of the readings."""
+    head = {"name": CHANGES[k], "largest": largest, "unit": "mm" if k < 2 else "degrees"}
+    return head | _summary(share, frames)
+
+
+def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
+    """RMS and worst of shares (rows, gages), and whose the worst is."""
+    worst = int(share.max(axis=0).argmax())
+    return {"rms": _rms(share), "worst": float(share.max()), "worst_plate": frames[worst].index}
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt((values**2).mean()))
+
+
+def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
+    """Height of the surface above each plate's centre, mm."""
+    heights = surface_height(design.body, np.array([frame.place for frame in frames]))
+    return [float(h - frame.y) for h, frame in zip(heights, frames, strict=True)]
 
 
 def _coarser(design: Design, zone: Zone) -> SectionMesh:

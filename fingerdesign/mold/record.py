@@ -5,31 +5,26 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from dataclasses import asdict, dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import ConfigDict, Field, with_config
 from typing_extensions import TypedDict
 
-from fingerdesign.analysis.summary import versions
-from fingerdesign.mold.plan.plan import Side, limits_of
-from fingerdesign.records.base import Count, Size, closed, json_text, plain
+from fingerdesign.analysis.summary import peak_memory_MB, versions
+from fingerdesign.design.schema import Design
+from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
+from fingerdesign.mold.plan.plan import MoldPlan, Side, limits_of
+from fingerdesign.mold.products.bill import Item, Silicone
+from fingerdesign.mold.products.flat_pattern import FlatPattern
+from fingerdesign.mold.products.notes import casting_notes, warnings_of
+from fingerdesign.mold.products.three_mf import Posed
+from fingerdesign.records.base import Count, Size, closed, plain
 from fingerdesign.version import __version__
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.part import Check, PartMesh
-    from fingerdesign.mold.plan.plan import MoldPlan
-    from fingerdesign.mold.products.bill import Item, Silicone
-    from fingerdesign.mold.products.flat_pattern import FlatPattern
-    from fingerdesign.mold.products.notes import Notes
-    from fingerdesign.mold.products.three_mf import Posed
-
-SCHEMA_VERSION = 1
 RECORD_FILE = "mold_report.json"
 _PACKAGES = ("manifold3d", "lib3mf", "ezdxf", "pyvista")
 MICRO = 9  # decimals of mm that a record keeps
@@ -245,72 +240,67 @@ class MoldData(TypedDict):
 
 
 @dataclass(frozen=True)
-class MoldReport:
-    """The record of one `fingerdesign mold`: plain values, ready to write.
+class Products:
+    """What was built and written of a mold: parts, patterns, parts on the printer's bed, silicone,
+    the bill of materials."""
 
-    status is "ok" where every check passed; ``failure`` is the sentence of what could not be built
-    (then there are no parts), or names the checks that failed. files: names beside the record.
-    """
+    meshes: MoldMeshes
+    patterns: tuple[FlatPattern, ...]
+    posed: tuple[Posed, ...]
+    silicone: Silicone
+    items: tuple[Item, ...]
 
-    design: str
-    digest: str
-    failure: str | None
-    process: dict[str, Any]
-    shrinkage: float
-    scale: float | None
-    parts: tuple[dict[str, Any], ...]
-    plates: tuple[dict[str, Any], ...]
-    placements: tuple[dict[str, Any], ...]
-    fixture: tuple[dict[str, Any], ...]
-    base: dict[str, Any]
-    checks: tuple[dict[str, Any], ...]
-    silicone: dict[str, Any] | None
-    placement: dict[str, Any] | None
-    warnings: tuple[str, ...]
-    notes: tuple[dict[str, Any], ...]
-    bill: tuple[dict[str, Any], ...]
-    files: tuple[str, ...]
-    timings_s: dict[str, float]
-    seconds: float
-    peak_memory_MB: float
-    design_digest: str = ""
-    versions: dict[str, str] = field(default_factory=dict)
 
-    @property
-    def status(self) -> str:
-        """ "ok", or "failed": then see ``failure``."""
-        return "ok" if self.failure is None else "failed"
-
-    @property
-    def failing(self) -> tuple[dict[str, Any], ...]:
-        """The checks that did not pass."""
-        return tuple(check for check in self.checks if not check["ok"])
-
-    def data(self) -> dict[str, Any]:
-        """As in the file."""
-        values = plain(
-            {name: getattr(self, name) for name in self.__dataclass_fields__}, decimals=MICRO
-        )
-        head = {name: values.pop(name) for name in ("design", "digest", "design_digest")}
-        failure = values.pop("failure")
-        return {
-            "schema_version": SCHEMA_VERSION,
-            **head,
-            "status": self.status,
+def mold_record(
+    design: Design,
+    plan: MoldPlan,
+    checks: Sequence[Check],
+    made: Products | None,
+    placement: dict[str, Any] | None,
+    failure: str | None,
+    files: list[str],
+    timings_s: Mapping[str, float],
+    seconds: float,
+) -> MoldData:
+    """The record of one `fingerdesign mold`. made: None where nothing could be built, and then
+    ``failure`` says why; else it names the checks that failed. files: names beside the record."""
+    posed = {each.name: each for each in made.posed} if made else {}
+    patterns = made.patterns if made else ()
+    parts = made.meshes.parts if made else ()
+    record: MoldData = plain(
+        {
+            "schema_version": 1,
+            "design": design.design.name,
+            "digest": mold_digest(design),
+            "design_digest": design.digest(),
+            "status": "ok" if failure is None else "failed",
             "failure": failure,
-            **values,
-        }
-
-    def to_json(self) -> str:
-        """The text of mold_report.json."""
-        return json_text(self.data())
-
-
-def write_record(report: MoldReport, folder: Path) -> Path:
-    """mold_report.json into a folder that exists."""
-    path = folder / RECORD_FILE
-    path.write_text(report.to_json(), encoding="utf-8")
-    return path
+            "process": _process(design),
+            "shrinkage": design.mold.shrinkage_used,
+            "scale": plan.scale,
+            "parts": [
+                _part(part, number, posed.get(part.name), files)
+                for number, part in enumerate(parts, start=1)
+            ],
+            "plates": [_pattern(pattern, files) for pattern in patterns],
+            "placements": _placements(plan, patterns),
+            "fixture": _fixture(plan),
+            "base": _base(plan),
+            "checks": [_check(check) for check in checks],
+            "silicone": _silicone(made.silicone) if made else None,
+            "placement": placement,
+            "warnings": warnings_of(design, plan, placement) if placement else [],
+            "notes": casting_notes(design, plan, parts, patterns, made.silicone) if made else [],
+            "bill": [asdict(item) for item in made.items] if made else [],
+            "files": files,
+            "timings_s": dict(timings_s),
+            "seconds": seconds,
+            "peak_memory_MB": peak_memory_MB(),
+            "versions": versions() | {name: metadata.version(name) for name in _PACKAGES},
+        },
+        decimals=MICRO,
+    )
+    return record
 
 
 def mold_digest(design: Design) -> str:
@@ -319,20 +309,11 @@ def mold_digest(design: Design) -> str:
     return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
 
 
-def mold_versions() -> dict[str, str]:
-    """Versions of this package and of what builds, checks and writes molds."""
-    from importlib import metadata
-
-    return versions() | {name: metadata.version(name) for name in _PACKAGES}
-
-
-def process_data(design: Design) -> dict[str, Any]:
-    """The process, its limits and the options of the [mold] table."""
+def _process(design: Design) -> dict[str, Any]:
     mold = design.mold
     limits = asdict(limits_of(mold))
-    limits.pop("name")
     return {
-        "name": mold.process,
+        "name": limits.pop("name"),
         "cure": mold.cure,
         "plate_fixture": mold.plate_fixture,
         "draft_deg": mold.draft_deg,
@@ -342,50 +323,51 @@ def process_data(design: Design) -> dict[str, Any]:
     }
 
 
-def part_data(part: PartMesh, number: int, posed: Posed | None, files: Sequence[str]) -> Any:
-    """A part: where it comes off, its size in the mold, and how it lies on the printer's bed."""
+def _part(part: PartMesh, number: int, posed: Posed | None, files: list[str]) -> dict[str, Any]:
+    lying = posed and {
+        "down": posed.down,
+        "flat_area_mm2": posed.flat_area,
+        "size_mm": posed.size,
+    }
     return {
         "number": number,
         "name": part.name,
         "made": part.made,
-        "draw": None if part.draw is None else list(part.draw),
+        "draw": part.draw,
         "order": part.order,
-        "size_mm": np.ptp(part.vertices, axis=0).tolist(),
+        "size_mm": np.ptp(part.vertices, axis=0),
         "volume_mm3": part.volume,
         "vertices": len(part.vertices),
         "triangles": len(part.triangles),
         "chord_mm": part.chord,
-        "print": None
-        if posed is None
-        else {"down": list(posed.down), "flat_area_mm2": posed.flat_area, "size_mm": posed.size},
-        "files": list(files),
+        "print": lying,
+        "files": _files_of(part.name, files),
     }
 
 
-def pattern_data(pattern: FlatPattern, files: Sequence[str]) -> dict[str, Any]:
-    """A different plate, as cut: how many of it, its size with legs, its bend."""
+def _pattern(pattern: FlatPattern, files: list[str]) -> dict[str, Any]:
     wide, long = np.ptp(pattern.outline, axis=0).tolist()
     return {
         "name": pattern.name,
-        "plates": list(pattern.plates),
-        "count": len(pattern.plates),
+        "plates": pattern.plates,
+        "count": pattern.count,
         "material": pattern.material,
         "thickness_mm": pattern.thickness,
         "width_mm": wide,
         "length_mm": long,
         "bend_radius_mm": pattern.bend_radius,
-        "files": list(files),
+        "files": _files_of(pattern.name, files),
     }
 
 
-def placement_rows(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> tuple[dict[str, Any], ...]:
-    """Where each plate stands in the mold, mm from the finger's axes, and which pattern it has."""
+def _files_of(name: str, files: list[str]) -> list[str]:
+    return [file for file in files if file in {f"{name}.{kind}" for kind in ("stl", "step", "dxf")}]
+
+
+def _placements(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> list[dict[str, Any]]:
     names = {plate: pattern.name for pattern in patterns for plate in pattern.plates}
-    sides: dict[int, list[str]] = {frame.index: [] for frame in plan.frames}
-    for side in plan.sides:
-        for slot in side.slots:
-            sides[slot.plate].append(side.side)
-    return tuple(
+    held = [(slot.plate, side.side) for side in plan.sides for slot in side.slots]
+    return [
         {
             "plate": frame.index,
             "pattern": names.get(frame.index, ""),
@@ -395,15 +377,14 @@ def placement_rows(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> tuple[dic
             "along": frame.along,
             "angle_deg": frame.angle_deg,
             "span_mm": frame.span,
-            "held_at": sides[frame.index],
+            "held_at": [side for plate, side in held if plate == frame.index],
         }
         for frame in plan.frames
-    )
+    ]
 
 
-def fixture_data(plan: MoldPlan) -> tuple[dict[str, Any], ...]:
-    """How each side is closed, and how many plates it holds."""
-    return tuple(
+def _fixture(plan: MoldPlan) -> list[dict[str, Any]]:
+    return [
         {
             "side": side.side,
             "holding": side.holding,
@@ -414,11 +395,10 @@ def fixture_data(plan: MoldPlan) -> tuple[dict[str, Any], ...]:
             "shift_mm": side.shift if side.holding == "jig" else None,
         }
         for side in plan.sides
-    )
+    ]
 
 
-def base_data(plan: MoldPlan) -> dict[str, Any]:
-    """The base plate's half sizes, the finger's on it, and its holes, mm from the finger's axes."""
+def _base(plan: MoldPlan) -> dict[str, Any]:
     return {
         "half_x_mm": plan.reach_x,
         "half_z_mm": plan.reach_z,
@@ -437,8 +417,7 @@ def base_data(plan: MoldPlan) -> dict[str, Any]:
     }
 
 
-def silicone_data(silicone: Silicone) -> dict[str, Any]:
-    """What has to be mixed, and of what that consists."""
+def _silicone(silicone: Silicone) -> dict[str, Any]:
     return {
         "finger_cm3": 1e-3 * silicone.rubber,
         "locks_cm3": 1e-3 * silicone.locks,
@@ -452,24 +431,11 @@ def silicone_data(silicone: Silicone) -> dict[str, Any]:
     }
 
 
-def checks_data(checks: Sequence[Check]) -> tuple[dict[str, Any], ...]:
-    """Checks as plain values; a measure that is not finite is null (its sentence says why)."""
-    rows = []
-    for check in checks:
-        row = asdict(check)
-        for key in ("measured", "bound"):
-            value = row[key]
-            row[key] = None if value is None or not math.isfinite(value) else float(value)
-        row["ok"] = bool(check.ok)
-        rows.append(row)
-    return tuple(rows)
-
-
-def notes_data(notes: Sequence[Notes]) -> tuple[dict[str, Any], ...]:
-    """The casting notes: sections of steps."""
-    return tuple({"title": each.title, "steps": list(each.steps)} for each in notes)
-
-
-def bill_data(items: Sequence[Item]) -> tuple[dict[str, Any], ...]:
-    """The bill of materials, a row an item."""
-    return tuple(asdict(item) for item in items)
+def _check(check: Check) -> dict[str, Any]:
+    """A measure that is not finite is null (its sentence says why)."""
+    measures = {"measured": check.measured, "bound": check.bound}
+    finite = {
+        key: None if value is None or not math.isfinite(value) else float(value)
+        for key, value in measures.items()
+    }
+    return asdict(check) | finite

@@ -13,8 +13,8 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 from fingerdesign.mold.cad.build import build_mold
-from fingerdesign.mold.cad.built import mold_meshes
 from fingerdesign.mold.cad.meshed import all_meshed
+from fingerdesign.mold.make import mold_meshes
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
 from fingerdesign.mold.plan.plan import SIDES, BaseHole, MoldPlan, Plug, SidePlan
 from fingerdesign.mold.plan.planning import plan_mold

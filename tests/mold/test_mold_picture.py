@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import PictureError
-from fingerdesign.mold.page import picture as mold_picture
-from fingerdesign.mold.page.picture import (
+from fingerdesign.mold import picture as mold_picture
+from fingerdesign.mold.part import MoldMeshes, PartMesh
+from fingerdesign.mold.picture import (
     SIZE,
     View,
     exploded_job,
@@ -13,7 +14,6 @@ from fingerdesign.mold.page.picture import (
     exploded_parts,
     numbered,
 )
-from fingerdesign.mold.part import MoldMeshes, PartMesh
 
 CORNERS = np.array(
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float

@@ -14,6 +14,7 @@ from fingerdesign.errors import DesignError
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
+    from fingerdesign.mold.record import MoldData
 
 Record = dict[str, Any]
 
@@ -38,15 +39,15 @@ def mold_one(case: str) -> Record:
             return record | {"status": "refused", "reason": reason, "seconds": seconds}
         record["seconds"] = round(time.perf_counter() - start, 2)
         record["cpu_s"] = round(sum(os.times()[:4]) - before, 2)
-        return record | reported(report.data())
+        return record | reported(report)
 
 
-def reported(report: Record) -> Record:
+def reported(report: MoldData) -> Record:
     """What of a mold's record the bench keeps."""
     checks = report["checks"]
     wrong = [each["sentence"] for each in checks if not each["ok"]]
     if not wrong and report["status"] != "ok":
-        wrong = [report["failure"]]  # nothing could be built, so nothing was checked
+        wrong = [str(report["failure"])]  # nothing could be built, so nothing was checked
 
     def worst(name: str, part: str | None = None) -> float | None:
         found = [

@@ -157,6 +157,12 @@ def bolt_length(bolt: Bolt) -> int | None:
     return next((length for length in LENGTHS_MM if length >= needed - 1e-9), None)
 
 
+def bolt_words(bolt: Bolt) -> str:
+    """A bolt as it is bought; a threaded rod where no usual length does."""
+    length = bolt_length(bolt)
+    return f"{bolt.size} threaded rod" if length is None else f"{bolt.size} x {length}"
+
+
 def hardware(plan: MoldPlan) -> tuple[Item, ...]:
     """Bolts with nuts and washers, dowels, core pins, core screws, shims."""
     items = []

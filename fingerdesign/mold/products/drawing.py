@@ -1,6 +1,7 @@
-"""DXF drawings of sheets to cut: layers CUT, HOLES, GAGES, BEND and TEXT; written and read back.
+"""DXF drawings of what is cut from sheet: plates.dxf, and one for each comb or jig.
 
-Importing this module is light; ezdxf loads when a file is written. Lengths in mm.
+Layers CUT, HOLES, GAGES, BEND and TEXT; written and read back. Importing this module is light;
+ezdxf loads when a file is written. Lengths in mm.
 """
 
 from __future__ import annotations
@@ -12,8 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
+from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names
+from fingerdesign.mold.plan.plan import MoldPlan, Side
+from fingerdesign.mold.products.flat_pattern import FlatPattern
+from fingerdesign.mold.products.notes import numbers_text
 
 # layer -> AutoCAD colour number (7: black on white): each also differs by its name
 LAYERS = {"CUT": 7, "HOLES": 1, "GAGES": 5, "BEND": 3, "TEXT": 8}
@@ -140,3 +145,171 @@ def _compare(name: str, document: Any, sheets: Sequence[Sheet]) -> None:
         held, given = sorted(areas[layer]), sorted(wanted[layer])
         if len(held) != len(given) or not np.allclose(held, given, rtol=1e-9, atol=1e-9):
             raise GeometryError(f"{name}: areas on layer {layer} are not those that were given")
+
+
+# The outline of a sheet part, from the triangles of its flat face: what a cutter follows.
+
+MICRON = 3  # decimals
+ROUND = 12  # corners of a polygon that may stand for a circle
+STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
+
+
+@dataclass(frozen=True)
+class Outline:
+    """What is cut around (n, 2), polygons cut out of it, and round holes (x, y, radius)."""
+
+    around: Array
+    openings: tuple[Array, ...]
+    circles: tuple[tuple[float, float, float], ...]
+
+
+def sheet_outline(part: PartMesh, side: Side) -> Outline:
+    """Outline, openings and round holes of a sheet that lies across a side's direction.
+
+    Drawn as (x, y) for the sides +z and -z (seen from +z), as (z, y) for +x and -x (seen from -x).
+    GeometryError where the flat face is not one piece, or where outline times thickness is not the
+    sheet's volume.
+    """
+    axis = 2 if side.endswith("z") else 0
+    direction = np.zeros(3)
+    direction[axis] = 1.0 if side.startswith("+") else -1.0
+    corners = part.vertices[part.triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    size = np.linalg.norm(across, axis=1)
+    reach = float((part.vertices @ direction).max())
+    facing = across @ direction > 0.999 * np.maximum(size, 1e-300)
+    facing &= np.abs(corners @ direction - reach).max(axis=1) < 1e-6
+    if not facing.any():
+        raise GeometryError(f"{part.name} has no flat face across {side}")
+    plane = [0, 1] if axis == 2 else [2, 1]
+    loops = [
+        _without_straight_points(part.vertices[loop][:, plane])
+        for loop in border_loops(part.triangles[facing], part.name)
+    ]
+    loops.sort(key=polygon_area, reverse=True)
+    outline, openings = loops[0], tuple(loops[1:])
+    area = polygon_area(outline) - sum(polygon_area(loop) for loop in openings)
+    thickness = float(np.ptp(part.vertices[:, axis]))
+    border = sum(_length(loop) for loop in loops)
+    # A chord cuts off that much at most; single precision moves both faces by half a step each.
+    rounding = float(np.spacing(np.float32(np.abs(part.vertices[:, axis]).max()))) / thickness
+    allowed = max(part.chord, 1e-6) * border + (rounding + 1e-6) * area
+    if abs(area * thickness - part.volume) > allowed * thickness:
+        raise GeometryError(
+            f"{part.name}: its outline times its thickness is {area * thickness:.6g} mm^3, the "
+            f"solid {part.volume:.6g} mm^3"
+        )
+    rounds = {k: circle for k, loop in enumerate(openings) if (circle := as_circle(loop))}
+    polygons = tuple(loop for k, loop in enumerate(openings) if k not in rounds)
+    return Outline(outline, polygons, tuple(rounds.values()))
+
+
+def as_circle(points: Array) -> tuple[float, float, float] | None:
+    """The circle (x, y, radius) that a polygon's corners (n, 2) lie on, to 0.001 mm, as it is cut
+    and measured; None where they do not.
+
+    Corners of a triangulated round hole lie on its exact edge; it has twelve of them or more.
+    """
+    if len(points) < ROUND:
+        return None
+    system = np.column_stack([2.0 * points, np.ones(len(points))])
+    (x, y, rest), *_ = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)
+    radius = float(np.sqrt(max(rest + x**2 + y**2, 0.0)))
+    apart = np.abs(np.hypot(points[:, 0] - x, points[:, 1] - y) - radius)
+    if apart.max() >= 1e-6:
+        return None
+    return round(float(x), MICRON) + 0.0, round(float(y), MICRON) + 0.0, round(radius, MICRON)
+
+
+def border_loops(triangles: IntArray, name: str) -> list[list[int]]:
+    """The closed loops of vertices around a patch of triangles, each in the triangles' sense.
+
+    GeometryError where a vertex joins more than two border edges: the patch pinches there.
+    """
+    edges = triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    both = {(int(a), int(b)) for a, b in edges}
+    follows: dict[int, int] = {}
+    for a, b in both:
+        if (b, a) not in both:
+            if a in follows:
+                raise GeometryError(f"{name}: the border of its flat face meets itself")
+            follows[a] = b
+    loops = []
+    while follows:
+        start, at = follows.popitem()
+        loop = [start]
+        while at != start:
+            loop.append(at)
+            at = follows.pop(at)
+        loops.append(loop)
+    return loops
+
+
+def _length(points: Array) -> float:
+    return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
+
+
+def _without_straight_points(points: Array) -> Array:
+    before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+    chord = after - before
+    length = np.maximum(np.linalg.norm(chord, axis=1), 1e-300)
+    offset = points - before
+    away = np.abs(chord[:, 0] * offset[:, 1] - chord[:, 1] * offset[:, 0]) / length
+    return np.asarray(points[away > STRAIGHT])
+
+
+PLATES_FILE = "plates.dxf"
+
+
+def write_drawings(
+    plan: MoldPlan, meshes: MoldMeshes, patterns: Sequence[FlatPattern], folder: Path
+) -> tuple[str, ...]:
+    """All drawings into a folder; their names. GeometryError where one is not what was cut."""
+    names = []
+    if patterns:
+        write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
+        names.append(PLATES_FILE)
+    made = {part.name: part for part in meshes.parts}
+    for side in plan.sides:
+        for name in comb_names(side.side, side.holding):
+            part = made[name]
+            if part.made == "sheet":
+                write_dxf([comb_sheet(part, side.side)], folder / f"{name}.dxf")
+                names.append(f"{name}.dxf")
+    return tuple(names)
+
+
+def plate_sheet(pattern: FlatPattern) -> Sheet:
+    """A plate as cut: its legs, its holes, its gages' places, and where it is bent."""
+    faces = sorted({gage.face for gage in pattern.gages}, reverse=True)
+    marks = {np.round(gage.corners, 9).tobytes(): gage.corners for gage in pattern.gages}
+    low, high = pattern.outline.min(axis=0), pattern.outline.max(axis=0)
+    text = [
+        f"{pattern.name}: {pattern.count} of {pattern.thickness:g} mm "
+        f"{pattern.material.replace('_', ' ')}",
+        f"plates {numbers_text(pattern.plates)}, {pattern.seen} face shown",
+        f"gages on {' and '.join(faces)} face" if faces else "no gages",
+    ]
+    bends: tuple[Array, ...] = ()
+    if pattern.bend_radius is not None:
+        bends = (np.array([[0.0, low[1]], [0.0, high[1]]]),)
+        text.append(f"bend the whole width to R {pattern.bend_radius:.3f} of the middle")
+    return Sheet(
+        pattern.name,
+        pattern.outline,
+        circles=tuple((round(x, 3), round(y, 3), round(r, 3)) for x, y, r in pattern.holes),
+        gages=tuple(marks.values()),
+        bends=bends,
+        text=tuple(text),
+    )
+
+
+def comb_sheet(part: PartMesh, side: Side) -> Sheet:
+    """A comb or jig as cut, from its triangles."""
+    found = sheet_outline(part, side)
+    axis = 2 if side.endswith("z") else 0
+    thick = float(np.ptp(part.vertices[:, axis]))
+    seen = "x to the right, seen from +z" if axis == 2 else "z to the right, seen from -x"
+    cut = f"{len(found.openings)} openings, {len(found.circles)} round holes"
+    text = (f"{part.name}: 1 of {thick:g} mm sheet, {cut}", f"{seen}, y up")
+    return Sheet(part.name, found.around, found.openings, found.circles, text=text)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fingerdesign.mold.plan.legs import legs_share
 from fingerdesign.mold.plan.plan import Bolt, CorePin, Key
 from fingerdesign.mold.products.bill import (
     bill_of_materials,
@@ -16,19 +17,20 @@ from fingerdesign.mold.products.bill import (
     write_bill,
 )
 from fingerdesign.mold.products.flat_pattern import flat_patterns
-from fingerdesign.mold.products.notes import casting_notes, mixing_of
-from fingerdesign.mold.products.preparation import Bench, numbers_text
-from fingerdesign.mold.products.warnings import warnings_of
+from fingerdesign.mold.products.notes import (
+    casting_notes,
+    mixing_of,
+    numbers_text,
+    warnings_of,
+)
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 
 
 def notes_of(design, plan, meshes):
-    bench = Bench(
-        *(design, plan, meshes.parts, flat_patterns(design, plan)),
-        silicone_of(design, plan, meshes),
-    )
-    return {notes.title: " ".join(notes.steps) for notes in casting_notes(bench)}
+    silicone = silicone_of(design, plan, meshes)
+    sections = casting_notes(design, plan, meshes.parts, flat_patterns(design, plan), silicone)
+    return {section["title"]: " ".join(section["steps"]) for section in sections}
 
 
 def test_sections_in_the_order_of_the_work(hand_made):
@@ -54,9 +56,10 @@ def test_the_masses_weighed_are_what_is_mixed(hand_made):
 
 
 def test_an_elastomer_that_is_not_known_is_said_to_be(hand_made):
-    assert mixing_of("sylgard_184", "platinum") == (mixing_of("sylgard_184", "platinum")[0], True)
-    assert mixing_of("sylgard_184", "platinum")[0].shares(22.0) == pytest.approx((20.0, 2.0))
-    assert not mixing_of("mine", "condensation")[1]
+    sylgard = mixing_of("sylgard_184", "platinum")
+    assert sylgard.known
+    assert sylgard.shares(22.0) == pytest.approx((20.0, 2.0))
+    assert not mixing_of("mine", "condensation").known
 
 
 def test_parts_come_off_in_their_order(hand_made):
@@ -76,7 +79,7 @@ def test_resin_prints_with_platinum_silicone_are_warned_of(hand_made):
         ("machined", "platinum", False),
     ):
         design, plan, meshes = hand_made(process=process, cure=cure)
-        reported = warnings_of(design, plan, 0.0, SILENT)
+        reported = warnings_of(design, plan, SILENT)
         assert any("Resin prints" in each for each in reported) is warned
         text = notes_of(design, plan, meshes)["Clean, cure, test"]
         assert ("barrier coat" in text) is warned
@@ -93,22 +96,22 @@ def test_resin_is_coated_after_it_is_fitted_and_degreased_and_tested_on_the_coat
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
 def test_what_stops_a_platinum_cure_at_the_gages_is_reported_for_every_process(hand_made, process):
     design, plan, meshes = hand_made(process=process)
-    reported = " ".join(warnings_of(design, plan, 0.0, SILENT))
+    reported = " ".join(warnings_of(design, plan, SILENT))
     assert "Solder flux" in reported
     assert "amine" in notes_of(design, plan, meshes)["Plates and gages"]
     design, plan, meshes = hand_made(process=process, cure="condensation")
-    assert "Solder flux" not in " ".join(warnings_of(design, plan, 0.0, SILENT))
+    assert "Solder flux" not in " ".join(warnings_of(design, plan, SILENT))
 
 
 def test_shrinkage_that_is_assumed_is_said_to_be(hand_made):
     design, plan, meshes = hand_made(cure="condensation")
-    assert any("Shrinkage is assumed" in w for w in warnings_of(design, plan, 0.0, SILENT))
+    assert any("Shrinkage is assumed" in w for w in warnings_of(design, plan, SILENT))
     assert "1.0204 times" in notes_of(design, plan, meshes)["Finish and measure"]
 
 
 def test_a_fixture_other_than_requested_is_reported(hand_made):
     design, plan, _ = hand_made("slots")
-    reported = " ".join(warnings_of(design, plan, 0.0, SILENT))
+    reported = " ".join(warnings_of(design, plan, SILENT))
     assert "not by mold.plate_fixture = 'comb'" in reported
     assert "shims" in reported
 
@@ -116,10 +119,13 @@ def test_a_fixture_other_than_requested_is_reported(hand_made):
 def test_large_effects_are_warned_of(hand_made):
     design, plan, _ = hand_made()
     effect = {"reason": None, "together": {"worst": 0.31}}
-    reported = " ".join(warnings_of(design, plan, 0.002, effect))
+    longer = replace(plan, legs=tuple(replace(leg, exit=12.0) for leg in plan.legs))
+    reported = " ".join(warnings_of(design, longer, effect))
     assert "by up to 31 %" in reported
-    assert "take 0.20 %" in reported
-    assert "31" not in " ".join(warnings_of(design, plan, 0.0, {**effect, **SILENT}))
+    assert f"take {100 * legs_share(design, longer):.2f} %" in reported
+    silent = " ".join(warnings_of(design, plan, {**effect, **SILENT}))
+    assert "31" not in silent
+    assert "Legs of the plates" not in silent
 
 
 def test_core_pins_are_pulled_and_their_tunnels_filled(hand_made):

@@ -7,8 +7,14 @@ import pytest
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.part import PartMesh
 from fingerdesign.mold.products import drawing
-from fingerdesign.mold.products.drawing import Sheet, polygon_area, write_dxf
-from fingerdesign.mold.products.sheets import as_circle, border_loops, sheet_outline
+from fingerdesign.mold.products.drawing import (
+    Sheet,
+    as_circle,
+    border_loops,
+    polygon_area,
+    sheet_outline,
+    write_dxf,
+)
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 

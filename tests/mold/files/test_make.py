@@ -13,9 +13,8 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
-from fingerdesign.mold.page.page import base_svg
-from fingerdesign.mold.page.picture import Badge, Exploded, exploded_job
 from fingerdesign.mold.part import Check
+from fingerdesign.mold.picture import Badge, Exploded, exploded_job
 from fingerdesign.records.base import DATA, json_schema, schema_text
 from fingerdesign.records.result import ResultError
 
@@ -58,8 +57,8 @@ def stages(hand_made, monkeypatch):
 
         monkeypatch.setattr(make, "plan_mold", plan_mold)
         monkeypatch.setattr(make, "mold_meshes", mold_meshes)
-        monkeypatch.setattr("fingerdesign.mold.checks.run_checks", lambda *given: tuple(checks))
-        monkeypatch.setattr(make, "placement_job", lambda *given: nullcontext())
+        monkeypatch.setattr(make, "run_checks", lambda *given: tuple(checks))
+        monkeypatch.setattr(make, "beside", lambda *given, **limits: nullcontext())
         monkeypatch.setattr(make, "placement_of", lambda job: dict(EFFECT))
         if not drawn:
             picture = Exploded(b"PNG", (Badge(1, "contact_insert", 0.5, 0.2),), "The mold opened.")
@@ -74,7 +73,7 @@ def test_the_folder_holds_everything_and_the_record_fits_its_schema(stages, tmp_
     design = stages()
     with make.FOLDER.written(tmp_path / "block") as folder:
         report = make.make_mold(design, folder)
-    assert report.status == "ok"
+    assert report["status"] == "ok"
     assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
     jsonschema.validate(data, json_schema("mold"))
@@ -101,7 +100,7 @@ def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, mon
     design = stages()
     doubtful = {**EFFECT, "together": {"rms": 0.4, "worst": 0.7, "worst_plate": 1}}
     monkeypatch.setattr(make, "placement_of", lambda job: doubtful)
-    assert make.make_mold(design, tmp_path).status == "ok"
+    assert make.make_mold(design, tmp_path)["status"] == "ok"
     page = (tmp_path / "report.html").read_text("utf-8")
     assert '<li class="partly"><span class="answer">can be cast, gages in doubt' in page
     assert "up to 70 % of the largest" in page
@@ -112,7 +111,9 @@ def test_the_base_plates_holes_are_drawn_and_named(stages, tmp_path):
     make.make_mold(stages(), tmp_path)
     base = json.loads((tmp_path / "mold_report.json").read_text("utf-8"))["base"]
     assert [hole["kind"] for hole in base["holes"]] == ["gate", "riser", "vent", "vent", "lock"]
-    drawn = ElementTree.fromstring(base_svg(base))
+    page = (tmp_path / "report.html").read_text("utf-8")
+    svg = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]
+    drawn = ElementTree.fromstring(svg)
     texts = [each.text for each in drawn.iter("text")]
     assert texts[:5] == ["G", "R", "V1", "V2", "L"]
     gate, riser = list(drawn.iter("circle"))[:2]
@@ -121,7 +122,6 @@ def test_the_base_plates_holes_are_drawn_and_named(stages, tmp_path):
     vents = [float(each.get("cx")) for each in drawn.iter("circle")][2:4]
     assert small["V1"] > vents[0] + 10.0  # beside the hole, outward
     assert small["V2"] < vents[1] - 10.0
-    page = (tmp_path / "report.html").read_text("utf-8")
     assert "gate: pour in here" in page
     assert "G gate at x -6.0, z 0.0 mm" in page
     assert "2 bolts (M3 x 35" in page
@@ -131,8 +131,8 @@ def test_failing_checks_fail_the_mold_but_all_is_written(stages, tmp_path, capsy
     design = stages(checks=(PASSED, FAILED))
     with make.FOLDER.written(tmp_path / "block") as folder:
         report = make.make_mold(design, folder)
-    assert report.status == "failed"
-    assert report.failure == "1 of 2 checks failed: wall (base_plate)"
+    assert report["status"] == "failed"
+    assert report["failure"] == "1 of 2 checks failed: wall (base_plate)"
     assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
     page = (tmp_path / "block" / "report.html").read_text("utf-8")
     assert "its least wall is 0.5 mm" in page
@@ -143,7 +143,7 @@ def test_what_cannot_be_built_leaves_a_record_that_says_so(stages, tmp_path):
     design = stages(cad_error=GeometryError("side_wall_right: face 7 is an undercut"))
     with make.FOLDER.written(tmp_path / "block") as folder:
         report = make.make_mold(design, folder)
-    assert report.failure == "side_wall_right: face 7 is an undercut"
+    assert report["failure"] == "side_wall_right: face 7 is an undercut"
     names = sorted(path.name for path in (tmp_path / "block").iterdir())
     assert names == ["mold_report.json", "report.html"]
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
@@ -157,11 +157,11 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
         raise GeometryError("comb_front: the border of its flat face meets itself")
 
     design = stages(checks=(PASSED, FAILED))
-    monkeypatch.setattr("fingerdesign.mold.products.products.write_drawings", fail)
+    monkeypatch.setattr("fingerdesign.mold.make.write_drawings", fail)
     report = make.make_mold(design, tmp_path)
-    assert report.failure.startswith("comb_front: the border")
-    assert report.failure.endswith("1 of 2 checks failed: wall (base_plate)")
-    assert [check["ok"] for check in report.checks] == [True, False]
+    assert report["failure"].startswith("comb_front: the border")
+    assert report["failure"].endswith("1 of 2 checks failed: wall (base_plate)")
+    assert [check["ok"] for check in report["checks"]] == [True, False]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mold_report.json", "report.html"]
 
 
@@ -170,9 +170,9 @@ def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch
     limited = functools.partial(exploded_job, time_limit_s=0.01)
     monkeypatch.setattr(make, "exploded_job", limited)
     report = make.make_mold(design, tmp_path)
-    assert report.status == "ok"
+    assert report["status"] == "ok"
     assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")
-    assert "exploded.png" not in report.files
+    assert "exploded.png" not in report["files"]
 
 
 def test_the_shipped_schema_is_the_schema():
@@ -258,7 +258,7 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage)
     target = tmp_path / "block"
     make.write_mold(design, target)
     before = (target / "mold_report.json").read_bytes()
-    monkeypatch.setattr(f"fingerdesign.mold.products.products.{stage}", fail)
+    monkeypatch.setattr(f"fingerdesign.mold.make.{stage}", fail)
     with pytest.raises(ResultError) as reported:
         make.write_mold(design, target)
     assert str(target) in str(reported.value)

@@ -1,1 +1,0 @@
-"""The mold report: page, tables, exploded picture."""
