@@ -33,7 +33,7 @@ NAMES_INSIDE_FUNCTIONS = 80  # each for a heavy library or a light start
 MOST_LINES, MOST_FILES = 600, 20
 
 
-def said(found) -> str:
+def said(found):
     return "\n".join(f"{e.source}:{e.line} takes {e.name} from {e.target}" for e in found)
 
 
@@ -55,7 +55,7 @@ def test_few_names_are_imported_inside_functions():
     assert len(found) <= NAMES_INSIDE_FUNCTIONS, said(found)
 
 
-def outside(path) -> set[str]:
+def outside(path):
     """Packages that a file imports, wherever the import stands."""
     tree = ast.parse(path.read_text("utf-8"))
     found = set()

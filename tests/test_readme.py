@@ -28,7 +28,7 @@ PAGES = (
 )
 
 
-def blocks(kind: str) -> list[str]:
+def blocks(kind):
     return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
 
 

@@ -69,7 +69,7 @@ def command(tmp_path_factory):
     return run
 
 
-def result(folder: Path) -> dict:
+def result(folder):
     return json.loads((folder / "toy" / "result.json").read_text("utf-8"))
 
 

@@ -1,7 +1,5 @@
 """The formulas' rung: where it speaks, and that it agrees with plane strain where it should."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -21,7 +19,7 @@ materials.silicone.poissons_ratio = 0.499
 PATH = "[[0.05, 0.0], [0.1, 0.0], [0.1, 0.01], [0.1, 0.02]]"
 
 
-def motion(rows: str = PATH) -> str:
+def motion(rows=PATH):
     return f"[object]\nfriction_coefficient = 0.5\n[path]\nincrements_mm = {rows}"
 
 
@@ -56,6 +54,6 @@ def test_given_forces_come_out_and_partial_slip_is_cattaneos():
         ("", "[[0.1, 0.0, 0.0], [0.1, 0.0, 0.05]]"),
     ],
 )
-def test_where_it_does_not_speak(keys: str, rows: str):
+def test_where_it_does_not_speak(keys, rows):
     text = BARE.replace("plates.count = 0", keys) if keys else BARE
     assert analytic_readings(parse_design(text), parse_scene(motion(rows))) is None

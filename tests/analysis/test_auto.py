@@ -1,7 +1,5 @@
 """--fidelity auto end to end, on a small finger: what a result says of its ladder."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

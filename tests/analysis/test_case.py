@@ -104,7 +104,7 @@ def test_sheets_without_room_are_refused_before_meshing():
         refuse(Case(apart, SCENE, fidelity), SCENE)
 
 
-def test_the_reason_for_a_whole_model_is_the_first_that_holds() -> None:
+def test_the_reason_for_a_whole_model_is_the_first_that_holds():
     design = parse_design('design.name = "a"')
     assert _why_whole(Case(design)) == "so the mesh in mesh.file is"
     sideways = parse_scene("path.increments_mm = [[0.1, 0.0, 0.1]]")

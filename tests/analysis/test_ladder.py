@@ -1,7 +1,5 @@
 """The ladder on made-up answers: what it tries, skips, takes, and says."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +40,7 @@ ORDER = ORDERS["normal_force"]
 class Law:
     """Answers that are off by ``error`` scale^ORDER; plane strain by ``price`` besides."""
 
-    def __init__(self, error: float, price: float, dofs: int = 1000) -> None:
+    def __init__(self, error, price, dofs=1000):
         self.error, self.price, self.dofs = error, price, dofs
         self.tried: list[tuple[str, float]] = []
 

@@ -1,7 +1,5 @@
 """Readings and their errors: each relative to what the contract says."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,13 +1,11 @@
 """Our assembly against scikit-fem's own: the same matrix."""
 
-from __future__ import annotations
-
 import pytest
 from fingerdesign_bench.speed.assembly import compared
 
 
 @pytest.mark.parametrize(("dimension", "count"), [(2, 5), (3, 3)])
-def test_the_stiffness_is_that_of_scikit_fem(dimension: int, count: int) -> None:
+def test_the_stiffness_is_that_of_scikit_fem(dimension, count):
     ours, theirs, difference, dofs = compared(dimension, count)
     assert dofs == dimension * (2 * count + 1) ** dimension
     assert difference < 1e-13

@@ -30,7 +30,7 @@ def failing(found):
     return [check.name for check in Comparisons((found,), {}).checks() if not check.holds]
 
 
-def test_what_falls_short_is_reported() -> None:
+def test_what_falls_short_is_reported():
     assert failing(page()) == []
     assert page().median("open_s") == pytest.approx(0.3)
     assert failing(page(megabytes=21.0)) == ["5 designs, 3-D: size"]
@@ -39,7 +39,7 @@ def test_what_falls_short_is_reported() -> None:
 
 
 @pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")
-def test_a_page_is_measured(tmp_path) -> None:
+def test_a_page_is_measured(tmp_path):
     found = measure_comparison(quick=True)
     assert [each.requests + each.console for each in found.pages] == [(), ()]
     # By the main thread's own time, which other work on the machine does not lengthen.

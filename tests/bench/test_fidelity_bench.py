@@ -1,7 +1,5 @@
 """bench fidelity: pairs that stay the same, records that read back, and a judge that can say no."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from fingerdesign_bench.fidelity.fidelity import ReferencesMissing, judge, references, rows
@@ -29,7 +27,7 @@ def test_the_pairs_are_of_all_kinds_and_always_the_same():
     ]
 
 
-def readings(pair, error: float, price: float = 0.0) -> Readings:
+def readings(pair, error, price=0.0):
     k = len(pair.scene.path.rows)
     force = np.linspace(1.0, 2.0, k) * (1.0 + error + price)
     gages = np.full((k, pair.design.plates.number, 2), 10.0) * (1.0 + error)
@@ -37,7 +35,7 @@ def readings(pair, error: float, price: float = 0.0) -> Readings:
     return Readings(force, 0.3 * force, force, stick, gages, "both")
 
 
-def records(pair, error: float, price: float, seconds: float = 1.0) -> list[dict]:
+def records(pair, error, price, seconds=1.0):
     found = []
     for dimension, scale in rungs_of():
         flat = dimension != "3-D"

@@ -1,7 +1,5 @@
 """Designs of every kind of body, plate and core, by name, for the tests of the CAD solids."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable
 
@@ -65,7 +63,7 @@ CORES = {
 Make = Callable[..., Design]
 
 
-def make_design(body: str = "arc", plates: str = "", core: str = "") -> Design:
+def make_design(body="arc", plates="", core=""):
     """The design of these tables' kinds; its plates are not checked against its body."""
     text = [
         'design.name = "t"',
@@ -77,11 +75,11 @@ def make_design(body: str = "arc", plates: str = "", core: str = "") -> Design:
 
 
 @pytest.fixture
-def design_of() -> Make:
+def design_of():
     return make_design
 
 
-def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+def pytest_generate_tests(metafunc):
     """Tests that name ``body``, ``plates`` or ``core`` run for each kind of it."""
     for name, kinds in (("body", BODIES), ("plates", PLATES), ("core", CORES)):
         if name in metafunc.fixturenames:

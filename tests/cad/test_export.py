@@ -1,14 +1,10 @@
 """STEP and STL files: parts by name, watertight at an absolute chord tolerance, whole or not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
-from pathlib import Path
 
 import cadquery as cq
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fingerdesign.cad.export import (
     check_watertight,
@@ -28,7 +24,7 @@ from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
 Make = Callable[..., Design]
 
 
-def read_stl(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def read_stl(path):
     content = path.read_bytes()
     count = int.from_bytes(content[80:84], "little")
     assert len(content) == 84 + 50 * count
@@ -38,7 +34,7 @@ def read_stl(path: Path) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return points, inverse.reshape(-1, 3)
 
 
-def assert_files_are_true(design: Design, folder: Path) -> None:
+def assert_files_are_true(design, folder):
     files = write_cad(build_solid(design), folder, chord_tolerance_mm=0.01)
     metal = sum(plate_volume(frame) for frame in plate_frames(design))
     core = core_volume(design)
@@ -55,19 +51,19 @@ def assert_files_are_true(design: Design, folder: Path) -> None:
         assert enclosed_volume(points, triangles) == pytest.approx(wanted, rel=4e-3)
 
 
-def test_files_of_every_body(body: str, design_of: Make, tmp_path: Path) -> None:
+def test_files_of_every_body(body, design_of, tmp_path):
     assert_files_are_true(design_of(body), tmp_path)
 
 
-def test_files_of_every_kind_of_plates(plates: str, design_of: Make, tmp_path: Path) -> None:
+def test_files_of_every_kind_of_plates(plates, design_of, tmp_path):
     assert_files_are_true(design_of("arc, rounded", plates), tmp_path)
 
 
-def test_files_of_every_kind_of_core(core: str, design_of: Make, tmp_path: Path) -> None:
+def test_files_of_every_kind_of_core(core, design_of, tmp_path):
     assert_files_are_true(design_of("arc", "full span", core), tmp_path)
 
 
-def test_step_is_an_assembly_of_named_parts(design_of: Make, tmp_path: Path) -> None:
+def test_step_is_an_assembly_of_named_parts(design_of, tmp_path):
     design = design_of("dome, rounded", "bent, perforated", "standing on the base")
     solid = build_solid(design)
     path = write_step(solid, tmp_path / "finger.step")
@@ -81,12 +77,12 @@ def test_step_is_an_assembly_of_named_parts(design_of: Make, tmp_path: Path) -> 
         assert volume_of(read) == pytest.approx(volume_of(part), rel=1e-7)
 
 
-def test_a_half_is_not_exported(design_of: Make, tmp_path: Path) -> None:
+def test_a_half_is_not_exported(design_of, tmp_path):
     with pytest.raises(GeometryError, match="whole finger"):
         write_cad(build_solid(design_of("arc"), half=True), tmp_path)
 
 
-def test_holes_and_wrong_winding_are_found() -> None:
+def test_holes_and_wrong_winding_are_found():
     points, triangles = triangulate([cq.Workplane().box(1, 1, 1).val()], 0.01)
     check_watertight("box", points, triangles)
     assert enclosed_volume(points, triangles) == pytest.approx(1.0)
@@ -98,7 +94,7 @@ def test_holes_and_wrong_winding_are_found() -> None:
         check_watertight("box", points, turned)
 
 
-def test_a_failed_write_leaves_the_old_file(tmp_path: Path) -> None:
+def test_a_failed_write_leaves_the_old_file(tmp_path):
     target = tmp_path / "missing" / "finger.stl"
     with pytest.raises(GeometryError, match="could not be written"):
         write_stl([cq.Workplane().box(1, 1, 1).val()], target, 0.01)

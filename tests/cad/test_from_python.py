@@ -1,7 +1,5 @@
 """Bodies made by a CadQuery function of the user's own."""
 
-from __future__ import annotations
-
 import pytest
 
 import fingerdesign

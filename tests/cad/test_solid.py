@@ -1,7 +1,5 @@
 """CAD solids: every kind's volumes and areas against closed forms, shared faces, halves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,7 +7,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.cad.kernel import volume_of
-from fingerdesign.cad.solid import Solid, build_solid
+from fingerdesign.cad.solid import build_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
@@ -24,7 +22,7 @@ from fingerdesign.layout.volume import (
 Make = Callable[..., Design]
 
 
-def assert_true_to_the_design(solid: Solid, design: Design) -> None:
+def assert_true_to_the_design(solid, design):
     """Volumes of all parts and areas of the outer faces are those of the closed forms."""
     half, body = solid.half, design.body
     tolerance = 1e-6 if body.shape == "dome" else 1e-9
@@ -43,13 +41,13 @@ def assert_true_to_the_design(solid: Solid, design: Design) -> None:
 
 
 @pytest.mark.parametrize("half", [False, True])
-def test_every_body(body: str, half: bool, design_of: Make) -> None:
+def test_every_body(body, half, design_of):
     design = design_of(body)
     assert_true_to_the_design(build_solid(design, half), design)
 
 
 @pytest.mark.parametrize("within", ["arc", "dome", "revolved"])
-def test_every_kind_of_plates(within: str, plates: str, design_of: Make) -> None:
+def test_every_kind_of_plates(within, plates, design_of):
     if within == "revolved" and plates in ("full span", "bent", "one by one"):
         with pytest.raises(GeometryError, match="leaves the body"):
             build_solid(design_of(within, plates))
@@ -61,17 +59,17 @@ def test_every_kind_of_plates(within: str, plates: str, design_of: Make) -> None
 
 
 @pytest.mark.parametrize("half", [False, True])
-def test_every_kind_of_core(core: str, half: bool, design_of: Make) -> None:
+def test_every_kind_of_core(core, half, design_of):
     design = design_of("block", "full span", core)
     assert_true_to_the_design(build_solid(design, half), design)
 
 
-def unique_faces(solid: Solid) -> int:
+def unique_faces(solid):
     """How many faces all parts have, shared ones counted once."""
     return len({face for part in solid.parts for face in part.Faces()})
 
 
-def test_body_and_plates_share_their_faces(design_of: Make) -> None:
+def test_body_and_plates_share_their_faces(design_of):
     solid = build_solid(design_of("arc", "ends inside"))
     # 6 faces of the outline and 3 boxes of 6 faces, each face once.
     assert unique_faces(solid) == len(solid.body.Faces()) == 6 + 3 * 6
@@ -82,7 +80,7 @@ def test_body_and_plates_share_their_faces(design_of: Make) -> None:
     assert len(full.faces["end"]) == 2 * (1 + 3)
 
 
-def test_a_core_on_the_base_has_its_part_of_it(design_of: Make) -> None:
+def test_a_core_on_the_base_has_its_part_of_it(design_of):
     solid = build_solid(design_of("arc", "", "standing on the base"))
     assert solid.core is not None
     own = {face.hashCode() for face in solid.core.Faces()}
@@ -94,7 +92,7 @@ def test_a_core_on_the_base_has_its_part_of_it(design_of: Make) -> None:
     assert len(backing.faces["side"]) == 4
 
 
-def test_a_half_is_half_of_the_whole(plates: str, design_of: Make) -> None:
+def test_a_half_is_half_of_the_whole(plates, design_of):
     design = design_of("arc", plates)
     if not mirrors_in_z(design):
         with pytest.raises(GeometryError, match="does not mirror in z = 0"):
@@ -108,7 +106,7 @@ def test_a_half_is_half_of_the_whole(plates: str, design_of: Make) -> None:
         assert b.BoundingBox(1e-7).zmin == pytest.approx(0.0, abs=1e-5)
 
 
-def test_frames_of_others_can_be_built(design_of: Make) -> None:
+def test_frames_of_others_can_be_built(design_of):
     design = design_of("arc", "ends inside")
     thick = tuple(replace(frame, thickness=0.3) for frame in plate_frames(design)[:2])
     solid = build_solid(design, frames=thick)
@@ -129,14 +127,14 @@ def test_frames_of_others_can_be_built(design_of: Make) -> None:
         ({"pitch_mm": 40.0, "follow": "turned"}, "plate 0 lies beyond the contact surface"),
     ],
 )
-def test_what_cannot_be_is_named(changes: dict[str, float], message: str, design_of: Make) -> None:
+def test_what_cannot_be_is_named(changes, message, design_of):
     design = design_of("arc", "full span")
     wrong = design.plates.model_copy(update=changes)
     with pytest.raises(GeometryError, match=message):
         build_solid(design.model_copy(update={"plates": wrong}))
 
 
-def test_a_core_across_plates_or_through_the_body_is_named(design_of: Make) -> None:
+def test_a_core_across_plates_or_through_the_body_is_named(design_of):
     design = design_of("arc", "full span", "standing on the base")
     for height, message in ((11.0, "plate 0 and core overlap"), (30.0, "overlap|leaves the body")):
         assert design.body.core is not None
@@ -146,7 +144,7 @@ def test_a_core_across_plates_or_through_the_body_is_named(design_of: Make) -> N
             build_solid(design.model_copy(update={"body": body}))
 
 
-def test_a_core_that_cuts_the_body_in_two_is_refused(design_of: Make) -> None:
+def test_a_core_that_cuts_the_body_in_two_is_refused(design_of):
     design = design_of("block", "", "a backing")
     assert design.body.core is not None
     lifted = design.body.core.model_copy(update={"bottom_mm": 3.0})
@@ -155,7 +153,7 @@ def test_a_core_that_cuts_the_body_in_two_is_refused(design_of: Make) -> None:
         build_solid(design.model_copy(update={"body": body}))
 
 
-def test_a_wrong_volume_is_an_error() -> None:
+def test_a_wrong_volume_is_an_error():
     check_volume("body", 1.0 + 5e-10, 1.0, 1e-9)
     with pytest.raises(GeometryError, match="differs from 1 mm"):
         check_volume("body", 1.001, 1.0, 1e-9)
@@ -163,7 +161,7 @@ def test_a_wrong_volume_is_an_error() -> None:
         check_volume("body", float("nan"), 1.0, 1e-9)
 
 
-def test_plates_lie_where_their_frames_say(plates: str, design_of: Make) -> None:
+def test_plates_lie_where_their_frames_say(plates, design_of):
     """Points just inside and outside of each frame, tried in the CAD solid."""
     design = design_of("arc", plates)
     solid = build_solid(design)

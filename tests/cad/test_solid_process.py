@@ -1,7 +1,5 @@
 """The CAD kernel in a process: the same answers, and its failures named."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable
@@ -19,7 +17,7 @@ from fingerdesign.layout.volume import outline_volume
 Make = Callable[..., Design]
 
 
-def test_triangles_are_those_of_this_process(design_of: Make) -> None:
+def test_triangles_are_those_of_this_process(design_of):
     from fingerdesign.cad.export import enclosed_volume
     from fingerdesign.cad.solid import build_solid
     from fingerdesign.cad.tessellation import triangulate
@@ -35,20 +33,20 @@ def test_triangles_are_those_of_this_process(design_of: Make) -> None:
     assert whole == pytest.approx(outline_volume(design.body), rel=3e-3)
 
 
-def test_files_are_written_from_a_process(design_of: Make, tmp_path: Path) -> None:
+def test_files_are_written_from_a_process(design_of, tmp_path):
     files = write_finger_cad(design_of("block", "along z", "a backing"), tmp_path / "cad")
     assert set(files) == {"finger.step", "finger.stl", "body.stl", "plates.stl", "core.stl"}
     assert all(path.stat().st_size > 500 for path in files.values())
 
 
-def test_what_cannot_be_built_is_said(design_of: Make) -> None:
+def test_what_cannot_be_built_is_said(design_of):
     design = design_of("arc", "full span")
     crossing = design.plates.model_copy(update={"pitch_mm": 0.1})
     with pytest.raises(GeometryError, match="plate 0 and plate 1 overlap"):
         finger_triangles(design.model_copy(update={"plates": crossing}), 0.02)
 
 
-def test_a_kernel_that_does_not_come_back_is_ended(design_of: Make) -> None:
+def test_a_kernel_that_does_not_come_back_is_ended(design_of):
     with pytest.raises(
         GeometryError, match=r"did not finish in 0\.05 s.*request\.json"
     ) as reported:
@@ -59,7 +57,7 @@ def test_a_kernel_that_does_not_come_back_is_ended(design_of: Make) -> None:
     kept.parent.rmdir()
 
 
-def test_this_process_loads_no_cad_kernel() -> None:
+def test_this_process_loads_no_cad_kernel():
     words = "import sys, fingerdesign.cad.solid_process as p; print('OCP' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", words], capture_output=True)
     assert done.stdout.split() == [b"False"], done.stderr

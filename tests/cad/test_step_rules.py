@@ -1,9 +1,5 @@
 """The rules of [body.step]: which way is up, base and contact surface, files that will not do."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -35,7 +31,7 @@ def in_this_process(monkeypatch, tmp_path):
     facts_module._outcome.cache_clear()
 
 
-def write(work, path: Path) -> Path:
+def write(work, path):
     from cadquery import exporters
 
     exporters.export(work, str(path), exporters.ExportTypes.STEP)
@@ -50,7 +46,7 @@ def block(chamfer=1.0):
     return work.faces(">Y").edges("|Z").chamfer(chamfer)
 
 
-def fault_of(path: Path, **rules):
+def fault_of(path, **rules):
     with pytest.raises(DesignError) as caught:
         step_facts(StepFile(file=str(path), **rules))
     (fault,) = caught.value.faults

@@ -1,9 +1,5 @@
 """Solids of STEP bodies: faces named by the file's rules, plates and core fused in, halves."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import cadquery as cq
 import pytest
 
@@ -16,7 +12,7 @@ from fingerdesign.layout.volume import face_areas
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(tmp_path_factory):
     """A block of 20 x 12 x 10 mm whose upper edges are rounded; drawn upright along z."""
     path = tmp_path_factory.mktemp("step") / "block.step"
     block = cq.Workplane("XY").rect(20, 10).extrude(12).faces(">Z").edges().fillet(3.0)
@@ -24,7 +20,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def design_of(file: Path, mirrors: bool = True) -> Design:
+def design_of(file, mirrors=True):
     step = {"file": str(file), "up": "z", "mirrors_in_z": mirrors}
     sizes = {"width_mm": 20.0, "depth_mm": 10.0, "base_height_mm": 9.0}
     core = {"width_mm": 20.0, "height_mm": 2.0, "depth_mm": 6.0}
@@ -37,7 +33,7 @@ def design_of(file: Path, mirrors: bool = True) -> Design:
     )
 
 
-def test_a_step_body_is_named_and_fused(file: Path, tmp_path: Path) -> None:
+def test_a_step_body_is_named_and_fused(file, tmp_path):
     design = design_of(file)
     solids = {half: build_solid(design, half) for half in (False, True)}
     for half, solid in solids.items():
@@ -59,6 +55,6 @@ def test_a_step_body_is_named_and_fused(file: Path, tmp_path: Path) -> None:
     assert "core.stl" in write_cad(whole, tmp_path)
 
 
-def test_a_half_is_refused_where_the_user_does_not_vouch_for_it(file: Path) -> None:
+def test_a_half_is_refused_where_the_user_does_not_vouch_for_it(file):
     with pytest.raises(GeometryError, match="mirrors_in_z is false"):
         build_solid(design_of(file, mirrors=False), half=True)

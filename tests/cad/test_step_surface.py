@@ -1,7 +1,5 @@
 """STEP bodies read back: heights, distances, normals, volumes and areas against closed forms."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +22,7 @@ BODIES = {
 }
 
 
-def write(work, path: Path) -> str:
+def write(work, path):
     from cadquery import exporters
 
     exporters.export(work, str(path), exporters.ExportTypes.STEP)
@@ -120,7 +118,7 @@ def steps(tmp_path_factory):
         }
 
 
-def near(body: Body, count: int = 400):
+def near(body, count=400):
     rng = np.random.default_rng(4)
     x = rng.uniform(-0.49, 0.49, count) * body.width_mm
     z = rng.uniform(-0.49, 0.49, count) * body.depth_mm

@@ -1,13 +1,9 @@
 """The contact surface in closed form: projection, normal, distance."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fingerdesign import parse_design
-from fingerdesign.design.schema import Body
 from fingerdesign.layout.surface import ContactSurface
 
 BODIES = {
@@ -19,11 +15,11 @@ BODIES = {
 }
 
 
-def body_of(kind: str) -> Body:
+def body_of(kind):
     return parse_design(f'design.name = "t"\n{BODIES[kind]}').body
 
 
-def points_near(body: Body) -> NDArray[np.float64]:
+def points_near(body):
     rng = np.random.default_rng(5)
     x, z = rng.uniform(-8, 8, 200), rng.uniform(-4.5, 4.5, 200)
     y = ContactSurface.of(body).height(x, z) + rng.uniform(-1.5, 1.5, 200)
@@ -31,7 +27,7 @@ def points_near(body: Body) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("kind", BODIES)
-def test_projection_is_the_nearest_point_of_the_surface(kind: str) -> None:
+def test_projection_is_the_nearest_point_of_the_surface(kind):
     body = body_of(kind)
     surface, points = ContactSurface.of(body), points_near(body)
     feet = surface.project(points)
@@ -49,7 +45,7 @@ def test_projection_is_the_nearest_point_of_the_surface(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", BODIES)
-def test_normal_is_the_gradient_of_the_distance_and_points_outward(kind: str) -> None:
+def test_normal_is_the_gradient_of_the_distance_and_points_outward(kind):
     body = body_of(kind)
     surface, points = ContactSurface.of(body), points_near(body)
     normal = surface.normal(points)
@@ -61,13 +57,13 @@ def test_normal_is_the_gradient_of_the_distance_and_points_outward(kind: str) ->
     assert np.all(surface.distance(points + 0.1 * normal) > surface.distance(points))
 
 
-def test_distance_is_positive_outside() -> None:
+def test_distance_is_positive_outside():
     surface = ContactSurface.of(body_of("arc"))
     above = np.array([[0.0, surface.crest + 0.5], [0.0, surface.crest - 0.25]])
     np.testing.assert_allclose(surface.distance(above), [0.5, -0.25], atol=1e-12)
 
 
-def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle() -> None:
+def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
     body = parse_design('design.name="t"\nbody.arc_radius_mm=10.0\nplates.count=0').body
     surface = ContactSurface.of(body)
     points = np.array([[9.5, 1.0, 0.0], [0.0, 19.9, 0.0], [0.0, 20.1, 0.0], [8.0, 16.1, 0.0]])
@@ -76,14 +72,14 @@ def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle() -> 
     assert surface.lowest == pytest.approx(10.0)
 
 
-def test_section_points_agree_with_points_at_z_0() -> None:
+def test_section_points_agree_with_points_at_z_0():
     body = body_of("dome")
     surface, points = ContactSurface.of(body), points_near(body) * [1.0, 1.0, 0.0]
     np.testing.assert_allclose(surface.distance(points[:, :2]), surface.distance(points))
     np.testing.assert_allclose(surface.project(points[:, :2]), surface.project(points)[:, :2])
 
 
-def test_curvatures_at_the_crest() -> None:
+def test_curvatures_at_the_crest():
     surface = ContactSurface.of(body_of("dome"))
     step = 1e-3
     drop_x = surface.crest - float(surface.height(step, 0.0))

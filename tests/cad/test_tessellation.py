@@ -1,22 +1,18 @@
 """Triangles keep an absolute chord on every kind of face, shared faces once, vertices merged."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import cadquery as cq
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
 from fingerdesign.cad import tessellation
 from fingerdesign.cad.export import check_watertight, enclosed_volume
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.tessellation import merge_vertices, triangulate, triangulate_measured
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
-from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 
 Make = Callable[..., Design]
@@ -24,7 +20,7 @@ Make = Callable[..., Design]
 SHARES = np.vstack([np.random.default_rng(8).dirichlet([1.0, 1.0, 1.0], 12), np.ones((1, 3)) / 3])
 
 
-def places_on(vertices: Array, triangles: NDArray[np.int64], off: Array) -> Array:
+def places_on(vertices, triangles, off):
     """Places (triangles, 13, 3) on those triangles whose corners are on a face: ``off`` (n,)."""
     chosen = triangles[np.all(np.abs(off)[triangles] < 1e-6, axis=1)]
     a, b, c = (vertices[chosen[:, i]] for i in range(3))
@@ -36,7 +32,7 @@ def places_on(vertices: Array, triangles: NDArray[np.int64], off: Array) -> Arra
 
 
 @pytest.mark.parametrize("tolerance", [0.05, 0.004])
-def test_the_chord_is_kept_on_every_body(body: str, tolerance: float, design_of: Make) -> None:
+def test_the_chord_is_kept_on_every_body(body, tolerance, design_of):
     design = design_of(body)
     surface = surface_of(design.body)
     vertices, triangles = triangulate([build_solid(design).outline], tolerance)
@@ -48,9 +44,7 @@ def test_the_chord_is_kept_on_every_body(body: str, tolerance: float, design_of:
     assert 0.0 < away.max() <= 1.02 * tolerance
 
 
-def test_where_the_kernel_exceeds_the_chord_it_is_requested_again(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_where_the_kernel_exceeds_the_chord_it_is_requested_again(monkeypatch):
     """A dome whose arc is a half circle, of those met at random: 1.7 times at 0.75 tolerances."""
     text = {
         "shape": "dome",
@@ -79,7 +73,7 @@ def test_where_the_kernel_exceeds_the_chord_it_is_requested_again(
     assert worst[1] == "kept"
 
 
-def skin_distance(frame: PlateFrame, points: Array) -> Array:
+def skin_distance(frame, points):
     """Distance (n,) to the nearest of a plate's faces and holes."""
     s, v = frame.local(points).T
     w = frame.across(points)
@@ -96,7 +90,7 @@ def skin_distance(frame: PlateFrame, points: Array) -> Array:
     return np.asarray(np.min(found, axis=0))
 
 
-def test_the_chord_is_kept_on_every_plate(plates: str, design_of: Make) -> None:
+def test_the_chord_is_kept_on_every_plate(plates, design_of):
     design = design_of("arc", plates)
     for frame, plate in zip(plate_frames(design), build_solid(design).plates, strict=True):
         for tolerance in (0.01, 0.002):
@@ -106,7 +100,7 @@ def test_the_chord_is_kept_on_every_plate(plates: str, design_of: Make) -> None:
             assert skin_distance(frame, places).max() <= tolerance
 
 
-def test_faces_shared_by_parts_come_once(core: str, design_of: Make) -> None:
+def test_faces_shared_by_parts_come_once(core, design_of):
     solid = build_solid(design_of("arc", "perforated", core))
     together = len(triangulate(solid.parts, 0.02)[1])
     alone = sum(len(triangulate([part], 0.02)[1]) for part in solid.parts)
@@ -121,14 +115,14 @@ def test_faces_shared_by_parts_come_once(core: str, design_of: Make) -> None:
     assert enclosed_volume(*outside) > 0.0
 
 
-def test_a_senseless_tolerance_is_refused(design_of: Make) -> None:
+def test_a_senseless_tolerance_is_refused(design_of):
     outline = build_solid(design_of("arc")).outline
     for tolerance in (0.0, -1.0, np.nan, np.inf):
         with pytest.raises(GeometryError, match="must be above 0"):
             triangulate([outline], tolerance)
 
 
-def test_near_vertices_become_one() -> None:
+def test_near_vertices_become_one():
     base = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
     doubled = np.vstack([base, base + 3e-9])
     points, triangles = merge_vertices(doubled, np.array([[0, 1, 2], [3, 4, 5], [0, 3, 1]]))
@@ -137,7 +131,7 @@ def test_near_vertices_become_one() -> None:
 
 
 @pytest.mark.parametrize("kind", ["cylinder", "cone", "sphere", "torus"])
-def test_the_greatest_chord_is_measured(kind: str) -> None:
+def test_the_greatest_chord_is_measured(kind):
     solid = {
         "cylinder": lambda: cq.Solid.makeCylinder(3.0, 4.0),
         "cone": lambda: cq.Solid.makeCone(3.0, 1.0, 4.0),

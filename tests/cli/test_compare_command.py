@@ -21,7 +21,7 @@ def study(tmp_path):
     return folder
 
 
-def test_page_csv_and_outcomes(study, tmp_path, capsys) -> None:
+def test_page_csv_and_outcomes(study, tmp_path, capsys):
     out = tmp_path / "new" / "page.html"
     csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
     requested = ["compare", str(study), "--out", str(out), "--csv", str(csv), "--json", str(lines)]
@@ -35,7 +35,7 @@ def test_page_csv_and_outcomes(study, tmp_path, capsys) -> None:
     assert sorted(path.name for path in out.parent.iterdir()) == ["page.html"]
 
 
-def test_json_on_stdout(study, tmp_path, capsys) -> None:
+def test_json_on_stdout(study, tmp_path, capsys):
     out = tmp_path / "page.html"
     assert main(["compare", str(study), "--out", str(out), "--json", "-"]) == 0
     reported = json.loads(capsys.readouterr().out)
@@ -53,7 +53,7 @@ def test_json_on_stdout(study, tmp_path, capsys) -> None:
         (["nowhere"], "RESULT = nowhere"),
     ],
 )
-def test_wrong_input_is_named(study, tmp_path, capsys, more, named) -> None:
+def test_wrong_input_is_named(study, tmp_path, capsys, more, named):
     out = tmp_path / "page.html"
     assert main(["compare", str(study), "--out", str(out), *more]) == 2
     assert named in capsys.readouterr().err
@@ -61,18 +61,18 @@ def test_wrong_input_is_named(study, tmp_path, capsys, more, named) -> None:
 
 
 @pytest.mark.parametrize("where", ["study", "study/outcomes.jsonl", "study/outcomes.jsonl/x.html"])
-def test_nothing_of_the_study_is_written_over(study, tmp_path, capsys, where) -> None:
+def test_nothing_of_the_study_is_written_over(study, tmp_path, capsys, where):
     assert main(["compare", str(study), "--out", str(tmp_path / where)]) == 2
     assert "choose another" in capsys.readouterr().err
     assert read_outcomes([study]) == MADE
 
 
-def test_the_page_is_an_html_file(study, tmp_path, capsys) -> None:
+def test_the_page_is_an_html_file(study, tmp_path, capsys):
     assert main(["compare", str(study), "--out", str(tmp_path / "page.txt")]) == 2
     assert "must end in .html" in capsys.readouterr().err
 
 
-def test_what_is_left_out_is_said(study, tmp_path, capsys) -> None:
+def test_what_is_left_out_is_said(study, tmp_path, capsys):
     good = next(each for each in MADE if each.status == "ok")
     plain = replace(good, digest="f" * 64, name="plain", metrics={"cost": 1.0})
     extra = tmp_path / "extra.jsonl"

@@ -1,9 +1,6 @@
 """``fingerdesign grip``: options over the design's table, the record it leaves, exit codes."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import pytest
 from fingerdesign_cli.main import main
@@ -26,15 +23,13 @@ max_steps = 12
 
 
 @pytest.fixture
-def design(tmp_path: Path) -> Path:
+def design(tmp_path):
     path = tmp_path / "coarse.toml"
     path.write_text(DESIGN)
     return path
 
 
-def test_each_friction_is_lifted_once_and_recorded(
-    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_each_friction_is_lifted_once_and_recorded(design, tmp_path, capsys):
     options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
     assert main(["grip", str(design), "--out", str(tmp_path / "out"), *options, "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
@@ -50,9 +45,7 @@ def test_each_friction_is_lifted_once_and_recorded(
     assert (tmp_path / "out/coarse/report.html").is_file()
 
 
-def test_wrong_options_are_faults_of_the_table(
-    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_wrong_options_are_faults_of_the_table(design, tmp_path, capsys):
     options = ["--controller", "magic", "--friction", "-1", "--mass-g", "0"]
     assert main(["grip", str(design), "--out", str(tmp_path / "out"), *options]) == 2
     reported = capsys.readouterr().err
@@ -61,18 +54,14 @@ def test_wrong_options_are_faults_of_the_table(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_finger_that_feels_nothing_cannot_grip(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, capsys):
     path = tmp_path / "plain.toml"
     path.write_text('design.name = "plain"\nplates.count = 0\n')
     assert main(["grip", str(path), "--out", str(tmp_path / "out")]) == 2
     assert "plates.count" in capsys.readouterr().err
 
 
-def test_a_faulty_option_is_one_fault_that_names_it(
-    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_faulty_option_is_one_fault_that_names_it(design, tmp_path, capsys):
     arguments = ["grip", str(design), "--out", str(tmp_path / "out")]
     assert main([*arguments, "--friction", "0", "--mass-g", "-3"]) == 2
     first, second = capsys.readouterr().err.splitlines()
@@ -80,6 +69,6 @@ def test_a_faulty_option_is_one_fault_that_names_it(
     assert second.startswith("--mass-g (grip.object_mass_g) = -3.0: must be more than 0")
 
 
-def test_out_is_no_file(design: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_out_is_no_file(design, capsys):
     assert main(["grip", str(design), "--out", str(design)]) == 2
     assert "--out" in capsys.readouterr().err

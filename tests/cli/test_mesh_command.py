@@ -1,7 +1,5 @@
 """``fingerdesign mesh``: what it writes, and its exit codes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -28,16 +26,14 @@ mesh.plate_size_mm = 1.0
 
 
 @pytest.fixture
-def design(tmp_path: Path) -> Path:
+def design(tmp_path):
     path = tmp_path / "small.toml"
     path.write_text(DESIGN)
     return path
 
 
 @pytest.mark.parametrize(("fidelity", "dimension"), [("plane-strain", 2), ("3d", 3)])
-def test_mesh_report_and_picture_are_written(
-    fidelity: str, dimension: int, design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_mesh_report_and_picture_are_written(fidelity, dimension, design, tmp_path, capsys):
     out = tmp_path / "out"
     options = ["--fidelity", fidelity, "--format", "vtu", "--format", "msh", "--quiet", "--json"]
     assert main(["mesh", str(design), "--out", str(out), *options]) == 0
@@ -59,7 +55,7 @@ def test_mesh_report_and_picture_are_written(
     assert f"{report['elements']}" in (out / "quality.txt").read_text()
 
 
-def test_a_wrong_design_is_bad_input(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_design_is_bad_input(tmp_path, capsys):
     path = tmp_path / "wrong.toml"
     path.write_text('design.name = "wrong"\nmesh.contact_size = 1.0\n')
     assert main(["mesh", str(path), "--out", str(tmp_path / "out")]) == 2
@@ -67,7 +63,7 @@ def test_a_wrong_design_is_bad_input(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert not (tmp_path / "out").exists()
 
 
-def refuse(*_: object) -> None:
+def refuse(*_):
     raise AssertionError("meshing has begun")
 
 
@@ -81,12 +77,8 @@ def refuse(*_: object) -> None:
     ],
 )
 def test_wrong_options_are_bad_input_before_any_meshing(
-    options: list[str],
-    words: str,
-    design: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+    options, words, design, monkeypatch, capsys
+):
     monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
     monkeypatch.chdir(design.parent)
     assert main(["mesh", str(design), "--out", "out", *options]) == 2
@@ -101,13 +93,7 @@ def test_wrong_options_are_bad_input_before_any_meshing(
         ('mesh.mesher = "file"\nmesh.file = "along.toml"', "which reads no mesh.file"),
     ],
 )
-def test_a_section_that_analyse_refuses_is_not_meshed(
-    text: str,
-    words: str,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_section_that_analyse_refuses_is_not_meshed(text, words, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
     path, out = tmp_path / "along.toml", tmp_path / "out"
     path.write_text(f'design.name = "along"\nplates.count = 1\n{text}\n')
@@ -117,12 +103,7 @@ def test_a_section_that_analyse_refuses_is_not_meshed(
     assert not out.exists()
 
 
-def test_a_mesh_made_elsewhere_is_read_beside_its_design(
-    design: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monkeypatch, capsys):
     out = tmp_path / "out"
     options = ["--no-picture", "--quiet", "--format", "inp", "--format", "inp"]
     assert main(["mesh", str(design), "--out", str(out), *options]) == 0
@@ -143,9 +124,7 @@ def test_a_mesh_made_elsewhere_is_read_beside_its_design(
     assert not (tmp_path / "third").exists()
 
 
-def test_a_mesh_of_another_design_fails_and_says_why(
-    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["mesh", str(design), "--out", str(out), "--no-picture", "--format", "msh"]) == 0
     text = DESIGN.replace('"extrude"', '"file"\nmesh.file = "out/mesh.msh"')
@@ -154,9 +133,7 @@ def test_a_mesh_of_another_design_fails_and_says_why(
     assert "lacks plate_1 (found: elastomer, plate_0)" in capsys.readouterr().err
 
 
-def test_a_shipped_scene_is_found_by_name(
-    design: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_shipped_scene_is_found_by_name(design, tmp_path, capsys):
     options = ["--fidelity", "plane-strain", "--scene", "fundamental", "--format", ".vtk"]
     assert main(["mesh", str(design), "--out", str(tmp_path / "out"), *options]) == 0
     assert (tmp_path / "out/mesh.vtk").is_file()
@@ -165,9 +142,7 @@ def test_a_shipped_scene_is_found_by_name(
 
 @pytest.mark.parametrize("ending", ENDINGS)
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_every_ending_offered_keeps_the_quadratic_cells(
-    ending: str, dimension: int, tmp_path: Path
-) -> None:
+def test_every_ending_offered_keeps_the_quadratic_cells(ending, dimension, tmp_path):
     corners = np.vstack([np.zeros(dimension), np.eye(dimension)])
     pairs = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)][: 3 * (dimension - 1)]
     middles = [0.5 * (corners[a] + corners[b]) for a, b in pairs]

@@ -21,7 +21,7 @@ BAD = "a\x1b[31m\x9b2J\u202e\x07\x7fb"
     ],
     ids=range(8),
 )
-def test_arguments(arguments, tmp_path, monkeypatch, capsys) -> None:
+def test_arguments(arguments, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert main(arguments) in (1, 2)
@@ -31,14 +31,14 @@ def test_arguments(arguments, tmp_path, monkeypatch, capsys) -> None:
     assert "\\u202e" in said.err or "\\udcff" in said.err
 
 
-def test_what_a_file_holds(tmp_path, capsys) -> None:
+def test_what_a_file_holds(tmp_path, capsys):
     path = tmp_path / "d.toml"
     path.write_text('[design]\nname = "a\\u001b[31m\\u202e"\n"k\\u001b" = 1\n')
     assert main(["check", str(path)]) == 2
     assert all(line.isprintable() for line in capsys.readouterr().err.splitlines())
 
 
-def test_tables(capsys) -> None:
+def test_tables(capsys):
     print_table(BAD, [BAD, "b"], [[BAD, "1"]])
     said = capsys.readouterr().out
     assert all(line.isprintable() for line in said.splitlines())

@@ -1,10 +1,7 @@
 """``fingerdesign replay``: a recorded grip put before a controller; faulty ones refused."""
 
-from __future__ import annotations
-
 import csv
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -41,7 +38,7 @@ MOVES = [(0.0, 0.004)] * 10 + [(0.004, 0.004)] * 20
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A design's file and a grip "recorded" on its model, a little noisy."""
     folder = tmp_path_factory.mktemp("replay")
     (folder / "coarse.toml").write_text(DESIGN)
@@ -53,15 +50,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def run(folder: Path, out: Path, *options: str, trace: str = "grip.csv") -> int:
+def run(folder, out, *options, trace="grip.csv"):
     return main(
         ["replay", str(folder / "coarse.toml"), str(folder / trace), "--out", str(out), *options]
     )
 
 
-def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(folder, tmp_path, capsys):
     assert run(folder, tmp_path, "--json", "--controller", "reactive") == 0
     printed = json.loads(capsys.readouterr().out)
     record = json.loads((tmp_path / "coarse/replay.json").read_text())
@@ -78,18 +73,14 @@ def test_what_the_controller_asks_for_stands_beside_what_the_rig_did(
     assert record["asked_shear_mm"] == pytest.approx(total, rel=1e-6)
 
 
-def test_the_table_is_for_people(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_table_is_for_people(folder, tmp_path, capsys):
     assert run(folder, tmp_path) == 0
     shown = capsys.readouterr().out
     assert "the rig" in shown
     assert "rows 10 to 31 of grip.csv" in shown
 
 
-def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(folder, tmp_path, capsys):
     lines = (folder / "grip.csv").read_text().splitlines()
     cells = lines[6].split(",")
     cells[5], cells[7] = "nan", ""
@@ -102,9 +93,7 @@ def test_a_faulty_trace_is_refused_by_row_and_column_and_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_another_fingers_trace_and_unfit_controllers_are_refused(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_another_fingers_trace_and_unfit_controllers_are_refused(folder, tmp_path, capsys):
     few = [",".join(line.split(",")[:10]) for line in (folder / "grip.csv").read_text().split()]
     (folder / "few.csv").write_text("\n".join(few))
     assert run(folder, tmp_path, trace="few.csv") == 2
@@ -119,9 +108,7 @@ def test_another_fingers_trace_and_unfit_controllers_are_refused(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_estimator_reports_and_the_regulator_asks(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys):
     """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
     gages, rng = 15, np.random.default_rng(0)
     curves = FingerCurves(np.array([0.0, 5.0]), np.zeros((2, gages)), np.full((2, gages), 1.0))
@@ -159,9 +146,7 @@ def test_an_estimator_reports_and_the_regulator_asks(
     )
 
 
-def test_a_folder_of_something_else_is_left_alone(
-    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, capsys):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/control.json").write_text("{}")
     for command in (

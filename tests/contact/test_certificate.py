@@ -11,7 +11,7 @@ FORCES = np.array([[2.0, 0.4, 0.0], [4.0, -2.0, 0.0], [0.0, 0.0, 0.0]])  # N
 MOTION = np.array([[0.0, 0.0, 0.0], [0.0, 0.03, 0.0], [0.02, 0.1, 0.0]])  # mm
 
 
-def of(node: int, part: int, force: float | None = None, motion: float | None = None):
+def of(node, part, force=None, motion=None):
     """The certificate with one entry of the forces or of the motion changed."""
     forces, moved = FORCES.copy(), MOTION.copy()
     if force is not None:

@@ -1,7 +1,5 @@
 """The estimator's file, its features, and the regulator's moves on what a fake estimator tells."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

@@ -12,7 +12,7 @@ from fingerdesign.fem.factor import Condensation
 from fingerdesign.mesh.types import quadratic
 
 
-def box(dimension: int, n: int, jitter: float = 0.0, seed: int = 1):
+def box(dimension, n, jitter=0.0, seed=1):
     """Quadratic simplices of the unit square or cube; inner nodes moved by ``jitter`` of h."""
     axis = np.linspace(0, 1, n + 1)
     mesh = (skfem.MeshTri if dimension == 2 else skfem.MeshTet).init_tensor(*[axis] * dimension)
@@ -26,7 +26,7 @@ def box(dimension: int, n: int, jitter: float = 0.0, seed: int = 1):
     return quadratic(points, cells)
 
 
-def full(upper: sp.csr_matrix) -> sp.csr_matrix:
+def full(upper):
     return (upper + sp.triu(upper, k=1).T).tocsr()
 
 

@@ -1,17 +1,13 @@
 """Sheets against plate theory: patches, a beam's rate, rigid motions, gages, solid plates."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.sparse.linalg import spsolve
 
 from fingerdesign import parse_design, with_values
-from fingerdesign.arrays import Array
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.model import build_model
@@ -20,7 +16,6 @@ from fingerdesign.fem.sheet import SheetFacets, sheet_of, sheet_stiffness
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.shapes.objects import Plane
 
 E, NU, T, LENGTH = 1.35e5, 0.33, 0.1, 2.0
@@ -44,24 +39,24 @@ FRAME = plate_frames(DESIGN)[0]
 
 
 @pytest.fixture(scope="module", params=["section", "half", "whole"])
-def mesh(request: pytest.FixtureRequest) -> Mesh:
+def mesh(request):
     if request.param == "section":
         return mesh_section(DESIGN, 1.0)
     return extrude(DESIGN, 1.0, request.param == "half")
 
 
-def stiffness(mesh: Mesh, nu: float = NU) -> sp.csr_matrix:
+def stiffness(mesh, nu=NU):
     upper = sheet_stiffness(mesh, [FRAME], E, nu)
     return sp.csr_matrix(upper + sp.triu(upper, k=1).T)
 
 
-def coordinates(mesh: Mesh) -> tuple[Array, Array, Array]:
+def coordinates(mesh):
     """Places of all nodes along the plate, across it, and in z."""
     along, across = FRAME.local(mesh.points).T
     return along, across, mesh.points[:, 2] if mesh.dimension == 3 else 0.0 * along
 
 
-def field(mesh: Mesh, along: Array, across: Array, z: Array | None = None) -> Array:
+def field(mesh, along, across, z=None):
     """Displacements (n dim,) with the given components along the plate, across it and in z."""
     flat = along[:, None] * FRAME.axis + across[:, None] * FRAME.normal
     if mesh.dimension == 3:
@@ -69,11 +64,11 @@ def field(mesh: Mesh, along: Array, across: Array, z: Array | None = None) -> Ar
     return np.asarray(flat.reshape(-1))
 
 
-def width(mesh: Mesh) -> float:
+def width(mesh):
     return 1.0 if mesh.dimension == 2 else (1.0 if mesh.symmetric else 2.0)
 
 
-def test_rigid_motions_cost_nothing(mesh: Mesh) -> None:
+def test_rigid_motions_cost_nothing(mesh):
     matrix, (s, n, z) = stiffness(mesh), coordinates(mesh)
     one = np.ones_like(s)
     motions = [field(mesh, one, 0 * s), field(mesh, 0 * s, one), field(mesh, -n, s)]
@@ -88,7 +83,7 @@ def test_rigid_motions_cost_nothing(mesh: Mesh) -> None:
         assert np.abs(matrix @ motion).max() < 1e-12 * scale
 
 
-def test_never_negative_and_no_more_free_motions() -> None:
+def test_never_negative_and_no_more_free_motions():
     mesh = mesh_section(DESIGN, 1.0)
     sheet = sheet_of(mesh, FRAME)
     values = np.linalg.eigvalsh(stiffness(mesh)[sheet.dofs][:, sheet.dofs].toarray())
@@ -96,7 +91,7 @@ def test_never_negative_and_no_more_free_motions() -> None:
     assert (values < 1e-10 * values[-1]).sum() == 3
 
 
-def test_stretching_patch(mesh: Mesh) -> None:
+def test_stretching_patch(mesh):
     """Pulled along, free across: the energy of plane stress, and forces at the ends only."""
     matrix, (s, n, z) = stiffness(mesh), coordinates(mesh)
     stretch = 1e-3
@@ -113,7 +108,7 @@ def test_stretching_patch(mesh: Mesh) -> None:
     assert np.abs(force[inside]).max() < 1e-9 * np.abs(force).max()
 
 
-def test_bending_patch(mesh: Mesh) -> None:
+def test_bending_patch(mesh):
     """w quadratic along and in z, the faces turning with it: the plate's energy exactly."""
     matrix, (s, n, z) = stiffness(mesh), coordinates(mesh)
     a, b = 0.02, 0.013 if mesh.dimension == 3 else 0.0
@@ -125,7 +120,7 @@ def test_bending_patch(mesh: Mesh) -> None:
     assert 0.5 * u @ matrix @ u == pytest.approx(density * LENGTH * width(mesh), rel=1e-9)
 
 
-def beam(mesh: Mesh) -> float:
+def beam(mesh):
     """Worst error, over the largest deflection, of a simply supported strip under even load."""
     sheet: SheetFacets = sheet_of(mesh, FRAME)
     matrix, (s, _, _) = stiffness(mesh, 0.0), coordinates(mesh)
@@ -163,7 +158,7 @@ def beam(mesh: Mesh) -> float:
     return float(np.abs(mean - exact).max() / exact.max())
 
 
-def test_a_beam_bends_at_fourth_order() -> None:
+def test_a_beam_bends_at_fourth_order():
     sizes, errors = (0.4, 0.2, 0.1, 0.05), []
     for size in sizes:
         keys = {"mesh.section.plate_size_mm": size, "mesh.section.plate_end_size_mm": size}
@@ -173,7 +168,7 @@ def test_a_beam_bends_at_fourth_order() -> None:
     assert errors[-1] < 1e-6
 
 
-def test_a_strip_bends_like_a_beam_in_space() -> None:
+def test_a_strip_bends_like_a_beam_in_space():
     coarse, fine = (
         beam(extrude(DESIGN, 1.0, sizes=DESIGN.mesh.section.model_copy(update=sizes)))
         for sizes in (
@@ -185,7 +180,7 @@ def test_a_strip_bends_like_a_beam_in_space() -> None:
     assert fine < 0.2 * coarse
 
 
-def test_gages_read_stretch_and_bending(mesh: Mesh) -> None:
+def test_gages_read_stretch_and_bending(mesh):
     rows = sheet_gage_rows(mesh, [FRAME], DESIGN.gages)
     s, n, z = coordinates(mesh)
     stretch, curvature = 3e-4, 0.02
@@ -194,7 +189,7 @@ def test_gages_read_stretch_and_bending(mesh: Mesh) -> None:
     np.testing.assert_allclose(rows @ u, [stretch - bending, stretch + bending], rtol=1e-9)
 
 
-def test_strain_inside_a_sheet(mesh: Mesh) -> None:
+def test_strain_inside_a_sheet(mesh):
     """At its centre the plate's own strain, turned into the global axes."""
     s, n, z = coordinates(mesh)
     u = field(mesh, 1e-3 * s + 4e-4 * z, 0.0 * n, 2e-4 * s)
@@ -214,13 +209,13 @@ def test_strain_inside_a_sheet(mesh: Mesh) -> None:
     np.testing.assert_allclose(got, wanted, atol=1e-12)
 
 
-def test_a_mesh_without_slots_is_refused() -> None:
+def test_a_mesh_without_slots_is_refused():
     solid = mesh_section(with_values(DESIGN, {"plates.model": "solid"}), 1.0)
     with pytest.raises(SolverError, match=r"no slot for plate 0.*plates\.model = 'sheet'"):
         sheet_stiffness(solid, [FRAME], E, NU)
 
 
-def loaded(design: Design, fidelity: str = "section") -> tuple[float, float, Array]:
+def loaded(design, fidelity="section"):
     """F_n, F_t and the gages (plates, 2) pressed by 0.3 mm, then sheared by 0.2 mm."""
     mesh = mesh_section(design, 3.0) if fidelity == "section" else extrude(design, 3.0)
     model = build_model(design, mesh, 3.0).reduced
@@ -241,7 +236,7 @@ THREE = with_values(
 )
 
 
-def test_sheets_against_solid_plates() -> None:
+def test_sheets_against_solid_plates():
     sheet = loaded(THREE)
     solid = loaded(
         with_values(
@@ -260,7 +255,7 @@ def test_sheets_against_solid_plates() -> None:
     assert np.abs(sheet[2] - solid[2]).max() < 0.03 * np.abs(solid[2]).max()
 
 
-def test_sheets_of_rubber_are_rubber() -> None:
+def test_sheets_of_rubber_are_rubber():
     """Plates of the body's own material: the finger without plates, to the model's own error."""
     keys: dict[str, object] = {
         "materials.phosphor_bronze.youngs_modulus_MPa": 4.96,
@@ -273,7 +268,7 @@ def test_sheets_of_rubber_are_rubber() -> None:
 
 
 @pytest.mark.slow
-def test_sheets_against_solid_plates_in_space() -> None:
+def test_sheets_against_solid_plates_in_space():
     keys = {"mesh.plate_size_mm": 0.3, "mesh.contact_size_mm": 0.4, "body.depth_mm": 4.0}
     sheet = loaded(with_values(THREE, keys), "space")
     solid = loaded(with_values(THREE, keys | {"plates.model": "solid"}), "space")

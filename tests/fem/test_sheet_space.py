@@ -1,12 +1,9 @@
 """Sheets in tetrahedra, along x or z, of any span: uniform strain, rigid motions, gages."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import assemble_stiffness
@@ -27,7 +24,7 @@ FRAMES = {
 GAGES = Gages(length_mm=0.8, width_mm=0.6, z_mm=0.2)
 
 
-def slotted(frame: PlateFrame) -> Mesh:
+def slotted(frame):
     """A block around one plate, in its axes, with a slot; shaken off the mid-surface."""
     s, v, w = np.meshgrid(*(np.linspace(-2, 2, 9), np.linspace(-2, 2, 9), np.linspace(-2, 2, 9)))
     local = np.stack([s.ravel(), v.ravel(), w.ravel()], axis=1)
@@ -56,18 +53,18 @@ def slotted(frame: PlateFrame) -> Mesh:
 
 
 @pytest.fixture(scope="module", params=list(FRAMES))
-def case(request: pytest.FixtureRequest) -> tuple[PlateFrame, Mesh]:
+def case(request):
     frame = FRAMES[request.param]
     return frame, slotted(frame)
 
 
-def axes(frame: PlateFrame) -> Array:
+def axes(frame):
     """Rows: unit vectors along the plate, through it, across."""
     both = frame.direction(np.stack([frame.axis, frame.normal]))
     return np.vstack([both, frame.to_space(np.zeros(2), 1.0)])
 
 
-def whole(mesh: Mesh, frame: PlateFrame) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+def whole(mesh, frame):
     """Stiffness of the rubber and of a sheet of the same material."""
     count = len(mesh.cells)
     rubber = assemble_stiffness(mesh.points, mesh.cells, np.full(count, E), np.full(count, NU))
@@ -75,7 +72,7 @@ def whole(mesh: Mesh, frame: PlateFrame) -> tuple[sp.csr_matrix, sp.csr_matrix]:
     return tuple(sp.csr_matrix(m + sp.triu(m, k=1).T) for m in (rubber, sheet))
 
 
-def test_rigid_motions_cost_nothing(case: tuple[PlateFrame, Mesh]) -> None:
+def test_rigid_motions_cost_nothing(case):
     frame, mesh = case
     _, sheet = whole(mesh, frame)
     scale = abs(sheet).max()
@@ -85,7 +82,7 @@ def test_rigid_motions_cost_nothing(case: tuple[PlateFrame, Mesh]) -> None:
             assert np.abs(sheet @ motion.ravel()).max() < 1e-10 * scale
 
 
-def test_no_other_motion_is_free(case: tuple[PlateFrame, Mesh]) -> None:
+def test_no_other_motion_is_free(case):
     frame, mesh = case
     dofs = sheet_of(mesh, frame).dofs
     _, sheet = whole(mesh, frame)
@@ -93,7 +90,7 @@ def test_no_other_motion_is_free(case: tuple[PlateFrame, Mesh]) -> None:
     assert (np.abs(values) < 1e-9 * values[-1]).sum() == 6
 
 
-def test_uniform_strain_crosses_the_slot(case: tuple[PlateFrame, Mesh]) -> None:
+def test_uniform_strain_crosses_the_slot(case):
     """A sheet of rubber in a block of rubber stores what a full block does, and bears on it as a
     full block would, but where the rim lumps what square ends spread over their height."""
     frame, mesh = case
@@ -117,7 +114,7 @@ def test_uniform_strain_crosses_the_slot(case: tuple[PlateFrame, Mesh]) -> None:
     assert np.abs(force[inside & ~rim]).max() < 1e-9 * scale
 
 
-def test_gages_read_stretch_and_bending(case: tuple[PlateFrame, Mesh]) -> None:
+def test_gages_read_stretch_and_bending(case):
     frame, mesh = case
     s, v = frame.local(mesh.points).T
     w = frame.across(mesh.points)
@@ -132,7 +129,7 @@ def test_gages_read_stretch_and_bending(case: tuple[PlateFrame, Mesh]) -> None:
         sheet_gage_rows(mesh, [frame], wide)
 
 
-def test_strain_inside_a_sheet(case: tuple[PlateFrame, Mesh]) -> None:
+def test_strain_inside_a_sheet(case):
     frame, mesh = case
     squeeze = -NU / (1 - NU) * (2e-3 + 9e-4)
     local = np.array([[2e-3, 0.0, 7e-4], [0.0, squeeze, 0.0], [7e-4, 0.0, 9e-4]])
@@ -147,7 +144,7 @@ def test_strain_inside_a_sheet(case: tuple[PlateFrame, Mesh]) -> None:
     np.testing.assert_allclose(got, [xx, yy, zz, 2 * xy, 2 * xz, 2 * yz], atol=1e-12)
 
 
-def test_gages_of_a_half_are_those_of_the_whole() -> None:
+def test_gages_of_a_half_are_those_of_the_whole():
     """On a plate along z that the symmetry plane cuts, places at z < 0 are mirrored."""
     frame = PlateFrame(0, 0.0, 0.0, 0.0, 2.0, T, -1.0, 1.0, "z")
     mesh = slotted(frame)

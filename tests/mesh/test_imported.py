@@ -1,11 +1,8 @@
 """Meshes made elsewhere: read by their names, checked, and put on the design's faces."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +14,6 @@ from fingerdesign.mesh.files.imported import import_words, imported_mesh
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import extrude
-from fingerdesign.mesh.types import Mesh
 
 DESIGN = """
 design.name = "t"
@@ -36,11 +32,11 @@ Write = Callable[..., Design]
 
 
 @pytest.fixture(scope="module")
-def made() -> Mesh:
+def made():
     return extrude(parse_design(DESIGN), 3.0)
 
 
-def linear(mesh: Mesh, path: Path, regions: dict[int, str], facets: dict[str, str]) -> None:
+def linear(mesh, path, regions, facets):
     """Write the mesh's straight cells as others would: groups of their own numbers and order."""
     import meshio
 
@@ -64,13 +60,13 @@ REGIONS = {0: "elastomer", 1: "plate_0", 2: "plate_1"}
 FACETS = {"base": "base", "contact": "contact"}
 
 
-def of_file(path: Path, **values: object) -> Design:
+def of_file(path, **values):
     own = {"mesh.mesher": "file", "mesh.file": str(path), **values}
     return with_values(parse_design(DESIGN), own)
 
 
 @pytest.mark.parametrize("ending", ["msh", "vtu", "inp"])
-def test_our_own_mesh_comes_back(made: Mesh, ending: str, tmp_path: Path) -> None:
+def test_our_own_mesh_comes_back(made, ending, tmp_path):
     again = imported_mesh(of_file(write_mesh(made, tmp_path / f"m.{ending}")))
     np.testing.assert_allclose(again.points, made.points, atol=1e-9)
     np.testing.assert_array_equal(again.cells, made.cells)
@@ -81,7 +77,7 @@ def test_our_own_mesh_comes_back(made: Mesh, ending: str, tmp_path: Path) -> Non
         np.testing.assert_array_equal(own[np.lexsort(own.T)], old[np.lexsort(old.T)])
 
 
-def test_linear_cells_become_quadratic_on_the_surface(made: Mesh, tmp_path: Path) -> None:
+def test_linear_cells_become_quadratic_on_the_surface(made, tmp_path):
     linear(made, tmp_path / "m.msh", REGIONS, FACETS)
     design = of_file(tmp_path / "m.msh")
     mesh = imported_mesh(design)
@@ -97,7 +93,7 @@ def test_linear_cells_become_quadratic_on_the_surface(made: Mesh, tmp_path: Path
     assert "read from m.msh, its nodes put on the design's faces" in report.text()
 
 
-def test_a_mesh_a_little_off_the_faces_is_put_on_them(made: Mesh, tmp_path: Path) -> None:
+def test_a_mesh_a_little_off_the_faces_is_put_on_them(made, tmp_path):
     design = parse_design(DESIGN)
     scaled = replace(made, points=made.points * [1.0003, 0.9998, 1.0002])
     assert assess(scaled, design).contact_residual_mm > 1e-4
@@ -107,7 +103,7 @@ def test_a_mesh_a_little_off_the_faces_is_put_on_them(made: Mesh, tmp_path: Path
     assert max(report.surface_distance_mm.values()) < 1e-9
 
 
-def test_a_face_far_from_the_designs_stays_as_it_came(made: Mesh, tmp_path: Path) -> None:
+def test_a_face_far_from_the_designs_stays_as_it_came(made, tmp_path):
     points = made.points.copy()
     points[:, 2] += 0.05 * points[:, 2] * np.sin(9.0 * points[:, 0])  # wavy free end
     own = of_file(write_mesh(replace(made, points=points), tmp_path / "m.msh"))
@@ -120,7 +116,7 @@ def test_a_face_far_from_the_designs_stays_as_it_came(made: Mesh, tmp_path: Path
     assert report.inverted_elements == 0
 
 
-def test_slots_of_sheets_come_back_and_must_have_names(tmp_path: Path) -> None:
+def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
     sheets = parse_design(DESIGN + 'plates.model = "sheet"\n')
     made = extrude(sheets, 3.0)
     own = with_values(
@@ -135,7 +131,7 @@ def test_slots_of_sheets_come_back_and_must_have_names(tmp_path: Path) -> None:
         imported_mesh(own)
 
 
-def test_the_answer_is_that_of_the_same_mesh(tmp_path: Path) -> None:
+def test_the_answer_is_that_of_the_same_mesh(tmp_path):
     from fingerdesign.analysis.case import Case
     from fingerdesign.analysis.stages import make_mesh, zone_of
     from fingerdesign.checks.load import parse_scene
@@ -155,7 +151,7 @@ def test_the_answer_is_that_of_the_same_mesh(tmp_path: Path) -> None:
     assert again.mesh.mesher == "file"
 
 
-def test_half_and_whole(made: Mesh, tmp_path: Path) -> None:
+def test_half_and_whole(made, tmp_path):
     half = of_file(write_mesh(made, tmp_path / "half.msh"))
     with pytest.raises(MeshError, match="holds the half z >= 0"):
         imported_mesh(half, symmetric=False)
@@ -175,9 +171,7 @@ def test_half_and_whole(made: Mesh, tmp_path: Path) -> None:
         (REGIONS, {}, r"no boundary named 'base' \(found: none\)"),
     ],
 )
-def test_wrong_names_and_places_are_reported(
-    regions: dict[int, str], facets: dict[str, str], words: str, made: Mesh, tmp_path: Path
-) -> None:
+def test_wrong_names_and_places_are_reported(regions, facets, words, made, tmp_path):
     linear(made, tmp_path / "m.msh", regions, facets)
     with pytest.raises(MeshError, match=words):
         imported_mesh(of_file(tmp_path / "m.msh"))
@@ -193,15 +187,13 @@ def test_wrong_names_and_places_are_reported(
         ({"plates.offset_mm": 0.5}, "of plate_0 in m.msh lie where"),
     ],
 )
-def test_a_mesh_of_another_design_is_refused(
-    values: dict[str, object], words: str, made: Mesh, tmp_path: Path
-) -> None:
+def test_a_mesh_of_another_design_is_refused(values, words, made, tmp_path):
     linear(made, tmp_path / "m.msh", REGIONS, FACETS)
     with pytest.raises(MeshError, match=words):
         imported_mesh(of_file(tmp_path / "m.msh", **values))
 
 
-def test_unsound_cells_are_reported(made: Mesh, tmp_path: Path) -> None:
+def test_unsound_cells_are_reported(made, tmp_path):
     nodes, inner = len(made.points), made.regions == 1
     cells = made.cells.copy()
     cells[inner] += nodes  # the plate has nodes of its own
@@ -223,7 +215,7 @@ def test_unsound_cells_are_reported(made: Mesh, tmp_path: Path) -> None:
         imported_mesh(of_file(write_mesh(replace(made, facets=inside), tmp_path / "inside.msh")))
 
 
-def test_base_and_contact_must_have_the_designs_area(made: Mesh, tmp_path: Path) -> None:
+def test_base_and_contact_must_have_the_designs_area(made, tmp_path):
     for name in ("base", "contact"):
         part = made.facets | {name: made.facets[name][: -(len(made.facets[name]) // 3)]}
         path = write_mesh(replace(made, facets=part), tmp_path / "part.msh")
@@ -231,7 +223,7 @@ def test_base_and_contact_must_have_the_designs_area(made: Mesh, tmp_path: Path)
             imported_mesh(of_file(path))
 
 
-def test_torn_and_overlapping_meshes_are_reported(made: Mesh, tmp_path: Path) -> None:
+def test_torn_and_overlapping_meshes_are_reported(made, tmp_path):
     loose = made.cells.copy()
     loose[made.regions == 1] += len(made.points)  # the plate has nodes of its own, hardly apart
     twice = np.vstack([made.points, made.points + np.array([1e-5, 1e-5, 0.0])])
@@ -244,7 +236,7 @@ def test_torn_and_overlapping_meshes_are_reported(made: Mesh, tmp_path: Path) ->
         imported_mesh(of_file(write_mesh(double, tmp_path / "double.msh")))
 
 
-def test_cells_that_lack_are_reported(made: Mesh, tmp_path: Path) -> None:
+def test_cells_that_lack_are_reported(made, tmp_path):
     outer = {tuple(sorted(row[:3])) for rows in made.facets.values() for row in rows.tolist()}
     within = [
         k
@@ -259,7 +251,7 @@ def test_cells_that_lack_are_reported(made: Mesh, tmp_path: Path) -> None:
         imported_mesh(of_file(write_mesh(holed, tmp_path / "holed.msh")))
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(DesignError, match=r"mesh\.file"):
         imported_mesh(of_file(tmp_path / "missing.msh"))
     (tmp_path / "words.msh").write_text("this is no mesh\n")
@@ -267,7 +259,7 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         imported_mesh(of_file(tmp_path / "words.msh"))
 
 
-def test_the_digest_is_of_the_content(made: Mesh, tmp_path: Path) -> None:
+def test_the_digest_is_of_the_content(made, tmp_path):
     first, second = tmp_path / "a.vtk", tmp_path / "b.vtk"
     write_mesh(made, first)
     second.write_bytes(first.read_bytes())
@@ -276,7 +268,7 @@ def test_the_digest_is_of_the_content(made: Mesh, tmp_path: Path) -> None:
     assert of_file(first).digest() != of_file(second).digest()
 
 
-def test_a_file_is_named_where_it_is_read() -> None:
+def test_a_file_is_named_where_it_is_read():
     with pytest.raises(DesignError, match=r"mesh\.file = \(absent\)"):
         parse_design('design.name = "t"\nmesh.mesher = "file"')
     with pytest.raises(DesignError, match=r"m\.msh'?: must be absent"):

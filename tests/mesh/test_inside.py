@@ -1,7 +1,5 @@
 """Rays tell inside from outside; flat tetrahedra are mended within their CAD faces."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -22,7 +20,7 @@ SIDES = np.array(
 )
 
 
-def test_points_in_a_cube_and_in_one_with_a_hollow() -> None:
+def test_points_in_a_cube_and_in_one_with_a_hollow():
     points = np.random.default_rng(0).uniform(-0.3, 1.3, (5000, 3))
     within = ((points > 0.0) & (points < 1.0)).all(axis=1)
     np.testing.assert_array_equal(enclosed(points, CUBE, SIDES), within)
@@ -32,7 +30,7 @@ def test_points_in_a_cube_and_in_one_with_a_hollow() -> None:
     np.testing.assert_array_equal(enclosed(points, vertices, triangles), within & ~inner)
 
 
-def test_a_finely_faceted_dome_agrees_with_its_closed_form() -> None:
+def test_a_finely_faceted_dome_agrees_with_its_closed_form():
     from fingerdesign.cad.solid import build_solid
     from fingerdesign.cad.tessellation import triangulate
 
@@ -52,13 +50,13 @@ def test_a_finely_faceted_dome_agrees_with_its_closed_form() -> None:
     np.testing.assert_array_equal(enclosed(points, *outside), wanted)
 
 
-def test_an_open_outside_is_refused() -> None:
+def test_an_open_outside_is_refused():
     check_closed(CUBE, SIDES)
     with pytest.raises(MeshError, match="3 edges are open"):
         check_closed(CUBE, SIDES[1:])
 
 
-def test_least_dihedral_agrees_with_all_angles_and_reports_inverted_cells() -> None:
+def test_least_dihedral_agrees_with_all_angles_and_reports_inverted_cells():
     corners = np.random.default_rng(2).normal(size=(200, 4, 3))
     cells = np.arange(800).reshape(200, 4)
     volume = tet_volumes(corners.reshape(-1, 3), cells)
@@ -68,7 +66,7 @@ def test_least_dihedral_agrees_with_all_angles_and_reports_inverted_cells() -> N
     assert np.all((found > 0) == (volume > 0))
 
 
-def test_flat_tetrahedra_are_mended_without_leaving_their_faces() -> None:
+def test_flat_tetrahedra_are_mended_without_leaving_their_faces():
     # A fan around an inner node that lies almost in the base, and one on it almost in an edge.
     design = parse_design('design.name = "t"\nplates.count = 0')
     carriers = carriers_of(design, (), symmetric=True)

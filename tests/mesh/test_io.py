@@ -1,10 +1,7 @@
 """Meshes through files and back: points, quadratic cells, regions and facet names."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
-from pathlib import Path
 
 import meshio
 import numpy as np
@@ -17,7 +14,7 @@ from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
 from fingerdesign.mesh.files.named import with_mid_nodes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
 
 DESIGN = Design.model_validate(
     tomllib.loads("""
@@ -37,12 +34,12 @@ DESIGN = Design.model_validate(
 
 
 @pytest.fixture(scope="module", params=[2, 3])
-def mesh(request: pytest.FixtureRequest) -> Mesh:
+def mesh(request):
     return mesh_section(DESIGN, 3.0) if request.param == 2 else extrude(DESIGN, 3.0)
 
 
 @pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
-def test_round_trip(mesh: Mesh, ending: str, tmp_path: Path) -> None:
+def test_round_trip(mesh, ending, tmp_path):
     path = write_mesh(mesh, tmp_path / f"finger.{ending}")
     again = read_named(path)
     np.testing.assert_allclose(again.points, mesh.points, atol=1e-12)
@@ -57,11 +54,11 @@ def test_round_trip(mesh: Mesh, ending: str, tmp_path: Path) -> None:
     assert again.dimension == mesh.dimension
 
 
-def named_regions(mesh: Mesh) -> list[str]:
+def named_regions(mesh):
     return [mesh.region_name(int(number)) for number in mesh.regions]
 
 
-def test_the_order_of_mid_nodes_is_meshios(mesh: Mesh) -> None:
+def test_the_order_of_mid_nodes_is_meshios(mesh):
     block = to_meshio(mesh).cells[0]
     assert block.type == {2: "triangle6", 3: "tetra10"}[mesh.dimension]
     inner = np.flatnonzero(mesh.regions == 1)  # straight-sided
@@ -72,13 +69,13 @@ def test_the_order_of_mid_nodes_is_meshios(mesh: Mesh) -> None:
         np.testing.assert_allclose(mesh.points[cells[:, mesh.dimension + 1 + middle]], halfway)
 
 
-def test_gmsh_files_name_their_physical_groups(mesh: Mesh, tmp_path: Path) -> None:
+def test_gmsh_files_name_their_physical_groups(mesh, tmp_path):
     found = meshio.read(write_mesh(mesh, tmp_path / "finger.msh"))
     assert {"base", "contact", "elastomer", "plate_0"} <= set(found.field_data)
     assert list(found.field_data["contact"]) == [2, mesh.dimension - 1]
 
 
-def test_unknown_formats_are_refused(mesh: Mesh, tmp_path: Path) -> None:
+def test_unknown_formats_are_refused(mesh, tmp_path):
     with pytest.raises(MeshError, match="could not write"):
         write_mesh(mesh, tmp_path / "finger.unknown")
     assert list(tmp_path.iterdir()) == []
@@ -102,7 +99,7 @@ CORED = Design.model_validate(
 
 @pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
 @pytest.mark.parametrize("model", ["solid", "sheet"])
-def test_cores_and_slots_keep_their_names(model: str, ending: str, tmp_path: Path) -> None:
+def test_cores_and_slots_keep_their_names(model, ending, tmp_path):
     plates = CORED.plates.model_copy(update={"model": model})
     mesh = extrude(CORED.model_copy(update={"plates": plates}), 3.0)
     again = read_named(write_mesh(mesh, tmp_path / f"m.{ending}"))
@@ -110,7 +107,7 @@ def test_cores_and_slots_keep_their_names(model: str, ending: str, tmp_path: Pat
     np.testing.assert_array_equal(again.region, named_regions(mesh))
 
 
-def test_calculix_has_a_set_and_a_surface_for_each_name(mesh: Mesh, tmp_path: Path) -> None:
+def test_calculix_has_a_set_and_a_surface_for_each_name(mesh, tmp_path):
     text = write_mesh(mesh, tmp_path / "m.inp").read_text()
     kind = "C3D10" if mesh.dimension == 3 else "CPE6"
     assert f"*ELEMENT, TYPE={kind}, ELSET=elastomer\n" in text
@@ -125,7 +122,7 @@ def test_calculix_has_a_set_and_a_surface_for_each_name(mesh: Mesh, tmp_path: Pa
     assert max(len(line) for line in text.splitlines()) < 256
 
 
-def test_calculix_numbers_have_at_most_twenty_characters(mesh: Mesh, tmp_path: Path) -> None:
+def test_calculix_numbers_have_at_most_twenty_characters(mesh, tmp_path):
     points = mesh.points.copy()
     points[:3, 0] = [-8.881784197001252e-16, -1.2345678901234567e-05, 1.2345678901234567e100]
     path = write_mesh(replace(mesh, points=points), tmp_path / "m.inp")
@@ -134,7 +131,7 @@ def test_calculix_numbers_have_at_most_twenty_characters(mesh: Mesh, tmp_path: P
     np.testing.assert_allclose(read_named(path).points, points, rtol=1e-13)
 
 
-def test_faces_are_numbered_as_calculix_does(mesh: Mesh) -> None:
+def test_faces_are_numbered_as_calculix_does(mesh):
     # CalculiX: C3D10 S1 1-2-3, S2 1-4-2, S3 2-4-3, S4 3-4-1; CPE6 S1 1-2, S2 2-3, S3 3-1.
     solid = ({1, 2, 3}, {1, 4, 2}, {2, 4, 3}, {3, 4, 1})
     faces = solid if mesh.dimension == 3 else ({1, 2}, {2, 3}, {3, 1})
@@ -173,7 +170,7 @@ Elastomer, 7
 """
 
 
-def test_a_deck_made_by_hand_is_read(tmp_path: Path) -> None:
+def test_a_deck_made_by_hand_is_read(tmp_path):
     path = tmp_path / "hand.inp"
     path.write_text(DECK)
     found = read_named(path)
@@ -195,7 +192,7 @@ def test_a_deck_made_by_hand_is_read(tmp_path: Path) -> None:
         ("Elastomer, 7", "elastomers, 7", "elastomers"),
     ],
 )
-def test_decks_that_cannot_be_understood(old: str, new: str, words: str, tmp_path: Path) -> None:
+def test_decks_that_cannot_be_understood(old, new, words, tmp_path):
     path = tmp_path / "hand.inp"
     assert old in DECK
     path.write_text(DECK.replace(old, new))
@@ -203,7 +200,7 @@ def test_decks_that_cannot_be_understood(old: str, new: str, words: str, tmp_pat
         read_named(path)
 
 
-def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path: Path) -> None:
+def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path):
     points = np.random.default_rng(3).random((18, 3))
     tet, whole = np.arange(4)[None], np.arange(10)[None]
     for cells, words in (

@@ -1,7 +1,5 @@
 """What pictures of meshes say and mark; test_mesh_command.py draws them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,14 +10,14 @@ from fingerdesign.mesh.types import Mesh
 TETRA = np.vstack([np.zeros(3), np.eye(3)])
 
 
-def tetrahedra(*heights: float, symmetric: bool = False) -> Mesh:
+def tetrahedra(*heights, symmetric=False):
     """A unit tetrahedron at each height in z."""
     points = np.vstack([TETRA + np.array([0.0, 0.0, z]) for z in heights])
     cells = np.arange(len(points)).reshape(-1, 4)
     return Mesh(points, cells, np.zeros(len(cells), dtype=int), {}, "by hand", symmetric)
 
 
-def test_only_elements_near_the_cut_are_ringed() -> None:
+def test_only_elements_near_the_cut_are_ringed():
     mesh = tetrahedra(0.5, -0.5, 4.0, -4.0)
     assert near_cut(mesh, [3, 1, 2, 0]).tolist() == [1, 0]
     assert near_cut(mesh, []).tolist() == []
@@ -35,15 +33,13 @@ def test_only_elements_near_the_cut_are_ringed() -> None:
     assert picture_title(flat) == "the section z = 0; 1 elements (by hand)"
 
 
-def test_titles_say_how_much_is_drawn() -> None:
+def test_titles_say_how_much_is_drawn():
     assert picture_title(tetrahedra(0.0), "pin").startswith("pin: the whole finger, and cut open")
     assert picture_title(tetrahedra(0.0, symmetric=True)).startswith("the half z >= 0; 1 elem")
 
 
 @pytest.mark.parametrize(("height", "volume"), [(-0.5, 1.0 / 6.0 - 1.0 / 48.0), (-2.0, 1.0 / 6.0)])
-def test_the_cut_is_flat_and_takes_nothing_from_what_lies_behind(
-    height: float, volume: float
-) -> None:
+def test_the_cut_is_flat_and_takes_nothing_from_what_lies_behind(height, volume):
     import pyvista
 
     mesh = tetrahedra(height)
@@ -53,7 +49,7 @@ def test_the_cut_is_flat_and_takes_nothing_from_what_lies_behind(
     assert kept.volume == pytest.approx(volume)
 
 
-def test_white_around_a_picture_is_cut_off() -> None:
+def test_white_around_a_picture_is_cut_off():
     image = np.full((6, 8, 3), 255, dtype=np.uint8)
     image[2:4, 3:7] = 0
     kept, corner = cropped(image)

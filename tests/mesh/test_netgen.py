@@ -1,7 +1,5 @@
 """The netgen process that stays: the same answers, and what becomes of one that fails."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -16,7 +14,7 @@ from fingerdesign.mesh.section.netgen import run_netgen, start_mesher
 from fingerdesign.mesh.section.outline import BODY, Outline
 
 
-def square(size: float, width: float = 1.0) -> dict[str, object]:
+def square(size, width=1.0):
     outline = Outline(size, 0.3)
     corners = [outline.point(x * width, y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)):
@@ -24,7 +22,7 @@ def square(size: float, width: float = 1.0) -> dict[str, object]:
     return outline.as_dict()
 
 
-def test_one_process_answers_again_and_again_and_alike() -> None:
+def test_one_process_answers_again_and_again_and_alike():
     first, number = run_netgen(square(0.2), 30.0), start_mesher().pid
     run_netgen(square(0.1, 3.0), 30.0)
     again = run_netgen(square(0.2), 30.0)
@@ -39,13 +37,13 @@ def test_one_process_answers_again_and_again_and_alike() -> None:
     assert set(domains.tolist()) == {BODY}
 
 
-def test_a_bad_outline_fails_in_words_and_the_next_mesh_is_made() -> None:
+def test_a_bad_outline_fails_in_words_and_the_next_mesh_is_made():
     with pytest.raises(MeshError, match="it failed: KeyError"):
         run_netgen({"points": []}, 30.0)
     assert len(run_netgen(square(0.5), 30.0)[1]) > 0
 
 
-def test_out_of_time_ends_the_process_and_the_next_mesh_is_made() -> None:
+def test_out_of_time_ends_the_process_and_the_next_mesh_is_made():
     old = start_mesher()
     with pytest.raises(MeshError, match=r"did not finish in 0\.2 s"):
         run_netgen(square(0.001), 0.2)
@@ -53,7 +51,7 @@ def test_out_of_time_ends_the_process_and_the_next_mesh_is_made() -> None:
     assert len(run_netgen(square(0.5), 30.0)[1]) > 0
 
 
-def test_a_process_that_was_ended_is_replaced() -> None:
+def test_a_process_that_was_ended_is_replaced():
     old = start_mesher()
     number = old.pid
     os.kill(number, signal.SIGKILL)
@@ -61,7 +59,7 @@ def test_a_process_that_was_ended_is_replaced() -> None:
     assert start_mesher().pid != number
 
 
-def test_a_crash_while_meshing_is_named() -> None:
+def test_a_crash_while_meshing_is_named():
     worker = start_mesher()
     run_netgen(square(0.5), 30.0)
     timer = threading.Timer(0.3, os.kill, (worker.pid, signal.SIGSEGV))
@@ -71,10 +69,10 @@ def test_a_crash_while_meshing_is_named() -> None:
     timer.join()
 
 
-def test_each_thread_has_its_own() -> None:
+def test_each_thread_has_its_own():
     found: list[tuple[int, int]] = []
 
-    def work() -> None:
+    def work():
         triangles = run_netgen(square(0.2), 30.0)[1]
         found.append((start_mesher().pid, len(triangles)))
 
@@ -87,7 +85,7 @@ def test_each_thread_has_its_own() -> None:
     assert found[0][1] == found[1][1]
 
 
-def test_it_ends_with_the_program() -> None:
+def test_it_ends_with_the_program():
     code = (
         "from fingerdesign.mesh.section.netgen import start_mesher\n"
         "import os, signal\n"

@@ -1,7 +1,5 @@
 """Quality measures on cells whose values are known, and reports in 2-D and 3-D."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 
@@ -21,13 +19,13 @@ from fingerdesign.mesh.measures import (
 from fingerdesign.mesh.quality import assess, requested_sizes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.mesh.types import quadratic
 
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, np.sqrt(0.75)]])
 TETRA = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]])
 
 
-def test_regular_cells() -> None:
+def test_regular_cells():
     triangle, tetra = np.array([[0, 1, 2]]), np.array([[0, 1, 2, 3]])
     np.testing.assert_allclose(cell_angles(TRIANGLE, triangle), 60.0)
     np.testing.assert_allclose(cell_angles(TETRA, tetra), np.degrees(np.arccos(1 / 3)))
@@ -37,14 +35,14 @@ def test_regular_cells() -> None:
     np.testing.assert_allclose(np.abs(cell_volumes(TETRA, tetra)), 8.0 / 3.0)
 
 
-def test_a_corner_tetrahedron_has_right_angles() -> None:
+def test_a_corner_tetrahedron_has_right_angles():
     points = np.vstack([np.zeros(3), np.eye(3)])
     angles = np.sort(cell_angles(points, np.array([[0, 1, 2, 3]]))[0])
     np.testing.assert_allclose(angles[3:], 90.0)
     np.testing.assert_allclose(angles[:3], np.degrees(np.arccos(1 / np.sqrt(3))))
 
 
-def test_a_flat_tetrahedron_has_a_bad_aspect_and_angle() -> None:
+def test_a_flat_tetrahedron_has_a_bad_aspect_and_angle():
     points = np.vstack([np.zeros(3), np.eye(3)])
     points[3] = [0.3, 0.3, 0.01]
     cell = np.array([[0, 1, 2, 3]])
@@ -52,7 +50,7 @@ def test_a_flat_tetrahedron_has_a_bad_aspect_and_angle() -> None:
     assert aspects(points, cell)[0] > 20.0
 
 
-def test_area_of_a_curved_triangle_converges_to_the_sphere() -> None:
+def test_area_of_a_curved_triangle_converges_to_the_sphere():
     errors = []
     for size in (0.2, 0.1):
         corners = np.array([[0.0, 0.0, 1.0], [size, 0.0, 1.0], [0.0, size, 1.0]])
@@ -69,7 +67,7 @@ def test_area_of_a_curved_triangle_converges_to_the_sphere() -> None:
 
 
 @pytest.mark.parametrize("plates", [0, 2])
-def test_reports_of_a_section_and_of_its_extrusion(plates: int) -> None:
+def test_reports_of_a_section_and_of_its_extrusion(plates):
     design = parse_design(
         f"""
         design.name = "t"
@@ -100,7 +98,7 @@ def test_reports_of_a_section_and_of_its_extrusion(plates: int) -> None:
         assert f"{report.elements}" in report.text()
 
 
-def test_a_hole_shows_in_the_volume_and_a_missing_facet_in_the_area() -> None:
+def test_a_hole_shows_in_the_volume_and_a_missing_facet_in_the_area():
     design = parse_design(
         'design.name = "t"\nplates.count = 0\nmesh.layers = 2\nmesh.contact_size_mm = 1.0'
     )
@@ -112,7 +110,7 @@ def test_a_hole_shows_in_the_volume_and_a_missing_facet_in_the_area() -> None:
     assert assess(bare, design).worst_face_area_error > 10 * whole.worst_face_area_error
 
 
-def test_volume_of_a_curved_tetrahedron_is_exact() -> None:
+def test_volume_of_a_curved_tetrahedron_is_exact():
     nodes, cells = quadratic(np.vstack([np.zeros(3), np.eye(3)]), np.arange(4)[None])
     bent = nodes + 0.1 * np.random.default_rng(1).random(nodes.shape)
     # Divergence theorem: a third of the flux of x through the four curved faces, by many points.
@@ -135,14 +133,14 @@ def test_volume_of_a_curved_tetrahedron_is_exact() -> None:
     np.testing.assert_allclose(curved_volumes(nodes, cells), [1 / 6], rtol=1e-14)
 
 
-def test_area_of_a_curved_triangle_in_the_plane_is_exact() -> None:
+def test_area_of_a_curved_triangle_in_the_plane_is_exact():
     nodes, cells = quadratic(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), np.arange(3)[None])
     nodes[4] += 0.1  # under the parabola: 2/3 of the sagitta times the chord
     expected = 0.5 + 2 / 3 * 0.1 * np.sqrt(2) * np.sqrt(2)
     np.testing.assert_allclose(curved_volumes(nodes, cells), [expected])
 
 
-def test_folded_cells_have_a_jacobian_below_zero() -> None:
+def test_folded_cells_have_a_jacobian_below_zero():
     for dimension in (2, 3):
         corners = np.vstack([np.zeros(dimension), np.eye(dimension)])
         nodes, cells = quadratic(corners, np.arange(dimension + 1)[None])
@@ -169,11 +167,11 @@ body.core.bottom_mm = 1.0
 
 
 @pytest.fixture(scope="module")
-def cored() -> Mesh:
+def cored():
     return extrude(parse_design(CORED), 3.0)
 
 
-def test_every_region_and_face_is_held_against_the_design(cored: Mesh) -> None:
+def test_every_region_and_face_is_held_against_the_design(cored):
     report = assess(cored, parse_design(CORED))
     assert set(report.volumes) == {"elastomer", "plate_0", "plate_1", "core"}
     assert report.volumes["core"]["wanted"] == 60.0  # half of the depth
@@ -187,14 +185,14 @@ def test_every_region_and_face_is_held_against_the_design(cored: Mesh) -> None:
 
 
 @pytest.mark.parametrize("name", ["base", "contact", "side", "end", "symmetry"])
-def test_a_mid_node_off_its_face_is_found(name: str, cored: Mesh) -> None:
+def test_a_mid_node_off_its_face_is_found(name, cored):
     points = cored.points.copy()
     points[cored.facets[name][3, 4]] -= 0.01
     away = assess(replace(cored, points=points), parse_design(CORED)).surface_distance_mm
     assert 0.004 < away[name] < 0.02
 
 
-def test_a_plate_or_core_of_another_shape_is_found(cored: Mesh) -> None:
+def test_a_plate_or_core_of_another_shape_is_found(cored):
     design = parse_design(CORED)
     for region, name in ((1, "plate_0"), (design.core_region, "core")):
         nodes = np.unique(cored.cells[cored.regions == region])
@@ -208,7 +206,7 @@ def test_a_plate_or_core_of_another_shape_is_found(cored: Mesh) -> None:
     assert report.volumes["plate_0"]["volume"] == 0.0
 
 
-def test_turned_cells_are_counted_and_the_worst_are_named(cored: Mesh) -> None:
+def test_turned_cells_are_counted_and_the_worst_are_named(cored):
     cells = cored.cells.copy()
     cells[7] = cells[7, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
     report = assess(replace(cored, cells=cells), parse_design(CORED))
@@ -220,7 +218,7 @@ def test_turned_cells_are_counted_and_the_worst_are_named(cored: Mesh) -> None:
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
-def test_sizes_are_those_requested_and_coarser_ones_show(dimension: int, cored: Mesh) -> None:
+def test_sizes_are_those_requested_and_coarser_ones_show(dimension, cored):
     design = parse_design(CORED)
     mesh = mesh_section(design, 3.0) if dimension == 2 else cored
     requested = requested_sizes(design, mesh, 3.0)
@@ -243,7 +241,7 @@ def test_sizes_are_those_requested_and_coarser_ones_show(dimension: int, cored: 
     assert again["contact"]["mean"] > 1.3 * ratio["contact"]["mean"]
 
 
-def test_the_report_says_what_it_is_of_and_how_it_came(cored: Mesh) -> None:
+def test_the_report_says_what_it_is_of_and_how_it_came(cored):
     design = parse_design(CORED)
     report = assess(cored, design, requested_sizes(design, cored, 3.0))
     assert (report.modelled, report.attempts) == ("half z >= 0", None)
@@ -259,7 +257,7 @@ def test_the_report_says_what_it_is_of_and_how_it_came(cored: Mesh) -> None:
     assert "fTetWild gave up" in again.text()
 
 
-def test_sizes_that_are_not_those_of_the_keys_are_explained(cored: Mesh) -> None:
+def test_sizes_that_are_not_those_of_the_keys_are_explained(cored):
     design = parse_design(CORED)
     mesh = replace(cored, mesher="tetwild")
     reasons = requested_sizes(design, mesh, 2.5).reasons
@@ -272,7 +270,7 @@ def test_sizes_that_are_not_those_of_the_keys_are_explained(cored: Mesh) -> None
     assert assess(mesh, design, requested_sizes(design, mesh, 2.5)).text().count(reasons[0]) == 1
 
 
-def test_sheets_are_slots_and_no_plates_are_no_fault() -> None:
+def test_sheets_are_slots_and_no_plates_are_no_fault():
     for model in ("sheet", "none"):
         design = parse_design(
             CORED.replace("plates.count", f'plates.model = "{model}"\nplates.count')

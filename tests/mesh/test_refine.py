@@ -1,7 +1,5 @@
 """Edges too long for the sizes asked are halved: conforming, volume kept, angles bounded."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.mesh.tetra.finish import TOO_LONG, refine

@@ -1,13 +1,9 @@
 """Plates as sheets in the mesh: slots of the plate's shape, faces that mirror, rubber around."""
 
-from __future__ import annotations
-
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from fingerdesign import parse_design, parse_scene, with_values
 from fingerdesign.analysis.case import Case
@@ -40,22 +36,22 @@ DESIGN = parse_design(TEXT)
 
 
 @pytest.fixture(scope="module", params=["section", "half", "whole"])
-def mesh(request: pytest.FixtureRequest) -> Mesh:
+def mesh(request):
     if request.param == "section":
         return mesh_section(DESIGN, 2.0)
     return extrude(DESIGN, 2.0, request.param == "half")
 
 
-def rubber(mesh: Mesh) -> float:
+def rubber(mesh):
     return float(physical_gradients(mesh.points, mesh.cells, 4)[1].sum())
 
 
-def shares(mesh: Mesh) -> float:
+def shares(mesh):
     """Depth of the modelled part, mm (1 in the section)."""
     return 1.0 if mesh.dimension == 2 else (3.0 if mesh.symmetric else 6.0)
 
 
-def boundary_area(mesh: Mesh, facets: NDArray[np.int64]) -> float:
+def boundary_area(mesh, facets):
     corners = mesh.points[facets[:, : mesh.dimension]]
     if mesh.dimension == 2:
         return float(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1).sum())
@@ -63,7 +59,7 @@ def boundary_area(mesh: Mesh, facets: NDArray[np.int64]) -> float:
     return float(0.5 * np.linalg.norm(normal, axis=1).sum())
 
 
-def test_the_rubber_is_the_body_without_the_plates(mesh: Mesh) -> None:
+def test_the_rubber_is_the_body_without_the_plates(mesh):
     wanted = (section_area(DESIGN.body) - 3 * 2.0 * 0.1) * shares(mesh)
     assert rubber(mesh) == pytest.approx(wanted, rel=1e-5)
     assert outline_volume(DESIGN.body) / 6.0 * shares(mesh) - rubber(mesh) > 0.5
@@ -73,7 +69,7 @@ def test_the_rubber_is_the_body_without_the_plates(mesh: Mesh) -> None:
     assert report.worst_face_area_error < 1e-4
 
 
-def test_the_slot_is_the_plates_box(mesh: Mesh) -> None:
+def test_the_slot_is_the_plates_box(mesh):
     for frame in plate_frames(DESIGN):
         for face, length in (("upper", 2.0), ("lower", 2.0), ("end", 0.2)):
             facets = mesh.facets[f"plate_{frame.index}_{face}"]
@@ -83,7 +79,7 @@ def test_the_slot_is_the_plates_box(mesh: Mesh) -> None:
             assert local[:, 1].max() == pytest.approx(0.05, abs=1e-9)
 
 
-def test_faces_mirror_node_by_node(mesh: Mesh) -> None:
+def test_faces_mirror_node_by_node(mesh):
     for frame in plate_frames(DESIGN):
         places = []
         for face in ("upper", "lower"):
@@ -94,7 +90,7 @@ def test_faces_mirror_node_by_node(mesh: Mesh) -> None:
         np.testing.assert_allclose(places[0], places[1], atol=1e-9)
 
 
-def test_slots_are_no_contact_surface(mesh: Mesh) -> None:
+def test_slots_are_no_contact_surface(mesh):
     """The outside has the names and areas that it has without plates."""
     bare = with_values(DESIGN, {"plates.model": "none"})
     other = mesh_section(bare, 2.0) if mesh.dimension == 2 else extrude(bare, 2.0, mesh.symmetric)
@@ -105,7 +101,7 @@ def test_slots_are_no_contact_surface(mesh: Mesh) -> None:
         assert boundary_area(mesh, mesh.facets[name]) == pytest.approx(area, rel=2e-3)
 
 
-def test_gage_ends_are_nodes_on_both_faces() -> None:
+def test_gage_ends_are_nodes_on_both_faces():
     mesh = mesh_section(DESIGN, 2.0)
     frame = plate_frames(DESIGN)[1]
     for face, side in (("upper", 0.05), ("lower", -0.05)):
@@ -115,13 +111,13 @@ def test_gage_ends_are_nodes_on_both_faces() -> None:
             assert np.linalg.norm(nodes - place, axis=1).min() < 1e-9
 
 
-def test_the_same_mesh_every_time() -> None:
+def test_the_same_mesh_every_time():
     one, two = mesh_section(DESIGN, 2.0), mesh_section(DESIGN, 2.0)
     assert np.array_equal(one.points, two.points)
     assert np.array_equal(one.cells, two.cells)
 
 
-def test_crossing_angles_and_thick_plates() -> None:
+def test_crossing_angles_and_thick_plates():
     rows = [[-2.2, 5.2, 10.0], [0.5, 5.0, -60.0], [2.6, 4.5, 90.0]]
     design = with_values(DESIGN, {"plates.placement": rows, "plates.thickness_mm": 0.3})
     mesh = mesh_section(design, 2.0)
@@ -130,7 +126,7 @@ def test_crossing_angles_and_thick_plates() -> None:
 
 
 @pytest.mark.parametrize("thickness", [0.03, 0.4])
-def test_thin_and_thick_plates_open_without_turning_triangles_over(thickness: float) -> None:
+def test_thin_and_thick_plates_open_without_turning_triangles_over(thickness):
     """Thick ones once did: the mesher cuts the lines beyond their ends into several."""
     design = parse_design(
         f"""
@@ -150,7 +146,7 @@ def test_thin_and_thick_plates_open_without_turning_triangles_over(thickness: fl
     assert assess(mesh, design).min_dihedral_deg > 3.0
 
 
-def test_too_little_room_is_refused_by_name() -> None:
+def test_too_little_room_is_refused_by_name():
     frames = plate_frames(DESIGN)
     near = replace(frames[1], place=frames[0].place + 0.16)
     with pytest.raises(MeshError, match=r"plate 0 has 0\.0388 mm .* plates\.model = 'solid'"):
@@ -160,14 +156,14 @@ def test_too_little_room_is_refused_by_name() -> None:
         room_around(high, (high,), DESIGN.body)
 
 
-def test_a_mesh_that_misses_a_line_is_refused() -> None:
+def test_a_mesh_that_misses_a_line_is_refused():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     with pytest.raises(MeshError, match="does not follow plate 0"):
         open_sheets(points, np.array([[0, 1, 2]]), plate_frames(DESIGN)[:1], DESIGN.body, 0.1)
 
 
 @pytest.mark.parametrize(("model", "words"), [("sheet", "are sheets"), ("none", "are left out")])
-def test_a_result_says_what_plates_were(model: str, words: str) -> None:
+def test_a_result_says_what_plates_were(model, words):
     scene = parse_scene(
         "object.friction_coefficient = 0.5\npath.increments_mm = [[0.05, 0.0], [0.05, 0.02]]"
     )
@@ -178,7 +174,7 @@ def test_a_result_says_what_plates_were(model: str, words: str) -> None:
     assert len(result.increments[-1].gages) == 3
 
 
-def test_slots_go_through_files(mesh: Mesh, tmp_path: Path) -> None:
+def test_slots_go_through_files(mesh, tmp_path):
     again = read_named(write_mesh(mesh, tmp_path / "sheets.msh"))
     assert set(again.facets) == set(mesh.facets)
     ends = mesh.facets["plate_2_end"][:, : mesh.dimension]

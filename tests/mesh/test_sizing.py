@@ -1,7 +1,5 @@
 """The size field and the background grid that carries it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -24,14 +22,14 @@ from fingerdesign.mesh.sizing import (
 from fingerdesign.mesh.tetra.snap import tet_volumes
 
 
-def field_of(keys: str, stretch: float = 1.0) -> SizeField:
+def field_of(keys, stretch=1.0):
     design = parse_design(f'design.name = "t"\n{keys}')
     sizes = MeshSizes(contact=0.2, plate=0.3, far=2.0, gradation=0.5, stretch=stretch)
     frames = plate_frames(design)
     return SizeField(ContactSurface.of(design.body), frames, sizes, 3.0)
 
 
-def test_sizes_at_the_contact_beside_the_zone_and_far_away() -> None:
+def test_sizes_at_the_contact_beside_the_zone_and_far_away():
     field = field_of("plates.count = 0")
     crest = field.surface.crest
     at = np.array([[0.0, crest], [0.0, crest - 1.0], [2.9, field.surface.height(2.9)], [0.0, 0.0]])
@@ -42,7 +40,7 @@ def test_sizes_at_the_contact_beside_the_zone_and_far_away() -> None:
     np.testing.assert_allclose(stretched(at[:1]), 0.1)  # across 0.1, along z 0.4: 0.2 on the mean
 
 
-def test_sizes_at_a_plate_and_at_its_ends() -> None:
+def test_sizes_at_a_plate_and_at_its_ends():
     field = field_of("plates.count = 1\nplates.cover_mm = 5.0\nplates.length_mm = 4.0")
     (frame,) = field.frames
     centre, end = np.array([frame.x, frame.y]), 2.0 * frame.axis
@@ -50,12 +48,12 @@ def test_sizes_at_a_plate_and_at_its_ends() -> None:
     np.testing.assert_allclose(sizes, [0.3, 0.05, 0.05, 0.05 + 0.1 * END_GRADATION], rtol=1e-9)
 
 
-def test_the_circle_continued_below_a_half_circle_is_no_contact() -> None:
+def test_the_circle_continued_below_a_half_circle_is_no_contact():
     field = field_of("plates.count = 0\nbody.arc_radius_mm = 10.0")
     np.testing.assert_allclose(field(np.array([[0.0, 0.0], [0.0, 20.0]])), [2.0, 0.2])
 
 
-def test_the_field_grows_no_faster_than_its_gradation() -> None:
+def test_the_field_grows_no_faster_than_its_gradation():
     field = field_of("plates.count = 5\nplates.span_mm = 6.0")
     rng = np.random.default_rng(1)
     first = rng.uniform([-10, 0, 0], [10, 12, 5], (4000, 3))
@@ -64,7 +62,7 @@ def test_the_field_grows_no_faster_than_its_gradation() -> None:
     assert growth.max() <= END_GRADATION + 1e-9
 
 
-def test_distances_to_a_plate_are_those_to_its_box_and_to_its_ends() -> None:
+def test_distances_to_a_plate_are_those_to_its_box_and_to_its_ends():
     frame = PlateFrame(0, 0.0, 0.0, 90.0, 2.0, 0.2, -1.0, 1.0)
     points = np.array([[0.0, 0.9, 0.0], [0.4, 0.0, 0.0], [0.1, 1.3, 1.4], [0.0, 0.0, -3.0]])
     box, ends = distances_to_plate(frame, points)
@@ -82,7 +80,7 @@ def test_distances_to_a_plate_are_those_to_its_box_and_to_its_ends() -> None:
         'body.shape = "dome"\nbody.dome_radius_mm = 15.0\nplates.count = 3',
     ],
 )
-def test_the_background_grid_fills_its_box_and_carries_the_field(keys: str) -> None:
+def test_the_background_grid_fills_its_box_and_carries_the_field(keys):
     field = field_of(keys)
     low, high = np.array([-10.0, 0.0, 0.0]), np.array([10.0, field.surface.crest, 5.0])
     points, tets, values = background_grid(field, low, high)
@@ -99,13 +97,13 @@ def test_the_background_grid_fills_its_box_and_carries_the_field(keys: str) -> N
     assert np.all(blurred < 1.35 * field(points[tets[near]].mean(axis=1)))
 
 
-def test_the_background_grid_of_a_large_finger_stays_bounded() -> None:
+def test_the_background_grid_of_a_large_finger_stays_bounded():
     field = field_of("plates.count = 15")
     points, _, _ = background_grid(field, np.zeros(3), np.full(3, 500.0))
     assert 0.3 * GRID_POINTS < len(points) <= GRID_POINTS
 
 
-def test_the_expected_elements_of_an_even_field_fill_the_body() -> None:
+def test_the_expected_elements_of_an_even_field_fill_the_body():
     design = parse_design('design.name = "t"\nplates.count = 0')
     low, high = np.array([-10.0, 0.0, 0.0]), np.array([10.0, 12.7, 5.0])
     for stretch in (1.0, 3.0):
@@ -118,7 +116,7 @@ def test_the_expected_elements_of_an_even_field_fill_the_body() -> None:
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan")])
-def test_sizes_must_be_positive(value: float) -> None:
+def test_sizes_must_be_positive(value):
     with pytest.raises(MeshError, match="plate"):
         MeshSizes(0.2, value, 2.0, 0.5)
 

@@ -1,20 +1,17 @@
 """Slots in tetrahedra: faces that pair, volume, orientation, angles, and what is refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.mesh.sheets import boundary_facets
 from fingerdesign.mesh.tetra.slot_cut import outer_facets
-from fingerdesign.mesh.tetra.slots import Slots, carrier_frames, held_on_faces, open_slots
+from fingerdesign.mesh.tetra.slots import carrier_frames, held_on_faces, open_slots
 from fingerdesign.mesh.tetra.snap import least_dihedral, tet_volumes
 from fingerdesign.mesh.types import quadratic
 
@@ -27,7 +24,7 @@ SHORT = replace(INSIDE, length=1.0)
 PAIR = (replace(SHORT, place=-1.5), replace(SHORT, index=1, place=1.5, y=3.0))
 
 
-def grid(half: bool = False, seed: int = 0) -> tuple[Array, IntArray]:
+def grid(half=False, seed=0):
     """A box of 6 x 5 x 6 mm in tetrahedra; nodes off the planes of INSIDE are shaken."""
     steps = [np.linspace(-3, 3, 7), np.linspace(0, 5, 11), np.linspace(0 if half else -3, 3, 7)]
     if half:
@@ -54,7 +51,7 @@ def grid(half: bool = False, seed: int = 0) -> tuple[Array, IntArray]:
     return points, tets
 
 
-def carriers(points: Array, tets: IntArray, frames: tuple[PlateFrame, ...]) -> IntArray:
+def carriers(points, tets, frames):
     """Regions: the cells above each mid-surface."""
     middle = points[tets].mean(axis=1)
     regions = np.zeros(len(tets), dtype=np.int64)
@@ -67,23 +64,23 @@ def carriers(points: Array, tets: IntArray, frames: tuple[PlateFrame, ...]) -> I
     return regions
 
 
-def opened(frames: tuple[PlateFrame, ...], half: bool = False) -> tuple[Slots, Array, IntArray]:
+def opened(frames, half=False):
     points, tets = grid(half)
     return open_slots(points, tets, carriers(points, tets, frames), frames), points, tets
 
 
 @pytest.fixture(scope="module", params=list(CASES))
-def case(request: pytest.FixtureRequest) -> tuple[PlateFrame, Slots, Array, IntArray]:
+def case(request):
     frame = CASES[request.param]
     return frame, *opened((frame,))
 
 
-def area(points: Array, facets: IntArray) -> float:
+def area(points, facets):
     a, b, c = (points[facets[:, k]] for k in range(3))
     return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
 
 
-def test_the_slot_is_the_plate(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+def test_the_slot_is_the_plate(case):
     frame, slots, points, tets = case
     lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
     assert lost == pytest.approx(frame.length * frame.thickness * frame.span, rel=1e-9)
@@ -97,7 +94,7 @@ def test_the_slot_is_the_plate(case: tuple[PlateFrame, Slots, Array, IntArray]) 
     assert ends == pytest.approx(rim * frame.thickness, rel=1e-9)
 
 
-def test_sound_tetrahedra(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+def test_sound_tetrahedra(case):
     _, slots, _, _ = case
     assert tet_volumes(slots.points, slots.tets).min() > 0.0
     assert least_dihedral(slots.points[slots.tets]).min() > 5.0
@@ -105,7 +102,7 @@ def test_sound_tetrahedra(case: tuple[PlateFrame, Slots, Array, IntArray]) -> No
     assert len(np.unique(slots.tets)) == len(slots.points)
 
 
-def test_nothing_is_open_but_the_slot(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+def test_nothing_is_open_but_the_slot(case):
     """The outside is what it was, and else the slot's faces alone bound the mesh."""
     frame, slots, points, tets = case
     named = np.vstack([*slots.facets.values()])
@@ -118,7 +115,7 @@ def test_nothing_is_open_but_the_slot(case: tuple[PlateFrame, Slots, Array, IntA
     assert area(slots.points, rest) == pytest.approx(before - flush, rel=1e-9)
 
 
-def test_faces_pair_node_by_node(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+def test_faces_pair_node_by_node(case):
     """Corner and mid-nodes alike; lower facets list the nodes below those of the upper ones."""
     frame, slots, _, _ = case
     upper, lower = slots.facets["plate_0_upper"], slots.facets["plate_0_lower"]
@@ -139,7 +136,7 @@ def test_faces_pair_node_by_node(case: tuple[PlateFrame, Slots, Array, IntArray]
     assert len(one) > len(np.unique(upper))
 
 
-def test_what_lies_far_stays(case: tuple[PlateFrame, Slots, Array, IntArray]) -> None:
+def test_what_lies_far_stays(case):
     _, slots, points, _ = case
     np.testing.assert_array_equal(slots.origin[: len(points)], np.arange(len(points)))
     shift = np.linalg.norm(slots.points - points[slots.origin], axis=1)
@@ -152,7 +149,7 @@ def test_what_lies_far_stays(case: tuple[PlateFrame, Slots, Array, IntArray]) ->
             assert (slots.points[: len(points)][face, axis] == bound).all()
 
 
-def test_half_a_plate_opens_in_the_symmetry_plane() -> None:
+def test_half_a_plate_opens_in_the_symmetry_plane():
     slots, points, tets = opened((INSIDE,), half=True)
     lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
     assert lost == pytest.approx(0.5 * 2.0 * 0.1 * 2.0, rel=1e-9)
@@ -160,7 +157,7 @@ def test_half_a_plate_opens_in_the_symmetry_plane() -> None:
     assert ends == pytest.approx((2.0 * 1.0 + 2.0) * 0.1, rel=1e-9)
 
 
-def test_two_plates_and_another_region() -> None:
+def test_two_plates_and_another_region():
     points, tets = grid()
     regions = carriers(points, tets, PAIR)
     core = points[tets].mean(axis=1)[:, 1] < 1.0
@@ -174,7 +171,7 @@ def test_two_plates_and_another_region() -> None:
     assert kept == pytest.approx(tet_volumes(points, tets)[core].sum(), rel=1e-12)
 
 
-def test_a_flat_tetrahedron_elsewhere_is_mended() -> None:
+def test_a_flat_tetrahedron_elsewhere_is_mended():
     """Snapping to a carrier's outer faces may flatten one; once opened, its nodes are free."""
     points, tets = grid()
     regions = carriers(points, tets, (INSIDE,))
@@ -186,7 +183,7 @@ def test_a_flat_tetrahedron_elsewhere_is_mended() -> None:
     assert least_dihedral(slots.points[slots.tets]).min() > 5.0
 
 
-def test_a_mid_surface_that_is_missing_is_refused() -> None:
+def test_a_mid_surface_that_is_missing_is_refused():
     points, tets = grid()
     regions = carriers(points, tets, (INSIDE,))
     above = (np.abs(points[tets, 1] - 2.5) < 1e-9).sum(axis=1) == 3
@@ -195,7 +192,7 @@ def test_a_mid_surface_that_is_missing_is_refused() -> None:
         open_slots(points, tets, regions, (INSIDE,))
 
 
-def test_a_mid_surface_in_the_symmetry_plane_is_refused() -> None:
+def test_a_mid_surface_in_the_symmetry_plane_is_refused():
     points, tets = grid(half=True)
     upright = replace(CROSSWISE, angle_deg=90.0, y=2.0, low=-1.0, high=1.0)
     middle = points[tets].mean(axis=1)
@@ -204,7 +201,7 @@ def test_a_mid_surface_in_the_symmetry_plane_is_refused() -> None:
         open_slots(points, tets, box.astype(np.int64), (upright,))
 
 
-def test_a_plate_too_thick_for_its_place_is_refused() -> None:
+def test_a_plate_too_thick_for_its_place_is_refused():
     points, tets = grid()
     thick = replace(INSIDE, thickness=6.0)
     with pytest.raises(MeshError, match="turned over"):
@@ -219,7 +216,7 @@ TEXT = """
 """
 
 
-def test_carriers_begin_at_the_mid_surface_and_keep_their_distance() -> None:
+def test_carriers_begin_at_the_mid_surface_and_keep_their_distance():
     design = parse_design(TEXT)
     frames = plate_frames(design)
     boxes = carrier_frames(frames, design)
@@ -235,7 +232,7 @@ def test_carriers_begin_at_the_mid_surface_and_keep_their_distance() -> None:
     assert 0.1 < thin[2].thickness < 0.4 * np.sin(np.pi / 4)
 
 
-def test_what_cannot_be_a_sheet() -> None:
+def test_what_cannot_be_a_sheet():
     bent = replace(INSIDE, bend_radius=20.0)
     upright = replace(CROSSWISE, angle_deg=90.0)
     assert "bent" in str(not_a_sheet(bent))
@@ -247,7 +244,7 @@ def test_what_cannot_be_a_sheet() -> None:
         carrier_frames((bent,), design)
 
 
-def test_a_facet_without_area_holds_its_nodes_in_all_directions() -> None:
+def test_a_facet_without_area_holds_its_nodes_in_all_directions():
     points = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], [0, 1, 0]], dtype=float)
     tets, regions = np.array([[0, 1, 3, 4]]), np.zeros(1, dtype=np.int64)
     held = held_on_faces(points, tets, regions, np.array([[0, 1, 2], [0, 1, 3]]))

@@ -1,7 +1,5 @@
 """Snapping to CAD faces, quadratic facets, Jacobians of curved tetrahedra."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,7 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.tetra.boundary import boundary_facets
-from fingerdesign.mesh.tetra.carriers import Carriers, Chain, carriers_of, plate_faces
+from fingerdesign.mesh.tetra.carriers import Chain, carriers_of, plate_faces
 from fingerdesign.mesh.tetra.snap import (
     least_jacobian_ratio,
     quadratic_facets,
@@ -24,7 +22,7 @@ UNIT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1
 NOTHING = np.zeros((0, 3), dtype=int)
 
 
-def carriers_for(keys: str, symmetric: bool = True) -> Carriers:
+def carriers_for(keys, symmetric=True):
     design = parse_design(f'design.name = "t"\n{keys}')
     return carriers_of(design, plate_frames(design), symmetric)
 
@@ -63,7 +61,7 @@ def carriers_for(keys: str, symmetric: bool = True) -> Carriers:
         ),
     ],
 )
-def test_nodes_go_to_all_faces_that_they_lie_on(keys: str, places: dict) -> None:
+def test_nodes_go_to_all_faces_that_they_lie_on(keys, places):
     carriers = carriers_for(keys)
     points = np.array(list(places.values()))
     named = "chamfer" in keys
@@ -81,7 +79,7 @@ def test_nodes_go_to_all_faces_that_they_lie_on(keys: str, places: dict) -> None
     assert np.abs(snapped - points).max() < 0.5  # to the near faces, nowhere else
 
 
-def _chamfer_named(carriers: Carriers) -> list[str]:
+def _chamfer_named(carriers):
     """Names with the chamfer, a contact face too, from the top."""
     found = []
     for face in carriers.faces:
@@ -91,7 +89,7 @@ def _chamfer_named(carriers: Carriers) -> list[str]:
     return found
 
 
-def test_a_point_that_cannot_be_on_all_of_its_faces_is_an_error() -> None:
+def test_a_point_that_cannot_be_on_all_of_its_faces_is_an_error():
     carriers = carriers_for("plates.count = 0", symmetric=False)
     lies_on = np.array([[face.name == "end" for face in carriers.faces]])
     assert lies_on.sum() == 2
@@ -100,7 +98,7 @@ def test_a_point_that_cannot_be_on_all_of_its_faces_is_an_error() -> None:
 
 
 @pytest.mark.parametrize("shape", ['body.shape = "arc"', 'body.shape = "revolved"'])
-def test_where_a_half_circle_meets_its_sides_height_decides_what_facets_are(shape: str) -> None:
+def test_where_a_half_circle_meets_its_sides_height_decides_what_facets_are(shape):
     carriers = carriers_for(f"{shape}\nbody.arc_radius_mm = 10.0\nplates.count = 0")
     joined = [face for face in carriers.faces if isinstance(face, Chain) and face.side is not None]
     assert len(joined) == 1  # no edge between: one face carries both
@@ -120,7 +118,7 @@ def test_where_a_half_circle_meets_its_sides_height_decides_what_facets_are(shap
     np.testing.assert_allclose(np.hypot(out[1:], snapped[1:, 1] - 10.0), 10.0, atol=1e-12)
 
 
-def test_facets_of_a_corner_are_named_by_the_face_that_carries_them() -> None:
+def test_facets_of_a_corner_are_named_by_the_face_that_carries_them():
     # One tetrahedron in the corner x = -10, y = 0, z = 0 of a finger's half.
     carriers = carriers_for("plates.count = 0")
     points = UNIT + np.array([-10.0, 0.0, 0.0])
@@ -147,7 +145,7 @@ def test_facets_of_a_corner_are_named_by_the_face_that_carries_them() -> None:
         "plates.count = 1\nplates.hole_diameter_mm = 0.5",
     ],
 )
-def test_a_plates_faces_bound_what_it_holds(keys: str) -> None:
+def test_a_plates_faces_bound_what_it_holds(keys):
     design = parse_design(f'design.name = "t"\n{keys}')
     rng = np.random.default_rng(3)
     for frame in plate_frames(design):
@@ -165,7 +163,7 @@ def test_a_plates_faces_bound_what_it_holds(keys: str) -> None:
             np.testing.assert_allclose(step, 1e-6, rtol=1e-5)
 
 
-def test_quadratic_facets_find_the_mid_nodes() -> None:
+def test_quadratic_facets_find_the_mid_nodes():
     nodes, cells = quadratic(UNIT, np.array([[0, 1, 2, 3]]))
     facets = quadratic_facets(cells, np.array([[3, 1, 2]]), len(nodes))
     np.testing.assert_allclose(nodes[facets[0, 3]], 0.5 * (UNIT[3] + UNIT[1]))
@@ -173,7 +171,7 @@ def test_quadratic_facets_find_the_mid_nodes() -> None:
     np.testing.assert_allclose(nodes[facets[0, 5]], 0.5 * (UNIT[3] + UNIT[2]))
 
 
-def test_jacobian_ratio_is_1_straight_and_negative_inverted() -> None:
+def test_jacobian_ratio_is_1_straight_and_negative_inverted():
     nodes, cells = quadratic(UNIT, np.array([[0, 1, 2, 3]]))
     assert least_jacobian_ratio(nodes, cells)[0] == pytest.approx(1.0)
     bent = nodes.copy()

@@ -1,15 +1,10 @@
 """Tetrahedra from fTetWild: accepted meshes are true to the CAD; what fails is named."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import fingerdesign.mesh.tetra.tetwild as tetwild
 from fingerdesign import parse_design
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 from fingerdesign.layout.surface import ContactSurface
@@ -65,13 +60,13 @@ CASES = {
 }
 
 
-def design_of(keys: str) -> Design:
+def design_of(keys):
     base = COARSE.replace("body.depth_mm = 6.0\n", "") if "revolved" in keys else COARSE
     return parse_design(base + keys)
 
 
 @pytest.fixture(scope="module")
-def meshes() -> dict[str, tuple[Design, Mesh]]:
+def meshes():
     made = {}
     for name, (keys, symmetric) in CASES.items():
         design = design_of(keys)
@@ -80,9 +75,7 @@ def meshes() -> dict[str, tuple[Design, Mesh]]:
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_an_accepted_mesh_is_true_to_the_design(
-    case: str, meshes: dict[str, tuple[Design, Mesh]]
-) -> None:
+def test_an_accepted_mesh_is_true_to_the_design(case, meshes):
     design, mesh = meshes[case]
     report = assess(mesh, design)
     assert not Gate().faults(report)
@@ -101,9 +94,7 @@ def test_an_accepted_mesh_is_true_to_the_design(
 
 
 @pytest.mark.parametrize("case", ["plates ending inside", "dome"])
-def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(
-    case: str, meshes: dict[str, tuple[Design, Mesh]]
-) -> None:
+def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(case, meshes):
     design, mesh = meshes[case]
     nodes = {name: mesh.points[np.unique(facets)] for name, facets in mesh.facets.items()}
     np.testing.assert_allclose(nodes["base"][:, 1], 0.0, atol=1e-12)
@@ -114,9 +105,7 @@ def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(
     np.testing.assert_allclose(away, 0.0, atol=1e-12)
 
 
-def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(
-    meshes: dict[str, tuple[Design, Mesh]],
-) -> None:
+def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(meshes):
     _, mesh = meshes["plates to the ends"]
     outward = {"base": [0, -1, 0], "end": [0, 0, 1], "symmetry": [0, 0, -1]}
     for name, normal in outward.items():
@@ -130,9 +119,7 @@ def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(
             assert np.all(off <= 0.1 * length)  # straight, but for the arc's sagitta
 
 
-def test_edges_at_the_contact_come_out_as_requested(
-    meshes: dict[str, tuple[Design, Mesh]],
-) -> None:
+def test_edges_at_the_contact_come_out_as_requested(meshes):
     design, mesh = meshes["no plates"]
     facets = mesh.facets["contact"][:, :3]
     inner = facets[(np.abs(mesh.points[facets, 0]) < 3.0).all(axis=1)]
@@ -146,7 +133,7 @@ def test_edges_at_the_contact_come_out_as_requested(
     assert 0.75 * requested < mean < 1.25 * requested
 
 
-def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once() -> None:
+def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once():
     design = parse_design(
         'design.name="t"\nplates.count=0\nmesh.contact_size_mm=0.01\nmesh.gradation=0.05'
     )
@@ -154,9 +141,7 @@ def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once() -> None:
         tetrahedralise(design, 3.0, use_cache=False)
 
 
-def test_a_mesh_many_times_finer_than_requested_is_refused(
-    monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
-) -> None:
+def test_a_mesh_many_times_finer_than_requested_is_refused(monkeypatch, meshes):
     design, good = meshes["no plates"]
     monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
     monkeypatch.setattr(tetwild, "finish", lambda *arguments: good)
@@ -166,15 +151,13 @@ def test_a_mesh_many_times_finer_than_requested_is_refused(
         tetrahedralise(design, 3.0, use_cache=False)
 
 
-def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(tmp_path, monkeypatch):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
     design = design_of("plates.count = 0")
     first = tetrahedralise(design, 3.0)
     calls = []
 
-    def refuse(*arguments: object) -> None:
+    def refuse(*arguments):
         calls.append(arguments)
         raise MeshError("not to be run")
 
@@ -192,14 +175,12 @@ def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
     assert len(calls) == 2 * design.mesh.attempts
 
 
-def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(
-    monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
-) -> None:
+def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, meshes):
     design, good = meshes["no plates"]
     squashed = good.points * [1.0, 1.0, 0.9]  # 10 % of the volume is missing
     seen = []
 
-    def answer(*arguments: object) -> tuple[np.ndarray, np.ndarray]:
+    def answer(*arguments):
         seen.append(arguments[3])
         return good.points, good.corners
 
@@ -212,14 +193,12 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(
     assert len(set(seen)) > 1  # settings change
 
 
-def test_an_attempt_whose_elements_have_no_volume_is_made_again(
-    monkeypatch: pytest.MonkeyPatch, meshes: dict[str, tuple[Design, Mesh]]
-) -> None:
+def test_an_attempt_whose_elements_have_no_volume_is_made_again(monkeypatch, meshes):
     design, good = meshes["no plates"]
     monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
     left = [np.zeros(1), np.ones(1)]
 
-    def divide(*arguments: object) -> Mesh:
+    def divide(*arguments):
         assert np.isfinite(np.ones(1) / left.pop(0)).all()
         return good
 
@@ -229,7 +208,7 @@ def test_an_attempt_whose_elements_have_no_volume_is_made_again(
     assert "divide by zero" in str(mesh.notes["failed_attempts"])
 
 
-def test_a_vanished_plate_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_vanished_plate_is_refused(monkeypatch):
     design = design_of("plates.count = 1\nmesh.attempts = 1")
     resolved = [way for way in plate_ways(design, True) if not way.cut]
     monkeypatch.setattr(tetwild, "plate_ways", lambda *arguments: tuple(resolved))
@@ -239,7 +218,7 @@ def test_a_vanished_plate_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
         tetrahedralise(design, 3.0, use_cache=False)
 
 
-def test_the_envelope_follows_the_thinnest_part() -> None:
+def test_the_envelope_follows_the_thinnest_part():
     thick = design_of("plates.count = 1")
     thin = parse_design('design.name = "t"\nplates.thickness_mm = 0.04')
     assert envelope_mm(thin, plate_frames(thin)) == pytest.approx(0.004)
@@ -248,8 +227,8 @@ def test_the_envelope_follows_the_thinnest_part() -> None:
     assert envelope_mm(nail, ()) == pytest.approx(0.01, rel=0.1)
 
 
-def test_ways_of_plates() -> None:
-    def names(keys: str) -> list[str]:
+def test_ways_of_plates():
+    def names(keys):
         design = parse_design(f'design.name = "t"\nplates.count = 1\n{keys}')
         return [way.name for way in plate_ways(design, mirrors_in_z(design))]
 

@@ -1,7 +1,5 @@
 """What native code must never see, and what becomes of a mesher that crashes or hangs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +18,7 @@ Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 
 @pytest.fixture
-def cube() -> Surface:
+def cube():
     corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
     squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [t for a, b, c, d in squares for t in ((a, b, c), (a, c, d))]
@@ -28,16 +26,16 @@ def cube() -> Surface:
 
 
 @pytest.fixture
-def field() -> SizeField:
+def field():
     body = parse_design('design.name = "t"\nplates.count = 0').body
     return SizeField(ContactSurface.of(body), (), MeshSizes(1.0, 1.0, 1.0, 0.5), 3.0)
 
 
-def test_a_closed_surface_is_fit(cube: Surface) -> None:
+def test_a_closed_surface_is_fit(cube):
     validate_surface(*cube)
 
 
-def test_unfit_surfaces_are_named(cube: Surface) -> None:
+def test_unfit_surfaces_are_named(cube):
     vertices, triangles = cube
     wrong = vertices.copy()
     wrong[0, 0] = np.nan
@@ -60,16 +58,12 @@ def test_unfit_surfaces_are_named(cube: Surface) -> None:
 
 
 @pytest.mark.parametrize("epsilon", [0.0, -1.0, float("nan"), float("inf")])
-def test_an_epsilon_that_hangs_the_mesher_is_refused(
-    epsilon: float, cube: Surface, field: SizeField
-) -> None:
+def test_an_epsilon_that_hangs_the_mesher_is_refused(epsilon, cube, field):
     with pytest.raises(MeshError, match="epsilon"):
         run_tetwild(*cube, field, Attempt(epsilon), 10.0)
 
 
-def test_a_mesher_out_of_time_is_ended_and_its_input_kept(
-    cube: Surface, field: SizeField, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_mesher_out_of_time_is_ended_and_its_input_kept(cube, field, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with pytest.raises(
         MeshError, match=r"did not finish in 0.05 s; its input is kept as .*in\.npz"
@@ -89,14 +83,7 @@ def test_a_mesher_out_of_time_is_ended_and_its_input_kept(
         ("os._exit(0)", "ended with code 0"),
     ],
 )
-def test_a_mesher_that_dies_is_an_error(
-    code: str,
-    message: str,
-    cube: Surface,
-    field: SizeField,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_mesher_that_dies_is_an_error(code, message, cube, field, tmp_path, monkeypatch):
     text = f"import os, signal\n\n\ndef tetrahedralize(**given):\n    {code}\n"
     (tmp_path / "dying_mesher.py").write_text(text)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
@@ -106,9 +93,7 @@ def test_a_mesher_that_dies_is_an_error(
         run_tetwild(*cube, field, Attempt(0.01), 30.0)
 
 
-def test_success_leaves_nothing_behind(
-    cube: Surface, field: SizeField, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_success_leaves_nothing_behind(cube, field, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     points, tets = run_tetwild(*cube, field, Attempt(0.05, iterations=10), 60.0)
     assert len(tets) > 0

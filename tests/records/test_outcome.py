@@ -10,16 +10,16 @@ from tests.support.any_outcomes import any_outcomes
 GOOD = next(each for each in any_outcomes(6, failed=0.0) if each.status == "ok")
 
 
-def changed(**changes) -> str:
+def changed(**changes):
     return json.dumps(json.loads(GOOD.to_json()) | changes)
 
 
-def test_its_own_text() -> None:
+def test_its_own_text():
     for each in any_outcomes(20):
         assert Outcome.from_json(each.to_json()) == each
 
 
-def nested(depth: int) -> str:
+def nested(depth):
     return changed(values={"k": "DEEP"}).replace('"DEEP"', "[" * depth + "]" * depth)
 
 
@@ -43,6 +43,6 @@ def nested(depth: int) -> str:
     ],
     ids=range(14),
 )
-def test_what_no_page_could_bear_is_refused(text) -> None:
+def test_what_no_page_could_bear_is_refused(text):
     with pytest.raises(OutcomeError):
         Outcome.from_json(text)

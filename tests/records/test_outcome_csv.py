@@ -12,7 +12,7 @@ def rows(text):
     return list(csv.DictReader(io.StringIO(text)))
 
 
-def test_designs_are_read_back_exactly() -> None:
+def test_designs_are_read_back_exactly():
     made = any_outcomes(30)
     found = rows(designs_csv(made))
     assert len(found) == 30
@@ -24,7 +24,7 @@ def test_designs_are_read_back_exactly() -> None:
         assert row["failure_kind"] == (outcome.failure.kind if outcome.failure else "")
 
 
-def test_a_line_is_a_row_whatever_the_names() -> None:
+def test_a_line_is_a_row_whatever_the_names():
     made = any_outcomes(12, hostile=True)
     text = designs_csv(made)
     assert len(text.splitlines()) == 13
@@ -33,7 +33,7 @@ def test_a_line_is_a_row_whatever_the_names() -> None:
     assert "'=1+1" in cells
 
 
-def test_increments_and_grips() -> None:
+def test_increments_and_grips():
     made = any_outcomes(6, failed=0.0)
     path = rows(increments_csv(made))
     assert len(path) == sum(len(o.traces.normal_force_N) for o in made)
@@ -43,7 +43,7 @@ def test_increments_and_grips() -> None:
     assert float(grips[59]["normal_force_N"]) == made[0].grips[0].normal_force_N[-1]
 
 
-def test_shown_text_is_harmless_and_ends() -> None:
+def test_shown_text_is_harmless_and_ends():
     for text in HOSTILE:
         assert not set(shown(text)) & {chr(0), chr(7), "\u2028", "\u202e", "\n"}
     assert len(shown("x" * 10_000_000)) == MOST_TEXT + 1

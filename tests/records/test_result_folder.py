@@ -10,12 +10,12 @@ from fingerdesign.records.folder import refuse_foreign, result_folder
 from fingerdesign.records.result import ResultError
 
 
-def write(target: Path, text: str) -> None:
+def write(target, text):
     with result_folder(target) as folder:
         (folder / "result.json").write_text(json.dumps(text), encoding="utf-8")
 
 
-def write_often(target: Path) -> None:
+def write_often(target):
     for number in range(100):
         write(target, str(number))
 

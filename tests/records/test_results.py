@@ -31,7 +31,7 @@ from fingerdesign.records.result import (
 SCHEMA = Path(results.__file__).parents[1] / "data" / "result.schema.json"
 
 
-def increment(number: int, stick_ratio: float | None = 0.5) -> IncrementResult:
+def increment(number, stick_ratio=0.5):
     gages = tuple(
         GageResult(plate, 3.0 + number, 1.0, 2.0 + number / 2, 1.0 + number / 2, 2.0 + number / 2)
         for plate in range(3)
@@ -54,7 +54,7 @@ def increment(number: int, stick_ratio: float | None = 0.5) -> IncrementResult:
     )
 
 
-def result(**changes: object) -> Result:
+def result(**changes):
     whole = Result(
         design="finger",
         scene="fundamental",
@@ -71,7 +71,7 @@ def result(**changes: object) -> Result:
     return dataclasses.replace(whole, **changes)  # type: ignore[arg-type]
 
 
-def trace(steps: int = 4) -> GripTrace:
+def trace(steps=4):
     rising = np.linspace(0.0, 1.0, steps)
     return GripTrace(
         controller="paper/1",
@@ -90,21 +90,21 @@ def trace(steps: int = 4) -> GripTrace:
     )
 
 
-def test_result_comes_back_the_same_from_json() -> None:
+def test_result_comes_back_the_same_from_json():
     before = result(
         seeds={"plant": 3}, parameters={"body.width_mm": 20.0, "plates.placement": None}
     )
     assert Result.from_json(before.to_json()) == before
 
 
-def test_failed_result_comes_back_too() -> None:
+def test_failed_result_comes_back_too():
     before = result(
         status="failed", failure="No mesh was accepted.", model=None, mesh=None, increments=()
     )
     assert Result.from_json(before.to_json()) == before
 
 
-def test_keys_are_those_of_the_contract() -> None:
+def test_keys_are_those_of_the_contract():
     content = json.loads(result().to_json())
     assert {
         *("design", "scene", "digest", "versions", "fidelity", "status", "failure", "warnings"),
@@ -125,18 +125,18 @@ def test_keys_are_those_of_the_contract() -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), np.float64("nan")])
-def test_a_value_that_is_no_number_is_refused_by_key(value: float) -> None:
+def test_a_value_that_is_no_number_is_refused_by_key(value):
     broken = dataclasses.replace(increment(1), normal_force_N=value)
     with pytest.raises(ResultError, match=r"increments\[1\].normal_force_N"):
         result(increments=(increment(1), broken)).to_json()
 
 
-def test_numpy_scalars_are_written_as_numbers() -> None:
+def test_numpy_scalars_are_written_as_numbers():
     odd = dataclasses.replace(increment(1), iterations=np.int64(7), residual=np.float32(0.5))
     assert json.loads(result(increments=(odd,)).to_json())["increments"][0]["iterations"] == 7
 
 
-def test_every_fault_of_a_file_is_named() -> None:
+def test_every_fault_of_a_file_is_named():
     content = json.loads(result().to_json())
     content["increments"][1]["iterations"] = "five"
     content["grips"][0]["controler"] = content["grips"][0].pop("controller")
@@ -148,12 +148,12 @@ def test_every_fault_of_a_file_is_named() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema_version": 99}', '{"a": NaN}', "\x00"])
-def test_what_is_no_result_is_a_named_fault(text: str) -> None:
+def test_what_is_no_result_is_a_named_fault(text):
     with pytest.raises(DesignError, match=r"schema_version|JSON"):
         Result.from_json(text)
 
 
-def test_status_and_failure_agree() -> None:
+def test_status_and_failure_agree():
     with pytest.raises(ValueError, match="failure"):
         result(status="failed")
     with pytest.raises(ValueError, match="failure"):
@@ -162,7 +162,7 @@ def test_status_and_failure_agree() -> None:
         result(mesh=None)
 
 
-def test_shipped_schema_is_current_and_holds_a_result() -> None:
+def test_shipped_schema_is_current_and_holds_a_result():
     import jsonschema
 
     wanted = schema_text("result")
@@ -173,7 +173,7 @@ def test_shipped_schema_is_current_and_holds_a_result() -> None:
         jsonschema.validate(json.loads(result().to_json()) | {"status": "perhaps"}, schema)
 
 
-def test_folder_holds_history_a_row_an_increment(tmp_path: Path) -> None:
+def test_folder_holds_history_a_row_an_increment(tmp_path):
     folder = write_result_folder(tmp_path / "a", result(), [trace(), trace()], {"r.html": "hello"})
     assert {path.name for path in folder.iterdir()} == {
         *("result.json", "history.csv", "r.html"),
@@ -193,7 +193,7 @@ def test_folder_holds_history_a_row_an_increment(tmp_path: Path) -> None:
     assert float(steps[-1]["friction_limit_N"]) == pytest.approx(1.2)
 
 
-def test_older_result_is_replaced_whole(tmp_path: Path) -> None:
+def test_older_result_is_replaced_whole(tmp_path):
     write_result_folder(tmp_path / "a", result(), [trace()])
     write_result_folder(tmp_path / "a", result(scene="other"))
     assert read_result(tmp_path / "a").scene == "other"
@@ -201,10 +201,10 @@ def test_older_result_is_replaced_whole(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_interrupted_work_leaves_the_older_result_and_nothing_else(tmp_path: Path) -> None:
+def test_interrupted_work_leaves_the_older_result_and_nothing_else(tmp_path):
     write_result_folder(tmp_path / "a", result())
 
-    def interrupted() -> None:
+    def interrupted():
         with result_folder(tmp_path / "a") as folder:
             (folder / "result.json").write_text("half", encoding="utf-8")
             raise KeyboardInterrupt
@@ -215,13 +215,11 @@ def test_interrupted_work_leaves_the_older_result_and_nothing_else(tmp_path: Pat
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_failed_renaming_puts_the_older_result_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_failed_renaming_puts_the_older_result_back(tmp_path, monkeypatch):
     write_result_folder(tmp_path / "a", result())
     rename = Path.rename
 
-    def refuse_the_new(self: Path, target: Path) -> Path:
+    def refuse_the_new(self, target):
         if ".partial-" in self.name:
             raise OSError("no")
         return rename(self, target)
@@ -233,7 +231,7 @@ def test_failed_renaming_puts_the_older_result_back(
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_a_foreign_folder_is_left_alone(tmp_path: Path) -> None:
+def test_a_foreign_folder_is_left_alone(tmp_path):
     (tmp_path / "thesis.txt").write_text("years of work", encoding="utf-8")
     with pytest.raises(ResultError, match="left alone"):
         write_result_folder(tmp_path, result())
@@ -243,8 +241,8 @@ def test_a_foreign_folder_is_left_alone(tmp_path: Path) -> None:
         write_result_folder(tmp_path / "file", result())
 
 
-def test_a_folder_without_result_json_does_not_appear(tmp_path: Path) -> None:
-    def without() -> None:
+def test_a_folder_without_result_json_does_not_appear(tmp_path):
+    def without():
         with result_folder(tmp_path / "a") as folder:
             (folder / "history.csv").write_text("", encoding="utf-8")
 
@@ -253,6 +251,6 @@ def test_a_folder_without_result_json_does_not_appear(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_arrays_of_other_shapes_are_refused() -> None:
+def test_arrays_of_other_shapes_are_refused():
     with pytest.raises(ValueError, match=r"GripTrace.dx has shape \(3,\)"):
         dataclasses.replace(trace(), dx=np.zeros(3))

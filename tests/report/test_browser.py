@@ -3,7 +3,6 @@
 import json
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 
@@ -15,7 +14,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def visit(page: Path, work: Path) -> tuple[list[str], set[str], str]:
+def visit(page, work):
     """Console messages, addresses that the page asked for, and the page as the browser has it."""
     log = work / "net.json"
     done = subprocess.run(
@@ -43,7 +42,7 @@ def visit(page: Path, work: Path) -> tuple[list[str], set[str], str]:
     return console, requested, done.stdout
 
 
-def test_the_watch_sees_errors_and_requests(tmp_path) -> None:
+def test_the_watch_sees_errors_and_requests(tmp_path):
     page = tmp_path / "bad.html"
     page.write_text(
         '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
@@ -53,7 +52,7 @@ def test_the_watch_sees_errors_and_requests(tmp_path) -> None:
     assert requested == {"http://127.0.0.1:9/x.png"}
 
 
-def test_report_opens_in_silence(solid, tmp_path) -> None:
+def test_report_opens_in_silence(solid, tmp_path):
     console, requested, shown = visit(write_report(solid, tmp_path), tmp_path)
     assert console == []
     assert requested == set()

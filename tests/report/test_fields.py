@@ -27,7 +27,7 @@ def known_strain(gradient):
 
 
 @pytest.mark.parametrize("which", ["plane_strain", "solid"])
-def test_linear_displacement_gives_its_strain_on_curved_cells(which, request) -> None:
+def test_linear_displacement_gives_its_strain_on_curved_cells(which, request):
     mesh = bent(request.getfixturevalue(which).mesh)
     gradient = np.zeros((3, 3))
     d = mesh.dimension
@@ -36,7 +36,7 @@ def test_linear_displacement_gives_its_strain_on_curved_cells(which, request) ->
     assert np.allclose(strain, known_strain(gradient), rtol=0, atol=1e-6)
 
 
-def test_quadratic_displacement_is_exact_at_the_centroid(plane_strain) -> None:
+def test_quadratic_displacement_is_exact_at_the_centroid(plane_strain):
     mesh = plane_strain.mesh
     x, y = mesh.points.T
     displacement = np.stack([1e-4 * x * y, 1e-4 * x**2], axis=1)
@@ -48,7 +48,7 @@ def test_quadratic_displacement_is_exact_at_the_centroid(plane_strain) -> None:
 
 
 @pytest.mark.parametrize("which", ["plane_strain", "solid"])
-def test_files_open_in_pyvista_with_all_they_hold(which, request, tmp_path) -> None:
+def test_files_open_in_pyvista_with_all_they_hold(which, request, tmp_path):
     import pyvista
 
     analysis = request.getfixturevalue(which)
@@ -74,7 +74,7 @@ def test_files_open_in_pyvista_with_all_they_hold(which, request, tmp_path) -> N
     assert np.allclose(size, exact, rtol=1e-6, atol=1e-12)
 
 
-def test_without_fields_the_mesh_alone_is_written(plane_strain, tmp_path) -> None:
+def test_without_fields_the_mesh_alone_is_written(plane_strain, tmp_path):
     import meshio
 
     (path,) = write_fields(tmp_path, plane_strain.mesh, None)
@@ -82,6 +82,6 @@ def test_without_fields_the_mesh_alone_is_written(plane_strain, tmp_path) -> Non
     assert np.array_equal(meshio.read(path).cells[0].data, plane_strain.mesh.cells)
 
 
-def test_fields_of_another_mesh_are_refused(plane_strain, solid, tmp_path) -> None:
+def test_fields_of_another_mesh_are_refused(plane_strain, solid, tmp_path):
     with pytest.raises(ValueError, match="not of the mesh"):
         write_fields(tmp_path, plane_strain.mesh, solid.fields)

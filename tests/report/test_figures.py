@@ -34,7 +34,7 @@ def flat(figures):
     return [figure for section in figures.values() for figure in section]
 
 
-def test_every_figure_of_the_paper_is_there(figures) -> None:
+def test_every_figure_of_the_paper_is_there(figures):
     keys = {section: [figure.key for figure in inside] for section, inside in figures.items()}
     assert keys == {
         "contact": ["forces", "status", "tractions"],
@@ -44,7 +44,7 @@ def test_every_figure_of_the_paper_is_there(figures) -> None:
     }
 
 
-def test_each_is_sound_svg_with_words_for_it(figures) -> None:
+def test_each_is_sound_svg_with_words_for_it(figures):
     for figure in flat(figures):
         root = ElementTree.fromstring(figure.image)
         assert root.tag == "{http://www.w3.org/2000/svg}svg"
@@ -54,7 +54,7 @@ def test_each_is_sound_svg_with_words_for_it(figures) -> None:
         assert re.search(r"\d", figure.alternative), "words without a number say little"
 
 
-def test_ids_are_unique_over_the_whole_page_and_references_hold(figures) -> None:
+def test_ids_are_unique_over_the_whole_page_and_references_hold(figures):
     text = "".join(figure.image for figure in flat(figures))
     ids = re.findall(r'\bid="([^"]+)"', text)
     assert len(ids) == len(set(ids))
@@ -62,19 +62,19 @@ def test_ids_are_unique_over_the_whole_page_and_references_hold(figures) -> None
     assert used <= set(ids)
 
 
-def test_colours_follow_the_theme(figures) -> None:
+def test_colours_follow_the_theme(figures):
     for figure in flat(figures):
         bare = re.findall(r"(?:fill|stroke): (#[0-9a-f]{6})", figure.image)
         assert set(bare) <= {"#ffffff", "#000000"}, figure.key
         assert f"var(--ink, {COLOURS['ink']})" in figure.image
 
 
-def test_same_data_give_the_same_svg(plane_strain, figures) -> None:
+def test_same_data_give_the_same_svg(plane_strain, figures):
     again = report_figures(plane_strain)
     assert [figure.image for figure in flat(again)] == [figure.image for figure in flat(figures)]
 
 
-def test_text_is_text_and_names_what_is_drawn(figures) -> None:
+def test_text_is_text_and_names_what_is_drawn(figures):
     shown = {figure.key: figure.image for figure in flat(figures)}
     for word in ("stick", "slip", "open", "x (mm)"):
         assert f">{word}</text>" in shown["status"]
@@ -83,14 +83,14 @@ def test_text_is_text_and_names_what_is_drawn(figures) -> None:
     assert "0.99 (raw 1.00)" in shown["areas"]
 
 
-def test_three_dimensional_map_is_small(solid) -> None:
+def test_three_dimensional_map_is_small(solid):
     with house_style():
         figure = status_figure(solid.contact)
     assert figure.image.count("data:image/png") >= 8
     assert len(figure.image) < 600_000
 
 
-def test_top_view_covers_the_surface_once(solid) -> None:
+def test_top_view_covers_the_surface_once(solid):
     patches, owner = dual_patches(solid.contact)
     x, y = patches[..., 0], patches[..., 1]
     area = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
@@ -98,7 +98,7 @@ def test_top_view_covers_the_surface_once(solid) -> None:
     assert set(owner) == set(range(len(solid.contact.points)))
 
 
-def test_least_angles_of_known_shapes() -> None:
+def test_least_angles_of_known_shapes():
     height = np.sqrt(3) / 2
     flat_points, flat_cells = quadratic(
         np.array([[0.0, 0.0], [1.0, 0.0], [0.5, height]]), np.array([[0, 1, 2]])
@@ -113,14 +113,14 @@ def test_least_angles_of_known_shapes() -> None:
     assert least_angles(solid) == pytest.approx(known)
 
 
-def test_what_is_missing_is_left_out(plane_strain, failed) -> None:
+def test_what_is_missing_is_left_out(plane_strain, failed):
     assert flat(report_figures(failed)) == []
     bare = dataclasses.replace(plane_strain.result, increments=(), timings_s={})
     only_mesh = Analysis(bare, mesh=plane_strain.mesh)
     assert [figure.key for figure in flat(report_figures(only_mesh))] == ["quality"]
 
 
-def test_never_touching_and_single_increment(plane_strain) -> None:
+def test_never_touching_and_single_increment(plane_strain):
     contact = plane_strain.contact
     first = {
         name: getattr(contact, name)[:1]
@@ -138,7 +138,7 @@ def test_never_touching_and_single_increment(plane_strain) -> None:
     assert "not defined" in words["forces"]
 
 
-def test_noise_is_neither_drawn_nor_said(plane_strain) -> None:
+def test_noise_is_neither_drawn_nor_said(plane_strain):
     """Without friction and after unloading: no scale of 1e-16, no minus zero."""
     contact, result = plane_strain.contact, plane_strain.result
     status = contact.status.copy()
@@ -167,21 +167,21 @@ def test_noise_is_neither_drawn_nor_said(plane_strain) -> None:
         assert not re.search(r"e-1\d|-0\.0+\b|-0 ", figure.alternative), figure.key
 
 
-def test_peak_pressure_in_3d_is_that_of_the_middle(solid) -> None:
+def test_peak_pressure_in_3d_is_that_of_the_middle(solid):
     figures = {figure.key: figure for figure in flat(report_figures(solid))}
     assert "the pressure on the mid-plane z = 0 peaks" in figures["tractions"].alternative
     assert ">open</text>" in figures["status"].image
     assert "without making this page" in figures["time"].reading
 
 
-def test_the_study_says_its_path_and_threshold(figures) -> None:
+def test_the_study_says_its_path_and_threshold(figures):
     for figure in figures["gages"][:2]:
         assert "the shear scaled by μ / μ of the scene" in figure.reading
     assert "half of this finger's largest response at full stick" in figures["gages"][1].reading
     assert "correlation of A with the stick area" in figures["gages"][0].reading
 
 
-def test_words_of_the_map_follow_the_data(plane_strain) -> None:
+def test_words_of_the_map_follow_the_data(plane_strain):
     contact = plane_strain.contact
     status = np.where(contact.status == STICK, SLIP, contact.status)
     with house_style():
@@ -199,7 +199,7 @@ def test_words_of_the_map_follow_the_data(plane_strain) -> None:
     assert 1.9 < high <= 4.0
 
 
-def test_study_without_any_response_is_drawn(plane_strain) -> None:
+def test_study_without_any_response_is_drawn(plane_strain):
     study = plane_strain.slip_studies[0]
     silent = dataclasses.replace(
         study,
@@ -212,7 +212,7 @@ def test_study_without_any_response_is_drawn(plane_strain) -> None:
         assert "not defined" in area_figure((silent,)).alternative
 
 
-def test_grip_that_never_lifts_is_drawn_and_said(plane_strain) -> None:
+def test_grip_that_never_lifts_is_drawn_and_said(plane_strain):
     trace = dataclasses.replace(plane_strain.grip_traces[0], lift_step=None, without_rule=None)
     with house_style():
         figure = paths_figure((trace,))
@@ -221,7 +221,7 @@ def test_grip_that_never_lifts_is_drawn_and_said(plane_strain) -> None:
     assert ">without the rule</text>" not in figure.image
 
 
-def test_a_hand_that_reads_no_gages_has_no_gage_area(plane_strain) -> None:
+def test_a_hand_that_reads_no_gages_has_no_gage_area(plane_strain):
     trace = plane_strain.grip_traces[0]
     deaf = dataclasses.replace(
         trace, controller="fixed_force", gage_area_mm=np.full_like(trace.gage_area_mm, np.nan)
@@ -236,7 +236,7 @@ def test_a_hand_that_reads_no_gages_has_no_gage_area(plane_strain) -> None:
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 6, 7, 8])
 @pytest.mark.parametrize("slope", [1 / 6, 0.5, 1.0, 2.0, 6.0])
-def test_panels_of_the_map_fit_the_page(count, slope) -> None:
+def test_panels_of_the_map_fit_the_page(count, slope):
     columns, width = _panel_grid(count, slope)
     rows = -(-count // columns)
     assert columns * width + 0.25 * (columns - 1) <= 6.5 + 1e-9
@@ -244,7 +244,7 @@ def test_panels_of_the_map_fit_the_page(count, slope) -> None:
     assert (rows - 1) * columns < count <= rows * columns
 
 
-def test_the_map_shows_what_touched_and_little_more(solid) -> None:
+def test_the_map_shows_what_touched_and_little_more(solid):
     contact = solid.contact
     patches, owner = dual_patches(contact)
     touched = (contact.status != 0).any(axis=0)[owner]
@@ -255,7 +255,7 @@ def test_the_map_shows_what_touched_and_little_more(solid) -> None:
         assert high - low <= 1.3 * (within.max() - within.min()) + 0.2
 
 
-def test_what_leaves_the_section_is_drawn(solid) -> None:
+def test_what_leaves_the_section_is_drawn(solid):
     result = solid.result
     rows = tuple(
         dataclasses.replace(row, twist_deg=0.5, force_z_N=0.3, twist_moment_Nmm=2.0)
@@ -268,7 +268,7 @@ def test_what_leaves_the_section_is_drawn(solid) -> None:
     assert "moment" not in force_figure(result).image
 
 
-def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid) -> None:
+def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid):
     contact = solid.contact
     aside = np.full_like(contact.tangential_traction, 0.03)
     figure = traction_figure(dataclasses.replace(contact, tangential_traction=aside))
@@ -279,7 +279,7 @@ def test_tractions_with_a_part_along_z_are_drawn_in_magnitude(solid) -> None:
     assert "shear traction along x" in figure.image
 
 
-def test_forces_prescribed_are_not_called_motion(plane_strain) -> None:
+def test_forces_prescribed_are_not_called_motion(plane_strain):
     result = plane_strain.result
     assert "increment of the object's motion" in force_figure(result).reading
     keys = result.parameters | {"scene.path.control": "force"}
@@ -289,7 +289,7 @@ def test_forces_prescribed_are_not_called_motion(plane_strain) -> None:
     assert "tangential force" not in status_figure(plane_strain.contact).reading
 
 
-def test_a_sloping_object_is_not_said_to_hold_coulomb_to_the_digit(plane_strain) -> None:
+def test_a_sloping_object_is_not_said_to_hold_coulomb_to_the_digit(plane_strain):
     contact = plane_strain.contact
     sliding = dataclasses.replace(
         contact,

@@ -19,7 +19,7 @@ VOID = {"meta", "link", "img", "br", "hr", "input"}
 class Page(HTMLParser):
     """Collects what the tests ask for; fails on tags that do not close."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__()
         self.ids: list[str] = []
         self.links: list[str] = []
@@ -29,7 +29,7 @@ class Page(HTMLParser):
         self.feed(text)
         assert not self.open
 
-    def handle_starttag(self, tag, attrs) -> None:
+    def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
         values = dict(attrs)
         if "id" in values:
@@ -40,15 +40,15 @@ class Page(HTMLParser):
         if tag not in VOID:
             self.open.append(tag)
 
-    def handle_startendtag(self, tag, attrs) -> None:
+    def handle_startendtag(self, tag, attrs):
         self.handle_starttag(tag, attrs)
         if tag not in VOID:
             self.open.pop()
 
-    def handle_endtag(self, tag) -> None:
+    def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
-    def handle_data(self, data) -> None:
+    def handle_data(self, data):
         self.words += data
 
 
@@ -62,7 +62,7 @@ def page(text):
     return Page(text)
 
 
-def test_nothing_is_fetched_and_nothing_runs(page, text) -> None:
+def test_nothing_is_fetched_and_nothing_runs(page, text):
     assert "script" not in page.tags
     assert all(link.startswith(("#", "data:")) for link in page.links)
     assert not re.search(r"url\((?!#)|@import", text)
@@ -70,12 +70,12 @@ def test_nothing_is_fetched_and_nothing_runs(page, text) -> None:
     assert "default-src 'none'" in text
 
 
-def test_ids_are_unique_and_links_lead_somewhere(page) -> None:
+def test_ids_are_unique_and_links_lead_somewhere(page):
     assert len(page.ids) == len(set(page.ids))
     assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
 
 
-def test_verdict_assumptions_figures_and_record_are_there(page) -> None:
+def test_verdict_assumptions_figures_and_record_are_there(page):
     for words in (
         *("Does the gage area follow the stick area?", "3 of 3 grips lift it", "1.25 to 1.40"),
         *("plates.cover_mm = 2.0 is thinner", "body.arc_radius_mm", "The grips: tangential"),
@@ -88,13 +88,13 @@ def test_verdict_assumptions_figures_and_record_are_there(page) -> None:
     assert page.tags.count("h1") == 1
 
 
-def test_headings_step_down_one_level_at_a_time(page) -> None:
+def test_headings_step_down_one_level_at_a_time(page):
     levels = [int(tag[1]) for tag in page.tags if re.fullmatch(r"h[1-6]", tag)]
     assert levels[0] == 1
     assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
 
 
-def test_words_of_the_design_cannot_become_markup(plane_strain) -> None:
+def test_words_of_the_design_cannot_become_markup(plane_strain):
     evil = '<script>alert("x")</script><img src=//e.example onerror=alert(1)>'
     changed = dataclasses.replace(
         plane_strain.result,
@@ -115,7 +115,7 @@ def test_words_of_the_design_cannot_become_markup(plane_strain) -> None:
     assert evil in page.words
 
 
-def test_failed_analysis_says_what_failed(failed) -> None:
+def test_failed_analysis_says_what_failed(failed):
     page = Page(report_html(failed))
     assert "It failed: No mesh passed the acceptance gate after 3 attempts" in page.words
     assert "There is no mesh, so there is no picture." in page.words
@@ -123,7 +123,7 @@ def test_failed_analysis_says_what_failed(failed) -> None:
     assert "svg" not in page.tags
 
 
-def test_pictures_are_inside(solid, tmp_path) -> None:
+def test_pictures_are_inside(solid, tmp_path):
     path = write_report(solid, tmp_path)
     page = Page(path.read_text(encoding="utf-8"))
     assert page.tags.count("img") == 2
@@ -131,7 +131,7 @@ def test_pictures_are_inside(solid, tmp_path) -> None:
     assert path.stat().st_size < 3_000_000
 
 
-def test_scene_points_and_half_are_on_the_page(solid) -> None:
+def test_scene_points_and_half_are_on_the_page(solid):
     strain = PointStrain(12.5, -2.0, 0.0, 1.0, -3.0, 0.5)
     rows = tuple(dataclasses.replace(r, points=(strain,)) for r in solid.result.increments)
     scene = {
@@ -147,7 +147,7 @@ def test_scene_points_and_half_are_on_the_page(solid) -> None:
     assert {"table-points", "table-scene"} <= set(page.ids)
 
 
-def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch) -> None:
+def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch):
     def broken(self):
         raise PictureError("the drawing process failed (ended by signal 11)")
 
@@ -157,7 +157,7 @@ def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch) -> No
     assert page.tags.count("svg") == 12
 
 
-def test_report_imports_nothing_that_computes() -> None:
+def test_report_imports_nothing_that_computes():
     """report/ knows results; neither contact, fem, control nor the pipeline."""
     import ast
     from pathlib import Path

@@ -16,24 +16,23 @@ from fingerdesign.analysis.page.picture import (
     surface_of,
 )
 from fingerdesign.errors import PictureError
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.result import FieldHistory, GageLayout
 
 
-def enclosed_volume(surface) -> float:
+def enclosed_volume(surface):
     """By the divergence theorem; right only if closed and looking outward."""
     a, b, c = (surface.points[surface.triangles[:, i]] for i in range(3))
     return float(np.sum(a * np.cross(b, c)) / 6)
 
 
-def cells_volume(mesh: Mesh, chosen) -> float:
+def cells_volume(mesh, chosen):
     corners = mesh.points[mesh.corners[chosen]]
     edges = corners[:, 1:] - corners[:, :1]
     return float(np.abs(np.linalg.det(edges)).sum() / (2 if mesh.dimension == 2 else 6))
 
 
 @pytest.mark.parametrize("plates", [False, True])
-def test_surface_of_a_section_closes_around_its_volume(plane_strain, plates) -> None:
+def test_surface_of_a_section_closes_around_its_volume(plane_strain, plates):
     mesh = plane_strain.mesh
     chosen = mesh.regions > 0 if plates else np.ones(len(mesh.cells), dtype=bool)
     volume = 10.0 * cells_volume(mesh, chosen)
@@ -41,7 +40,7 @@ def test_surface_of_a_section_closes_around_its_volume(plane_strain, plates) -> 
 
 
 @pytest.mark.parametrize("plates", [False, True])
-def test_surface_of_a_half_model_is_that_of_the_whole(solid, plates) -> None:
+def test_surface_of_a_half_model_is_that_of_the_whole(solid, plates):
     mesh = solid.mesh
     chosen = mesh.regions > 0 if plates else np.ones(len(mesh.cells), dtype=bool)
     surface = surface_of(mesh, chosen, 10.0)
@@ -50,14 +49,14 @@ def test_surface_of_a_half_model_is_that_of_the_whole(solid, plates) -> None:
     assert np.allclose(np.abs(mesh.points[surface.nodes, 2]), np.abs(surface.points[:, 2]))
 
 
-def test_boundary_of_two_tetrahedra_leaves_their_shared_face_out() -> None:
+def test_boundary_of_two_tetrahedra_leaves_their_shared_face_out():
     facets = boundary(np.array([[0, 1, 2, 3], [1, 2, 3, 4]]))
     assert len(facets) == 6
     assert {1, 2, 3} not in [set(facet) for facet in facets.tolist()]
 
 
 @pytest.mark.parametrize(("face", "count"), [("upper", 1), ("lower", 1), ("both", 2)])
-def test_gages_lie_on_the_faces_that_carry_them(plane_strain, face, count) -> None:
+def test_gages_lie_on_the_faces_that_carry_them(plane_strain, face, count):
     plate = plane_strain.plates[3]
     quads = gage_quads((plate,), GageLayout(1.2, 0.8, 0.5, face))
     assert quads.shape == (count, 4, 3)
@@ -71,7 +70,7 @@ def test_gages_lie_on_the_faces_that_carry_them(plane_strain, face, count) -> No
 
 
 @pytest.mark.parametrize("which", ["plane_strain", "solid"])
-def test_pictures_are_drawn_without_a_display(which, request, monkeypatch) -> None:
+def test_pictures_are_drawn_without_a_display(which, request, monkeypatch):
     from PIL import Image
 
     monkeypatch.delenv("DISPLAY", raising=False)
@@ -91,7 +90,7 @@ def test_pictures_are_drawn_without_a_display(which, request, monkeypatch) -> No
     assert pictures["deformed"].scale_mm == pytest.approx(moved.max(), rel=0.02)
 
 
-def test_a_crash_and_a_hang_are_named(plane_strain, monkeypatch) -> None:
+def test_a_crash_and_a_hang_are_named(plane_strain, monkeypatch):
     with (
         PictureJob(plane_strain, time_limit_s=0.01) as job,
         pytest.raises(PictureError, match="longer than"),
@@ -105,7 +104,7 @@ def test_a_crash_and_a_hang_are_named(plane_strain, monkeypatch) -> None:
         job.pictures()
 
 
-def test_what_does_not_move_is_not_coloured(plane_strain) -> None:
+def test_what_does_not_move_is_not_coloured(plane_strain):
     fields = FieldHistory((3,), 1e-13 * plane_strain.fields.displacement[-1:])
     still = dataclasses.replace(
         plane_strain,
@@ -119,12 +118,12 @@ def test_what_does_not_move_is_not_coloured(plane_strain) -> None:
     assert "no plates inside it" in job.words["inside"]
 
 
-def test_no_mesh_no_picture(failed) -> None:
+def test_no_mesh_no_picture(failed):
     with pytest.raises(PictureError, match="no mesh"):
         PictureJob(failed)
 
 
-def test_a_field_of_another_mesh_is_refused(plane_strain, solid) -> None:
+def test_a_field_of_another_mesh_is_refused(plane_strain, solid):
     mixed = Analysis(plane_strain.result, mesh=plane_strain.mesh, fields=solid.fields)
     with pytest.raises(PictureError, match="does not belong"):
         PictureJob(mixed)

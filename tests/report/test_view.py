@@ -16,7 +16,7 @@ def out(tmp_path, plane_strain, failed):
     return tmp_path
 
 
-def test_one_result_is_shown_with_its_report(out, capsys) -> None:
+def test_one_result_is_shown_with_its_report(out, capsys):
     assert main(["view", str(out / "maeno2000")]) == 0
     shown = capsys.readouterr().out
     assert f"report: {out / 'maeno2000' / 'report.html'}" in shown
@@ -25,7 +25,7 @@ def test_one_result_is_shown_with_its_report(out, capsys) -> None:
     assert "0.394" in shown  # the stick ratio of increment 6
 
 
-def test_every_result_of_an_out_folder_is_shown(out, capsys) -> None:
+def test_every_result_of_an_out_folder_is_shown(out, capsys):
     assert main(["view", str(out), "--json"]) == 0
     shown = json.loads(capsys.readouterr().out)
     assert [item["design"] for item in shown] == ["maeno2000", "narrow"]
@@ -33,7 +33,7 @@ def test_every_result_of_an_out_folder_is_shown(out, capsys) -> None:
     assert "No mesh passed" in shown[1]["failure"]
 
 
-def test_the_browser_opens_only_when_requested(out, monkeypatch) -> None:
+def test_the_browser_opens_only_when_requested(out, monkeypatch):
     opened = []
     monkeypatch.setattr("click.launch", opened.append)
     assert main(["view", str(out / "narrow"), "--quiet"]) == 0
@@ -42,7 +42,7 @@ def test_the_browser_opens_only_when_requested(out, monkeypatch) -> None:
     assert opened == [(out / "narrow" / "report.html").as_uri()]
 
 
-def test_no_result_is_wrong_input_said_in_one_line(tmp_path, capsys) -> None:
+def test_no_result_is_wrong_input_said_in_one_line(tmp_path, capsys):
     assert main(["view", str(tmp_path / "nowhere")]) == 2
     assert capsys.readouterr().err.startswith("DIR = ")
     (tmp_path / "result.json").write_text("{", encoding="utf-8")

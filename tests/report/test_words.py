@@ -43,7 +43,7 @@ def with_correlations(result, *values):
         ((0.5, -0.9, None), "no", "not at any"),
     ],
 )
-def test_gage_area_verdict(plane_strain, values, answer, words) -> None:
+def test_gage_area_verdict(plane_strain, values, answer, words):
     found = findings(with_correlations(plane_strain.result, *values))[0]
     assert found.answer == answer
     assert words in found.detail
@@ -53,13 +53,13 @@ def test_gage_area_verdict(plane_strain, values, answer, words) -> None:
     assert "over 9 microstrain/N, half of this finger's largest" in found.detail
 
 
-def test_nothing_defined_is_an_open_question(plane_strain) -> None:
+def test_nothing_defined_is_an_open_question(plane_strain):
     found = findings(with_correlations(plane_strain.result, None, None, None))[0]
     assert found.answer == "open"
     assert "not defined at any friction" in found.detail
 
 
-def test_not_studied_and_no_plates_are_open_questions(plane_strain) -> None:
+def test_not_studied_and_no_plates_are_open_questions(plane_strain):
     bare = dataclasses.replace(plane_strain.result, slip_studies=(), grips=())
     (found,) = findings(bare)
     assert found.question == "Does the contact hold at the end of the path?"
@@ -76,7 +76,7 @@ def test_not_studied_and_no_plates_are_open_questions(plane_strain) -> None:
         ({"gross_slip": True, "lifted": False, "safety_margin": None}, "(slips completely;"),
     ],
 )
-def test_a_grip_that_fails_is_named(plane_strain, changes, words) -> None:
+def test_a_grip_that_fails_is_named(plane_strain, changes, words):
     grips = plane_strain.result.grips
     result = dataclasses.replace(
         plane_strain.result, grips=(dataclasses.replace(grips[0], **changes), *grips[1:])
@@ -88,7 +88,7 @@ def test_a_grip_that_fails_is_named(plane_strain, changes, words) -> None:
     assert "1.29 to 1.40" in found.detail, "the margin is that of the grips that lift"
 
 
-def test_a_rule_that_was_not_needed_is_said(plane_strain) -> None:
+def test_a_rule_that_was_not_needed_is_said(plane_strain):
     grips = tuple(
         dataclasses.replace(grip, slips_without_rule=False, holds=0)
         for grip in plane_strain.result.grips
@@ -107,9 +107,7 @@ def test_a_rule_that_was_not_needed_is_said(plane_strain) -> None:
         ((False, False, False), 0, "no", "the rule held in 0."),
     ],
 )
-def test_a_rule_that_did_not_help_was_not_needed(
-    plane_strain, slips_with, holds, answer, words
-) -> None:
+def test_a_rule_that_did_not_help_was_not_needed(plane_strain, slips_with, holds, answer, words):
     grips = tuple(
         dataclasses.replace(grip, slips_without_rule=True, gross_slip=slips, holds=holds)
         for grip, slips in zip(plane_strain.result.grips, slips_with, strict=True)
@@ -119,7 +117,7 @@ def test_a_rule_that_did_not_help_was_not_needed(
     assert words in found.detail
 
 
-def test_a_rule_that_does_harm_is_said(plane_strain) -> None:
+def test_a_rule_that_does_harm_is_said(plane_strain):
     grips = tuple(
         dataclasses.replace(grip, slips_without_rule=False, gross_slip=True)
         for grip in plane_strain.result.grips[:1]
@@ -129,14 +127,14 @@ def test_a_rule_that_does_harm_is_said(plane_strain) -> None:
     assert "At μ = 0.3 the grip slips completely only with the rule." in found.detail
 
 
-def test_nothing_is_judged_where_plates_are_left_out(plane_strain) -> None:
+def test_nothing_is_judged_where_plates_are_left_out(plane_strain):
     keys = plane_strain.result.parameters | {"plates.model": "none"}
     found = findings(dataclasses.replace(plane_strain.result, parameters=keys))
     assert {each.answer for each in found} == {"open"}
     assert all(each.detail.startswith("Not judged: plates are left out") for each in found)
 
 
-def test_a_rule_that_stops_a_lift_is_no_yes(plane_strain) -> None:
+def test_a_rule_that_stops_a_lift_is_no_yes(plane_strain):
     grips, traces = plane_strain.result.grips, plane_strain.grip_traces
     stopped = dataclasses.replace(
         grips[0], lifted=False, slips_without_rule=False, safety_margin=None
@@ -155,7 +153,7 @@ def test_a_rule_that_stops_a_lift_is_no_yes(plane_strain) -> None:
     assert "At μ = 0.3 the object is not lifted with the rule, though" in untold.detail
 
 
-def test_the_verdict_names_the_gages_it_reads(plane_strain) -> None:
+def test_the_verdict_names_the_gages_it_reads(plane_strain):
     assert "are read" not in findings(plane_strain.result)[0].detail
     rows = {"plates.count": 5, "plates.rows": [{"count": 3, "along": "z", "span_mm": None}]}
     keys = plane_strain.result.parameters | rows
@@ -165,7 +163,7 @@ def test_the_verdict_names_the_gages_it_reads(plane_strain) -> None:
     assert ("plates.rows", "count = 3, along = z", "") in design_table(result).rows
 
 
-def test_keys_that_do_nothing_are_not_listed(plane_strain) -> None:
+def test_keys_that_do_nothing_are_not_listed(plane_strain):
     keys = plane_strain.result.parameters | {"body.edge": "round", "body.edge_radius_mm": None}
 
     def listed(**more):
@@ -179,7 +177,7 @@ def test_keys_that_do_nothing_are_not_listed(plane_strain) -> None:
     assert "body.edge" in listed(body__edge_radius_mm=1.0)
 
 
-def test_noise_is_zero_and_a_column_has_one_format(plane_strain) -> None:
+def test_noise_is_zero_and_a_column_has_one_format(plane_strain):
     rows = plane_strain.result.increments
     noisy = (
         dataclasses.replace(rows[0], tangential_force_N=2e-4, peak_pressure_MPa=-0.0),
@@ -208,7 +206,7 @@ def with_scene(result, **changes):
     )
 
 
-def test_scene_has_a_table_of_its_own(plane_strain) -> None:
+def test_scene_has_a_table_of_its_own(plane_strain):
     result = with_scene(plane_strain.result)
     assert design_table(result).rows == design_table(plane_strain.result).rows
     assert scene_table(plane_strain.result).rows == ()
@@ -221,7 +219,7 @@ def test_scene_has_a_table_of_its_own(plane_strain) -> None:
     assert object_text(plane_strain.result) == ""
 
 
-def test_the_object_in_words(plane_strain) -> None:
+def test_the_object_in_words(plane_strain):
     changes = {
         "scene.object.shape": "cylinder",
         "scene.object.radius_mm": 2.0,
@@ -261,14 +259,14 @@ def test_the_object_in_words(plane_strain) -> None:
         ),
     ],
 )
-def test_the_motion_in_words(plane_strain, rows, words) -> None:
+def test_the_motion_in_words(plane_strain, rows, words):
     changes = {"scene.path.increments_mm": rows, "scene.path.substeps": 3}
     said = motion_text(with_scene(plane_strain.result, **changes))
     assert said == f"Its motion is prescribed: {words}, each row in 3 equal increments."
     assert motion_text(plane_strain.result) == ""
 
 
-def test_the_model_is_whole_or_half(solid) -> None:
+def test_the_model_is_whole_or_half(solid):
     model = dataclasses.replace(solid.result.model, symmetry=False)
     assert model_text(dataclasses.replace(solid.result, model=model)) == (
         "The model is the whole finger."
@@ -277,7 +275,7 @@ def test_the_model_is_whole_or_half(solid) -> None:
     assert "half z ≥ 0" in model_text(dataclasses.replace(solid.result, model=half))
 
 
-def test_slip_is_said_to_grow_with_shear_only_where_it_does(plane_strain) -> None:
+def test_slip_is_said_to_grow_with_shear_only_where_it_does(plane_strain):
     row = plane_strain.result.increments[0]
 
     def path(*pairs, **more):
@@ -293,7 +291,7 @@ def test_slip_is_said_to_grow_with_shear_only_where_it_does(plane_strain) -> Non
     assert not slip_grows_with_shear([])
 
 
-def test_a_mesh_s_asymmetry_does_not_leave_the_section(plane_strain) -> None:
+def test_a_mesh_s_asymmetry_does_not_leave_the_section(plane_strain):
     row = plane_strain.result.increments[-1]
     assert not leaves_section([dataclasses.replace(row, force_z_N=1e-3 * row.normal_force_N)])
     assert leaves_section([dataclasses.replace(row, force_z_N=0.1 * row.normal_force_N)])
@@ -307,9 +305,7 @@ def test_a_mesh_s_asymmetry_does_not_leave_the_section(plane_strain) -> None:
         (0, 7, "no", "the contact slips completely"),
     ],
 )
-def test_a_scene_s_verdict_begins_with_the_contact(
-    plane_strain, stick, slip, answer, words
-) -> None:
+def test_a_scene_s_verdict_begins_with_the_contact(plane_strain, stick, slip, answer, words):
     bare = dataclasses.replace(plane_strain.result, slip_studies=(), grips=())
     last = dataclasses.replace(
         bare.increments[-1], stick_nodes=stick, slip_nodes=slip, stick_ratio=0.4, twist_deg=1.0
@@ -323,7 +319,7 @@ def test_a_scene_s_verdict_begins_with_the_contact(
     assert (found.answer, "never presses" in found.detail) == ("open", True)
 
 
-def test_what_leaves_the_section_has_columns_of_its_own(plane_strain) -> None:
+def test_what_leaves_the_section_has_columns_of_its_own(plane_strain):
     result = plane_strain.result
     assert "twist (degrees)" not in increment_table(result).columns
     rows = tuple(dataclasses.replace(row, twist_deg=0.5) for row in result.increments)
@@ -332,7 +328,7 @@ def test_what_leaves_the_section_has_columns_of_its_own(plane_strain) -> None:
     assert all(len(row) == len(table.columns) for row in table.rows)
 
 
-def test_strain_at_points_is_that_under_load(plane_strain) -> None:
+def test_strain_at_points_is_that_under_load(plane_strain):
     assert points_table(plane_strain.result).rows == ()
     table = points_table(with_scene(plane_strain.result))
     assert "at increment 7 (the last under load)" in table.caption
@@ -342,19 +338,19 @@ def test_strain_at_points_is_that_under_load(plane_strain) -> None:
     assert unknown.rows[0][:4] == ("1", "–", "–", "–")
 
 
-def test_dimension_is_said_once(plane_strain, solid) -> None:
+def test_dimension_is_said_once(plane_strain, solid):
     assert model_table(solid.result).rows[0] == ("dimension", "3-D")
     assert model_table(plane_strain.result).rows[0] == ("dimension", "2-D, plane strain")
     assert any("without making this page" in row[0] for row in work_table(solid.result).rows)
 
 
-def test_failure_comes_first_and_alone(failed) -> None:
+def test_failure_comes_first_and_alone(failed):
     (found,) = findings(failed.result)
     assert found.answer == "no"
     assert "plate 4: 62 % missing" in found.detail
 
 
-def test_tables_have_a_cell_for_every_column(plane_strain) -> None:
+def test_tables_have_a_cell_for_every_column(plane_strain):
     result = plane_strain.result
     for make in (increment_table, grip_table, model_table, work_table, design_table):
         table = make(result)
@@ -362,7 +358,7 @@ def test_tables_have_a_cell_for_every_column(plane_strain) -> None:
         assert {len(row) for row in table.rows} == {len(table.columns)}
 
 
-def test_missing_values_are_dashes_not_numbers(plane_strain) -> None:
+def test_missing_values_are_dashes_not_numbers(plane_strain):
     result = plane_strain.result
     row = dataclasses.replace(result.increments[0], stick_ratio=None)
     grip = dataclasses.replace(result.grips[0], safety_margin=None, slips_without_rule=None)
@@ -371,7 +367,7 @@ def test_missing_values_are_dashes_not_numbers(plane_strain) -> None:
     assert grip_table(changed).rows[0][6:8] == ("not tried", "–")
 
 
-def test_assumed_keys_show_their_values(plane_strain) -> None:
+def test_assumed_keys_show_their_values(plane_strain):
     result = dataclasses.replace(
         plane_strain.result, assumed=("plates.cover_mm", "materials.silicone", "grip")
     )

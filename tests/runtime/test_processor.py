@@ -15,7 +15,7 @@ BUSY = (
 )
 
 
-def test_a_child_that_lives_counts_and_once() -> None:
+def test_a_child_that_lives_counts_and_once():
     before = processor_seconds()
     child = subprocess.Popen(
         [sys.executable, "-c", BUSY], stdin=subprocess.PIPE, stdout=subprocess.PIPE
@@ -27,13 +27,13 @@ def test_a_child_that_lives_counts_and_once() -> None:
     assert abs(processor_seconds() - before - living) < 0.2
 
 
-def test_waiting_costs_nothing() -> None:
+def test_waiting_costs_nothing():
     before = processor_seconds()
     time.sleep(0.3)
     assert processor_seconds() - before < 0.2
 
 
-def test_peak_memory_is_that_since_it_was_forgotten() -> None:
+def test_peak_memory_is_that_since_it_was_forgotten():
     low = peak_memory_MB()
     forget_peak_memory()
     much = np.ones(30_000_000)

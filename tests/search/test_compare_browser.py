@@ -91,7 +91,7 @@ def cost(number):
     return MADE[number].metrics["cost"]
 
 
-def test_watch_sees_errors_and_requests(tmp_path) -> None:
+def test_watch_sees_errors_and_requests(tmp_path):
     page = tmp_path / "bad.html"
     page.write_text(
         '<img src="http://127.0.0.1:9/x.png"><script>noSuchFunction()</script>', encoding="utf-8"
@@ -104,7 +104,7 @@ def test_watch_sees_errors_and_requests(tmp_path) -> None:
 
 
 @pytest.mark.parametrize("few", [(), any_outcomes(3, failed=1.0), MADE[20:21], MADE[20:22]])
-def test_a_page_of_few_or_none_is_silent(tmp_path, few) -> None:
+def test_a_page_of_few_or_none_is_silent(tmp_path, few):
     page = tmp_path / "few.html"
     page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
     with Browser(page, tmp_path) as browser:
@@ -115,7 +115,7 @@ def test_a_page_of_few_or_none_is_silent(tmp_path, few) -> None:
         assert browser.console == browser.requests == []
 
 
-def test_opens_with_the_recommended_one_chosen(opened) -> None:
+def test_opens_with_the_recommended_one_chosen(opened):
     name = opened.evaluate("document.getElementById('recommended-name').textContent")
     first = opened.evaluate(f"{SHOWN}[0].textContent")
     assert name in first
@@ -123,7 +123,7 @@ def test_opens_with_the_recommended_one_chosen(opened) -> None:
     assert opened.evaluate("document.title") == "a study: fingers compared"
 
 
-def test_sorts_by_mouse_and_keys_both_ways(browser) -> None:
+def test_sorts_by_mouse_and_keys_both_ways(browser):
     button = f"{head(browser, 'cost')} button"
     browser.click(button)
     up = [cost(number) for number in browser.evaluate(NUMBERS)]
@@ -135,7 +135,7 @@ def test_sorts_by_mouse_and_keys_both_ways(browser) -> None:
     assert [cost(n) for n in browser.evaluate(NUMBERS)] == up[::-1]
 
 
-def test_most_first_and_no_value_last(browser) -> None:
+def test_most_first_and_no_value_last(browser):
     browser.click(f"{head(browser, 'safety')} button")
     margins = [MADE[number].metrics["safety_margin"] for number in browser.evaluate(NUMBERS)]
     known = [margin for margin in margins if margin is not None]
@@ -143,7 +143,7 @@ def test_most_first_and_no_value_last(browser) -> None:
     assert margins[: len(known)] == known
 
 
-def test_filters_by_bounds_and_words(browser) -> None:
+def test_filters_by_bounds_and_words(browser):
     write_into(browser, "cost", "10..15")
     write_into(browser, "design", "any_")
     numbers = browser.evaluate(NUMBERS)
@@ -160,21 +160,21 @@ def test_filters_by_bounds_and_words(browser) -> None:
     wait(browser, f"{POINTS}.length === {len(requested)}")
 
 
-def test_a_filter_that_makes_no_sense_is_reported(browser) -> None:
+def test_a_filter_that_makes_no_sense_is_reported(browser):
     write_into(browser, "cost", "cheap")
     fault = browser.evaluate("document.querySelector('.fault').textContent")
     assert "cost" in fault
     assert len(browser.evaluate(NUMBERS)) == sum(o.status == "ok" for o in MADE)
 
 
-def test_front_alone(browser) -> None:
+def test_front_alone(browser):
     browser.click("#only-front")
     numbers = browser.evaluate(NUMBERS)
     data = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.front ? [i] : []))")
     assert sorted(numbers) == data
 
 
-def test_choosing_two_by_keys_in_the_table(browser) -> None:
+def test_choosing_two_by_keys_in_the_table(browser):
     browser.evaluate("document.querySelector('#table-designs tbody [tabindex=\"0\"]').focus()")
     numbers = browser.evaluate(NUMBERS)
     at = browser.evaluate("Number(document.activeElement.closest('tr').dataset.i)")
@@ -192,7 +192,7 @@ def test_choosing_two_by_keys_in_the_table(browser) -> None:
     )
 
 
-def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
+def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     browser.evaluate("document.getElementById('pareto').focus()")
     browser.key("Home")
     browser.key("ArrowRight")
@@ -212,7 +212,7 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser) -> None:
     assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
 
 
-def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser) -> None:
+def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser):
     seen = []
     for number in (20, 21, 22, 21):
         browser.evaluate(f"FD.toggle({number})")
@@ -226,7 +226,7 @@ def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser) -> None:
     assert browser.evaluate("document.querySelectorAll('#table-designs tr[data-mark]').length") == 1
 
 
-def test_front_of_two_measures_is_right(browser) -> None:
+def test_front_of_two_measures_is_right(browser):
     browser.evaluate(
         "(() => { const s = document.getElementById('axis-y');"
         "s.value = [...s.options].find((o) => o.text === 'safety margin').value;"
@@ -252,7 +252,7 @@ def test_front_of_two_measures_is_right(browser) -> None:
     )
 
 
-def test_a_box_in_the_chart_filters_the_table(browser) -> None:
+def test_a_box_in_the_chart_filters_the_table(browser):
     number = browser.evaluate("FD.data.study.recommended")
     x, y = point(browser, number)
     browser.press_at(x - 30, y - 30, (x + 30, y + 30))
@@ -265,7 +265,7 @@ def test_a_box_in_the_chart_filters_the_table(browser) -> None:
     assert low <= cost(number) <= high
 
 
-def test_downloads(browser) -> None:
+def test_downloads(browser):
     write_into(browser, "cost", "<12")
     browser.click('[data-save="designs_shown.csv"]')
     text = browser.downloaded("designs_shown.csv").read_text("utf-8")
@@ -279,7 +279,7 @@ def test_downloads(browser) -> None:
     assert reported[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
 
 
-def test_two_designs_are_drawn_when_they_come_into_sight(browser) -> None:
+def test_two_designs_are_drawn_when_they_come_into_sight(browser):
     browser.evaluate("FD.select(10, 12)")
     browser.evaluate("document.getElementById('views').scrollIntoView({behavior: 'instant'})")
     wait(browser, "document.getElementById('forces-1').data")
@@ -288,7 +288,7 @@ def test_two_designs_are_drawn_when_they_come_into_sight(browser) -> None:
     wait(browser, "document.querySelectorAll('#parallel-chart svg').length")
 
 
-def test_every_button_has_a_name_and_every_field_a_label(browser) -> None:
+def test_every_button_has_a_name_and_every_field_a_label(browser):
     nameless = browser.evaluate(
         "[...document.querySelectorAll('button, input, select')].filter((e) =>"
         "!(e.textContent.trim() || e.getAttribute('aria-label') || e.closest('label')"
@@ -298,7 +298,7 @@ def test_every_button_has_a_name_and_every_field_a_label(browser) -> None:
 
 
 @pytest.mark.parametrize("dark", [False, True])
-def test_text_stands_out(browser, dark) -> None:
+def test_text_stands_out(browser, dark):
     browser.appear(dark=dark)
     colours = browser.evaluate(
         "['ink', 'muted', 'blue', 'yes', 'no', 'partly', 'paper', 'panel'].map((n) => FD.colour(n))"
@@ -320,7 +320,7 @@ def luminance(colour):
 
 
 @pytest.mark.parametrize("width", [360, 800])
-def test_fits_narrow_windows(browser, width) -> None:
+def test_fits_narrow_windows(browser, width):
     screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     browser.call("Emulation.setDeviceMetricsOverride", **screen)
     wide = browser.evaluate("document.documentElement.scrollWidth")
@@ -328,11 +328,11 @@ def test_fits_narrow_windows(browser, width) -> None:
     assert wide <= width
 
 
-def test_prints(browser, tmp_path) -> None:
+def test_prints(browser, tmp_path):
     assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
 
 
-def test_badges_leave_the_star_and_b_is_the_runner_up(browser) -> None:
+def test_badges_leave_the_star_and_b_is_the_runner_up(browser):
     facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
     found = recommend(MADE, facts.objectives, facts.constraints)
     assert browser.evaluate("FD.data.study.pair") == [found.chosen, found.runner_up]
@@ -349,7 +349,7 @@ def test_badges_leave_the_star_and_b_is_the_runner_up(browser) -> None:
     assert browser.evaluate(apart)
 
 
-def test_the_two_say_what_they_miss_and_where_grips_differ(browser) -> None:
+def test_the_two_say_what_they_miss_and_where_grips_differ(browser):
     missing = next(
         i for i, o in enumerate(MADE) if o.status == "ok" and o.metrics["peak_ratio"] > 2
     )
@@ -366,7 +366,7 @@ def test_the_two_say_what_they_miss_and_where_grips_differ(browser) -> None:
     browser.evaluate(f"{keep % (missing, rest[0])} = {json.dumps(before)}")
 
 
-def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path) -> None:
+def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path):
     page = tmp_path / "narrow.html"
     few = MADE[20:26]
     page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
@@ -376,7 +376,7 @@ def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path) -> None:
         assert browser.evaluate(place) == "static"
 
 
-def test_a_measure_alike_for_all_has_one_mark(tmp_path) -> None:
+def test_a_measure_alike_for_all_has_one_mark(tmp_path):
     page = tmp_path / "alike.html"
     few = [replace(o, metrics=o.metrics | {"cost": 7.0}) for o in MADE if o.status == "ok"][:8]
     page.write_text(compare_html(few, facts_of("few", few, WANTED[:2])), encoding="utf-8")

@@ -13,7 +13,7 @@ from tests.support.any_outcomes import any_outcomes
 GOOD = any_outcomes(3, failed=0.0)
 
 
-def refused(folder, *names) -> None:
+def refused(folder, *names):
     with pytest.raises(DesignError) as caught:
         read_comparison([folder])
     reported = str(caught.value)
@@ -36,7 +36,7 @@ def refused(folder, *names) -> None:
     ],
     ids=range(7),
 )
-def test_records_of_studies(tmp_path, record) -> None:
+def test_records_of_studies(tmp_path, record):
     lines = "".join(f"{each.to_json()}\n" for each in GOOD)
     (tmp_path / "outcomes.jsonl").write_text(lines, encoding="utf-8")
     (tmp_path / "study.json").write_text(record, encoding="latin-1")
@@ -44,7 +44,7 @@ def test_records_of_studies(tmp_path, record) -> None:
 
 
 @pytest.mark.parametrize("line", ["[" * 100_000, '{"digest": ' + "9" * 5000 + "}"], ids=range(2))
-def test_lines_of_outcomes(tmp_path, line) -> None:
+def test_lines_of_outcomes(tmp_path, line):
     (tmp_path / "outcomes.jsonl").write_text(f"{GOOD[0].to_json()}\n{line}\n", encoding="utf-8")
     refused(tmp_path, "outcomes.jsonl, line 2")
 
@@ -78,7 +78,7 @@ def analysed(tmp_path):
         ("object_mass_g", "[" * 100_000),
     ],
 )
-def test_numbers_of_results(analysed, key, value) -> None:
+def test_numbers_of_results(analysed, key, value):
     path = analysed / "result.json"
     data = json.loads(path.read_text(encoding="utf-8"))
     data["grips"][0][key] = "HERE"
@@ -87,7 +87,7 @@ def test_numbers_of_results(analysed, key, value) -> None:
 
 
 @pytest.mark.parametrize("row", ["1.0", "nan,1.0", "1.0,inf", "1e300,1.0", "a,b", "1.0,\0"])
-def test_rows_of_grips(analysed, row) -> None:
+def test_rows_of_grips(analysed, row):
     name = "grip_paper_mu0.5_500g.csv"
     path = analysed / name
     path.write_text(f"normal_force_N,tangential_force_N\n1.0,0.5\n{row}\n", encoding="utf-8")

@@ -45,7 +45,7 @@ def page(made):
     return page_of(made, record={"digest of the study": "ab" * 32})
 
 
-def test_every_design_is_there_with_its_numbers(made, page) -> None:
+def test_every_design_is_there_with_its_numbers(made, page):
     data = json.loads(script(page, "data"))
     assert [each["digest"] for each in data["designs"]] == [o.digest for o in made]
     assert [each["metrics"] for each in data["designs"]] == [o.metrics for o in made]
@@ -53,13 +53,13 @@ def test_every_design_is_there_with_its_numbers(made, page) -> None:
     assert sorted(map(int, rows)) == [i for i, o in enumerate(made) if o.status == "ok"]
 
 
-def test_downloads_are_exact(made, page) -> None:
+def test_downloads_are_exact(made, page):
     lines = archive(page, "outcomes.jsonl").splitlines()
     assert tuple(Outcome.from_json(line) for line in lines) == made
     assert len(archive(page, "designs.csv").splitlines()) == len(made) + 1
 
 
-def test_failures_and_record_are_reported(made, page) -> None:
+def test_failures_and_record_are_reported(made, page):
     for outcome in made:
         if outcome.failure:
             assert html.escape(outcome.failure.sentence) in page
@@ -67,7 +67,7 @@ def test_failures_and_record_are_reported(made, page) -> None:
     assert "fingerdesign 0.1.0" in page
 
 
-def test_recommended_in_words(made, page) -> None:
+def test_recommended_in_words(made, page):
     facts = facts_of("a study", made, WANTED, BOUNDS)
     found = recommend(made, facts.objectives, facts.constraints)
     said = summary(made, facts, found)
@@ -79,7 +79,7 @@ def test_recommended_in_words(made, page) -> None:
     assert any(best.name in line and "cost" in line for line in said.given_up)
 
 
-def test_why_none_is_recommended(made) -> None:
+def test_why_none_is_recommended(made):
     facts = facts_of("x", made, WANTED, (Bound("peak_ratio", at_most=0.1),))
     said = summary(made, facts, recommend(made, facts.objectives, facts.constraints))
     assert said.recommended == ""
@@ -87,20 +87,20 @@ def test_why_none_is_recommended(made) -> None:
     assert f"peak_ratio <= 0.1 ({good} of {good} miss it)" in said.why
 
 
-def test_plane_strain_beyond_belief_is_warned_of(made) -> None:
+def test_plane_strain_beyond_belief_is_warned_of(made):
     worse = [replace(o, validity=replace(o.validity, plane_strain_error=0.3)) for o in made]
     facts = facts_of("x", worse, WANTED)
     said = summary(worse, facts, recommend(worse, WANTED, ()))
     assert any("30 %" in line and "3-D" in line for line in said.mind)
 
 
-def test_no_outcome_at_all_is_a_page() -> None:
+def test_no_outcome_at_all_is_a_page():
     assert "no design was analysed" in page_of(())
     failed = any_outcomes(3, failed=1.0)
     assert "no design was analysed" in page_of(failed)
 
 
-def test_hostile_texts_stay_text() -> None:
+def test_hostile_texts_stay_text():
     made = any_outcomes(30, hostile=True)
     page = page_of(made, name=HOSTILE[0], record={HOSTILE[1]: HOSTILE[4]}, sources=[HOSTILE[2]])
     assert "<img src=x" not in page
@@ -117,7 +117,7 @@ def test_hostile_texts_stay_text() -> None:
 
 
 @pytest.mark.parametrize("text", [*HOSTILE, "\ud800", "]]>", "&lt;"])
-def test_script_json_ends_no_element(text) -> None:
+def test_script_json_ends_no_element(text):
     packed = script_json({text: [text]})
     assert not set(packed) & set("<>&\u2028\u2029")
     assert packed.isascii()
@@ -139,7 +139,7 @@ def good(made):
     return [each for each in made if each.status == "ok"]
 
 
-def test_those_that_lack_an_objective_are_named(good) -> None:
+def test_those_that_lack_an_objective_are_named(good):
     two = [with_metrics(each, stick_error=None) for each in good[:2]]
     said = said_of([*two, *good[2:]])
     assert "2 designs lack stick_error and were left out" in said.counts
@@ -147,7 +147,7 @@ def test_those_that_lack_an_objective_are_named(good) -> None:
     assert "left out" not in said_of(good).counts
 
 
-def test_an_objective_alike_for_all_decides_nothing(good) -> None:
+def test_an_objective_alike_for_all_decides_nothing(good):
     level = [with_metrics(each, cost=7.0) for each in good]
     said = said_of(level)
     assert "All have the same cost, 7: it decides nothing." in said.why
@@ -157,7 +157,7 @@ def test_an_objective_alike_for_all_decides_nothing(good) -> None:
     assert "nothing decides" in both.why
 
 
-def test_words_of_ends_and_of_one(good) -> None:
+def test_words_of_ends_and_of_one(good):
     wanted = (Wanted("least_margin", "max"), Wanted("cost", "min"))
     made = [with_metrics(each, least_margin=1.0 + k) for k, each in enumerate(good[:3])]
     said = said_of(made, wanted, (Bound("least_margin", at_least=2.5),))
@@ -166,7 +166,7 @@ def test_words_of_ends_and_of_one(good) -> None:
     assert "the only one that meets the constraints" in said.why
 
 
-def test_the_row_says_which_constraint_broke(good) -> None:
+def test_the_row_says_which_constraint_broke(good):
     dear = with_metrics(good[0], cost=99.0)
     made = [dear, *good[1:]]
     page = compare_html(made, facts_of("x", made, WANTED, (Bound("cost", at_most=50.0),)))
@@ -175,7 +175,7 @@ def test_the_row_says_which_constraint_broke(good) -> None:
     assert json.loads(script(page, "data"))["designs"][0]["missed"] == [reported]
 
 
-def test_what_was_varied_stands_first_in_the_table(page, good) -> None:
+def test_what_was_varied_stands_first_in_the_table(page, good):
     columns = [each["path"] for each in json.loads(script(page, "data"))["columns"]]
     columns = [path for path in columns if path[0] in ("values", "metrics")]
     varied = len(good[0].values)

@@ -23,7 +23,7 @@ def write_study(folder, outcomes, **record):
     return folder
 
 
-def test_study_folder(tmp_path) -> None:
+def test_study_folder(tmp_path):
     folder = write_study(
         tmp_path / "s",
         MADE,
@@ -43,14 +43,14 @@ def test_study_folder(tmp_path) -> None:
     assert not found.facts.assumed_objectives
 
 
-def test_one_digest_stands_once(tmp_path) -> None:
+def test_one_digest_stands_once(tmp_path):
     write_study(tmp_path / "a", MADE[:8])
     write_study(tmp_path / "b", MADE[4:])
     assert read_outcomes([tmp_path]) == MADE
     assert read_outcomes([tmp_path / "b", tmp_path / "a" / "outcomes.jsonl"])[0] == MADE[4]
 
 
-def test_every_wrong_path_is_named(tmp_path) -> None:
+def test_every_wrong_path_is_named(tmp_path):
     folder = write_study(tmp_path / "s", MADE)
     (folder / "outcomes.jsonl").write_text(MADE[0].to_json()[:-9] + "\n", encoding="utf-8")
     with pytest.raises(DesignError) as caught:
@@ -70,14 +70,14 @@ def test_every_wrong_path_is_named(tmp_path) -> None:
         {"constraints": {"cost": {"at_most": "</script>"}}},
     ],
 )
-def test_a_wrong_record_is_refused(tmp_path, record) -> None:
+def test_a_wrong_record_is_refused(tmp_path, record):
     folder = write_study(tmp_path / "s", MADE, **record)
     with pytest.raises(DesignError, match=next(iter(record))):
         read_comparison([folder])
 
 
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
-def test_what_is_no_number_is_refused(tmp_path, number) -> None:
+def test_what_is_no_number_is_refused(tmp_path, number):
     good = next(outcome for outcome in MADE if outcome.status == "ok")
     cost = f'"cost":{good.metrics["cost"]}'
     line = good.to_json()
@@ -108,7 +108,7 @@ def result(**changes):
     )
 
 
-def test_analysis_becomes_an_outcome(tmp_path, plain_result) -> None:
+def test_analysis_becomes_an_outcome(tmp_path, plain_result):
     found = read_outcomes([write_result_folder(tmp_path / "mine", plain_result)])[0]
     assert (found.name, found.status, found.fidelity) == ("mine", "ok", "plane-strain")
     assert found.design == {"design": {"name": "mine"}, "body": {"width_mm": 22.0}}
@@ -118,7 +118,7 @@ def test_analysis_becomes_an_outcome(tmp_path, plain_result) -> None:
     assert found.metrics["peak_ratio"] == pytest.approx(12.0 / least * (1 + 4) / 2)
 
 
-def test_failed_analysis_is_a_failed_outcome(tmp_path) -> None:
+def test_failed_analysis_is_a_failed_outcome(tmp_path):
     found = read_outcomes([write_result_folder(tmp_path / "mine", result(grips=()))])[0]
     assert found.failure is not None
     assert (found.failure.kind, found.failure.sentence) == ("failed", "No mesh.")
@@ -139,7 +139,7 @@ def plain_result():
     )
 
 
-def test_designs_of_one_name_are_distinguished(tmp_path) -> None:
+def test_designs_of_one_name_are_distinguished(tmp_path):
     same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
     for folder, some in (("first", same[:1]), ("second", same[1:2])):
         write_lines(tmp_path / folder, some)
@@ -150,7 +150,7 @@ def test_designs_of_one_name_are_distinguished(tmp_path) -> None:
     assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
 
 
-def write_lines(folder, outcomes) -> None:
+def write_lines(folder, outcomes):
     folder.mkdir()
     text = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     (folder / "outcomes.jsonl").write_text(text, encoding="utf-8")

@@ -75,7 +75,7 @@ def browser(opened):
     return opened
 
 
-def test_plotly_runs_under_the_policy_and_nothing_else_does(browser) -> None:
+def test_plotly_runs_under_the_policy_and_nothing_else_does(browser):
     assert browser.evaluate("Plotly.version").split(".")[0].isdigit()
     before = len(browser.console)
     browser.evaluate("document.head.append(FD.el('script', {}, 'window.foreign = 1'))")
@@ -86,7 +86,7 @@ def test_plotly_runs_under_the_policy_and_nothing_else_does(browser) -> None:
     del browser.console[before:]
 
 
-def test_two_designs_are_drawn(browser) -> None:
+def test_two_designs_are_drawn(browser):
     plots = browser.evaluate(
         "[...document.querySelectorAll('#views .plot')].map((e) =>"
         "[e.id, e.data?.length ?? 0, e.getAttribute('aria-label')?.length ?? 0])"
@@ -101,7 +101,7 @@ def test_two_designs_are_drawn(browser) -> None:
     assert browser.evaluate("document.querySelectorAll('#shape-0 canvas').length") >= 1
 
 
-def test_turned_by_keys_buttons_and_hand(browser) -> None:
+def test_turned_by_keys_buttons_and_hand(browser):
     browser.click('#views [aria-label="Reset the view"]')
     start = [browser.evaluate(EYE.format(k)) for k in (0, 1)]
     browser.evaluate("document.getElementById('shape-0').focus()")
@@ -138,7 +138,7 @@ def test_turned_by_keys_buttons_and_hand(browser) -> None:
     assert [browser.evaluate(EYE.format(k)) for k in (0, 1)] == start
 
 
-def test_another_pair_is_seen_from_where_the_last_one_was(browser) -> None:
+def test_another_pair_is_seen_from_where_the_last_one_was(browser):
     browser.click('#views [aria-label="View from the side"]')
     eye = browser.evaluate(EYE.format(0))
     slide(browser, 3)
@@ -149,7 +149,7 @@ def test_another_pair_is_seen_from_where_the_last_one_was(browser) -> None:
     slide(browser, 24)
 
 
-def test_the_slider_moves_all_pictures(browser) -> None:
+def test_the_slider_moves_all_pictures(browser):
     state = (
         "[...document.querySelectorAll('#views .plot')].flatMap((e) =>"
         "[...(e.layout.shapes ?? []), ...e.data.filter((t) => t.type === 'scatter3d').slice(1),"
@@ -172,7 +172,7 @@ def test_the_slider_moves_all_pictures(browser) -> None:
     slide(browser, 24)
 
 
-def test_what_sticks_and_slips_lies_on_the_finger(browser) -> None:
+def test_what_sticks_and_slips_lies_on_the_finger(browser):
     slide(browser, 20)
     stick, slip = data(browser, "shape-0")[-2:]
     row = FLAT[0].traces.status[19]
@@ -181,7 +181,7 @@ def test_what_sticks_and_slips_lies_on_the_finger(browser) -> None:
     slide(browser, 24)
 
 
-def test_a_gage_is_brought_out(browser) -> None:
+def test_a_gage_is_brought_out(browser):
     widths = "document.getElementById('gages-0').data.map((trace) => trace.line.width)"
     peak = [max(map(abs, each)) for each in zip(*FLAT[0].traces.gages, strict=True)]
     wide = browser.evaluate(widths)
@@ -194,7 +194,7 @@ def test_a_gage_is_brought_out(browser) -> None:
     assert (wide.index(max(wide)), wide.count(max(wide))) == (1, 1)
 
 
-def test_one_design_alone(browser) -> None:
+def test_one_design_alone(browser):
     choose(browser, 0, None)
     columns = "[...document.querySelectorAll('.v-column')].filter((e) => !e.hidden).length"
     assert browser.evaluate(columns) == 5
@@ -203,7 +203,7 @@ def test_one_design_alone(browser) -> None:
     assert "none chosen" in browser.evaluate("document.getElementById('table-pair').textContent")
 
 
-def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path) -> None:
+def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path):
     with Browser(page_in(tmp_path, DEEP), tmp_path) as browser:
         browser.evaluate("FD.select(0, 1)")
         seen(browser, "views", "document.getElementById('contact-1').data?.[0].x")
@@ -217,7 +217,7 @@ def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path) -> None:
         assert browser.console == browser.requests == []
 
 
-def test_parallel_coordinates_choose_by_keys_and_by_click(browser) -> None:
+def test_parallel_coordinates_choose_by_keys_and_by_click(browser):
     browser.evaluate("FD.select(2, 5)")
     seen(browser, "parallel", "document.getElementById('parallel-chart').data?.length > 4")
     place = "document.getElementById('parallel-chart')"
@@ -246,7 +246,7 @@ def test_parallel_coordinates_choose_by_keys_and_by_click(browser) -> None:
     assert browser.evaluate("FD.selected") == [want, None]
 
 
-def test_axes_of_the_lines_are_chosen(browser) -> None:
+def test_axes_of_the_lines_are_chosen(browser):
     seen(browser, "parallel", "document.getElementById('parallel-chart').data")
     count = "document.getElementById('parallel-chart').layout.annotations.length"
     before = browser.evaluate(count)
@@ -256,7 +256,7 @@ def test_axes_of_the_lines_are_chosen(browser) -> None:
     wait(browser, f"{count} === {before}")
 
 
-def test_names_stay_text_and_what_is_missing_is_said(tmp_path) -> None:
+def test_names_stay_text_and_what_is_missing_is_said(tmp_path):
     made = any_outcomes(len(HOSTILE) + 2, seed=4, failed=0.3, hostile=True)
     empty = replace(made[0], traces=Traces(), grips=(), design={}, failure=None, status="ok")
     made = (empty, *made[1:])
@@ -277,7 +277,7 @@ def test_names_stay_text_and_what_is_missing_is_said(tmp_path) -> None:
         assert browser.console == browser.requests == []
 
 
-def test_without_webgl_the_rest_is_drawn(tmp_path) -> None:
+def test_without_webgl_the_rest_is_drawn(tmp_path):
     page = page_in(tmp_path, FLAT)
     off = "<head><script>HTMLCanvasElement.prototype.getContext = () => null</script>"
     text = page.read_text("utf-8").replace("script-src ", "script-src 'unsafe-inline' ")
@@ -291,7 +291,7 @@ def test_without_webgl_the_rest_is_drawn(tmp_path) -> None:
         assert browser.console == []
 
 
-def test_turning_is_quick_and_many_designs_too(tmp_path) -> None:
+def test_turning_is_quick_and_many_designs_too(tmp_path):
     many = any_outcomes(300, seed=5, failed=0.0)
     with Browser(page_in(tmp_path, many), tmp_path) as browser:
         seen(browser, "views", "document.getElementById('forces-1').data")

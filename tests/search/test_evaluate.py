@@ -44,7 +44,7 @@ def outcome(job):
     return evaluate(job)
 
 
-def test_every_metric_has_a_value(outcome) -> None:
+def test_every_metric_has_a_value(outcome):
     assert outcome.status == "ok"
     assert set(outcome.metrics) == set(METRICS)
     assert outcome.metrics["grip_success"] == 1.0
@@ -56,11 +56,11 @@ def test_every_metric_has_a_value(outcome) -> None:
     assert "numpy" in outcome.versions
 
 
-def test_it_survives_its_own_text(outcome) -> None:
+def test_it_survives_its_own_text(outcome):
     assert Outcome.from_json(outcome.to_json()) == outcome
 
 
-def test_a_job_survives_a_pipe(job) -> None:
+def test_a_job_survives_a_pipe(job):
     scene = find_scene("fundamental")
     for each in (job, replace(job, scene=scene, scene_name="mine", fidelity="auto")):
         back = Job.from_data(json.loads(json.dumps(each.to_data())))
@@ -68,7 +68,7 @@ def test_a_job_survives_a_pipe(job) -> None:
         assert back.digest() == each.digest()
 
 
-def test_the_digest_leaves_out_names_prices_and_molds(job, design) -> None:
+def test_the_digest_leaves_out_names_prices_and_molds(job, design):
     other = with_values(design, {"design.name": "other", "mold.wall_mm": 5.0})
     assert other.mold != design.mold
     reported = other.model_copy(update={"assumed": ("body.width_mm",)})
@@ -87,11 +87,11 @@ def test_the_digest_leaves_out_names_prices_and_molds(job, design) -> None:
         {"mesh.section.contact_size_mm": 0.11},
     ],
 )
-def test_the_digest_changes_with_the_design(job, design, values) -> None:
+def test_the_digest_changes_with_the_design(job, design, values):
     assert replace(job, design=with_values(design, values)).digest() != job.digest()
 
 
-def test_the_digest_changes_with_what_is_requested(job, monkeypatch) -> None:
+def test_the_digest_changes_with_what_is_requested(job, monkeypatch):
     scene = find_scene("fundamental")
     requested = [
         job,
@@ -108,7 +108,7 @@ def test_the_digest_changes_with_what_is_requested(job, monkeypatch) -> None:
     assert len(set(found)) == len(found)
 
 
-def test_what_one_cannot_analyse_is_refused(job) -> None:
+def test_what_one_cannot_analyse_is_refused(job):
     scene = parse_scene(SPHERE)
     found = evaluate(replace(job, scene=scene, scene_name="ball"))
     assert found.status == "failed"
@@ -128,7 +128,7 @@ def test_what_one_cannot_analyse_is_refused(job) -> None:
         (DesignError([Fault("a.b", 1, "no mesh of it", "take 2")]), "refused"),
     ],
 )
-def test_a_failure_is_an_outcome(job, monkeypatch, error, kind) -> None:
+def test_a_failure_is_an_outcome(job, monkeypatch, error, kind):
     def fail(case):
         raise error
 
@@ -141,7 +141,7 @@ def test_a_failure_is_an_outcome(job, monkeypatch, error, kind) -> None:
     assert Outcome.from_json(found.to_json()) == found
 
 
-def test_want_of_memory_is_distinguished_from_a_wrong_design(job, monkeypatch) -> None:
+def test_want_of_memory_is_distinguished_from_a_wrong_design(job, monkeypatch):
     monkeypatch.setattr("fingerdesign.runtime.machine.available_memory_MB", lambda: 10.0)
     monkeypatch.setattr("fingerdesign.analysis.forecast.limits.SMALL_MB", 1.0)
     found = evaluate(job)
@@ -150,7 +150,7 @@ def test_want_of_memory_is_distinguished_from_a_wrong_design(job, monkeypatch) -
     assert "10 MB are free" in found.failure.sentence
 
 
-def test_a_file_that_is_gone_is_a_failure(job, monkeypatch) -> None:
+def test_a_file_that_is_gone_is_a_failure(job, monkeypatch):
     def gone(design):
         raise DesignError([Fault("body.step.file", "a.step", "a file", "give one")])
 
@@ -160,7 +160,7 @@ def test_a_file_that_is_gone_is_a_failure(job, monkeypatch) -> None:
     assert "a.step" in found.failure.sentence
 
 
-def test_a_scene_is_its_path_alone(job) -> None:
+def test_a_scene_is_its_path_alone(job):
     scene = parse_scene(SPHERE.replace("sphere", "cylinder"))
     found = evaluate(replace(job, scene=scene, scene_name="bar"))
     assert (found.status, found.scene, found.grips) == ("ok", "bar", ())
@@ -169,7 +169,7 @@ def test_a_scene_is_its_path_alone(job) -> None:
     assert 0.0 < found.metrics["stick_error"] < 0.4
 
 
-def test_a_fault_of_the_program_is_raised(job, monkeypatch) -> None:
+def test_a_fault_of_the_program_is_raised(job, monkeypatch):
     def fail(case):
         raise ZeroDivisionError
 
@@ -178,7 +178,7 @@ def test_a_fault_of_the_program_is_raised(job, monkeypatch) -> None:
         evaluate(job)
 
 
-def test_relabelled_for_another_study(outcome, job, design) -> None:
+def test_relabelled_for_another_study(outcome, job, design):
     renamed = with_values(design, {"design.name": "t-0002"})
     other = Job("t-0002", renamed, Cost(plate=100.0), {"z": 2}, scene_name="other")
     found = relabelled(outcome, other)
@@ -190,12 +190,12 @@ def test_relabelled_for_another_study(outcome, job, design) -> None:
     assert "s-0001" not in found.to_json()
 
 
-def test_relabelled_refuses_another_finger(outcome, job, design) -> None:
+def test_relabelled_refuses_another_finger(outcome, job, design):
     with pytest.raises(ValueError, match="digests differ"):
         relabelled(outcome, replace(job, design=with_values(design, {"body.width_mm": 12.1})))
 
 
-def test_a_failed_outcome_is_relabelled_too(job, monkeypatch) -> None:
+def test_a_failed_outcome_is_relabelled_too(job, monkeypatch):
     def fail(case):
         raise MeshError("none")
 
@@ -204,7 +204,7 @@ def test_a_failed_outcome_is_relabelled_too(job, monkeypatch) -> None:
     assert (found.name, found.metrics) == ("t-3", {})
 
 
-def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch) -> None:
+def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch):
     from fingerdesign.search.run import measured
 
     def endless(*arguments):

@@ -17,7 +17,7 @@ parameters = { "plates.count" = [9, 11, 13] }
 BASE = base_design(STUDY)
 
 
-def test_a_refused_study_adds_nothing_to_the_journal(tmp_path) -> None:
+def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
     journal = tmp_path / "trials.jsonl"
     with Trials(STUDY, BASE, journal) as trials:
         trials.draw(3)
@@ -57,7 +57,7 @@ def two_objectives():
     ],
 )
 @pytest.mark.parametrize("end", ["\n", "\n{"])
-def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line, end) -> None:
+def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line, end):
     journal = tmp_path / "trials.jsonl"
     journal.write_text(line + end)
     with pytest.raises(DesignError, match="journal of trials"):

@@ -87,7 +87,7 @@ def analysis(**changes):
     return Analysis(made, plates=plate_frames(DESIGN))
 
 
-def test_metrics_of_the_path() -> None:
+def test_metrics_of_the_path():
     found = metrics_of(DESIGN, Cost(), analysis())
     assert (found["normal_force_N"], found["tangential_force_N"]) == (5.8, 2.9)
     assert found["stiffness_N_per_mm"] == pytest.approx(6.0 / 0.2)
@@ -97,13 +97,13 @@ def test_metrics_of_the_path() -> None:
     assert "grip_success" not in found
 
 
-def test_a_path_that_only_presses_has_no_slip_and_no_response() -> None:
+def test_a_path_that_only_presses_has_no_slip_and_no_response():
     found = metrics_of(DESIGN, Cost(), analysis(increments=ROWS[:2]))
     assert found["first_slip_N"] is None
     assert found["gage_response"] is None
 
 
-def test_the_cost_is_what_it_says() -> None:
+def test_the_cost_is_what_it_says():
     prices = Cost(fixed=3.0, plate=2.0, gage=8.0, silicone_per_ml=1.0)
     found = own_metrics(DESIGN, prices)
     assert found["plates"] == 2.0
@@ -112,7 +112,7 @@ def test_the_cost_is_what_it_says() -> None:
     assert own_metrics(one_face, prices)["cost"] == pytest.approx(found["cost"] - 16.0)
 
 
-def test_rubber_is_the_body_without_plates() -> None:
+def test_rubber_is_the_body_without_plates():
     bare = with_values(DESIGN, {"plates.count": 0})
     plates = DESIGN.plates
     length, thickness = plates.length_mm, plates.thickness_mm
@@ -124,7 +124,7 @@ def test_rubber_is_the_body_without_plates() -> None:
     assert box < whole < 1.5 * box
 
 
-def test_traces_are_thinned_and_keep_both_ends() -> None:
+def test_traces_are_thinned_and_keep_both_ends():
     rows = tuple(replace(ROWS[3], approach_mm=k / 1000) for k in range(101))
     found = traces_of(analysis(increments=rows))
     assert len(found.approach_mm) == len(found.gages) == 40
@@ -141,7 +141,7 @@ def contact(points, status):
     return ContactHistory(points, np.ones(m), facets, status, np.zeros((k, m)), slips, slips)
 
 
-def test_the_contact_map_of_a_section_runs_along_x() -> None:
+def test_the_contact_map_of_a_section_runs_along_x():
     x = np.random.default_rng(1).permutation(np.linspace(-4.0, 4.0, 301))
     status = np.where(np.abs(x) < 1.0, STICK, np.where(np.abs(x) < 2.0, SLIP, OPEN))
     made = contact(np.column_stack([x, 10.0 - 0.01 * x**2]), np.tile(status, (len(ROWS), 1)))
@@ -153,7 +153,7 @@ def test_the_contact_map_of_a_section_runs_along_x() -> None:
         assert mark == ("#" if abs(x_mm) < 1.0 else "/" if abs(x_mm) < 2.0 else ".")
 
 
-def test_the_contact_map_in_space_is_about_what_is_touched() -> None:
+def test_the_contact_map_in_space_is_about_what_is_touched():
     rng = np.random.default_rng(2)
     x, z = rng.uniform(-10.0, 10.0, 4000), rng.uniform(-5.0, 5.0, 4000)
     touched = (np.abs(x) < 1.5) & (np.abs(z) < 4.0)
@@ -167,7 +167,7 @@ def test_the_contact_map_in_space_is_about_what_is_touched() -> None:
     assert spread.min() > 5  # everywhere, not in a corner
 
 
-def test_metrics_of_grips() -> None:
+def test_metrics_of_grips():
     grips = (
         grip(0.2, 500.0, 1.2, 15.0),
         grip(0.5, 500.0, 1.6, 8.0),
@@ -189,11 +189,11 @@ def test_metrics_of_grips() -> None:
     assert path.normal_force_N[-1] == 5.0
 
 
-def test_grips_that_all_fail_have_no_margin() -> None:
+def test_grips_that_all_fail_have_no_margin():
     found = grip_metrics([grip(0.2, 500.0, None, 15.0, lifted=False)])
     assert found["grip_success"] == 0.0
     assert (found["safety_margin"], found["least_margin"], found["peak_ratio"]) == (None,) * 3
 
 
-def test_no_model_no_stick_error() -> None:
+def test_no_model_no_stick_error():
     assert stick_error_of(Case(DESIGN), analysis()) == (None, ())

@@ -33,7 +33,7 @@ optimise = { trials = 28, confirm = 2 }
 TIGHT = STUDY + '"plates.cover_mm" = { low = 0.3, high = 1.0 }\n'
 
 
-def search_of(text: str = STUDY) -> Search:
+def search_of(text=STUDY):
     study = parse_study(text)
     return Search(study, base_design(study), {"fundamental": None})
 
@@ -41,7 +41,7 @@ def search_of(text: str = STUDY) -> Search:
 class Evaluator:
     """The formula, in this process; ends with an error before a batch of its life."""
 
-    def __init__(self, ends_at: int = 10_000) -> None:
+    def __init__(self, ends_at=10_000):
         self.batches, self.ends_at = 0, ends_at
         self.jobs: list[Job] = []
 
@@ -52,7 +52,7 @@ class Evaluator:
         self.jobs += [each for each in plan if isinstance(each, Job)]
         return [each if isinstance(each, Outcome) else self.outcome(each) for each in plan]
 
-    def outcome(self, job: Job) -> Outcome:
+    def outcome(self, job):
         from optimise_evaluators import outcome_of
 
         return outcome_of(job)
@@ -77,7 +77,7 @@ def undisturbed(tmp_path_factory):
     return values_of(tried), journal.read_bytes()
 
 
-def test_trials_are_as_many_as_requested_and_within_their_ranges(undisturbed) -> None:
+def test_trials_are_as_many_as_requested_and_within_their_ranges(undisturbed):
     trials, _ = undisturbed
     assert [number for number, _ in trials] == list(range(1, 29))
     for _, values in trials:
@@ -87,7 +87,7 @@ def test_trials_are_as_many_as_requested_and_within_their_ranges(undisturbed) ->
     assert len({str(values) for _, values in trials}) == 28
 
 
-def test_an_interrupted_search_ends_as_one_that_was_not(tmp_path, undisturbed) -> None:
+def test_an_interrupted_search_ends_as_one_that_was_not(tmp_path, undisturbed):
     journal = tmp_path / "trials.jsonl"
     for ends_at in (0, 2, 1):
         with pytest.raises(KeyboardInterrupt):
@@ -96,7 +96,7 @@ def test_an_interrupted_search_ends_as_one_that_was_not(tmp_path, undisturbed) -
 
 
 @pytest.mark.parametrize("share", [0.08, 0.37, 0.61, 0.905, 0.999])
-def test_a_journal_cut_anywhere_goes_on(tmp_path, undisturbed, share) -> None:
+def test_a_journal_cut_anywhere_goes_on(tmp_path, undisturbed, share):
     whole = undisturbed[1]
     journal = tmp_path / "trials.jsonl"
     journal.write_bytes(whole[: int(share * len(whole))])
@@ -105,7 +105,7 @@ def test_a_journal_cut_anywhere_goes_on(tmp_path, undisturbed, share) -> None:
     assert found == undisturbed[0]
 
 
-def test_more_trials_go_on_from_those_that_are_done(tmp_path, undisturbed) -> None:
+def test_more_trials_go_on_from_those_that_are_done(tmp_path, undisturbed):
     journal = tmp_path / "trials.jsonl"
     journal.write_bytes(undisturbed[1])
     evaluator = Evaluator()
@@ -114,7 +114,7 @@ def test_more_trials_go_on_from_those_that_are_done(tmp_path, undisturbed) -> No
     assert len(found) == 31
 
 
-def test_journals_of_others_are_refused(tmp_path, undisturbed) -> None:
+def test_journals_of_others_are_refused(tmp_path, undisturbed):
     journal = tmp_path / "trials.jsonl"
     journal.write_bytes(undisturbed[1])
     with pytest.raises(DesignError, match="another study"):
@@ -125,7 +125,7 @@ def test_journals_of_others_are_refused(tmp_path, undisturbed) -> None:
     assert journal.read_text() == "no journal\n"
 
 
-def test_two_at_once_are_refused(tmp_path) -> None:
+def test_two_at_once_are_refused(tmp_path):
     search = search_of()
     with (
         Trials(search.study, search.base, tmp_path / "j"),
@@ -135,7 +135,7 @@ def test_two_at_once_are_refused(tmp_path) -> None:
         pass
 
 
-def test_what_is_no_finger_costs_nothing_and_is_learnt_from(tmp_path) -> None:
+def test_what_is_no_finger_costs_nothing_and_is_learnt_from(tmp_path):
     search, evaluator = search_of(TIGHT), Evaluator()
     tried = optimise(search, tmp_path / "j", evaluator, trials=60)
     invalid = [each for each in tried if each.outcomes[0].status == "failed"]
@@ -148,7 +148,7 @@ def test_what_is_no_finger_costs_nothing_and_is_learnt_from(tmp_path) -> None:
     assert len(learnt) <= len(invalid) - len(learnt)
 
 
-def test_it_learns(tmp_path) -> None:
+def test_it_learns(tmp_path):
     search = search_of()
     tried = optimise(search, tmp_path / "j", Evaluator(), trials=80)
     every = [judged(search.study, "", each.outcomes) for each in tried]
@@ -162,7 +162,7 @@ def test_it_learns(tmp_path) -> None:
     assert sum(feasible[40:]) > sum(feasible[:20]) * 1.5
 
 
-def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path) -> None:
+def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path):
     class Broken(Evaluator):
         def outcome(self, job):
             found = super().outcome(job)
@@ -178,7 +178,7 @@ def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path) -> None:
     assert all(each.thorough.failure == "" for each in found.confirmed)
 
 
-def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path) -> None:
+def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path):
     class Flattering(Evaluator):
         """The reference is good in 3-D, where it was not in plane strain."""
 
@@ -213,7 +213,7 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path
     assert "worse)" in said[1]
 
 
-def test_a_small_space_is_repeated_at_no_cost_and_reported_once(tmp_path) -> None:
+def test_a_small_space_is_repeated_at_no_cost_and_reported_once(tmp_path):
     small = """
 study = { name = "small", base = "maeno2000", count = 2 }
 objectives = [{ metric = "stick_error" }]
@@ -240,13 +240,13 @@ parameters = { "plates.material" = ["phosphor_bronze", "polyimide"] }
     assert any("too few, 20 are needed" in each for each in said)
 
 
-def test_a_study_without_objectives_is_refused(tmp_path) -> None:
+def test_a_study_without_objectives_is_refused(tmp_path):
     aimless = STUDY.replace("objectives =", "objectives = [] #")
     with pytest.raises(DesignError, match="at least one objective"):
         optimise(search_of(aimless), tmp_path / "j", Evaluator())
 
 
-def test_the_worst_scene_counts() -> None:
+def test_the_worst_scene_counts():
     study = search_of().study
     kept = {"digest": "d", "name": "n", "values": {}, "design": {}, "fidelity": "plane-strain"}
     scenes = [

@@ -11,14 +11,14 @@ TEXT = (ROOT / "docs/optimise.md").read_text("utf-8")
 STUDY = read_study("better_maeno")
 
 
-def test_links_and_pictures_exist() -> None:
+def test_links_and_pictures_exist():
     targets = re.findall(r"\]\(([^)#]+)\)", TEXT)
     assert targets
     for target in targets:
         assert (ROOT / "docs" / target).exists(), target
 
 
-def test_the_example_is_the_shipped_study() -> None:
+def test_the_example_is_the_shipped_study():
     assert len(STUDY.parameters) == 5
     assert f"Of {STUDY.optimise.trials} trials" in TEXT
     assert len(re.findall(r"^\| trial \d+ \|", TEXT, re.MULTILINE)) == STUDY.optimise.confirm
@@ -27,7 +27,7 @@ def test_the_example_is_the_shipped_study() -> None:
     assert RANDOM_TRIALS == 20  # "the first twenty"
 
 
-def test_readme_says_the_same_numbers() -> None:
+def test_readme_says_the_same_numbers():
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
     reported = re.search(
         r"an error of ([\d.]+) where the paper's finger has ([\d.]+), and it grips with "

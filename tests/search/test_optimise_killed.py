@@ -73,7 +73,7 @@ def trials_of(folder):
     return sorted((each["name"], str(each["values"]), str(each["metrics"])) for each in found)
 
 
-def test_killed_and_run_again_it_ends_as_one_that_was_not(tmp_path, command) -> None:
+def test_killed_and_run_again_it_ends_as_one_that_was_not(tmp_path, command):
     whole = command("whole", 0)
     reported, said = whole.communicate(timeout=PATIENCE_S)
     assert whole.returncode == 0, said
@@ -104,7 +104,7 @@ def test_killed_and_run_again_it_ends_as_one_that_was_not(tmp_path, command) -> 
     assert (tmp_path / "whole/search/front.png").stat().st_size > 10_000
 
 
-def test_a_second_one_is_refused_during_confirmation_too(tmp_path, command) -> None:
+def test_a_second_one_is_refused_during_confirmation_too(tmp_path, command):
     first, evaluated = command("out", 0, confirming_s=PATIENCE_S), tmp_path / "evaluated-out"
     end = time.monotonic() + PATIENCE_S
     while not evaluated.exists() or "reference-maeno2000" not in evaluated.read_text():

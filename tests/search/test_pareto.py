@@ -6,7 +6,7 @@ import pytest
 from fingerdesign.search.optimise.confirm import beats, hypervolume, most_volume, strictly_beats
 
 
-def test_dominance() -> None:
+def test_dominance():
     own = np.array([1.0, 2.0])
     assert beats(own, np.array([1.0, 3.0]))
     assert not strictly_beats(own, np.array([1.0, 3.0]))
@@ -15,7 +15,7 @@ def test_dominance() -> None:
     assert not beats(own, np.array([0.5, 3.0]))
 
 
-def test_volume_of_one_and_of_what_adds_nothing() -> None:
+def test_volume_of_one_and_of_what_adds_nothing():
     corner = np.array([2.0, 3.0, 4.0])
     one = np.array([[1.0, 1.0, 1.0]])
     assert hypervolume(one, corner) == pytest.approx(6.0)
@@ -25,7 +25,7 @@ def test_volume_of_one_and_of_what_adds_nothing() -> None:
 
 
 @pytest.mark.parametrize("objectives", [2, 3, 4])
-def test_volume_is_the_share_of_points_dominated(objectives: int) -> None:
+def test_volume_is_the_share_of_points_dominated(objectives):
     rng = np.random.default_rng(objectives)
     points = rng.uniform(size=(12, objectives))
     probes = rng.uniform(size=(40_000, objectives))
@@ -34,7 +34,7 @@ def test_volume_is_the_share_of_points_dominated(objectives: int) -> None:
     assert hypervolume(points, np.ones(objectives)) == pytest.approx(hit, abs=0.0075)
 
 
-def test_most_volume_spreads_and_stops() -> None:
+def test_most_volume_spreads_and_stops():
     front = np.array([[0.0, 0.9], [0.4, 0.4], [0.42, 0.38], [0.9, 0.0]])
     corner = np.array([1.0, 1.0])
     assert most_volume(front, corner, 1) in ((1,), (2,))

@@ -14,12 +14,12 @@ LEAST_ERROR, LEAST_COST = Wanted("stick_error", "min"), Wanted("cost", "min")
 MOST_MARGIN = Wanted("safety_margin", "max")
 
 
-def outcome(name, **metrics) -> Outcome:
+def outcome(name, **metrics):
     kept = {"digest": name, "values": {}, "design": {}, "scene": "s", "fidelity": "plane-strain"}
     return Outcome(name=name, **kept, status="ok", metrics=metrics)
 
 
-def test_knee_of_a_front() -> None:
+def test_knee_of_a_front():
     found = recommend(
         [
             outcome("accurate", stick_error=0.0, cost=10.0),
@@ -35,13 +35,13 @@ def test_knee_of_a_front() -> None:
     assert found.best == (0, 2)
 
 
-def test_goals_turn_round() -> None:
+def test_goals_turn_round():
     both = [outcome("low", safety_margin=1.0), outcome("high", safety_margin=2.0)]
     assert recommend(both, [MOST_MARGIN], []).chosen == 1
     assert recommend(both, [Wanted("safety_margin", "min")], []).chosen == 0
 
 
-def test_constraints_missing_values_and_failures_leave_the_race() -> None:
+def test_constraints_missing_values_and_failures_leave_the_race():
     good = outcome("good", stick_error=0.5, cost=5.0)
     dear = outcome("dear", stick_error=0.1, cost=50.0)
     silent = outcome("silent", stick_error=None, cost=1.0)
@@ -52,7 +52,7 @@ def test_constraints_missing_values_and_failures_leave_the_race() -> None:
     assert found.chosen == 3
 
 
-def test_three_d_is_chosen_among_where_there_is_a_choice() -> None:
+def test_three_d_is_chosen_among_where_there_is_a_choice():
     shallow = [outcome(f"p{i}", cost=float(i)) for i in range(5)]
     deep = [replace(outcome(f"d{i}", cost=10.0 + i), fidelity="3d") for i in range(2)]
     found = recommend([*shallow, *deep], [LEAST_COST], [])
@@ -60,30 +60,30 @@ def test_three_d_is_chosen_among_where_there_is_a_choice() -> None:
     assert recommend([*shallow, deep[0]], [LEAST_COST], []).chosen == 0
 
 
-def test_a_tie_is_reported_and_broken_by_the_range_of_all() -> None:
+def test_a_tie_is_reported_and_broken_by_the_range_of_all():
     pair = [outcome("a", stick_error=0.2, cost=1.0), outcome("b", stick_error=0.1, cost=9.0)]
     rest = [outcome("c", stick_error=0.21, cost=10.0)]  # widens costs more than errors
     found = recommend([*pair, *rest], [LEAST_ERROR, LEAST_COST], [])
     assert (found.front, found.chosen, found.alike) == ((0, 1), 1, (0,))
 
 
-def test_nothing_to_recommend() -> None:
+def test_nothing_to_recommend():
     assert recommend([], [LEAST_COST], []).chosen is None
     assert recommend([outcome("a", cost=1.0)], [], []).chosen is None
     assert recommend([outcome("a", cost=1.0)], [MOST_MARGIN], []).chosen is None
 
 
-def test_equal_designs_are_all_on_the_front() -> None:
+def test_equal_designs_are_all_on_the_front():
     found = recommend([outcome("a", cost=1.0), outcome("b", cost=1.0)], [LEAST_COST], [])
     assert (found.front, found.chosen) == ((0, 1), 0)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_front_is_what_the_definition_says(seed) -> None:
+def test_front_is_what_the_definition_says(seed):
     made = any_outcomes(60, seed)
     found = recommend(made, [LEAST_ERROR, LEAST_COST, MOST_MARGIN], [])
 
-    def beats(p: int, q: int) -> bool:
+    def beats(p, q):
         a, b = made[p].metrics, made[q].metrics
         pairs = [(a["stick_error"], b["stick_error"]), (a["cost"], b["cost"])]
         pairs.append((-a["safety_margin"], -b["safety_margin"]))
@@ -94,11 +94,11 @@ def test_front_is_what_the_definition_says(seed) -> None:
         assert alone == (number in found.front)
 
 
-def test_dominated_of_none() -> None:
+def test_dominated_of_none():
     assert dominated(np.zeros((0, 2))).tolist() == []
 
 
-def test_runner_up_is_the_next_of_the_front() -> None:
+def test_runner_up_is_the_next_of_the_front():
     knee = [
         outcome("accurate", stick_error=0.0, cost=10.0),
         outcome("knee", stick_error=0.2, cost=2.0),
@@ -111,7 +111,7 @@ def test_runner_up_is_the_next_of_the_front() -> None:
     assert recommend(knee[:1], [LEAST_COST], []).runner_up is None
 
 
-def test_why_one_is_not_feasible() -> None:
+def test_why_one_is_not_feasible():
     bounds = (Bound("cost", at_most=10.0), Bound("safety_margin", at_least=1.2))
     dear = outcome("dear", cost=12.5, safety_margin=1.0)
     assert why_not(dear, [LEAST_ERROR], bounds) == (

@@ -21,7 +21,7 @@ objectives = [{ metric = "cost" }, { metric = "stick_error" }, { metric = "plate
 )
 
 
-def outcomes(count: int, seed: int = 0) -> list[Outcome]:
+def outcomes(count, seed=0):
     rng = np.random.default_rng(seed)
     found = []
     for number in range(count):
@@ -42,7 +42,7 @@ def outcomes(count: int, seed: int = 0) -> list[Outcome]:
     return found
 
 
-def test_what_decides_comes_first_and_which_way() -> None:
+def test_what_decides_comes_first_and_which_way():
     cost, noise, same = sensitivities(STUDY, outcomes(100))
     first, second, third = cost.effects
     names = [effect.parameter for effect in cost.effects]
@@ -60,7 +60,7 @@ def test_what_decides_comes_first_and_which_way() -> None:
     assert same.effects == ()
 
 
-def test_same_seed_same_shares_and_few_trials_tell_nothing() -> None:
+def test_same_seed_same_shares_and_few_trials_tell_nothing():
     first, again = (sensitivities(STUDY, outcomes(40), ["cost"]) for _ in range(2))
     assert first == again
     (few,) = sensitivities(STUDY, outcomes(10), ["cost"])
@@ -71,7 +71,7 @@ def test_same_seed_same_shares_and_few_trials_tell_nothing() -> None:
 @pytest.mark.parametrize(
     ("weights", "shares"), [((1.0, 0.0), (1.0, 0.0)), ((2.0, -1.0), (0.8, 0.2))]
 )
-def test_shares_of_a_sum_are_those_of_its_variance(weights, shares) -> None:
+def test_shares_of_a_sum_are_those_of_its_variance(weights, shares):
     rng = np.random.default_rng(1)
     found = []
     for each in outcomes(400):

@@ -16,7 +16,7 @@ TEXT = (ROOT / "docs/studies.md").read_text("utf-8")
 STUDIES = sorted(path.stem for path in (ROOT / "designs/studies").glob("*.toml"))
 
 
-def blocks(kind: str) -> list[str]:
+def blocks(kind):
     return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
 
 

@@ -15,7 +15,7 @@ HEAD = '[study]\nname = "few"\nbase = "maeno2000"\nsampling = "grid"\n'
 ONE = '[parameters]\n"body.depth_mm" = [10.0, 12.0]\n'
 
 
-def refused(text: str) -> str:
+def refused(text):
     """Every fault of a study, those of its base too; each is one printable line."""
     with pytest.raises(DesignError) as caught:
         base_design(parse_study(text))
@@ -25,7 +25,7 @@ def refused(text: str) -> str:
     return str(caught.value)
 
 
-def parameters(lines: str) -> str:
+def parameters(lines):
     return f"{HEAD}[parameters]\n{lines}\n"
 
 

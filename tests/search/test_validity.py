@@ -23,7 +23,7 @@ def judged(design=DESIGN, dimension=2, ladder=None, fidelity="plane-strain"):
     return validity_of(Case(design, fidelity=fidelity), Analysis(result))
 
 
-def test_plane_strain_has_a_forecast() -> None:
+def test_plane_strain_has_a_forecast():
     found = judged()
     case = Case(DESIGN)
     assert found.plane_strain_error == pytest.approx(
@@ -33,19 +33,19 @@ def test_plane_strain_has_a_forecast() -> None:
     assert found.mesh_error is None
 
 
-def test_space_has_none() -> None:
+def test_space_has_none():
     found = judged(dimension=3, fidelity="3d")
     assert (found.plane_strain_error, found.mesh_error) == (None, None)
     assert "no estimate" in found.sentences[0]
 
 
-def test_a_body_that_no_section_shows_has_none_and_says_so() -> None:
+def test_a_body_that_no_section_shows_has_none_and_says_so():
     found = judged(with_values(find_design("domed"), {"plates.count": 0}))
     assert found.plane_strain_error is None
     assert "body.shape" in found.sentences[0]
 
 
-def test_the_ladder_reports_its_worst() -> None:
+def test_the_ladder_reports_its_worst():
     errors = {"normal_force": 0.01, "stick_ratio": 0.04}
     ladder = LadderSummary(0.02, False, "fine", errors, "no more memory", ())
     found = judged(dimension=3, ladder=ladder, fidelity="auto")
@@ -53,6 +53,6 @@ def test_the_ladder_reports_its_worst() -> None:
     assert "no more memory" in " ".join(found.sentences)
 
 
-def test_a_ladder_without_estimates_has_no_error() -> None:
+def test_a_ladder_without_estimates_has_no_error():
     ladder = LadderSummary(0.02, True, "only", {}, "", ())
     assert judged(dimension=3, ladder=ladder).mesh_error is None

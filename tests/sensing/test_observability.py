@@ -11,7 +11,6 @@ import pytest
 from fingerdesign_cli.commands.hand import gages as command
 from fingerdesign_cli.main import main
 
-from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, features
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
@@ -59,7 +58,7 @@ def found(problem, grips):
     return observe_grips(problem, SETTINGS, grips, 0.5)
 
 
-def silent_problem(problem: ContactProblem, factor: float) -> ContactProblem:
+def silent_problem(problem, factor):
     model = replace(problem.model, gage_readout=factor * problem.model.gage_readout)
     return replace(problem, model=model)
 
@@ -70,7 +69,7 @@ def test_a_gage_makes_its_own_columns_and_no_others(gage):
     forces = np.array([0.0, 50.0])
     curves = FingerCurves(forces, rng.normal(size=(2, GAGES)), rng.normal(size=(2, GAGES)))
 
-    def reported(push: float):
+    def reported(push):
         moments = []
         for k in range(15):
             readings = np.sin(np.arange(GAGES) + k)
@@ -112,7 +111,7 @@ def test_hearings_differ_and_repeat(problem, grips):
     assert not np.allclose(one, other)
 
 
-def made_up(informative: int, rows: int = 3000) -> Samples:
+def made_up(informative, rows=3000):
     """Rows whose truth stands in one gage's present reading alone."""
     rng = np.random.default_rng(0)
     truths = rng.uniform(0.1, 0.9, (rows, 2))

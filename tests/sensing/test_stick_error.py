@@ -34,7 +34,7 @@ def found(problem):
     return instants(problem, "upper", REACH)
 
 
-def made(answer: float, noise: float = 0.5) -> float:
+def made(answer, noise=0.5):
     """The error of made-up instants whose two gages answer to the stick ratio so strongly."""
     rng = np.random.default_rng(5)
     grip = np.repeat(np.arange(GRIPS), 10)
@@ -46,37 +46,37 @@ def made(answer: float, noise: float = 0.5) -> float:
     return sampled_error(Instants(readings, forces, stick, grip), flat, Listening(noise))
 
 
-def test_it_falls_with_what_gages_answer() -> None:
+def test_it_falls_with_what_gages_answer():
     found = [made(answer) for answer in (0.0, 0.5, 5.0, 500.0)]
     assert found == sorted(found, reverse=True)
     assert found[0] == pytest.approx(np.std(np.linspace(1.0, 0.1, 10)), rel=0.25)  # a guess
     assert found[-1] < 0.05
 
 
-def test_only_answer_over_noise_counts() -> None:
+def test_only_answer_over_noise_counts():
     assert made(5.0, 0.5) == pytest.approx(made(50.0, 5.0), rel=1e-6)
 
 
-def test_grips_cover_stick_and_slip(found) -> None:
+def test_grips_cover_stick_and_slip(found):
     assert len(np.unique(found.grip)) == GRIPS
     assert found.stick.min() < 0.1
     assert found.stick.max() > 0.9
     assert (found.forces > 0.0).all()
 
 
-def test_noise_raises_it(problem) -> None:
+def test_noise_raises_it(problem):
     errors = [stick_error(problem, "upper", REACH, Listening(noise)) for noise in (0.5, 20, 1e4)]
     assert errors[0] < 0.8 * errors[1] < errors[2]
     assert errors[2] > 0.18
 
 
-def test_a_design_has_one_error_and_a_seed_its_own(problem) -> None:
+def test_a_design_has_one_error_and_a_seed_its_own(problem):
     error = stick_error(problem, "upper", REACH, seed=3)
     assert stick_error(problem, "upper", REACH, seed=3) == error
     assert stick_error(problem, "upper", REACH, seed=4) != error
 
 
-def test_gages_far_from_the_contact_tell_less(problem) -> None:
+def test_gages_far_from_the_contact_tell_less(problem):
     def sampled(*gages):
         few = replace(problem, model=problem.model.with_gages(gages))
         return stick_error(few, "upper", REACH, seed=1)
@@ -84,13 +84,13 @@ def test_gages_far_from_the_contact_tell_less(problem) -> None:
     assert sampled(2, 3, 4) < sampled(0, 6)
 
 
-def test_no_gages_is_an_error(problem) -> None:
+def test_no_gages_is_an_error(problem):
     bare = replace(problem, model=problem.model.with_gages([]))
     with pytest.raises(SolverError, match="no gages"):
         stick_error(bare, "upper", REACH)
 
 
-def test_what_hardware_leaves_perfect_is_a_good_amplifiers() -> None:
+def test_what_hardware_leaves_perfect_is_a_good_amplifiers():
     assert Listening.of(HardwareTable()) == Listening()
     given = HardwareTable(gage_noise_microstrain=3.0, force_noise_N=0.1, gain_spread=0.05)
     assert Listening.of(given) == Listening(3.0, 0.1, 0.05)

@@ -8,7 +8,6 @@ import pytest
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
-from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.errors import SolverError
 from fingerdesign.sensing import lessons
@@ -26,7 +25,7 @@ SETTINGS = Settings(face="upper", max_approach=0.12, grips=60, hearings=1, seed=
 
 
 @pytest.fixture(scope="module")
-def problem(half_plane_problem: ContactProblem) -> ContactProblem:
+def problem(half_plane_problem):
     model = half_plane_problem.model.with_gages((2, 5, 8))
     return replace(half_plane_problem, model=model)
 

@@ -1,13 +1,11 @@
 """Within or beyond a face's border: squares, circles, holes, corners."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from fingerdesign.shapes.border import Border
 
 
-def polygon(corners: np.ndarray, pieces: int = 20) -> tuple[np.ndarray, ...]:
+def polygon(corners, pieces=20):
     """Border arrays of a flat polygon in y = 0, seen from +y with its inside to the left."""
     columns: list[list[np.ndarray]] = [[] for _ in range(6)]
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -20,7 +18,7 @@ def polygon(corners: np.ndarray, pieces: int = 20) -> tuple[np.ndarray, ...]:
     return tuple(np.concatenate(column) for column in columns)
 
 
-def circle(radius: float, pieces: int, turn: float = 1.0) -> tuple[np.ndarray, ...]:
+def circle(radius, pieces, turn=1.0):
     """Border arrays of a circle in y = 0; ``turn`` -1: the face is outside of it."""
     angle = -turn * np.linspace(0, 2 * np.pi, pieces + 1)
     places = radius * np.column_stack([np.cos(angle), 0 * angle, np.sin(angle)])

@@ -1,7 +1,5 @@
 """NURBS surfaces: sums of SciPy's bases, a cylinder and a closed tube against closed forms."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
@@ -11,7 +9,7 @@ from fingerdesign.shapes.nurbs import Nurbs
 HALF = np.sqrt(0.5)
 
 
-def quarter_cylinder() -> Nurbs:
+def quarter_cylinder():
     """x^2 + y^2 = 100, x, y >= 0, 0 <= z <= 20; outside: away from the axis."""
     flat = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * 10.0
     poles = np.array([[[*xy, 20.0 * z] for z in (0, 1)] for xy in flat])
@@ -20,7 +18,7 @@ def quarter_cylinder() -> Nurbs:
     return Nurbs((2, 1), *knots, poles, weights, (0.0, 1.0, 0.0, 1.0))
 
 
-def closed_tube() -> Nurbs:
+def closed_tube():
     """The whole circle of radius 10 in four quarters, z from 0 to 5."""
     ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
     poles = np.array([[[10.0 * x, 10.0 * y, 5.0 * z] for z in (0, 1)] for x, y in ring])

@@ -1,7 +1,5 @@
 """Closed forms of planes, cones, spheres and tori against their definitions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -5,8 +5,6 @@ forms (Hertz, Cattaneo and Mindlin) with some noise, in the size that a study's 
 are for tests and benchmarks of the report, never a result.
 """
 
-from __future__ import annotations
-
 import copy
 import hashlib
 from pathlib import Path
@@ -14,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerdesign.records.outcome import Failure, GripOutcome, Numbers, Outcome, Traces, Validity
+from fingerdesign.records.outcome import Failure, GripOutcome, Outcome, Traces, Validity
 
 INCREMENTS, POINTS, DEEP = 24, 121, 9  # of the path; contact points along x, and along z in 3-D
 GRIP_POINTS = 60
@@ -39,9 +37,7 @@ HOSTILE = (
 )
 
 
-def any_outcomes(
-    count: int, seed: int = 0, failed: float = 0.08, deep: bool = False, hostile: bool = False
-) -> tuple[Outcome, ...]:
+def any_outcomes(count, seed=0, failed=0.08, deep=False, hostile=False):
     """``count`` outcomes; a share ``failed`` of them with a failure of each kind in turn.
 
     deep: 3-D instead of plane strain. hostile: the first names (and values) are an attacker's.
@@ -55,7 +51,7 @@ def any_outcomes(
     return tuple(made)
 
 
-def _base_design() -> dict[str, Any]:
+def _base_design():
     import tomllib
 
     from fingerdesign.checks.starter import design_text
@@ -63,7 +59,7 @@ def _base_design() -> dict[str, Any]:
     return tomllib.loads(design_text(Path("maeno2000")))
 
 
-def _renamed(outcome: Outcome, name: str) -> Outcome:
+def _renamed(outcome, name):
     from dataclasses import replace
 
     values = {**outcome.values, "plates.material": name}
@@ -71,9 +67,7 @@ def _renamed(outcome: Outcome, name: str) -> Outcome:
     return replace(outcome, name=name, values=values, failure=failure, warnings=(name,))
 
 
-def _outcome(
-    number: int, chance: np.random.Generator, base: dict[str, Any], failed: float, deep: bool
-) -> Outcome:
+def _outcome(number, chance, base, failed, deep):
     values = {
         "body.arc_radius_mm": round(float(chance.uniform(20, 80)), 2),
         "plates.count": int(chance.integers(4, 9)) * 2 - 1,
@@ -123,9 +117,7 @@ def _outcome(
     )
 
 
-def _traces(
-    values: dict[str, Any], chance: np.random.Generator, deep: bool
-) -> tuple[Traces, float, float]:
+def _traces(values, chance, deep):
     """The fundamental case's path: pressed, then sheared at a constant approach."""
     radius, friction, modulus, depth = values["body.arc_radius_mm"], 0.5, 4.96 / 0.76, 10.0
     step = np.linspace(1 / INCREMENTS, 1, INCREMENTS)
@@ -164,7 +156,7 @@ def _traces(
     return traces, float(normal[-1]), float(tangential[-1])
 
 
-def _grip(friction: float, values: dict[str, Any], chance: np.random.Generator) -> GripOutcome:
+def _grip(friction, values, chance):
     step = np.linspace(0, 1, GRIP_POINTS)
     weight = 0.5 * 9.80665 * 0.5
     margin = float(chance.uniform(0.9, 1.8)) * (1 + 0.001 * values["body.arc_radius_mm"])
@@ -185,14 +177,7 @@ def _grip(friction: float, values: dict[str, Any], chance: np.random.Generator) 
     )
 
 
-def _metrics(
-    values: dict[str, Any],
-    grips: tuple[GripOutcome, ...],
-    normal: float,
-    tangential: float,
-    core_seconds: float,
-    chance: np.random.Generator,
-) -> dict[str, float | None]:
+def _metrics(values, grips, normal, tangential, core_seconds, chance):
     margins = [grip.safety_margin for grip in grips if grip.safety_margin is not None]
     weight = 0.5 * 9.80665 * 0.5
     # Better with more plates near the surface: so that the objectives pull against each other.
@@ -216,5 +201,5 @@ def _metrics(
     }
 
 
-def _numbers(values: np.ndarray) -> Numbers:
+def _numbers(values):
     return tuple(float(f"{value:.6g}") for value in values)

@@ -8,8 +8,6 @@
 https://chromedevtools.github.io/devtools-protocol/ names the methods. Needs Chromium on the PATH.
 """
 
-from __future__ import annotations
-
 import asyncio
 import base64
 import json
@@ -17,8 +15,6 @@ import shutil
 import subprocess
 import time
 import urllib.request
-from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from fingerdesign.errors import FingerDesignError
@@ -43,7 +39,7 @@ class BrowserError(FingerDesignError):
     """No browser, or one that does not answer, or a script of the page's that threw."""
 
 
-def chromium() -> str | None:
+def chromium():
     """The browser's path, None where there is none."""
     return shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -56,14 +52,14 @@ class Browser:
     to ``work/downloads``.
     """
 
-    def __init__(self, page: Path, work: Path, size: tuple[int, int] = (1400, 1000)) -> None:
+    def __init__(self, page, work, size=(1400, 1000)):
         self.page, self.work, self.size = page, work, size
         self.console: list[str] = []
         self.requests: list[str] = []
         self.opened_s = 0.0
         self._number = 0
 
-    def __enter__(self) -> Browser:
+    def __enter__(self):
         program = chromium()
         if program is None:
             raise BrowserError("there is no Chromium on the PATH")
@@ -91,15 +87,10 @@ class Browser:
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, kind, error, trace):
         self._end()
 
-    def evaluate(self, script: str) -> Any:
+    def evaluate(self, script):
         """The value (JSON) of a JavaScript expression, awaited where it is a promise."""
         requested = {"expression": script, "returnByValue": True, "awaitPromise": True}
         found = self.call("Runtime.evaluate", **requested, userGesture=True)
@@ -107,7 +98,7 @@ class Browser:
             raise BrowserError(f"{script[:200]}: {_thrown(found['exceptionDetails'])}")
         return found["result"].get("value")
 
-    def click(self, selector: str) -> None:
+    def click(self, selector):
         """A real press of the mouse in the middle of the first element, scrolled into view."""
         place = self.evaluate(
             f"(async () => {{ const e = document.querySelector({json.dumps(selector)});"
@@ -122,7 +113,7 @@ class Browser:
             raise BrowserError(f"the page has no {selector}")
         self.press_at(*place)
 
-    def press_at(self, x: float, y: float, to: tuple[float, float] | None = None) -> None:
+    def press_at(self, x, y, to=None):
         """Press the mouse at a place of the window, px; with ``to``, drag it there."""
         mouse = {"button": "left", "clickCount": 1}
         self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
@@ -133,7 +124,7 @@ class Browser:
         x, y = to or (x, y)
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, **mouse)
 
-    def key(self, name: str, times: int = 1) -> None:
+    def key(self, name, times=1):
         """A real stroke of a key on whatever has the focus: "Tab", "ArrowDown", "a", ..."""
         code, number, text = _KEYS.get(name, ("", ord(name[0].upper()), name))
         held = {"key": name, "code": code, "windowsVirtualKeyCode": number}
@@ -144,16 +135,16 @@ class Browser:
             )
             self.call("Input.dispatchKeyEvent", type="keyUp", **held)
 
-    def busy_s(self) -> float:
+    def busy_s(self):
         """Processor time that the page's main thread has used since it was made, s."""
         found = self.call("Performance.getMetrics")["metrics"]
         return float(next(each["value"] for each in found if each["name"] == "TaskDuration"))
 
-    def write(self, text: str) -> None:
+    def write(self, text):
         """Type a text into what has the focus."""
         self.call("Input.insertText", text=text)
 
-    def appear(self, dark: bool = False, paper: bool = False, still: bool = False) -> None:
+    def appear(self, dark=False, paper=False, still=False):
         """Light or dark; as on paper; with the wish for reduced motion."""
         features = [
             {"name": "prefers-color-scheme", "value": "dark" if dark else "light"},
@@ -161,19 +152,19 @@ class Browser:
         ]
         self.call("Emulation.setEmulatedMedia", media="print" if paper else "", features=features)
 
-    def screenshot(self, path: Path, whole: bool = False) -> Path:
+    def screenshot(self, path, whole=False):
         """A PNG of the window, or of the whole page."""
         found = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
         path.write_bytes(base64.b64decode(found["data"]))
         return path
 
-    def pdf(self, path: Path) -> Path:
+    def pdf(self, path):
         """The page as it is printed."""
         found = self.call("Page.printToPDF", preferCSSPageSize=True)
         path.write_bytes(base64.b64decode(found["data"]))
         return path
 
-    def downloaded(self, name: str, timeout_s: float = 10.0) -> Path:
+    def downloaded(self, name, timeout_s=10.0):
         """The file that was downloaded under this name."""
         path = self.work / "downloads" / name
         end = time.monotonic() + timeout_s
@@ -183,7 +174,7 @@ class Browser:
             time.sleep(0.02)
         return path
 
-    def call(self, method: str, **parameters: Any) -> dict[str, Any]:
+    def call(self, method, **parameters):
         """One call of the protocol, and its answer."""
         self._number += 1
         number = self._number
@@ -194,7 +185,7 @@ class Browser:
         found: dict[str, Any] = answer.get("result", {})
         return found
 
-    def _open(self) -> None:
+    def _open(self):
         for domain in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{domain}.enable")
         # Of this thread's own time, so that what else the machine does counts for nothing.
@@ -213,7 +204,7 @@ class Browser:
             self._run(self._hear())
         self.opened_s = time.monotonic() - begin
 
-    def _address(self, profile: Path) -> str:
+    def _address(self, profile):
         """Where the page's own socket is."""
         reported, end = profile / "DevToolsActivePort", time.monotonic() + START_S
         while time.monotonic() < end:
@@ -227,19 +218,19 @@ class Browser:
             time.sleep(0.02)
         raise BrowserError(f"Chromium did not start in {START_S:g} s")
 
-    async def _connected(self, address: str) -> Any:
+    async def _connected(self, address):
         from tornado.websocket import websocket_connect
 
         return await websocket_connect(address, max_message_size=LARGEST_MESSAGE)
 
-    async def _answer(self, said: str, number: int) -> Any:
+    async def _answer(self, said, number):
         await self._socket.write_message(said)
         while True:
             found = await self._hear()
             if found.get("id") == number:
                 return found
 
-    async def _hear(self) -> dict[str, Any]:
+    async def _hear(self):
         try:
             text = await asyncio.wait_for(self._socket.read_message(), ANSWER_S)
         except TimeoutError as error:
@@ -250,7 +241,7 @@ class Browser:
         self._note(found.get("method", ""), found.get("params", {}))
         return found
 
-    def _note(self, event: str, reported: dict[str, Any]) -> None:
+    def _note(self, event, reported):
         if event == "Page.loadEventFired":
             self._loaded = True
         elif event == "Runtime.consoleAPICalled":
@@ -267,10 +258,10 @@ class Browser:
             if not own and not address.startswith(("data:", "blob:", "about:")):
                 self.requests.append(address)
 
-    def _run(self, work: Any) -> Any:
+    def _run(self, work):
         return self._loop.run_until_complete(work)
 
-    def _end(self) -> None:
+    def _end(self):
         if hasattr(self, "_socket"):
             self._socket.close()
             self._run(asyncio.sleep(0.05))
@@ -283,6 +274,6 @@ class Browser:
         self._loop.close()
 
 
-def _thrown(details: dict[str, Any]) -> str:
+def _thrown(details):
     described = details.get("exception", {}).get("description")
     return str(described or details.get("text"))

@@ -33,7 +33,7 @@ CREST = 10.0 + RADIUS - np.sqrt(RADIUS**2 - 100.0)
 PLATE_X = np.linspace(-7.0, 7.0, 15)
 
 
-def half_width(force: float) -> float:
+def half_width(force):
     """Hertz line contact, a, mm, of a whole-finger normal force."""
     return float(np.sqrt(4 * force / DEPTH * RADIUS / (np.pi * MODULUS)))
 

@@ -10,8 +10,6 @@ digest of all else. ``compare`` shows what differs and exits with 1 if anything 
 Python that has the program's dependencies. Libraries run on one thread: sums keep their order.
 """
 
-from __future__ import annotations
-
 import argparse
 import base64
 import contextlib
@@ -30,10 +28,9 @@ import sys
 import tempfile
 import time
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 FINGER = """
 [design]
@@ -247,7 +244,7 @@ TIME_HEADINGS = {
 }  # of tables' columns
 
 
-def without_moment(value: Any) -> Any:
+def without_moment(value):
     """JSON's value without what is of the moment: by key, and by words in its texts."""
     if isinstance(value, dict):
         return {k: "MOMENT" if k in MOMENT else without_moment(v) for k, v in value.items()}
@@ -256,14 +253,14 @@ def without_moment(value: Any) -> Any:
     return worded(value) if isinstance(value, str) else value
 
 
-def worded(text: str) -> str:
+def worded(text):
     """A text without numbers of seconds, dates and versions; tables without their times."""
     for pattern, instead in WORDS:
         text = pattern.sub(instead, text)
     return "\n".join(table_lines(text.split("\n")))
 
 
-def table_lines(lines: list[str]) -> Iterator[str]:
+def table_lines(lines):
     """Lines of text; tables without times and without the padding and folds that hang on them."""
     timed: set[int] = set()
     plain: list[str] = []
@@ -287,22 +284,22 @@ def table_lines(lines: list[str]) -> Iterator[str]:
     yield from (line.rstrip() for line in plain)
 
 
-def digest(data: bytes) -> str:
+def digest(data):
     """What is kept of bytes."""
     return f"{len(data)} bytes, SHA-256 {hashlib.sha256(data).hexdigest()}\n"
 
 
-def json_kept(text: str) -> str:
+def json_kept(text):
     """A JSON text without the moment."""
     return json.dumps(without_moment(json.loads(text)), indent=1, sort_keys=True) + "\n"
 
 
-def lines_kept(text: str) -> str:
+def lines_kept(text):
     """Lines of JSON, each without the moment."""
     return "".join(json_kept(line) for line in text.splitlines())
 
 
-def said(text: str) -> str:
+def said(text):
     """What a call said: JSON, lines of JSON, or words."""
     for reading in (json_kept, lines_kept):
         with contextlib.suppress(ValueError):
@@ -310,7 +307,7 @@ def said(text: str) -> str:
     return worded(text)
 
 
-def csv_kept(text: str) -> str:
+def csv_kept(text):
     """A table of values without columns of the moment."""
     rows = list(csv.reader(text.splitlines()))
     timed = {place for place, head in enumerate(rows[0] if rows else []) if head in MOMENT}
@@ -318,13 +315,13 @@ def csv_kept(text: str) -> str:
     return "".join(",".join(row) + "\n" for row in kept)
 
 
-def html_kept(text: str) -> str:
+def html_kept(text):
     """A page, a tag a line: images as digests, data opened, tables and charts without times."""
 
-    def image(found: re.Match[str]) -> str:
+    def image(found):
         return "base64," + digest(base64.b64decode(found[1]))[:-1]
 
-    def packed(found: re.Match[str]) -> str:
+    def packed(found):
         data = gzip.decompress(base64.b64decode(found[2])).decode()
         name = re.search(r'data-name="[^"]*(\.\w+)"', found[1])
         return f"{found[1]}{TEXTS.get(name[1], str)(data) if name else said(data)}</script>"
@@ -342,7 +339,7 @@ def html_kept(text: str) -> str:
     return worded(re.sub(r"(?<=>)(?=<)", "\n", text))
 
 
-def untimed(table: str) -> str:
+def untimed(table):
     """A page's table with the cells of its columns of times left empty."""
     heads = re.findall(r'<th scope="col".*?</th>', table, re.S)
     words = [" ".join(re.sub("<.*?>", "", head).split()) for head in heads]
@@ -354,14 +351,14 @@ def untimed(table: str) -> str:
     return "".join(rows)
 
 
-def step_kept(text: str) -> str:
+def step_kept(text):
     """A STEP file's digest: its statements without numbers and date, for their order varies."""
     text = re.sub(r"'\d{4}-\d\d-\d\dT[\d:]+'", "'DATE'", text)
     statements = (re.sub(r"#\d+|\s+", "", each) for each in text.split(";"))
     return digest(";".join(sorted(statements)).encode())
 
 
-def dxf_kept(text: str) -> str:
+def dxf_kept(text):
     """A DXF file's digest, its times and random names left out."""
     text = re.sub(r"(\$TD\w+\s+40\s+)\S+", r"\1TIME", text)
     text = re.sub(r"\{[0-9A-F-]{36}\}", "{GUID}", text)
@@ -374,7 +371,7 @@ TEXTS: dict[str, Callable[[str], str]] = {
 }
 
 
-def kept(path: Path, places: dict[str, str]) -> str:
+def kept(path, places):
     """What of a written file must be the same again."""
     if path.suffix == ".3mf":
         with zipfile.ZipFile(path) as archive:
@@ -389,14 +386,14 @@ def kept(path: Path, places: dict[str, str]) -> str:
         return worded(text)
 
 
-def placed(text: str, places: dict[str, str]) -> str:
+def placed(text, places):
     """A text with the run's folders replaced by names."""
     for folder, name in places.items():
         text = text.replace(folder, name)
     return text
 
 
-def run_case(tree: Path, name: str, target: Path) -> str:
+def run_case(tree, name, target):
     """Run a case of a checkout and keep what it wrote in ``target``; report what each call took."""
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
@@ -428,7 +425,7 @@ def run_case(tree: Path, name: str, target: Path) -> str:
     return f"{name}: {' + '.join(took)} s"
 
 
-def run_call(tree: Path, call: str, work: Path, cache: Path) -> tuple[int, str, str]:
+def run_call(tree, call, work, cache):
     """Run the command line of a checkout: exit code, stdout, stderr."""
     single = ("MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
     environment = os.environ | dict.fromkeys(single, "1")
@@ -451,7 +448,7 @@ def run_call(tree: Path, call: str, work: Path, cache: Path) -> tuple[int, str, 
     return done.returncode, done.stdout, done.stderr
 
 
-def record(tree: Path, out: Path, names: list[str], jobs: int) -> None:
+def record(tree, out, names, jobs):
     """Run cases of a checkout; also keep the schemas that it ships, wherever they lie."""
     tree = tree.resolve()
     schemas = out / "schemas"
@@ -464,7 +461,7 @@ def record(tree: Path, out: Path, names: list[str], jobs: int) -> None:
             print(line, flush=True)
 
 
-def differences(one: Path, other: Path) -> Iterator[str]:
+def differences(one, other):
     """Each file that differs, with its first lines that do; cases in one record only are named."""
     cases = [{each.name for each in folder.iterdir() if each.is_dir()} for folder in (one, other)]
     for name in sorted(cases[0] ^ cases[1]):
@@ -481,7 +478,7 @@ def differences(one: Path, other: Path) -> Iterator[str]:
             yield "\n    ".join([f"{path}:", *shown])
 
 
-def alike(path: Path, a: str, b: str) -> bool:
+def alike(path, a, b):
     """Whether a file is the same in two records, or as like as ``UNSTEADY`` asks."""
     for pattern, _, way in UNSTEADY:
         if fnmatch.fnmatch(str(path), pattern):
@@ -489,13 +486,13 @@ def alike(path: Path, a: str, b: str) -> bool:
     return a == b
 
 
-def words_alone(text: str) -> list[str]:
+def words_alone(text):
     """The different lines of a text, digests and numbers left out."""
     text = re.sub(r"SHA-256 \w+|[-+]?\d[\d.,]*(e[-+]?\d+)?", "#", text)
     return sorted(set(text.splitlines()))
 
 
-def main() -> int:
+def main():
     """Record or compare; 1 where something differs."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     commands = parser.add_subparsers(dest="command", required=True)

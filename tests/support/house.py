@@ -4,12 +4,9 @@ python tests/support/house.py                    floors, files and lines, faults
 python tests/support/house.py --picture FILE     the floors as a picture
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -46,7 +43,7 @@ class Import:
 
 
 @cache
-def modules() -> dict[str, Path]:
+def modules():
     """Dotted name to file, of the package, the command line and the benchmarks."""
     found = {}
     for package, folder in PACKAGES.items():
@@ -58,12 +55,12 @@ def modules() -> dict[str, Path]:
 
 
 @cache
-def imports() -> tuple[Import, ...]:
+def imports():
     """Every import of the project by the project."""
     return tuple(found for name in modules() for found in _imports_of(name))
 
 
-def _imports_of(module: str) -> Iterator[Import]:
+def _imports_of(module):
     known = modules()
     tree = ast.parse(known[module].read_text("utf-8"))
     functions = [n for n in ast.walk(tree) if isinstance(n, ast.FunctionDef | ast.AsyncFunctionDef)]
@@ -82,13 +79,13 @@ def _imports_of(module: str) -> Iterator[Import]:
                 yield Import(module, target, name, node.lineno, id(node) in inner)
 
 
-def room(module: str) -> str:
+def room(module):
     """The folder (or loose file) of the package in which a module stands; empty: the root."""
     package, _, rest = module.partition(".")
     return package if package != "fingerdesign" else rest.partition(".")[0]
 
 
-def against_the_order() -> list[Import]:
+def against_the_order():
     """Imports that go up, or to the right on one floor."""
     return [
         each
@@ -98,7 +95,7 @@ def against_the_order() -> list[Import]:
     ]
 
 
-def circles() -> list[list[str]]:
+def circles():
     """Groups of modules that import each other in a loop, wherever the imports stand (Tarjan)."""
     graph = defaultdict(set)
     for each in imports():
@@ -108,7 +105,7 @@ def circles() -> list[list[str]]:
     stack: list[str] = []
     found = []
 
-    def visit(module: str) -> None:
+    def visit(module):
         index[module] = low[module] = len(index)
         stack.append(module)
         for other in graph[module]:
@@ -130,12 +127,12 @@ def circles() -> list[list[str]]:
     return found
 
 
-def inside_functions() -> list[Import]:
+def inside_functions():
     """Names of the package that the wheel's code imports inside functions."""
     return [e for e in imports() if e.inside and not e.source.startswith("fingerdesign_bench")]
 
 
-def draw(path: Path) -> None:
+def draw(path):
     """The floors as a picture: each folder is as wide as it has lines."""
     from matplotlib.figure import Figure
 
@@ -162,7 +159,7 @@ def draw(path: Path) -> None:
     figure.savefig(path, dpi=150)
 
 
-def main() -> None:
+def main():
     """Say what stands where, and what is wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--picture", type=Path, metavar="FILE")

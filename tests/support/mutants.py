@@ -6,8 +6,6 @@ A line a mutant: what was made wrong, and the first test that fails. Exits with 
 lives, or where the text to be made wrong is no longer there.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
@@ -118,7 +116,7 @@ MUTANTS = (
 )
 
 
-def caught_by(mutant: Mutant, tree: Path) -> str | None:
+def caught_by(mutant, tree):
     """The first test that fails on the mutant; None where all pass."""
     path = tree / mutant.file
     text = path.read_text("utf-8")
@@ -141,7 +139,7 @@ def caught_by(mutant: Mutant, tree: Path) -> str | None:
     return failed[0].split(" - ")[0].split(" ", 1)[1] if failed else None
 
 
-def main() -> int:
+def main():
     """Try every mutant in one copy of the tree."""
     lives = 0
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:

@@ -1,6 +1,5 @@
 """A controller, a scene object and a mesher from outside the package; no file of it knows them."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,13 +21,13 @@ class Steady:
 class SteadyHand:
     name = "steady"
 
-    def __init__(self, close: float, pull: float) -> None:
+    def __init__(self, close, pull):
         self.close, self.pull = close, pull
 
-    def start(self, calibration, sample) -> None:
+    def start(self, calibration, sample):
         pass
 
-    def command(self, sample) -> Command:
+    def command(self, sample):
         return Command(0.0 if sample.lifted else self.pull, self.close, False)
 
 
@@ -52,17 +51,17 @@ class SceneBar(SceneShape):
     def curvature(self, table):
         return np.diag([2.0 / self._diameter(table), 0.0])
 
-    def idle(self, table) -> Iterator[tuple[str, str | float]]:
+    def idle(self, table):
         return iter([("axis", "z"), ("tilt_deg", 0.0), ("turn_deg", 0.0)])
 
-    def plane_in_z(self, table) -> bool:
+    def plane_in_z(self, table):
         return True
 
-    def mirrors_in_z(self, table) -> bool:
+    def mirrors_in_z(self, table):
         return True
 
     @staticmethod
-    def _diameter(table) -> float:
+    def _diameter(table):
         return Bar().bar_mm if table.bar_mm is None else table.bar_mm
 
 
@@ -84,5 +83,5 @@ class Slicer(Mesher):
         found = extrude(design.model_copy(update={"mesh": options}), zone.half_width, symmetric)
         return replace(found, mesher="slices")
 
-    def why_not(self, design) -> str | None:
+    def why_not(self, design):
         return None if design.body.straight else "sliced: its body is not straight"

@@ -1,8 +1,5 @@
 """A small mold made by hand: a block finger with one plate, its walls, insert and base plate."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,10 +22,10 @@ class Made:
 
     box = staticmethod(lambda low, high: box(low, high))
 
-    def changed(self, name: str, change: Callable[[Manifold], Manifold]) -> Made:
+    def changed(self, name, change):
         """The same with one part or the rubber changed; its blank and the outline stay."""
 
-        def apply(part: PartMesh) -> PartMesh:
+        def apply(part):
             solid = Manifold(Mesh64(part.vertices, part.triangles.astype(np.uint64)))
             new = mesh_of(name, change(solid), part.draw, part.order, part.made)
             kept = ("blank_vertices", "blank_triangles", "blank_volume")
@@ -41,29 +38,29 @@ class Made:
         plates = tuple(apply(p) if p.name == name else p for p in meshes.plates)
         return replace(self, meshes=replace(meshes, parts=parts, plates=plates))
 
-    def planned(self, **changes: object) -> Made:
+    def planned(self, **changes):
         """The same by a changed plan."""
         return replace(self, plan=replace(self.plan, **changes))
 
 
-def box(low, high) -> Manifold:
+def box(low, high):
     """A box between two corners."""
     low, high = np.array(low, dtype=float), np.array(high, dtype=float)
     return Manifold.cube(tuple(high - low)).translate(tuple(low))
 
 
-def mirrored_z(low, high) -> tuple[Manifold, Manifold]:
+def mirrored_z(low, high):
     """A box between two corners, and its mirror image in z = 0."""
     return box(low, high), box((*low[:2], -high[2]), (*high[:2], -low[2]))
 
 
-def upright(x, z, low, high, bottom, top) -> Manifold:
+def upright(x, z, low, high, bottom, top):
     """A cone along y from diameter ``bottom`` at y = low to ``top`` at y = high."""
     cone = Manifold.cylinder(high - low, 0.5 * bottom, 0.5 * top, 48)
     return cone.rotate((-90.0, 0.0, 0.0)).translate((x, low, z))
 
 
-def mesh_of(name, solid, draw=None, order=9, made="process", blank=None) -> PartMesh:
+def mesh_of(name, solid, draw=None, order=9, made="process", blank=None):
     """A solid as a part; its exact volume is that of its triangles."""
     blank = solid if blank is None else blank
     found, plain = solid.to_mesh64(), blank.to_mesh64()
@@ -97,7 +94,7 @@ HOLES = (
 )
 
 
-def plan_of(design: Design) -> MoldPlan:
+def plan_of(design):
     """The plan that the parts below are made by."""
     legs = tuple(Leg(0, side, 3.0, 0.0, 5.0, 5.0, 13.0, True) for side in ("+z", "-z"))
     slots = {s: (Slot(0, s, 0.0, 8.0, 0.0, 3.2, 0.4, 0.0, 0.28),) for s in ("+z", "-z")}
@@ -130,7 +127,7 @@ def plan_of(design: Design) -> MoldPlan:
 
 
 @pytest.fixture(scope="session")
-def made() -> Made:
+def made():
     """The mold of a block 20 x 12 x 10 with one level plate through its depth."""
     design = Design.model_validate(DESIGN)
     front, back = mirrored_z((-18, 0, 5), (18, 12, 13))

@@ -1,7 +1,5 @@
 """The least distance between slots, against distances known by hand."""
 
-from __future__ import annotations
-
 from math import hypot, inf, sqrt
 
 import pytest

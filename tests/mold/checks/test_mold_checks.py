@@ -1,7 +1,5 @@
 """A mold made by hand passes every check; each fault put into it fails the check that names it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +13,7 @@ from fingerdesign.mold.plan.plan import Bolt
 from fingerdesign.mold.products.bill import silicone_of
 
 
-def failed(made) -> dict[str, str]:
+def failed(made):
     """Sentences of the checks that fail, by name, and part where they have one."""
     found = run_checks(made.design, made.plan, made.meshes)
     return {f"{c.name}: {c.part}" if c.part else c.name: c.sentence for c in found if not c.ok}

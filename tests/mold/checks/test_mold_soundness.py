@@ -1,7 +1,5 @@
 """Each of the faults that a part's triangles can have is found by the check that names it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -18,13 +16,13 @@ CORNERS = "013 032 467 475 045 051 237 276 026 064 157 173"
 FACES = np.array([[int(corner) for corner in face] for face in CORNERS.split()])
 
 
-def part(vertices=CUBE, triangles=FACES, exact=1.0, chord=0.0) -> PartMesh:
+def part(vertices=CUBE, triangles=FACES, exact=1.0, chord=0.0):
     return PartMesh(
         "part", vertices, triangles, None, 0, "process", exact, chord, vertices, triangles, exact
     )
 
 
-def failed(part_: PartMesh) -> set[str]:
+def failed(part_):
     return {check.name for check in part_checks(part_, 0.01) if not check.ok}
 
 
