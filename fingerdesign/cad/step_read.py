@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -54,8 +55,7 @@ from fingerdesign.cad.step_shape import (
     volume_of,
 )
 from fingerdesign.runtime.files import scratch
-from fingerdesign.shapes.border import Border
-from fingerdesign.shapes.faces import CadFace, arrays_of, renamed
+from fingerdesign.shapes.faces import Border, CadFace, arrays_of
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus
 
@@ -96,7 +96,10 @@ def read_body(
     base, contact = picks(found, middles, normals, rules)
     names = named(found, base, contact, low, high)
     joined = groups(solid, faces, found)
-    found = [renamed(*row) for row in zip(found, names, joined, strict=True)]
+    found = [
+        replace(face, name=own, group=group)
+        for face, own, group in zip(found, names, joined, strict=True)
+    ]
     check_body(found, low, high, name)
     if rules["mirrors_in_z"]:
         check_mirror(found, name)
@@ -243,7 +246,8 @@ def describe(face: Any, name: str) -> CadFace:
     sign = 1.0 if float(natural @ triple(outward)) > 0.0 else -1.0
     area = _area(face, isinstance(shape, Nurbs))
     low, high = box_of(face)
-    return CadFace(shape, sign, border_of(face, shape, sign), "", -1, area, low, high)
+    border = border_of(face, shape, sign)
+    return CadFace("", shape, sign, border=border, area=area, low=low, high=high)
 
 
 def _area(face: Any, spline: bool) -> float:

@@ -203,6 +203,18 @@ class Revolved(Straight):
         return np.hypot(points[:, 0], z)
 
 
+_ACROSS = np.linspace(-1.0, 1.0, 9)
+
+
+def _bent(place: Array, heights: Array) -> float:
+    """Curvature of a line through heights (n,); 0 where it is flat or hollow."""
+    known = np.isfinite(heights)
+    if known.sum() < 3:
+        return 0.0
+    bent = -2.0 * float(np.polyfit(place[known], heights[known], 2)[0])
+    return bent if bent > 1e-6 else 0.0
+
+
 @body("step", place=5)
 class Cad(BodyKind):
     """The user's own solid: its faces answer (surface.py)."""
@@ -211,6 +223,14 @@ class Cad(BodyKind):
 
     def height(self, body: Body, x: Array, z: Array) -> Array:
         return self._facts(body).height(x, z)
+
+    def curvatures(self, body: Body) -> tuple[float, float]:
+        """Fitted to the heights near the crest; 0 where it is flat or hollow."""
+        across, along = (0.05 * extent * _ACROSS for extent in (body.width_mm, body.depth_mm))
+        level = np.zeros_like(across)
+        return _bent(across, self.height(body, across, level)), _bent(
+            along, self.height(body, level, along)
+        )
 
     def lowest(self, body: Body) -> float:
         return self._facts(body).lowest

@@ -163,18 +163,6 @@ class Profile:
                 ws.append(np.column_stack([weights * (x1 - x0), weights * piece.length]))
         return np.concatenate(xs), np.concatenate(ys), np.vstack(ws)
 
-    def owner(self, points: Array) -> IntArray:
-        """The piece (n,) nearest to each point (n, 2) of either half."""
-        return nearest_piece(self.pieces, points)
-
-    def distance(self, points: Array) -> Array:
-        """Signed distance (n,) to the outline, continued beyond the side; positive outside."""
-        return chain_distance(self.pieces, points)
-
-    def normal(self, points: Array) -> Array:
-        """Outward unit normals (n, 2) at the nearest points of the outline."""
-        return chain_normal(self.pieces, points)
-
 
 def _folded(points: Array) -> Array:
     return np.column_stack([np.abs(points[:, 0]), points[:, 1]])

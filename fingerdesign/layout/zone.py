@@ -13,7 +13,7 @@ import numpy as np
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout import clearance
-from fingerdesign.layout.frames import crest_height, plate_frames, surface_height
+from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.layout.gaps import least_gap
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.rows import PlateRow, plate_rows
@@ -27,25 +27,6 @@ def plates_volume(design: Design) -> float:
     frames = plate_frames(design)
     holes = sum(np.pi * hole.radius**2 * f.thickness for f in frames for hole in f.holes)
     return float(sum(f.length * f.thickness * f.span for f in frames) - holes)
-
-
-def crest_curvatures(body: Body) -> tuple[float, float]:
-    """Curvatures of the body's crest along x and z, 1/mm; of a STEP body fitted to its heights."""
-    if body.shape == "step":
-        return _fitted(body, 0.05 * body.width_mm, 0), _fitted(body, 0.05 * body.depth_mm, 1)
-    return body.kind.curvatures(body)
-
-
-def _fitted(body: Body, reach: float, axis: int) -> float:
-    """Curvature of a STEP body's top over |x| or |z| <= reach; 0 where it is flat or hollow."""
-    place = np.linspace(-reach, reach, 9)
-    zero = np.zeros_like(place)
-    heights = surface_height(body, *((place, zero) if axis == 0 else (zero, place)))
-    known = np.isfinite(heights)
-    if known.sum() < 3:
-        return 0.0
-    bent = -2.0 * float(np.polyfit(place[known], heights[known], 2)[0])
-    return bent if bent > 1e-6 else 0.0
 
 
 def flat_half_extents(body: Body) -> tuple[float, float]:
@@ -72,7 +53,7 @@ def contact_half_width(design: Design, approach_mm: float, object_curvature: flo
     most = flat_half_extents(body)[0]
     if approach_mm <= 0:
         return 0.0
-    across, along = crest_curvatures(body)
+    across, along = body.kind.curvatures(body)
     across += object_curvature
     if along > 0.0:
         return min(math.sqrt(2.0 * approach_mm / (across + along)), most)
@@ -225,7 +206,7 @@ def candidate_zone(
 def contact_reach(design: Design, rigid: SceneObject, approach: float) -> tuple[float, float]:
     """Forecast half-extents of the contact along x and z, mm; infinite where z has no end to it."""
     across, along = _object_curvatures(rigid)
-    own = crest_curvatures(design.body)
+    own = design.body.kind.curvatures(design.body)
     tilted = rigid.flat and bool(rigid.tilt_deg)
     if own == (0.0, 0.0) and tilted:
         return _wedge(rigid, approach), math.inf
@@ -254,7 +235,7 @@ def approach_for(design: Design, rigid: SceneObject, normal_force: float) -> flo
     material, body = design.material_of("body"), design.body
     modulus = material.youngs_modulus_MPa / (1.0 - material.poissons_ratio**2)
     across, along = _object_curvatures(rigid)
-    own = crest_curvatures(body)
+    own = body.kind.curvatures(body)
     across, along = across + own[0], along + own[1]
     height = float(crest_height(body))
     wide, deep = flat_half_extents(body)

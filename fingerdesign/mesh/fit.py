@@ -21,13 +21,13 @@ from fingerdesign.layout.volume import (
 from fingerdesign.mesh.measures import cell_volumes, curved_areas, curved_volumes
 from fingerdesign.mesh.sheets import boundary_facets
 from fingerdesign.mesh.tetra.carriers import (
-    Carrier,
-    Plane,
     carriers_of,
     core_faces,
+    plane,
     plate_faces,
 )
 from fingerdesign.mesh.types import Mesh
+from fingerdesign.shapes.faces import Carrier
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -212,7 +212,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
             faces = [face for face in outer if name in face.boundaries]
         if faces:
             found[name] = _greatest(mesh, np.unique(facets), faces)
-    cut: list[Carrier] = [Plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
+    cut: list[Carrier] = [plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
     for number in np.unique(mesh.regions[mesh.regions > 0]):
         if number == design.core_region and design.body.core is not None:
             faces = core_faces(design.body)

@@ -19,6 +19,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.runtime.registry import LAST, SCENE_OBJECTS, Kind
+from fingerdesign.shapes import quadrics
+from fingerdesign.shapes.quadrics import Shape
 
 Vector = tuple[float, float, float]
 
@@ -50,100 +52,72 @@ class RigidObject(Indenter, Protocol):
 
 
 @dataclass(frozen=True)
-class Plane:
+class _Placed:
+    """A closed form of shapes/quadrics.py about (0, height, 0)."""
+
+    height: float
+
+    @property
+    def _shape(self) -> Shape:
+        raise NotImplementedError
+
+    def distance(self, points: Array) -> Array:
+        return self._shape.distance(self._relative(points))
+
+    def normal(self, points: Array) -> Array:
+        return self._shape.normal(self._relative(points))[:, : points.shape[1]]
+
+    def underside(self, x: Array, z: Array) -> Array:
+        lower = np.fmin.reduce(self._shape.heights(x, z))
+        return np.where(np.isnan(lower), np.inf, self.height + lower)
+
+    def at_height(self, height: float) -> Self:
+        return replace(self, height=height)
+
+    def _relative(self, points: Array) -> Array:
+        """Points (n, 3) seen from the reference point."""
+        relative = np.zeros((len(points), 3))
+        relative[:, : points.shape[1]] = points
+        relative[:, 1] -= self.height
+        return relative
+
+
+@dataclass(frozen=True)
+class Plane(_Placed):
     """A plane through (0, height, 0), the object above it; ``direction``: outward normal (down).
 
     >>> Plane(2.0).distance(np.array([[5.0, 1.5]])).tolist()
     [0.5]
     """
 
-    height: float
     direction: Vector = DOWN
 
-    def distance(self, points: Array) -> Array:
-        relative = np.array(points, dtype=float)
-        relative[:, 1] -= self.height
-        # The object lies against its normal: outside is along it.
-        return np.asarray(relative @ np.array(self.direction[: points.shape[1]]))
-
-    def normal(self, points: Array) -> Array:
-        return np.tile(np.array(self.direction[: points.shape[1]]), (len(points), 1))
-
-    def underside(self, x: Array, z: Array) -> Array:
-        across, down, along = self.direction
-        return np.asarray(self.height - (across * x + along * z) / down)
-
-    def at_height(self, height: float) -> Self:
-        return replace(self, height=height)
+    @property
+    def _shape(self) -> Shape:
+        return quadrics.Plane(np.array(self.direction), 0.0)
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(_Placed):
     """A cylinder of ``radius`` mm whose axis runs through (0, height, 0) along ``axis`` (unit)."""
 
-    height: float
     radius: float
     axis: Vector = (0.0, 0.0, 1.0)
 
-    def distance(self, points: Array) -> Array:
-        return np.asarray(np.linalg.norm(self._from_axis(points), axis=1) - self.radius)
-
-    def normal(self, points: Array) -> Array:
-        away = self._from_axis(points)
-        away /= np.linalg.norm(away, axis=1, keepdims=True)
-        return np.asarray(away[:, : points.shape[1]])
-
-    def underside(self, x: Array, z: Array) -> Array:
-        # |q|^2 - (q . a)^2 = R^2 with q = (x, t, z): a quadratic in t, of which the lower root.
-        a = np.array(self.axis)
-        flat = a[0] * x + a[2] * z
-        square = 1.0 - a[1] ** 2
-        middle = flat * a[1] / square
-        rest = (x**2 + z**2 - flat**2 - self.radius**2) / square
-        inside = middle**2 - rest
-        with np.errstate(invalid="ignore"):
-            lower = self.height + middle - np.sqrt(inside)
-        return np.asarray(np.where(inside >= 0.0, lower, np.inf))
-
-    def at_height(self, height: float) -> Self:
-        return replace(self, height=height)
-
-    def _from_axis(self, points: Array) -> Array:
-        relative = np.zeros((len(points), 3))
-        relative[:, : points.shape[1]] = points
-        relative[:, 1] -= self.height
-        axis = np.array(self.axis)
-        away: Array = relative - (relative @ axis)[:, None] * axis
-        return away
+    @property
+    def _shape(self) -> Shape:
+        return quadrics.Cone(np.zeros(3), np.array(self.axis), self.radius)
 
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(_Placed):
     """A sphere of ``radius`` mm about (0, height, 0)."""
 
-    height: float
     radius: float
 
-    def distance(self, points: Array) -> Array:
-        return np.asarray(np.linalg.norm(self._from_centre(points), axis=1) - self.radius)
-
-    def normal(self, points: Array) -> Array:
-        away = self._from_centre(points)
-        return np.asarray(away / np.linalg.norm(away, axis=1, keepdims=True))
-
-    def underside(self, x: Array, z: Array) -> Array:
-        inside = self.radius**2 - x**2 - z**2
-        with np.errstate(invalid="ignore"):
-            lower = self.height - np.sqrt(inside)
-        return np.asarray(np.where(inside >= 0.0, lower, np.inf))
-
-    def at_height(self, height: float) -> Self:
-        return replace(self, height=height)
-
-    def _from_centre(self, points: Array) -> Array:
-        away = np.array(points, dtype=float)
-        away[:, 1] -= self.height
-        return away
+    @property
+    def _shape(self) -> Shape:
+        return quadrics.Sphere(np.zeros(3), self.radius)
 
 
 Height = Callable[[Array, Array], Array]

@@ -9,7 +9,8 @@ from fingerdesign.cad.bodies import step_outline
 from fingerdesign.design import step as facts_module
 from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.step import content_of, step_facts
-from fingerdesign.layout.surface import CadSurface, ContactSurface, step_carriers
+from fingerdesign.design.step_file import step_sizes
+from fingerdesign.layout.surface import ContactSurface, step_carriers, surface_of
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.shapes.faces import nearest
 
@@ -129,15 +130,19 @@ def near(body, count=400):
     return np.column_stack([x, y + rng.uniform(-1, 1, len(x)), z]), y
 
 
+def solid_of(step: StepFile) -> Body:
+    return Body(shape="step", step=step, **step_sizes(step))
+
+
 @pytest.mark.parametrize("name", BODIES)
 def test_a_body_read_back_is_the_closed_form(steps, name):
-    known, found = ContactSurface.of(BODIES[name]), CadSurface.of(steps[name])
+    known, found = ContactSurface.of(BODIES[name]), surface_of(solid_of(steps[name]))
     points, y = near(BODIES[name])
     np.testing.assert_allclose(found.height(points[:, 0], points[:, 2]), y, atol=1e-9)
     np.testing.assert_allclose(found.distance(points), known.distance(points), atol=1e-9)
     np.testing.assert_allclose(found.normal(points), known.normal(points), atol=1e-9)
     np.testing.assert_allclose(found.project(points), known.project(points), atol=1e-9)
-    np.testing.assert_allclose(found.curvatures, known.curvatures, atol=1e-9)
+    np.testing.assert_allclose(found.curvatures, known.curvatures, rtol=5e-3)  # fitted
     assert found.crest == pytest.approx(known.crest, abs=1e-9)
     assert found.lowest == pytest.approx(known.lowest, abs=1e-9)
     facts = step_facts(steps[name])
@@ -175,7 +180,7 @@ def test_a_spline_surface_is_the_kernels_own(steps):
 
     solid = cq.importers.importStep(steps["spline"].file)
     face = max(solid.faces().vals(), key=lambda f: f.geomType() != "PLANE")
-    rng, surface = np.random.default_rng(5), CadSurface.of(steps["spline"])
+    rng, surface = np.random.default_rng(5), surface_of(solid_of(steps["spline"]))
     edge = next(e for e in face.Edges() if e.geomType() == "BSPLINE")
     places, normals = [], []
     for share in rng.uniform(0.02, 0.98, 200):

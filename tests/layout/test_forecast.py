@@ -10,7 +10,6 @@ from fingerdesign.layout.zone import (
     candidate_zone,
     contact_half_width,
     contact_reach,
-    crest_curvatures,
     summarise,
 )
 
@@ -28,7 +27,7 @@ EDGED = design_of('body.shape = "block"', "body.edge_radius_mm = 3", "plates.cou
 
 
 def test_a_pin_is_touched_in_a_round_spot():
-    assert crest_curvatures(PIN.body) == (1 / 20, 1 / 20)
+    assert PIN.body.kind.curvatures(PIN.body) == (1 / 20, 1 / 20)
     wide, deep = contact_reach(PIN, PLANE, 0.1)
     assert wide == deep == pytest.approx(np.sqrt(20 * 0.1))
     zone = candidate_zone(PIN, PLANE, 0.1)

@@ -8,7 +8,7 @@ from fingerdesign.design import step as step_facts
 from fingerdesign.design.schema import Body
 from fingerdesign.layout.clearance import cover_clearances, surface_clearances
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.zone import crest_curvatures, summarise
+from fingerdesign.layout.zone import summarise
 
 STEP = """
 design.name = "a"
@@ -59,7 +59,7 @@ def test_depths_are_those_of_the_like_rounded_block(filleted):
     frame = PlateFrame(0, 1.0, 8.0, 30.0, 2.0, 0.2, -3.0, 3.0)
     found = [cover_clearances(body, (frame,))[0] for body in (step.body, like)]
     assert found[0] == pytest.approx(found[1], abs=1e-6)
-    assert crest_curvatures(step.body) == (0.0, 0.0)
+    assert step.body.kind.curvatures(step.body) == (0.0, 0.0)
     assert summarise(step).body == "step"
 
 

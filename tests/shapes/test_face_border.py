@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fingerdesign.shapes.border import Border
+from fingerdesign.shapes.faces import Border
 
 
 def polygon(corners, pieces=20):

@@ -13,8 +13,9 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.tetra.carriers import Carrier, Carriers
+from fingerdesign.mesh.tetra.carriers import Carriers
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.shapes.faces import Carrier
 
 MOST_STEPS = 40
 PARALLEL = 0.05  # faces that meet at less than 3 degrees
