@@ -10,7 +10,15 @@ import pytest
 
 from fingerdesign.design.schema import design_json_schema
 from fingerdesign.errors import DesignError
-from fingerdesign.runtime.registry import CONTROLLERS, MESHERS, SCENE_OBJECTS, Kind, Registry
+from fingerdesign.runtime.registry import (
+    BODIES,
+    CONTROLLERS,
+    MESHERS,
+    PLATE_LAYOUTS,
+    SCENE_OBJECTS,
+    Kind,
+    Registry,
+)
 
 ROOT = Path(__file__).resolve().parents[1]
 DESIGN = """
@@ -101,9 +109,25 @@ def test_a_mesher_of_a_plug_in_meshes(command):
     assert '"mesher": "slices"' in done.stdout
 
 
+def test_a_body_and_a_plate_layout_of_a_plug_in_are_meshed(command):
+    sections = []
+    for name, shape, follow in (("ours", "block", "level"), ("theirs", "slab", "fanned")):
+        keys = f"body.shape = '{shape}'\nplates.count = 1\nplates.follow = '{follow}'\n"
+        (command.folder / f"{name}.toml").write_text(f"design.name = '{name}'\n{keys}")
+        words = ("--fidelity", "plane-strain", "--out", name, "--json", "--quiet")
+        done = command("mesh", f"{name}.toml", *words)
+        assert done.returncode == 0, done.stderr
+        report = json.loads((command.folder / name / "quality.json").read_text("utf-8"))
+        sections.append({key: report[key] for key in ("elements", "volumes", "nodes")})
+    assert sections[0] == sections[1]  # one plate, in the middle, is turned by nothing
+
+
 @pytest.mark.parametrize(
     ("line", "fault", "remedy"),
     [
+        ("body.shape = 'slap'", "body.shape = 'slap'", "did you mean 'slab'?"),
+        ("body.shape = 'arc'\nbody.rise_mm = 1", "body.rise_mm = 1", "remove it"),
+        ("plates.follow = 'faned'", "plates.follow = 'faned'", "did you mean 'fanned'?"),
         ("grip.controller = 'steddy'", "grip.controller = 'steddy'", "did you mean 'steady'?"),
         ("grip.steady.pull = 1", "grip.steady.pull", "did you mean grip.steady.pull_mm?"),
         ("grip.steady.pull_mm = 2", "grip.steady.pull_mm = 2", "decrease it"),
@@ -136,7 +160,7 @@ def test_keys_of_another_object_are_refused(command, scene, remedy):
     assert remedy in done.stderr + done.stdout
 
 
-@pytest.mark.parametrize("registry", [CONTROLLERS, SCENE_OBJECTS, MESHERS])
+@pytest.mark.parametrize("registry", [CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS])
 def test_names_that_are_listed_are_those_that_register(registry):
     listed = registry.shipped_names()
     loaded = tuple(kind.name for kind in registry.kinds())

@@ -54,6 +54,9 @@ def outline_solid(body: Body, half: bool = False) -> cq.Solid:
     if body.step is not None:
         whole = step_outline(body.step)
         return upper_half(whole, "body.step") if half else whole
+    own: cq.Solid | None = body.kind.solid(body, half)
+    if own is not None:
+        return own
     try:
         profile = profile_of(body)
     except ValueError as error:

@@ -250,7 +250,7 @@ def _check_volumes(
     design: Design, half: bool, frames: tuple[PlateFrame, ...], outline: cq.Solid, parts: Fused
 ) -> None:
     # A dome's ends and the drilled holes of bent plates are bounded by approximated curves.
-    loose = design.body.shape == "dome" or design.body.step is not None
+    loose = design.body.dome_radius_mm is not None or design.body.step is not None
     drilled = {f"plate_{f.index}" for f in frames if f.bend_radius is not None and f.holes}
     whole = outline_volume(design.body, half)
     wanted = {f"plate_{frame.index}": plate_volume(frame, half) for frame in frames}

@@ -23,9 +23,8 @@ def body_faults(body: Body) -> list[Fault]:
 
 
 def _arc_faults(body: Body) -> list[Fault]:
-    if body.shape in ("block", "step"):
-        return []
-    if body.arc_radius_mm >= 0.5 * body.width_mm - 1e-9:
+    arc = body.kind.closed_form and not body.kind.flat
+    if not arc or body.arc_radius_mm >= 0.5 * body.width_mm - 1e-9:
         return []
     bound = f"at least body.width_mm / 2 = {0.5 * body.width_mm:g}"
     remedy = f"raise it, or lower body.width_mm to at most {at_most(2 * body.arc_radius_mm)}"

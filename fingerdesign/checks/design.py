@@ -52,7 +52,7 @@ def _slender(row: PlateRow) -> list[Fault]:
 def _bent(row: PlateRow) -> list[Fault]:
     """A bent plate lies along the surface, and is bent to a radius that a plate can take."""
     table = row.table
-    if table.follow != "bent":
+    if not table.layout.bends:
         return []
     if table.angle_deg != 0.0:
         bound = "0 where plates.follow = 'bent': a bent plate lies along the surface"
@@ -216,7 +216,7 @@ def _grip_faults(design: Design) -> list[Fault]:
 def _mesh_faults(design: Design) -> list[Fault]:
     faults = []
     mesh = design.mesh
-    why = MESHERS.find(mesh.mesher, "mesh.mesher").mesher.why_not(design)
+    why = MESHERS.find(mesh.mesher, "mesh.mesher").made.why_not(design)
     if why is not None:
         bound = f"'tetwild' for a finger that cannot be {why}"
         remedy = "set mesh.mesher = 'tetwild'"

@@ -42,7 +42,7 @@ def side_reaches(row: PlateRow) -> Array:
 
 def row_reach(body: Body, table: Plates) -> float:
     """How far the plates of a row's table reach along it, mm; of a level row without its frames."""
-    if table.follow != "level":
+    if not table.layout.level:
         return float(side_reaches(PlateRow(table, tuple(row_frames(body, table, 0)))).max())
     angle = np.radians(table.angle_deg)
     own = table.length_mm * abs(np.cos(angle)) + table.thickness_mm * abs(np.sin(angle))

@@ -126,10 +126,7 @@ def controller(
     place: int = LAST,
     table: type | None = None,
     table_name: str = "",
-    tuned: tuple[Range, ...] = (),
-    look: Look | None = None,
-    knows: str | None = None,
-    trained: bool = False,
+    **own: Any,
 ) -> Callable[[_Make], _Make]:
     """Register what makes a controller; see :class:`ControllerKind`. table_name: absent: ``name``.
 
@@ -137,19 +134,10 @@ def controller(
     """
 
     def register(make: _Make) -> _Make:
-        CONTROLLERS.add(
-            ControllerKind(
-                name=name,
-                place=place,
-                table=table,
-                table_name=table_name or name,
-                make=make,
-                tuned=tuned,
-                look=look,
-                knows=knows,
-                trained=trained,
-            )
+        kind = ControllerKind(
+            name=name, place=place, table=table, table_name=table_name or name, make=make, **own
         )
+        CONTROLLERS.add(kind)
         return make
 
     return register

@@ -7,16 +7,15 @@ turned about y; or the user's own STEP file. Lengths in mm.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self, TypeVar
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.base import Named, Row3, Table, key_fields, own_keys, refuse, refuse_all
-from fingerdesign.runtime.registry import BODIES, LAST, Kind
+from fingerdesign.runtime.registry import BODIES
 
 if TYPE_CHECKING:
     from fingerdesign.design.plates import Plates
@@ -152,27 +151,7 @@ class BodyKind:
         return None
 
 
-@dataclass(frozen=True, kw_only=True)
-class BodyEntry(Kind):
-    """A registered kind of body; ``table`` is of its own keys in ``[body]``."""
-
-    kind: BodyKind
-
-
-_Made = TypeVar("_Made", bound=type[BodyKind])
-
-
-def body(name: str, *, place: int = LAST, table: type | None = None) -> Callable[[_Made], _Made]:
-    """Register a :class:`BodyKind` under the name that ``body.shape`` takes.
-
-    table: a dataclass of the keys of ``[body]`` that it alone has.
-    """
-
-    def register(made: _Made) -> _Made:
-        BODIES.add(BodyEntry(name=name, place=place, table=table, kind=made()))
-        return made
-
-    return register
+body = BODIES.kind  # registers a BodyKind under the name that ``body.shape`` takes
 
 
 class Body(Table):
@@ -304,8 +283,8 @@ class Body(Table):
     @property
     def kind(self) -> BodyKind:
         """What answers for its geometry."""
-        entry: BodyEntry = BODIES.find(self.shape, "body.shape")
-        return entry.kind
+        kind: BodyKind = BODIES.find(self.shape, "body.shape").made
+        return kind
 
 
 key_fields(Body, BODIES)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, refuse, refuse_all
+from fingerdesign.design.base import Many, Named, Table, refuse, refuse_all
+from fingerdesign.runtime.registry import PLATE_LAYOUTS
+
+if TYPE_CHECKING:
+    from fingerdesign.design.body import Body
 
 MAX_PLATES = 500  # far beyond what can be cast; keeps every check and CAD step bounded
 _FARTHEST_MM = 500  # no body is larger
@@ -48,6 +52,30 @@ def _three_or_four(rows: Any) -> Any:
 Place = Annotated[tuple[float, ...], BeforeValidator(_as_tuple)]
 
 
+class PlateLayout:
+    """How the plates of a row lie below the surface; a new one says at least ``placed``.
+
+    level: each keeps the row's own angle, whatever the surface. bends: plates are bent to it.
+    """
+
+    level: ClassVar[bool] = False
+    bends: ClassVar[bool] = False
+
+    def placed(
+        self, body: Body, row: Plates, pace: float, middle: float
+    ) -> tuple[float, float, float, float | None]:
+        """Centre in the section plane, mm, the turn of its angle, degrees, and its bend radius, mm.
+
+        pace: how far along the row from its middle, mm; middle: of its span, across the row. NaN
+        where there is no surface.
+        """
+        raise NotImplementedError
+
+
+plate_layout = PLATE_LAYOUTS.kind  # registers a PlateLayout under the name of ``plates.follow``
+Layout = Annotated[str, Named(PLATE_LAYOUTS)]
+
+
 class Row(Table):
     """A further row of plates: what is not given is as in ``[plates]``."""
 
@@ -61,7 +89,7 @@ class Row(Table):
     span_offset_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
     stagger_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
     along: Literal["x", "z"] | None = Field(default=None, description=_AS_PLATES)
-    follow: Literal["level", "turned", "bent"] | None = Field(default=None, description=_AS_PLATES)
+    follow: Layout | None = Field(default=None, description=_AS_PLATES)
 
 
 class Plates(Table):
@@ -104,7 +132,7 @@ class Plates(Table):
     along: Literal["x", "z"] = Field(
         default="x", description="x (feels shear in x) | z: the row runs along z, its plates span x"
     )
-    follow: Literal["level", "turned", "bent"] = Field(
+    follow: Layout = Field(
         default="level",
         description="level (cover along y) | turned (cover along the surface's normal, pitch along "
         "the surface, angle from its tangent) | bent (turned, and bent to the surface's curve)",
@@ -181,6 +209,12 @@ class Plates(Table):
                 "remove it or give plates.hole_diameter_mm",
                 "plates.hole_pitch_mm",
             )
+
+    @property
+    def layout(self) -> PlateLayout:
+        """What says how the row's plates lie."""
+        found: PlateLayout = PLATE_LAYOUTS.find(self.follow, "plates.follow").made
+        return found
 
     @property
     def all_rows(self) -> tuple[Plates, ...]:

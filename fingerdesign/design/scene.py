@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -18,12 +17,13 @@ from fingerdesign.design.base import (
     Whole,
     holds,
     key_fields,
+    own_keys,
     refuse,
     refuse_all,
 )
 from fingerdesign.design.digest import content_digest
 from fingerdesign.runtime.registry import SCENE_OBJECTS
-from fingerdesign.shapes.objects import ObjectKind, RigidObject
+from fingerdesign.shapes.objects import RigidObject, SceneShape
 
 LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
@@ -93,8 +93,7 @@ class SceneObject(Table):
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that the shape lacks or has no use for."""
-        shape = self._kind.shape
-        own = [each.name for each in fields(self._kind.table)] if self._kind.table else []
+        shape, own = self._shape, own_keys(SCENE_OBJECTS, self.shape)
         for name, info in type(self).model_fields.items():
             if info.default is not None or name in own:
                 continue
@@ -115,32 +114,32 @@ class SceneObject(Table):
                 )
 
     @property
-    def _kind(self) -> ObjectKind:
-        kind: ObjectKind = SCENE_OBJECTS.find(self.shape, "object.shape")
-        return kind
+    def _shape(self) -> SceneShape:
+        shape: SceneShape = SCENE_OBJECTS.find(self.shape, "object.shape").made
+        return shape
 
     def made(self) -> RigidObject:
         """The rigid object, its reference point at height 0."""
-        return self._kind.shape.make(self)
+        return self._shape.make(self)
 
     def curvature(self) -> Array:
         """Curvature (2, 2) of the object's lower face over (x, z), 1/mm; tilt left out."""
-        return self._kind.shape.curvature(self)
+        return self._shape.curvature(self)
 
     @property
     def flat(self) -> bool:
         """Whether the lower face is a plane, level or tilted."""
-        return self._kind.shape.flat
+        return self._shape.flat
 
     @property
     def plane_in_z(self) -> bool:
         """Whether every section of constant z is the same (then plane strain can hold it)."""
-        return self._kind.shape.plane_in_z(self)
+        return self._shape.plane_in_z(self)
 
     @property
     def mirrors_in_z(self) -> bool:
         """Whether the object is its own mirror image in z = 0."""
-        return self._kind.shape.mirrors_in_z(self)
+        return self._shape.mirrors_in_z(self)
 
 
 key_fields(SceneObject, SCENE_OBJECTS)

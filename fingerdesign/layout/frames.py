@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.plates import PlateLayout, plate_layout
 from fingerdesign.design.step import step_facts
 from fingerdesign.layout.profile import profile_of
 
@@ -241,7 +242,7 @@ def row_frames(body: Body, row: Plates, first: int) -> list[PlateFrame]:
     frames = []
     for k, pace in enumerate(paces):
         middle = row.span_offset_mm + 0.5 * row.stagger_mm * (-1.0 if k % 2 else 1.0)
-        place, y, turn, bend = _placed(body, row, float(pace), middle)
+        place, y, turn, bend = row.layout.placed(body, row, float(pace), middle)
         frames.append(
             PlateFrame(
                 first + k,
@@ -287,25 +288,41 @@ def _section_at(body: Body, middle: float) -> float:
     return 0.0 if body.shape != "step" else middle
 
 
-def _placed(
-    body: Body, row: Plates, pace: float, middle: float
-) -> tuple[float, float, float, float | None]:
-    """Centre in the section plane, the turn of its angle (degrees), and its bend radius."""
-    if row.follow == "level":
-        return (
-            pace,
-            float(_height(body, row, np.array([pace]), middle)[0]) - row.cover_mm,
-            0.0,
-            None,
-        )
-    place, y, slope, curvature = _paced_out(body, row, pace, middle)
-    turn = np.arctan(slope)
-    x = place + row.cover_mm * np.sin(turn)
-    y = y - row.cover_mm * np.cos(turn)
-    bend = None
-    if row.follow == "bent" and curvature > 1e-6:
-        bend = float(1.0 / curvature - row.cover_mm)
-    return float(x), float(y), float(np.degrees(turn)), bend
+@plate_layout("level", place=1)
+class Level(PlateLayout):
+    """Cover along y, pitch along the row's axis."""
+
+    level = True
+
+    def placed(
+        self, body: Body, row: Plates, pace: float, middle: float
+    ) -> tuple[float, float, float, float | None]:
+        height = float(_height(body, row, np.array([pace]), middle)[0])
+        return pace, height - row.cover_mm, 0.0, None
+
+
+@plate_layout("turned", place=2)
+class Turned(PlateLayout):
+    """Cover along the surface's normal, pitch along the surface."""
+
+    def placed(
+        self, body: Body, row: Plates, pace: float, middle: float
+    ) -> tuple[float, float, float, float | None]:
+        place, y, slope, curvature = _paced_out(body, row, pace, middle)
+        turn = np.arctan(slope)
+        x = place + row.cover_mm * np.sin(turn)
+        y = y - row.cover_mm * np.cos(turn)
+        bend = None
+        if self.bends and curvature > 1e-6:
+            bend = float(1.0 / curvature - row.cover_mm)
+        return float(x), float(y), float(np.degrees(turn)), bend
+
+
+@plate_layout("bent", place=3)
+class Bent(Turned):
+    """Turned, and bent to the surface's curve."""
+
+    bends = True
 
 
 def _paced_out(

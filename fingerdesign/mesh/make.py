@@ -8,12 +8,10 @@ class MyMesher(Mesher):
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from fingerdesign.errors import Fault
-from fingerdesign.runtime.registry import LAST, MESHERS, Kind, own_values
+from fingerdesign.runtime.registry import MESHERS, own_values
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -45,37 +43,16 @@ class Mesher:
         return []
 
 
-@dataclass(frozen=True, kw_only=True)
-class MesherKind(Kind):
-    """A registered mesher."""
-
-    mesher: Mesher
-
-
-_Made = TypeVar("_Made", bound=type[Mesher])
-
-
-def mesher(name: str, *, place: int = LAST, table: type | None = None) -> Callable[[_Made], _Made]:
-    """Register a :class:`Mesher` under the name that ``mesh.mesher`` takes.
-
-    table: a dataclass of its own keys, ``[mesh.NAME]``.
-    """
-
-    def register(made: _Made) -> _Made:
-        kind = MesherKind(name=name, place=place, table=table, table_name=name, mesher=made())
-        MESHERS.add(kind)
-        return made
-
-    return register
+mesher = MESHERS.kind  # registers a Mesher; its own keys are the table ``[mesh.NAME]``
 
 
 def mesher_of(design: Design) -> Mesher:
     """The mesher that a design names."""
-    kind: MesherKind = MESHERS.find(design.mesh.mesher, "mesh.mesher")
-    return kind.mesher
+    found: Mesher = MESHERS.find(design.mesh.mesher, "mesh.mesher").made
+    return found
 
 
 def mesh_finger(design: Design, zone: Zone, symmetric: bool = True) -> Mesh:
     """The finger, or its half z >= 0, by the design's mesher. Raises MeshError."""
-    kind: MesherKind = MESHERS.find(design.mesh.mesher, "mesh.mesher")
-    return kind.mesher.make(design, own_values(design.mesh, kind), zone, symmetric)
+    kind = MESHERS.find(design.mesh.mesher, "mesh.mesher")
+    return mesher_of(design).make(design, own_values(design.mesh, kind), zone, symmetric)

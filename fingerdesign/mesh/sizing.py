@@ -80,7 +80,7 @@ class MeshSizes:
         round_contact = zone_half_depth is not None or body.dome_radius_mm is not None
         stretch = STRETCH_ROUND if round_contact else STRETCH_STRAIGHT
         across = [plates.along == "z" for plates in design.plates.all_rows]
-        if body.shape in ("revolved", "step") or (design.plates.number and any(across)):
+        if body.kind.turned or body.step is not None or (design.plates.number and any(across)):
             stretch = 1.0  # no direction is the slow one
         contact = contact_size(mesh.contact_size_mm, zone_half_width, zone_half_depth)
         return cls(contact, mesh.plate_size_mm, mesh.far_size_mm, mesh.gradation, stretch)

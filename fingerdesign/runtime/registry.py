@@ -27,7 +27,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from fingerdesign.errors import DesignError, Fault
 
@@ -48,13 +48,15 @@ class Kind:
     """What every registered kind says of itself.
 
     name: as files say it. place: where it stands in lists. table: the dataclass of its TOML table,
-    made with :func:`key`; None where it has none. table_name: the table's key.
+    made with :func:`key`; None where it has none. table_name: the table's key. made: what answers
+    for it.
     """
 
     name: str
     place: int = LAST
     table: type | None = None
     table_name: str = ""
+    made: Any = None
 
 
 def own_values(owner: object, kind: Any) -> Any:
@@ -66,6 +68,9 @@ def own_values(owner: object, kind: Any) -> Any:
     if values is None:
         return kind.table()
     return kind.table(**{each.name: getattr(values, each.name) for each in fields(kind.table)})
+
+
+_Made = TypeVar("_Made", bound=type[Any])
 
 
 class Registry:
@@ -85,6 +90,20 @@ class Registry:
         self._kinds[kind.name] = kind
         for watcher in self._watchers:
             watcher(kind)
+
+    def kind(
+        self, name: str, *, place: int = LAST, table: type | None = None
+    ) -> Callable[[_Made], _Made]:
+        """Register a class under a name; an instance of it answers for the kind.
+
+        table: a dataclass of the keys that it alone has.
+        """
+
+        def register(made: _Made) -> _Made:
+            self.add(Kind(name=name, place=place, table=table, table_name=name, made=made()))
+            return made
+
+        return register
 
     def watch(self, watcher: Callable[[Any], None]) -> None:
         """Call ``watcher`` with every kind that is there, and from now on with every new one."""
@@ -165,6 +184,7 @@ class Registry:
 CONTROLLERS = Registry("controller", "fingerdesign.control.controllers", "controller")
 SCENE_OBJECTS = Registry("scene object", "fingerdesign.shapes", "scene_object")
 BODIES = Registry("body", "fingerdesign.layout", "body")
+PLATE_LAYOUTS = Registry("plate layout", "fingerdesign.layout", "plate_layout")
 MESHERS = Registry("mesher", "fingerdesign.mesh", "mesher")
 
 

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Protocol, Self, TypeVar
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.runtime.registry import LAST, SCENE_OBJECTS, Kind
+from fingerdesign.runtime.registry import SCENE_OBJECTS
 from fingerdesign.shapes import quadrics
 from fingerdesign.shapes.quadrics import Shape
 
@@ -204,29 +204,8 @@ class SceneShape:
         return ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ObjectKind(Kind):
-    """A registered scene object; ``table`` is of its own keys in ``[object]``."""
-
-    shape: SceneShape
-
-
-_Shape = TypeVar("_Shape", bound=type[SceneShape])
-
-
-def scene_object(
-    name: str, *, place: int = LAST, table: type | None = None
-) -> Callable[[_Shape], _Shape]:
-    """Register a :class:`SceneShape` under the name that ``object.shape`` takes.
-
-    table: a dataclass of the keys of ``[object]`` that it alone has.
-    """
-
-    def register(shape: _Shape) -> _Shape:
-        SCENE_OBJECTS.add(ObjectKind(name=name, place=place, table=table, shape=shape()))
-        return shape
-
-    return register
+# Registers a SceneShape under the name that ``object.shape`` takes.
+scene_object = SCENE_OBJECTS.kind
 
 
 @scene_object("plane", place=1)

@@ -1,10 +1,14 @@
-"""A controller, a scene object and a mesher from outside the package; no file of it knows them."""
+"""A kind of each sort from outside the package; no file of it knows them."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fingerdesign.control.roster import Command, Range, controller
+from fingerdesign.design.body import body
+from fingerdesign.design.plates import PlateLayout, plate_layout
+from fingerdesign.layout.frames import surface_height
+from fingerdesign.layout.kinds import Block
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.runtime.registry import key
@@ -85,3 +89,24 @@ class Slicer(Mesher):
 
     def why_not(self, design):
         return None if design.body.straight else "sliced: its body is not straight"
+
+
+@dataclass(frozen=True)
+class Rise:
+    rise_mm: float = key(0.0, "of the flat top above the sides' height", ge=0, le=10)
+
+
+@body("slab", table=Rise)
+class Slab(Block):
+    """A block under another name, with a key of its own."""
+
+    words = "a slab"
+
+
+@plate_layout("fanned")
+class Fanned(PlateLayout):
+    """Level, and turned by two degrees a millimetre along the row."""
+
+    def placed(self, body, row, pace, middle):
+        height = float(surface_height(body, pace, middle))
+        return pace, height - row.cover_mm, -2.0 * pace, None

@@ -11,8 +11,7 @@ from fingerdesign.analysis.page.verdict import leaves_section, model_text, motio
 from fingerdesign.records.result import IncrementResult, Result, TriedModel
 from fingerdesign.report.numbers import cleaned, column_texts, number_text, under_load
 from fingerdesign.report.table import Table, value_text
-from fingerdesign.runtime.registry import SCENE_OBJECTS
-from fingerdesign.shapes.objects import ObjectKind
+from fingerdesign.runtime.registry import SCENE_OBJECTS, Kind
 
 SCENE = "scene."  # how the keys of the scene begin among ``Result.parameters``
 
@@ -176,8 +175,8 @@ def object_text(result: Result) -> str:
     words = f"The object is a {shape}"
     if keys.get("radius_mm") is not None:
         words += f" of radius {value_text(keys['radius_mm'])} mm"
-    kind: ObjectKind | None = SCENE_OBJECTS.get(shape)
-    if kind is not None and (more := kind.shape.words(keys)):
+    kind: Kind | None = SCENE_OBJECTS.get(shape)
+    if kind is not None and (more := kind.made.words(keys)):
         words += f" {more}"
     for name, about in (("tilt_deg", "z"), ("turn_deg", "y")):
         if keys.get(name):

@@ -56,7 +56,7 @@ def _body(keys: Mapping[str, Any]) -> str:
         return f"The body is the user's own STEP file, {wide:.4g} mm wide and {deep:.4g} mm deep."
     size = f"{wide:g} mm across" if shape == "revolved" else f"{wide:g} mm wide, {deep:g} mm deep"
     entry = BODIES.get(shape)
-    top = ((entry and entry.kind.words) or shape).format(
+    top = ((entry and entry.made.words) or shape).format(
         radius=float(keys.get("body.arc_radius_mm") or 0.0),
         dome=float(keys.get("body.dome_radius_mm") or 0.0),
     )
