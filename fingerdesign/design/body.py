@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -16,9 +16,6 @@ from pydantic_core import PydanticCustomError
 from fingerdesign.arrays import Array
 from fingerdesign.design.base import Named, Row3, Table, key_fields, own_keys, refuse, refuse_all
 from fingerdesign.runtime.registry import BODIES
-
-if TYPE_CHECKING:
-    from fingerdesign.design.plates import Plates
 
 _ARC_RADIUS_MM = 20.0
 
@@ -133,8 +130,8 @@ class BodyKind:
         """Least height of the contact surface, mm."""
         raise NotImplementedError
 
-    def row_radius(self, body: Body, row: Plates, middle: float) -> float | None:
-        """Radius of the surface line over a row's middle where it is one arc; infinite: flat;
+    def row_radius(self, body: Body, along: str, middle: float) -> float | None:
+        """Radius of the surface line ``along`` x or z where it is one arc; infinite: flat;
         None: neither."""
         return None
 

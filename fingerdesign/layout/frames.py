@@ -332,7 +332,7 @@ def _paced_out(
 
     Exact on the crest's own arc or flat, by many chords beyond it and on a step body.
     """
-    radius = body.kind.row_radius(body, row, middle)
+    radius = body.kind.row_radius(body, row.along, middle)
     if radius is not None:
         if not np.isfinite(radius):
             return pace, float(_height(body, row, np.zeros(1), middle)[0]), 0.0, 0.0

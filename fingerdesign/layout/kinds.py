@@ -8,8 +8,6 @@ plane of the outline one formula serves all, edges included. Numpy only; lengths
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fingerdesign.arrays import Array
@@ -17,9 +15,6 @@ from fingerdesign.design.body import Body, BodyKind, body
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.profile import profile_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.plates import Plates
 
 
 @body("arc", place=1)
@@ -46,8 +41,8 @@ class Straight(BodyKind):
     def lowest(self, body: Body) -> float:
         return profile_of(body).side_height
 
-    def row_radius(self, body: Body, row: Plates, middle: float) -> float | None:
-        return self.top_radius(body) if row.along == "x" else np.inf
+    def row_radius(self, body: Body, along: str, middle: float) -> float | None:
+        return self.top_radius(body) if along == "x" else np.inf
 
     def volume(self, body: Body) -> float:
         return profile_of(body).area * body.depth_mm
@@ -107,8 +102,8 @@ class Dome(Straight):
         side, axis = profile_of(body).side_height, self.axis(body)
         return float(axis + np.sqrt(max((side - axis) ** 2 - 0.25 * body.depth_mm**2, 0.0)))
 
-    def row_radius(self, body: Body, row: Plates, middle: float) -> float | None:
-        if row.along == "x":
+    def row_radius(self, body: Body, along: str, middle: float) -> float | None:
+        if along == "x":
             return self.top_radius(body)
         return self._radius(body) + self._below_crest(body, middle)
 
@@ -177,9 +172,9 @@ class Revolved(Straight):
     def curvatures(self, body: Body) -> tuple[float, float]:
         return 1.0 / self.top_radius(body), 1.0 / self.top_radius(body)
 
-    def row_radius(self, body: Body, row: Plates, middle: float) -> float | None:
+    def row_radius(self, body: Body, along: str, middle: float) -> float | None:
         radius = self.top_radius(body)
-        if row.along == "x" or middle == 0.0:
+        if along == "x" or middle == 0.0:
             return radius
         profile = profile_of(body)
         return radius + (float(profile.height(middle)) - float(profile.height(0.0)))
@@ -235,7 +230,7 @@ class Cad(BodyKind):
     def lowest(self, body: Body) -> float:
         return self._facts(body).lowest
 
-    def row_radius(self, body: Body, row: Plates, middle: float) -> float | None:
+    def row_radius(self, body: Body, along: str, middle: float) -> float | None:
         return None
 
     def volume(self, body: Body) -> float:
