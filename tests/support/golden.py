@@ -205,25 +205,9 @@ UNSTEADY = (
 
 # Keys and columns of the moment or of the machine, in JSON and CSV; their values are left out.
 MOMENT = {
-    *(
-        "timings_s",
-        "seconds",
-        "seconds_left",
-        "time_s",
-        "peak_memory_MB",
-        "memory_MB",
-        "versions",
-        "machine",
-    ),
-    *(
-        "wall_s",
-        "cpu_s",
-        "core_s",
-        "core_seconds",
-        "datetime_start",
-        "datetime_complete",
-        "worker_id",
-    ),
+    *("timings_s", "seconds", "better_seconds", "seconds_by_method", "seconds_left", "time_s"),
+    *("wall_s", "cpu_s", "core_s", "core_seconds", "saving", "datetime_start", "datetime_complete"),
+    *("peak_memory_MB", "memory_MB", "versions", "machine", "worker_id"),
 }
 WORDS = (  # of the moment, in texts and pages
     (re.compile(r"\b\d[\d.,]*( |&nbsp;)(core )?(s|MB|seconds?)\b"), r"N \3"),
@@ -233,15 +217,9 @@ WORDS = (  # of the moment, in texts and pages
     (re.compile(r"\d{4}-\d\d-\d\d([T ]\d\d:\d\d(:\d\d(\.\d+)?)?Z?)?"), "DATE"),
     (re.compile(r"\b([a-z][a-z0-9-]+) \d+\.\d+\.\d+\b"), r"\1 VERSION"),
 )
-TIME_HEADINGS = {
-    "s",
-    "better s",
-    "saves",
-    "saving",
-    "seconds",
-    "core seconds",
-    "time (s)",
-}  # of tables' columns
+TIME_HEADINGS = {  # of tables' columns
+    *("s", "better s", "saves", "saving", "seconds", "core seconds", "time (s)"),
+}
 
 
 def without_moment(value):

@@ -127,7 +127,7 @@ def optimise(**given: Any) -> int | None:
 )
 @click.option(
     "--objective",
-    "asked",
+    "requested",
     metavar="METRIC[:min|max]",
     multiple=True,
     help="What a finger is wanted for, instead of the study's own; may be given again.",
