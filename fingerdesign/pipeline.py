@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.analysis import Analysis, Worked, analysis_of, failed_analysis
 from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.fidelity.choice import choose
-from fingerdesign.analysis.folder import write_outputs, write_solid
+from fingerdesign.analysis.fidelity.ladder import choose
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
+from fingerdesign.analysis.page.page import write_outputs
 from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
@@ -31,6 +31,7 @@ from fingerdesign.analysis.stages import (
     slip_studies,
     zone_of,
 )
+from fingerdesign.cad.solid_process import write_finger_cad
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
@@ -127,7 +128,7 @@ def analyse_into(case: Case, out: Path, report: Report = lambda message: None) -
         try:
             report("building the solid")
             with clock.stage("geometry"):
-                write_solid(case.design, folder)
+                write_finger_cad(case.design, folder)
             analysis = run(case, report, clock)
         except DesignError:
             raise

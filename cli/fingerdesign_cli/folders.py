@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
-from fingerdesign.analysis.page.verdict import findings
+from fingerdesign.analysis.page.words import findings
 from fingerdesign.checks import starter
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE, read_result

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from fingerdesign.paper.folder import write_paper
+from fingerdesign.paper.remade import write_paper
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, print_table, progress
 

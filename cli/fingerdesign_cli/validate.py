@@ -41,7 +41,7 @@ def validate(
             deep=deep,
             scene_name=scene_file.stem if scene_file is not None else "",
             keys=keys,
-            report=lambda message, fraction: show(message, fraction),
+            report=show,
         )
         show("writing the report", 1.0)
         write_validation(found, folder)
@@ -72,11 +72,11 @@ def _read(design: Path, scene_file: Path | None, out: Path) -> tuple[Design, Sce
 def _show(found: Validation, folder: Path) -> None:
     columns = ["assumption", "at equal", "F_n %", "F_t %", "width %", "stick ratio", "gages %"]
     columns += ["s", "better s", "saves"]
-    rows = [cells for row in found.rows if row.tested for cells in _cells(row)]
+    rows = [cells for row in found.assumptions if row.tested for cells in _cells(row)]
     if rows:
         title = f"{found.design}, scene {found.scene}: greatest error over the path (median)"
         print_table(title, columns, rows)
-    for row in found.rows:
+    for row in found.assumptions:
         click.echo(f"{row.title}: {row.advice}")
     click.echo(f"{found.seconds:.0f} s; report: {folder / 'validate.html'}")
 
@@ -85,7 +85,7 @@ def _cells(row: Row) -> list[list[str]]:
     found = []
     for name in ("equal_motion", "equal_force"):
         side = getattr(row, name)
-        reported = [spread_cell(q, side["errors"][q]) if side else NONE for q in QUANTITIES]
+        reported = [spread_cell(q, side.spread(q)) if side else NONE for q in QUANTITIES]
         costs = [_number(row.seconds, 2), _number(row.better_seconds, 2), _number(row.saving, 1)]
         first = name == "equal_motion"
         title = row.title if first else ""

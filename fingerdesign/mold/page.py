@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from fingerdesign.mold.part import axis_name
 from fingerdesign.mold.picture import Exploded
 from fingerdesign.mold.products.notes import placement_worst
-from fingerdesign.report.numbers import number_text
 from fingerdesign.report.page import rendered
+from fingerdesign.report.table import number_text
 
 if TYPE_CHECKING:
     from fingerdesign.mold.record import CheckData, HoleData, MoldData

@@ -9,14 +9,17 @@ built and planned; the others are made here, in plane strain as there.
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import follow
@@ -24,16 +27,158 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.paper.case import FRICTIONS, PATHS, build_case, check_case
 from fingerdesign.paper.claims import Remade, claims_of
-from fingerdesign.paper.lifts import SAMPLES, SEEDS, lifts, rig_of, squeeze
+from fingerdesign.paper.figures import PaperFigure
+from fingerdesign.paper.figures_contact import (
+    rectangles_figure,
+    steps_figure,
+    stick_map_figure,
+)
+from fingerdesign.paper.figures_gages import (
+    likeness_figure,
+    places_figure,
+    relation_figure,
+    responses_figure,
+)
+from fingerdesign.paper.figures_grips import (
+    lifts_figure,
+    measured_figure,
+    noise_figure,
+    route_figure,
+)
+from fingerdesign.paper.lifts import (
+    ROUTE_FRICTION,
+    SAMPLE_NOISE,
+    SAMPLES,
+    SEEDS,
+    lifts,
+    rig_of,
+    squeeze,
+)
 from fingerdesign.paper.places import gage_verdicts, likeness, rubber_verdicts
 from fingerdesign.paper.rectangles import rectangles
 from fingerdesign.paper.relation import make_bench, relation
+from fingerdesign.records.result import ResultError
+from fingerdesign.report.page import rendered
+from fingerdesign.report.style import house_style
+from fingerdesign.runtime.files import move_into, whole_folder
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.zone import Zone
     from fingerdesign.paper.case import PaperCase
+    from fingerdesign.paper.claims import Remade
+    from fingerdesign.paper.figures import PaperFigure
+    from fingerdesign.paper.lifts import Rig
+
+
+# The figures of the paper, remade, and paper.html: its words beside what was measured.
+
+# What the remade figures of the paper share: a drawing as PNG, SVG and inline, its data as CSV.
+
+TEMPLATES = Path(__file__).parent / "templates"
+
+
+ORDER = (
+    *("fig02", "fig03", "fig06", "fig07", "likeness", "fig08", "fig08_relation", "each_gage"),
+    *("fig10", "fig12", "fig12_noise"),
+)
+
+
+def paper_figures(found: Remade, route_friction: float, sample_noise: float) -> list[PaperFigure]:
+    """All figures, in :data:`ORDER`."""
+    route = next(lift for lift in found.lifts if lift.friction == route_friction)
+    samples = _shown(found.rigs)
+    noise = 0.0 if samples is None else sample_noise / samples**0.5
+    with house_style():
+        made = [
+            route_figure(route, found.route),
+            rectangles_figure(found.rectangles),
+            steps_figure(found.increments),
+            stick_map_figure(found.contact, found.increments),
+            likeness_figure(found.likeness),
+            responses_figure(found.studies, found.friction, found.contact),
+            relation_figure(found.relations),
+            places_figure(found.places, found.likeness.x),
+            lifts_figure(found.lifts),
+            measured_figure(found.rigs, samples, noise),
+            noise_figure(found.rigs, sample_noise),
+        ]
+    assert tuple(figure.key for figure in made) == ORDER
+    return made
+
+
+def paper_html(found: Remade, figures: list[PaperFigure], versions: dict[str, str]) -> str:
+    """The page: verdicts first, then each figure with the paper's words about it."""
+    claims = {claim.figure: claim for claim in found.claims}
+    return rendered(
+        TEMPLATES / "paper.html.j2",
+        found=found,
+        figures=[(figure, claims.get(figure.key)) for figure in figures],
+        assumed=found.design.assumed,
+        versions=versions,
+    )
+
+
+def _shown(rigs: tuple[Rig, ...]) -> int | None:
+    """The fewest samples a step at which a finger lifts with noise; else the most tried."""
+    working = [rig.least_samples[-1] for rig in rigs if rig.least_samples]
+    noisy = [samples for samples in working if samples is not None]
+    levels = rigs[0].levels
+    return min(noisy) if noisy else levels[min(1, len(levels) - 1)]
+
+
+# The folder of the remade figures: each as PNG and SVG with its data, one page, one record.
+
+PAGE_FILE, RECORD_FILE = "paper.html", "paper.json"
+
+
+def write_paper(found: Remade, folder: Path) -> list[Path]:
+    """All figures, the page and the record in ``folder``; returns the files, the page last.
+
+    They are made aside and moved in one by one, the page at the end: what is there before stays as
+    it is until all are made, other files in the folder always. Raises ResultError where they cannot
+    be written.
+    """
+    figures = paper_figures(found, ROUTE_FRICTION, SAMPLE_NOISE)
+    folder = folder.absolute()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with whole_folder(folder) as aside:
+            made = [path for figure in figures for path in figure.write(aside)]
+            record = json.dumps(record_of(found, figures), indent=2, allow_nan=False) + "\n"
+            made += [aside / RECORD_FILE, aside / PAGE_FILE]
+            made[-2].write_text(record, encoding="utf-8")
+            made[-1].write_text(paper_html(found, figures, versions()), encoding="utf-8")
+            move_into(folder, made)
+    except OSError as error:
+        raise ResultError(f"cannot write into {folder}: {error}") from error
+    return [folder / path.name for path in made]
+
+
+def record_of(found: Remade, figures: list[PaperFigure]) -> dict[str, Any]:
+    """What paper.json holds."""
+    return {
+        "design": found.design.design.name,
+        "digest": result_digest(found.design, fundamental_scene(), "paper"),
+        "fidelity": "plane-strain",
+        "dofs": found.dofs,
+        "assumed": list(found.design.assumed),
+        "claims": [asdict(claim) for claim in found.claims],
+        "figures": [
+            {
+                "key": figure.key,
+                "title": figure.shown.title,
+                "words": figure.shown.alternative,
+                "files": [f"{figure.key}.{kind}" for kind in ("png", "svg", "csv")],
+            }
+            for figure in figures
+        ],
+        "seeds": {"grip": found.design.grip.seed, "rig": list(range(SEEDS))},
+        "seconds": round(found.seconds, 3),
+        "versions": versions(),
+    }
+
 
 Report = Callable[[str, float], None]
 

@@ -34,7 +34,7 @@ Count = Annotated[int, Field(ge=0)]
 SCHEMAS = {
     "result": ("fingerdesign.records.result:Result", ""),
     "validate": (
-        "fingerdesign.validate.record:ValidationData",
+        "fingerdesign.validate.record:Validation",
         "What each modelling assumption costs (fingerdesign validate)",
     ),
     "control": (

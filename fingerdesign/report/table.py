@@ -2,9 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerdesign.records.result import IncrementResult
+
+# Numbers as a reader should meet them: rounding noise is zero, a column has one format.
+
+NOISE = 1e-9  # of a column's scale, or of its unit (N, mm, MPa, microstrain) if that is more
+
+
+def cleaned(values: Iterable[float | None] | NDArray[np.float64], scale: float = 0.0) -> np.ndarray:
+    """The values with rounding noise, and minus zero, made zero; None becomes NaN.
+
+    scale: the largest value of what they are compared with; their own largest counts anyway.
+    """
+    out = np.array(values if isinstance(values, np.ndarray) else list(values), dtype=float)
+    finite = np.abs(out[np.isfinite(out)])
+    floor = NOISE * max(1.0, scale, float(finite.max(initial=0.0)))
+    out[np.abs(out) < floor] = 0.0
+    return out
+
+
+def number_text(value: float | None, decimals: int = 3) -> str:
+    """Fixed decimals, so that a column lines up; a dash where there is no value.
+
+    >>> number_text(0.123456), number_text(-1e-9), number_text(None)
+    ('0.123', '0.000', '–')
+    """
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = f"{value:.{decimals}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
+
+
+def column_texts(
+    values: Iterable[float | None], decimals: int = 3, scale: float = 0.0
+) -> list[str]:
+    """A column in one format: ``decimals``, or more where even its largest value needs them.
+
+    >>> column_texts([12.0, 2e-4, -1e-17, None])
+    ['12.000', '0.000', '0.000', '–']
+    >>> column_texts([0.0, 0.000123])
+    ['0.00000', '0.00012']
+    """
+    tidy = cleaned(values, scale)
+    most = float(np.abs(tidy[np.isfinite(tidy)]).max(initial=0.0))
+    if most > 0:
+        decimals = max(decimals, min(6, 1 - math.floor(math.log10(most))))
+    return [number_text(value, decimals) for value in tidy.tolist()]
+
+
+def under_load(rows: Sequence[IncrementResult]) -> list[int]:
+    """Which increments press on the finger, by their place."""
+    force = cleaned(row.normal_force_N for row in rows)
+    return np.flatnonzero(force > 0).tolist()
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,10 @@ NotTestable with the reason why this design and scene cannot tell.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from fingerdesign.analysis.fidelity.rungs import can_be_sheets, can_extrude
 from fingerdesign.analysis.path import steps_sideways
@@ -16,21 +18,29 @@ from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
-from fingerdesign.validate.comparison import Comparison, answer_of, compare
-from fingerdesign.validate.gages import AlongZ, along_z, depth_average, point_gage
-from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Solves
+from fingerdesign.validate.comparison import (
+    Answer,
+    Comparison,
+    answer_of,
+    compare,
+    compare_gages,
+    side_of,
+)
+from fingerdesign.validate.record import Kind, Place
+from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Solves
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import Plates, Solved
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Kind = Literal["model", "value", "reading"]
 Pairs = list[Comparison]
 
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
 RUBBER_FROM = 0.4
 E_BAND = 0.2
+POINT = 0.05  # of the gage's length and width: short enough to be a point, long enough to round
+PLACES = (0.0, 0.25, 0.5, 0.75, 1.0)  # from the middle to where the gage meets the plate's end
 
 
 class NotTestable(FingerDesignError):
@@ -63,15 +73,34 @@ def section_why_not(design: Design, scene: Scene) -> str | None:
     return f"{faults[0].key} = {faults[0].value} cannot be shown by a section" if faults else None
 
 
-def profile_along_z(solves: Solves) -> AlongZ | None:
+def profile_along_z(solves: Solves) -> tuple[Place, ...] | None:
     """The finger's gages along z against those in the middle; None where there is nothing to tell.
 
     Part of plane_strain: there a gage reads the same wherever it lies.
     """
     try:
-        return along_z(solves.reader())
+        return _along_z(solves.reader())
     except FingerDesignError:
         return None
+
+
+def _along_z(reader: Reader) -> tuple[Place, ...] | None:
+    """What gages off the middle read; None without plates or where there is no room to move."""
+    frames, gages = plate_frames(reader.solved.design), reader.solved.design.gages
+    if not frames:
+        return None
+    room = 0.5 * (min(frame.span for frame in frames) - gages.width_mm)
+    if room <= 0.0:
+        return None
+    places = [float(place) for place in np.round(room * np.array(PLACES), 6)]
+    own = reader.own if gages.z_mm == 0.0 else reader.read(gages.model_copy(update={"z_mm": 0.0}))
+    read = [reader.read(gages.model_copy(update={"z_mm": place})) for place in places[1:]]
+    sides = [side_of(each, own) for each in (own, *read)]
+    return tuple(
+        Place(place, gage.greatest, gage.median, side.gages)
+        for place, side in zip(places, sides, strict=True)
+        if (gage := side.errors["gage"]) is not None
+    )
 
 
 def _plane_strain(solves: Solves, deep: bool) -> Pairs:
@@ -83,13 +112,27 @@ def _plane_strain(solves: Solves, deep: bool) -> Pairs:
 
 
 def _gage_depth_average(solves: Solves, deep: bool) -> Pairs:
+    """The mean over the plate's whole span against the gage's own width."""
     _needs_gages(solves.design)
-    return [depth_average(solves.reader(), _span(solves.design))]
+    reader, gages, span = solves.reader(), solves.design.gages, _span(solves.design)
+    truth = _read(reader, f"{gages.width_mm:g} mm wide at z = {gages.z_mm:g} mm")
+    wide = reader.read(gages.model_copy(update={"width_mm": span, "z_mm": 0.0}))
+    found = replace(truth, name=f"{span:g} mm wide", readings=wide)
+    return [compare_gages(f"{span:g} mm wide for {gages.width_mm:g} mm", found, truth)]
 
 
 def _gage_point(solves: Solves, deep: bool) -> Pairs:
+    """The strain at the gage's middle against its mean over length and width."""
     _needs_gages(solves.design)
-    return [point_gage(solves.reader())]
+    reader, gages = solves.reader(), solves.design.gages
+    truth = _read(reader, f"mean over {gages.length_mm:g} x {gages.width_mm:g} mm")
+    small = {"length_mm": POINT * gages.length_mm, "width_mm": POINT * gages.width_mm}
+    found = replace(truth, name="a point", readings=reader.read(gages.model_copy(update=small)))
+    return [compare_gages("a point for the gage's face", found, truth)]
+
+
+def _read(reader: Reader, name: str) -> Answer:
+    return replace(answer_of(reader.solved, name), readings=reader.own)
 
 
 def _plate_span(solves: Solves, deep: bool) -> Pairs:

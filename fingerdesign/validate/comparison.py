@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
 from fingerdesign.errors import SolverError
+from fingerdesign.validate.record import Errors, Side, Spread
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import Solved
@@ -49,35 +50,6 @@ class Answer:
     dofs: int
     dimension: int
     along: Callable[[Scene], Readings] | None = None
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Errors of one quantity over the path, parts of one."""
-
-    greatest: float
-    median: float
-
-
-@dataclass(frozen=True)
-class Side:
-    """All quantities at equal motion, or at equal force.
-
-    rows: increments compared; left_out: rows of the path that are not; errors: None for a quantity
-    that is prescribed or cannot differ; gages (plates,): the greatest error of each; note: why rows
-    are left out.
-    """
-
-    rows: int
-    left_out: int
-    errors: dict[str, Spread | None]
-    gages: tuple[float, ...]
-    note: str = ""
-
-    def greatest(self, quantity: str) -> float | None:
-        """The greatest error of a quantity; None where it has none."""
-        found = self.errors[quantity]
-        return None if found is None else found.greatest
 
 
 @dataclass(frozen=True)
@@ -144,7 +116,7 @@ def side_of(
         reported = values.size and name not in none
         spread[name] = Spread(float(values.max()), float(np.median(values))) if reported else None
     by_gage = tuple(float(value) for value in apart.gage.max(axis=0, initial=0.0))
-    return Side(found.rows, left_out, spread, by_gage, note)
+    return Side(found.rows, left_out, note, cast(Errors, spread), by_gage)
 
 
 def _equal_motion(found: Answer, truth: Answer, scene: Scene) -> Side:
@@ -241,6 +213,3 @@ def _largest(values: Array | Sequence[float]) -> float:
 
 def _rows(count: int) -> str:
     return f"{count} row{'s' * (count != 1)}"
-
-
-# One solved finger read by other gages: as points, over the depth, along z.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,11 +28,14 @@ from fingerdesign.validate.page import chart_png, validate_html
 from fingerdesign.validate.record import (
     CSV_FILE,
     RECORD_FILE,
+    THRESHOLDS,
+    AnswerData,
+    ComparisonData,
+    Place,
     Row,
     Validation,
-    compared_row,
-    rows_csv,
-    untested_row,
+    Verdict,
+    worst_side,
 )
 from fingerdesign.validate.solves import Solves, warm
 
@@ -40,6 +44,7 @@ if TYPE_CHECKING:
 
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.validate.comparison import Answer, Comparison
 
 Report = Callable[[str, float], None]
 
@@ -84,26 +89,29 @@ def validate(
         rows.append(_row(each, solves, deep, failed))
         done += 1
     solves.release()
+    failure = _failure(rows, failed)
     return Validation(
+        schema_version=1,
         design=design.design.name,
         scene=name,
         digest=result_digest(design, scene, "validate"),
+        status="ok" if failure is None else "failed",
+        failure=failure,
         deep=deep,
         gages=design.plates.number,
-        rows=tuple(rows),
+        thresholds=THRESHOLDS,
+        assumptions=tuple(rows),
         seconds=time.perf_counter() - start,
-        versions=versions(),
         peak_memory_MB=peak_memory_MB(),
-        failure=_failure(rows, failed),
+        versions=versions(),
     )
 
 
 def write_validation(validation: Validation, folder: Path) -> None:
     """All products into a folder that exists; the record comes last."""
-    data = validation.data()
-    (folder / CHART_FILE).write_bytes(chart_png(data))
-    (folder / PAGE_FILE).write_text(validate_html(data), encoding="utf-8")
-    (folder / CSV_FILE).write_text(rows_csv(validation), encoding="utf-8")
+    (folder / CHART_FILE).write_bytes(chart_png(validation))
+    (folder / PAGE_FILE).write_text(validate_html(validation), encoding="utf-8")
+    (folder / CSV_FILE).write_text(validation.to_csv(), encoding="utf-8")
     (folder / RECORD_FILE).write_text(validation.to_json(), encoding="utf-8")
 
 
@@ -120,10 +128,80 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
         why = "; ".join(each for c in comparisons for each in c.missing)
         failed.append(untested_row(of, why))
         return failed[-1]
-    advice = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)
+    verdict, words = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)
     profile = profile_along_z(solves) if of.key == "plane_strain" else None
-    words = advice.sentence if profile is None else f"{advice.sentence} {off_middle(profile)}"
-    return compared_row(of, comparisons, advice.verdict, words, profile)
+    words = words if profile is None else f"{words} {off_middle(profile)}"
+    return compared_row(of, comparisons, verdict, words, profile)
+
+
+def compared_row(
+    of: Assumption,
+    comparisons: Sequence[Comparison],
+    verdict: Verdict,
+    advice: str,
+    along_z: tuple[Place, ...] | None = None,
+) -> Row:
+    """The row of an assumption that was compared."""
+    most = max(comparisons, key=lambda each: each.better.seconds)
+    seconds, better = most.assumed.seconds, most.better.seconds
+    value = of.kind == "value"  # the better one is the design's, and another value costs the same
+    return replace(
+        untested_row(of, ""),
+        tested=True,
+        reason=None,
+        seconds=better if value else seconds,
+        better_seconds=None if value else better,
+        saving=None if value else better / max(seconds, 1e-9),
+        equal_motion=worst_side([each.motion for each in comparisons]),
+        equal_force=worst_side([each.force for each in comparisons]),
+        verdict=verdict,
+        advice=advice,
+        comparisons=tuple(
+            ComparisonData(
+                each.label,
+                _answer(each.assumed),
+                _answer(each.better),
+                each.motion,
+                each.force,
+                each.missing,
+            )
+            for each in comparisons
+        ),
+        along_z=along_z,
+    )
+
+
+def _answer(of: Answer) -> AnswerData:
+    return AnswerData(
+        model=of.name,
+        dimension=2 if of.dimension == 2 else 3,
+        dofs=of.dofs,
+        seconds=of.seconds,
+        normal_force_N=of.readings.normal_force.tolist(),
+        tangential_force_N=of.readings.tangential_force.tolist(),
+        contact_width_mm=of.readings.contact_width.tolist(),
+        stick_ratio=of.readings.stick_ratio.tolist(),
+        gages_microstrain=of.readings.reading.tolist(),
+    )
+
+
+def untested_row(of: Assumption, reason: str) -> Row:
+    """The row of an assumption that could not be tested."""
+    nothing = dict.fromkeys(("seconds", "better_seconds", "saving", "equal_motion", "equal_force"))
+    return Row(
+        assumption=of.key,
+        title=of.title,
+        assumed=of.assumed,
+        better=of.better,
+        kind=of.kind,
+        tested=False,
+        reason=reason,
+        verdict="not tested",
+        advice=f"Not tested: {reason}.",
+        comparisons=(),
+        along_z=None,
+        **nothing,
+    )
 
 
 def _failure(rows: Sequence[Row], failed: Sequence[Row]) -> str | None:

@@ -162,7 +162,7 @@ def test_a_size_that_refines_nothing_judges_nothing():
         first = Readings(np.array([1.5, 3.0]), *[np.zeros(2)] * 3, np.empty((2, 0, 2)))
 
     found = climb(DESIGN, SCENE, 0.05, Stuck(0.01, 3.0))
-    words = [each.why for each in found.tried if each.dimension == "3-D"]
+    words = [each.why for each in found.tried if each.dimension == 3]
     assert words[1].startswith("hardly finer")
     assert found.tried[0].dofs == 100
     assert found.chosen.model.sizes.contact < 2.5 * scene_sizes(DESIGN, SCENE, 1.0).contact

@@ -8,8 +8,8 @@ from fingerdesign_bench.any_finger.designs import random_design
 from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.forecast.elements import count_space
 from fingerdesign.analysis.forecast.forecast import forecast, forecast_case, forecasts
-from fingerdesign.analysis.forecast.space_count import count_space
 from fingerdesign.analysis.stages import condense, make_mesh, zone_of
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.checks.starter import find_scene, shipped_path

@@ -6,11 +6,10 @@ import time
 import pytest
 
 from fingerdesign.analysis.case import Case
-from fingerdesign.analysis.forecast import limits, section_count, space_count
+from fingerdesign.analysis.forecast import elements, limits
+from fingerdesign.analysis.forecast.elements import count_section, count_space
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.forecast.section_count import count_section
-from fingerdesign.analysis.forecast.space_count import count_space
 from fingerdesign.analysis.stages import zone_of
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.checks.starter import shipped_path
@@ -127,8 +126,8 @@ def test_counts_of_some_cells_are_those_of_all(monkeypatch):
     zone = zone_of(case, case.path_scene)
     space = count_space(design, zone, True).tetrahedra
     flat = count_section(design, zone.half_width, design.mesh.section).triangles
-    monkeypatch.setattr(space_count, "_MOST_CELLS", 20_000)
-    monkeypatch.setattr(section_count, "_MOST_CELLS", 1_000)
+    monkeypatch.setattr(elements, "_MOST_CELLS", 20_000)
+    monkeypatch.setattr(elements, "_SECTION_CELLS", 1_000)
     assert count_space(design, zone, True).tetrahedra == pytest.approx(space, rel=0.05)
     few = count_section(design, zone.half_width, design.mesh.section).triangles
     assert few == pytest.approx(flat, rel=0.05)

@@ -6,7 +6,7 @@ from pathlib import Path
 from fingerdesign_cli.commands.hand import paper as command
 
 from fingerdesign.paper.claims import WORDS
-from fingerdesign.paper.page import ORDER
+from fingerdesign.paper.remade import ORDER
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs/paper.md").read_text("utf-8")

@@ -11,11 +11,11 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.paper import folder as paper_files
+from fingerdesign.paper import remade as paper_files
 from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import WORDS, claims_of
 from fingerdesign.paper.figures import paper_figure
-from fingerdesign.paper.page import ORDER, paper_figures
+from fingerdesign.paper.remade import ORDER, paper_figures
 from fingerdesign.records.result import ResultError
 from fingerdesign.report.style import canvas, house_style
 
@@ -58,7 +58,7 @@ def drawn(found):
 @pytest.fixture
 def quickly_drawn(drawn, monkeypatch):
     """All tests but those about the drawings share one set of them: they take seconds."""
-    monkeypatch.setattr("fingerdesign.paper.folder.paper_figures", lambda *_: drawn)
+    monkeypatch.setattr("fingerdesign.paper.remade.paper_figures", lambda *_: drawn)
 
 
 def claim(found, key):

@@ -17,10 +17,8 @@ from fingerdesign.analysis.page.contact import (
     touched_reach,
     traction_figure,
 )
-from fingerdesign.analysis.page.gage import area_figure, response_figure
-from fingerdesign.analysis.page.grip import paths_figure, rule_figure
-from fingerdesign.analysis.page.work import least_angles, report_figures
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.analysis.page.gage import area_figure, paths_figure, response_figure, rule_figure
+from fingerdesign.analysis.page.page import report_figures
 from fingerdesign.records.result import OPEN, SLIP, STICK
 from fingerdesign.report.style import COLOURS, house_style
 
@@ -96,21 +94,6 @@ def test_top_view_covers_the_surface_once(solid):
     area = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
     assert np.abs(area).sum() == pytest.approx(8.0 * 10.0)  # both halves
     assert set(owner) == set(range(len(solid.contact.points)))
-
-
-def test_least_angles_of_known_shapes():
-    height = np.sqrt(3) / 2
-    flat_points, flat_cells = quadratic(
-        np.array([[0.0, 0.0], [1.0, 0.0], [0.5, height]]), np.array([[0, 1, 2]])
-    )
-    triangle = Mesh(flat_points, flat_cells, np.zeros(1, dtype=np.int64), {}, "test")
-    assert least_angles(triangle) == pytest.approx([60.0])
-    corner = np.vstack([np.zeros(3), np.eye(3)])  # right angles at the corner, 54.7 degrees at base
-    regular = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
-    points, cells = quadratic(np.vstack([corner, regular]), np.array([[0, 1, 2, 3], [4, 5, 6, 7]]))
-    solid = Mesh(points, cells, np.zeros(2, dtype=np.int64), {}, "test")
-    known = [np.degrees(np.arccos(1 / np.sqrt(3))), np.degrees(np.arccos(1 / 3))]
-    assert least_angles(solid) == pytest.approx(known)
 
 
 def test_what_is_missing_is_left_out(plane_strain, failed):

@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fingerdesign.analysis.page.gage import strain_figure
+from fingerdesign.analysis.page.gage import plate_rows, strain_figure
 from fingerdesign.analysis.page.picture import gage_quads, plate_boxes, region_of
-from fingerdesign.analysis.page.words import finger_text, plate_rows
+from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.result import GageLayout
 from fingerdesign.report.style import house_style
@@ -95,10 +95,8 @@ def test_a_core_is_its_own_region(plane_strain):
     ],
 )
 def test_the_finger_in_words(plane_strain, changes, said):
-    result = plane_strain.result
-    result = dataclasses.replace(result, parameters={**result.parameters, **changes})
-    assert said in finger_text(result)
+    assert said in finger_words(plane_strain.result.parameters | changes)
 
 
 def test_no_words_without_the_designs_keys(failed):
-    assert finger_text(failed.result) == ""
+    assert finger_words(failed.result.parameters) == ""

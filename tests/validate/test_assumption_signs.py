@@ -47,7 +47,7 @@ def bare():
 
 
 def forces(row, which, label=0):
-    return np.array(row.comparisons[label][which]["normal_force_N"])
+    return np.array(getattr(row.comparisons[label], which).normal_force_N)
 
 
 @pytest.mark.parametrize("which", ["found", "bare"])
@@ -58,30 +58,30 @@ def test_plane_strain_is_stiffer_at_equal_motion(which, request):
 
 
 def test_forces_have_no_error_where_they_are_prescribed(found):
-    for row in found.rows:
-        assert row.equal_force["errors"]["normal_force"] is None
+    for row in found.assumptions:
+        assert row.equal_force.errors["normal_force"] is None
         assert row.greatest("equal_force", "tangential_force") is None
 
 
 def test_a_finger_without_plates_has_no_gages_to_be_wrong(bare):
     row = bare.row("plane_strain")
     for side in (row.equal_motion, row.equal_force):
-        assert side["errors"]["gage"] is None
-        assert side["gages"] == []
-        assert side["errors"]["contact_width"]["greatest"] > 0.0
+        assert side.errors["gage"] is None
+        assert side.gages == ()
+        assert side.errors["contact_width"].greatest > 0.0
 
 
 def test_complete_slip_is_left_out_at_equal_force(found):
     side = found.row("plane_strain").equal_force
-    assert (side["rows"], side["rows_left_out"]) == (3, 1)
-    assert "complete slip" in side["note"]
-    assert found.row("plane_strain").equal_motion["rows"] == 4
+    assert (side.rows, side.rows_left_out) == (3, 1)
+    assert "complete slip" in side.note
+    assert found.row("plane_strain").equal_motion.rows == 4
 
 
 def test_forces_of_a_bare_finger_go_with_youngs_modulus_exactly(bare):
     row = bare.row("youngs_modulus")
-    for which in ("greatest", "median"):
-        assert row.equal_motion["errors"]["normal_force"][which] == pytest.approx(0.2, abs=1e-6)
+    force = row.equal_motion.errors["normal_force"]
+    assert (force.greatest, force.median) == pytest.approx((0.2, 0.2), abs=1e-6)
     assert row.greatest("equal_motion", "stick_ratio") < 1e-6
     assert row.greatest("equal_motion", "contact_width") < 1e-6
     # A softer finger is touched over a wider place by the same force.
@@ -112,9 +112,9 @@ def test_how_a_gage_is_read_moves_the_gage_alone(found):
 
 def test_gages_along_z_begin_in_the_middle(found):
     places = found.row("plane_strain").along_z
-    assert places[0]["z_mm"] == places[0]["greatest"] == 0.0
-    assert places[-1]["z_mm"] == pytest.approx(0.5 * (4.0 - 1.0))
-    assert places[-1]["greatest"] > places[1]["greatest"] > 0.0
+    assert places[0].z_mm == places[0].greatest == 0.0
+    assert places[-1].z_mm == pytest.approx(0.5 * (4.0 - 1.0))
+    assert places[-1].greatest > places[1].greatest > 0.0
 
 
 def test_a_finger_without_plates_says_so(bare):
@@ -129,13 +129,13 @@ def test_a_finger_without_plates_says_so(bare):
 
 def test_both_poissons_ratios_are_reported(bare):
     row = bare.row("poissons_ratio")
-    assert [each["label"] for each in row.comparisons] == [
+    assert [each.label for each in row.comparisons] == [
         "nu 0.45 for 0.49",
         "nu 0.4999 for 0.49",
     ]
     softer, stiffer = (forces(row, "assumed", k)[1] for k in (0, 1))
     assert softer < forces(row, "better")[1] < stiffer
-    each = [c["equal_motion"]["errors"]["normal_force"]["greatest"] for c in row.comparisons]
+    each = [c.equal_motion.errors["normal_force"].greatest for c in row.comparisons]
     assert row.greatest("equal_motion", "normal_force") == max(each)
 
 

@@ -48,7 +48,7 @@ def test_the_better_models_forces_are_followed():
     assert requested[0].path.control == "force"
     assert requested[0].path.increments_N == ((1.0, 0.01), (3.0, 0.5))
     assert found.force.rows == 2
-    assert found.force.left_out == 3
+    assert found.force.rows_left_out == 3
     assert found.force.errors["normal_force"] is None  # prescribed
     assert found.force.errors["tangential_force"] is None
     assert found.force.errors["contact_width"].greatest == 0.0
@@ -62,7 +62,7 @@ def test_forces_that_a_model_cannot_carry_are_left_out_and_counted():
         return readings(NORMAL[1:2], PULL[1:2])
 
     found = compare("x", answer(along), answer(), scene()).force
-    assert (found.rows, found.left_out) == (1, 4)
+    assert (found.rows, found.rows_left_out) == (1, 4)
     assert "no equilibrium" in found.note
 
 

@@ -15,8 +15,8 @@ from fingerdesign.errors import SolverError
 from fingerdesign.records.base import json_schema
 from fingerdesign.records.result import ResultError
 from fingerdesign.validate.assumptions import ASSUMPTIONS
-from fingerdesign.validate.record import Row
-from fingerdesign.validate.run import FOLDER, validate
+from fingerdesign.validate.record import Side, Spread
+from fingerdesign.validate.run import FOLDER, untested_row, validate
 
 DESIGN = '[design]\nname = "bare"\n[body]\ndepth_mm = 4.0\n[plates]\ncount = 0\n'
 
@@ -102,11 +102,11 @@ def test_a_key_is_guessed_and_listed(design, tmp_path, capsys):
 
 
 def test_the_terminal_says_what_the_page_says(capsys):
-    spread = {"greatest": 0.25, "median": 0.1}
-    errors = dict.fromkeys(QUANTITIES, spread) | {"gage": {"greatest": 2612.31, "median": 11.0}}
-    forced = errors | {"normal_force": None}
-    row = Row("sheets", "Plates", "a", "b", "model", True, None, 1.0, 2.0, 2.0)
-    row = replace(row, equal_motion={"errors": errors}, equal_force={"errors": forced})
+    spread = Spread(0.25, 0.1)
+    errors = dict.fromkeys(QUANTITIES, spread) | {"gage": Spread(2612.31, 11.0)}
+    motion = Side(1, 0, "", errors, ())
+    force = replace(motion, errors=errors | {"normal_force": None})
+    row = replace(untested_row(ASSUMPTIONS[0], ""), equal_motion=motion, equal_force=force)
     motion, force = _cells(row)
     assert motion[2:7] == [
         *("25.00 (10.00)", "25.00 (10.00)", "25.00 (10.00)", "0.250 (0.100)"),

@@ -16,23 +16,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from fingerdesign.analysis.fidelity.models import InTurn, Model
+from fingerdesign.analysis.fidelity.models import InTurn, Model, Solved
 from fingerdesign.analysis.fidelity.readings import NOT_PULLED, Readings, errors
 from fingerdesign.analysis.fidelity.rungs import SECTION_SCALES, SPACE_SCALES, can_be_section, rung
 from fingerdesign.arrays import Array
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.layout.frames import crest_height
+from fingerdesign.records.result import LadderSummary, TriedModel
 from fingerdesign.runtime.progress import Report
 
 if TYPE_CHECKING:
+    from fingerdesign.analysis.case import Case, Clock
     from fingerdesign.analysis.fidelity.readings import Readings
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.fem.model import FiniteElementModel
+    from fingerdesign.layout.zone import Zone
 
 
 # The lowest rung: a straight finger without plates, by formulas (numpy only).
@@ -250,25 +254,12 @@ WORDS = {
 }
 
 
-@dataclass(frozen=True)
-class Tried:
-    """One rung: its model, what it cost, its estimated errors (None: nothing to judge it by)."""
-
-    name: str
-    dimension: str
-    dofs: int
-    contact_nodes: int
-    seconds: float
-    estimate: Estimate | None
-    why: str
-
-
 @dataclass
 class Ladder:
     """What was tried, in order, and the one that is enough (or the last, where none is)."""
 
     tolerance: float
-    tried: list[Tried] = field(default_factory=list)
+    tried: list[TriedModel] = field(default_factory=list)
     solved: Answer | None = None
     estimate: Estimate | None = None
     why_ended: str = ""
@@ -291,15 +282,15 @@ class Ladder:
         return sum(each.seconds for each in self.tried)
 
     def add(self, solved: Answer, estimate: Estimate | None, why: str) -> None:
-        """Note a rung."""
+        """Note a rung; no estimate: nothing to judge it by."""
         self.tried.append(
-            Tried(
+            TriedModel(
                 solved.model.name,
-                solved.model.dimension,
+                2 if solved.model.dimension == "plane strain" else 3,
                 solved.dofs,
                 solved.contact_nodes,
                 solved.total,
-                estimate,
+                None if estimate is None else dict(estimate.by_quantity),
                 why,
             )
         )
@@ -398,7 +389,11 @@ def _section(
     formulas = analytic_readings(design, scene)
     if formulas is not None:
         off = difference(formulas, space.readings)
-        ladder.tried.append(Tried(NAME, "plane strain", 0, 0, 0.0, off, _formula_words(off)))
+        words = (
+            f"off by {percent(off.worst)} ({WORDS[off.worst_quantity]}) from the coarse finger in "
+            "space; reported, never taken"
+        )
+        ladder.tried.append(TriedModel(NAME, 2, 0, 0, 0.0, dict(off.by_quantity), words))
     scale = SECTION_SCALES[0]
     now = solver(design, scene, rung(design, scene, "plane strain", scale))
     price = difference(now.readings, space.readings)
@@ -423,17 +418,9 @@ def _section_suffices(ladder: Ladder, section: _Section, space: Answer) -> bool:
     if estimate.worst > ladder.tolerance:
         return False
     ladder.solved, ladder.estimate = section.answer, estimate
-    ladder.tried.append(
-        Tried(
-            section.answer.model.name,
-            "plane strain",
-            section.answer.dofs,
-            section.answer.contact_nodes,
-            0.0,
-            estimate,
-            f"{_words(estimate, ladder.tolerance)}; judged by {space.model.name}",
-        )
-    )
+    why = f"{_words(estimate, ladder.tolerance)}; judged by {space.model.name}"
+    ladder.add(section.answer, estimate, why)
+    ladder.tried[-1] = replace(ladder.tried[-1], seconds=0.0)  # it was counted when it was solved
     return True
 
 
@@ -444,9 +431,8 @@ def _too_coarse(estimate: Estimate, scale: float, finer: float, tolerance: float
 
 def _words(estimate: Estimate, tolerance: float) -> str:
     name, worst = WORDS[estimate.worst_quantity], estimate.worst
-    if worst <= tolerance:
-        return f"enough: {name} within {percent(worst)}, {percent(tolerance)} asked"
-    return f"not enough: {name} within {percent(worst)}, {percent(tolerance)} asked"
+    judged = "enough" if worst <= tolerance else "not enough"
+    return f"{judged}: {name} within {percent(worst)}, {percent(tolerance)} asked"
 
 
 def percent(share: float) -> str:
@@ -458,16 +444,56 @@ def percent(share: float) -> str:
     return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
-def _formula_words(off: Estimate) -> str:
-    name, worst = WORDS[off.worst_quantity], off.worst
-    return (
-        f"off by {percent(worst)} ({name}) from the coarse finger in space; reported, never taken"
-    )
-
-
 def _section_words(price: Estimate, tolerance: float) -> str:
     name, worst = WORDS[price.worst_quantity], price.worst
     words = f"plane strain costs about {percent(worst)} here ({name})"
     if worst > _HOPELESS * tolerance:
         return f"{words}, {percent(tolerance)} asked: given up"
     return f"{words}: refined"
+
+
+# From the ladder's choice to what an analysis goes on with: its case, model, zone and words.
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The case as it is modelled, condensed, with the zone that it needed and why it was chosen."""
+
+    case: Case
+    model: FiniteElementModel
+    zone: Zone
+    summary: LadderSummary
+    reasons: tuple[str, ...]
+
+
+def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -> Choice:
+    """Climb the ladder for a case of fidelity "auto"; all that it tries is on ``clock``.
+
+    Raises FingerDesignError where a model fails.
+    """
+
+    in_turn = InTurn(zone)
+
+    def solver(design: Design, path: Scene, model: Model) -> Answer:
+        solved = in_turn(design, path, model)
+        clock.add(solved.seconds)
+        return solved
+
+    ladder = climb(case.design, scene, case.tolerance, solver, report)
+    chosen = ladder.chosen
+    if not isinstance(chosen, Solved) or chosen.built is None:
+        raise SolverError("the ladder's choice holds no model")
+    fidelity = "plane-strain" if chosen.model.dimension == "plane strain" else "3d"
+    summary = LadderSummary(
+        tolerance=ladder.tolerance,
+        reached=ladder.reached,
+        chosen=chosen.model.name,
+        error_estimates={} if ladder.estimate is None else dict(ladder.estimate.by_quantity),
+        why_ended="" if ladder.reached else ladder.why_ended,
+        models=tuple(ladder.tried),
+    )
+    reasons = [f"chosen by --fidelity auto among {len(ladder.tried)}: {ladder.tried[-1].why}"]
+    if not scene.path.mirrors_in_z:
+        reasons.append("the force along z and the twist moment have no error estimate of their own")
+    own = replace(case, design=chosen.design, fidelity=fidelity)
+    return Choice(own, chosen.built, chosen.zone, summary, tuple(reasons))

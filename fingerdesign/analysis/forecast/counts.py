@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.analysis.forecast.section_count import count_section
-from fingerdesign.analysis.forecast.space_count import count_space
+from fingerdesign.analysis.forecast.elements import count_section, count_space
 from fingerdesign.arrays import Array
 from fingerdesign.fem.model import candidate_facets, element_of, fixed_dofs
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.analysis.forecast.forecast import Forecast, forecast_case
-from fingerdesign.analysis.refusals import impossible
+from fingerdesign.analysis.forecast.forecast import Forecast, forecast_case, impossible
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError, Fault, GeometryError, MeshError
 from fingerdesign.runtime import machine

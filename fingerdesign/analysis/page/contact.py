@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.analysis.page.verdict import force_controlled, leaves_section
-from fingerdesign.arrays import Array
+from fingerdesign.analysis.page.words import FIGURES, force_controlled, leaves_section
 from fingerdesign.records.result import OPEN, SLIP, STICK, ContactHistory, Result
-from fingerdesign.report.numbers import cleaned
+from fingerdesign.report.page import captioned
 from fingerdesign.report.style import (
     BLUE,
     OPEN_COLOUR,
@@ -20,22 +19,15 @@ from fingerdesign.report.style import (
     canvas,
     small_multiples,
     spread,
-    to_svg,
     whole_numbers,
 )
+from fingerdesign.report.table import cleaned
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
     from matplotlib.ticker import Locator
     from numpy.typing import NDArray
-
-
-def _aside_words(along: float, moment: float) -> str:
-    return f"at the end the force along z is {along:.3g} N and the twist moment {moment:.3g} N mm; "
-
-
-def _ratio_words(ratio: float) -> str:
-    return f"{ratio:.2f}" if np.isfinite(ratio) else "not defined (no contact)"
 
 
 def force_figure(result: Result) -> ReportFigure:
@@ -77,38 +69,17 @@ def force_figure(result: Result) -> ReportFigure:
     for axes in (forces, sticks):
         axes.xaxis.set_major_locator(whole_numbers(5 if aside else 8))
     _show_zero(forces, normal, tangential)
-    alternative = (
-        f"Over {len(rows)} increments the normal force goes from {normal[0]:.3g} to "
-        f"{normal[-1]:.3g} N and the tangential force from {tangential[0]:.3g} to "
-        f"{tangential[-1]:.3g} N; "
-        + (_aside_words(along[-1], moment[-1]) if aside else "")
-        + f"the stick ratio at the end is {_ratio_words(ratio[-1])}."
-    )
-    point = "forces prescribed" if force_controlled(result) else "object's motion"
-    paper = "" if aside else " (After Fig. 6 of the paper.)"
-    return ReportFigure(
+    return captioned(
+        figure,
+        FIGURES,
         "forces",
-        "Forces and stick ratio, increment by increment",
-        to_svg(figure, "forces", alternative),
-        f"Each point is one increment of the {point}. The finger is near complete slip where the "
-        f"stick ratio comes down to zero: friction can then carry no more at this pressure.{paper}",
-        alternative,
+        count=len(rows),
+        normal=normal,
+        tangential=tangential,
+        ratio=rows[-1].stick_ratio,
+        aside=(along[-1], moment[-1]) if aside else (),
+        forced=force_controlled(result),
     )
-
-
-def _traction_words(
-    x: Array, pressure: Array, shear: Array, last: int, place: str, touches: bool
-) -> str:
-    """The tractions of the last increment drawn, in words."""
-    if not touches:
-        return "The object touches in none of the increments: all tractions are 0 MPa."
-    if not pressure.any():
-        return f"At increment {last + 1} the surface{place} carries no pressure (0 MPa)."
-    reached = f"the shear traction reaches {np.abs(shear).max():.3g} MPa."
-    return (
-        f"At increment {last + 1} the pressure{place} peaks at {pressure.max():.3g} MPa "
-        f"at x = {x[pressure.argmax()]:.2f} mm; "
-    ) + (reached if shear.any() else "there is no shear traction (0 MPa).")
 
 
 def traction_figure(contact: ContactHistory) -> ReportFigure:
@@ -143,22 +114,18 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     _show_zero(right, shear)
     last = chosen[-1]
     place = "" if contact.dimension == 2 else " on the mid-plane z = 0"
-    alternative = _traction_words(x, pressure[last], shear[last], last, place, len(touching) > 0)
-    return ReportFigure(
+    return captioned(
+        figure,
+        FIGURES,
         "tractions",
-        "Pressure and shear traction",
-        to_svg(figure, "tractions", alternative),
-        f"Tractions on the finger{place} at a few increments"
-        + (", the shear traction's magnitude over x and z" if turned else "")
-        + ". Where the surface slips, the shear traction is in magnitude the friction coefficient "
-        "times the pressure; where it sticks, it is at most that."
-        + (
-            " Here that is so to a few percent: the object slopes; the tractions are drawn along "
-            "the finger's axes, not along its surface."
-            if _slopes(contact)
-            else ""
-        ),
-        alternative,
+        number=last + 1,
+        place=place,
+        touches=len(touching) > 0,
+        turned=turned,
+        slopes=_slopes(contact),
+        pressure=pressure[last].max(),
+        shear=np.abs(shear[last]).max(),
+        at=x[pressure[last].argmax()],
     )
 
 
@@ -207,28 +174,19 @@ def status_figure(contact: ContactHistory, shear_grows: bool = False) -> ReportF
     shear_grows: the stick ratio falls as the tangential force grows, so the words may say it.
     """
     flat = contact.dimension == 2
-    image, alternative = (_status_rows if flat else _status_views)(contact)
-    reading = (
-        "Each row is one increment; along it, what the surface does at each x. Slip is hatched"
-        if flat
-        else "Each panel looks down on the contact zone at one increment. Slip is pale"
-    )
-    reading += (
-        ": it enters from the contact's edges and eats up the stick zone as the tangential force "
-        "grows. (After Fig. 7 of the paper.)"
-        if shear_grows
-        else ": there the shear traction has reached what friction can carry."
-    )
-    return ReportFigure(
+    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
+    return captioned(
+        _status_rows(contact) if flat else _status_views(contact),
+        FIGURES,
         "status",
-        "Where the surface is open, sticks and slips",
-        image,
-        reading,
-        alternative,
+        flat=flat,
+        shear_grows=shear_grows,
+        touching=touching.tolist(),
+        lengths=contact.stick_length().tolist(),
     )
 
 
-def _status_rows(contact: ContactHistory) -> tuple[str, str]:
+def _status_rows(contact: ContactHistory) -> Canvas:
     line = contact.mid_line()
     x = contact.points[line, 0]
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
@@ -254,10 +212,10 @@ def _status_rows(contact: ContactHistory) -> tuple[str, str]:
     axes.grid(visible=False, axis="y")
     axes.yaxis.set_major_locator(whole_numbers(16))
     _status_legend(axes)
-    return to_svg(figure, "status", text := _status_words(contact)), text
+    return figure
 
 
-def _status_views(contact: ContactHistory) -> tuple[str, str]:
+def _status_views(contact: ContactHistory) -> Canvas:
     from matplotlib.collections import PolyCollection
 
     patches, owner = dual_patches(contact)
@@ -294,7 +252,7 @@ def _status_views(contact: ContactHistory) -> tuple[str, str]:
     for axes in panels[::columns]:
         axes.set_ylabel("z (mm)")
     _status_legend(panels[0], figure_wide=True)
-    return to_svg(figure, "status", text := _status_words(contact)), text
+    return figure
 
 
 def _touched_window(
@@ -375,27 +333,3 @@ def _status_legend(axes: Axes, figure_wide: bool = False) -> None:
     where = "outside upper right" if figure_wide else "lower right"
     anchor = {} if figure_wide else {"bbox_to_anchor": (1.0, 1.0)}
     place.legend(handles=handles, loc=where, ncols=len(handles), **anchor)
-
-
-def _status_words(contact: ContactHistory) -> str:
-    lengths = contact.stick_length()
-    touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
-    if not len(touching):
-        return "The object does not touch the finger in any increment."
-    place = "" if contact.dimension == 2 else " on z = 0"
-    begins = f"Contact begins at increment {touching[0] + 1}"
-    last = int(touching[-1])
-    ends = "" if last == len(lengths) - 1 else f"; none is left after increment {last + 1}"
-    if not lengths.any():
-        return f"{begins}{ends}; the surface slips wherever it touches{place}, none of it sticks."
-    widest = int(np.argmax(lengths))
-    gone = [number + 1 for number in touching if lengths[number] == 0]
-    end = (
-        f"none sticks at increment {gone[0]}"
-        if gone
-        else f"{lengths[last]:.2f} mm stick at increment {last + 1}"
-    )
-    return (
-        f"{begins}{ends}; along x{place} the surface sticks over at most "
-        f"{lengths[widest]:.2f} mm (increment {widest + 1}); {end}."
-    )

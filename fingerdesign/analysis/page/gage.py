@@ -7,31 +7,169 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.analysis.page.verdict import GOOD_CORRELATION, UNDEFINED
-from fingerdesign.analysis.page.words import plate_rows
+from fingerdesign.analysis.page.words import FIGURES, GOOD_CORRELATION, UNDEFINED
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.records.result import Result, SlipStudy
-from fingerdesign.report.numbers import cleaned, under_load
+from fingerdesign.records.result import GripTrace, Result, SlipStudy
+from fingerdesign.report.page import captioned
 from fingerdesign.report.style import (
     BLUE,
+    GREEN,
     INK,
     MUTED,
+    PURPLE,
     SERIES,
     VERMILION,
     ReportFigure,
     canvas,
     small_multiples,
     spread,
-    to_svg,
 )
+from fingerdesign.report.table import cleaned, under_load
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-SAME_PATH = (
-    "Other friction coefficients run the same approach, and the shear scaled by μ / μ of the scene."
-)
+
+# Figures of the grips: force paths against the friction limit, and what the rule saw (Fig. 10).
+
+
+def paths_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
+    """F_t over F_n for every grip, a panel each, with limit, holds and target (paper, Fig. 10)."""
+    columns = min(3, len(traces))
+    figure = canvas(7.2, 0.7 + 2.4 * -(-len(traces) // columns))
+    panels = small_multiples(figure, len(traces), columns)
+    for axes, trace in zip(panels, traces, strict=True):
+        _draw_path(axes, trace)
+        axes.set_xlabel("normal force (N)")
+    for axes in panels[::columns]:
+        axes.set_ylabel("tangential force (N)")
+    seen: dict[str, Artist] = {}
+    for axes in panels:
+        handles, labels = axes.get_legend_handles_labels()
+        seen = dict(zip(labels, handles, strict=True)) | seen
+    figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=3)
+    holds = [len(_hold_starts(trace)) for trace in traces]
+    return captioned(figure, FIGURES, "paths", traces=traces, holds=holds)
+
+
+def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
+    """True stick ratio and, of a rule that makes one, its gage area by step; holds shaded."""
+    columns = min(3, len(traces))
+    sampled = any(np.isfinite(trace.gage_area_mm).any() for trace in traces)
+    high = 2 if sampled else 1  # panels of one grip
+    rows = -(-len(traces) // columns)
+    figure = canvas(7.2, 0.5 + (3.4 if sampled else 1.9) * rows)
+    grid = figure.subplots(high * rows, columns, squeeze=False)
+    for spare in grid.ravel():
+        spare.set_axis_off()
+    for number, trace in enumerate(traces):
+        row, column = high * (number // columns), number % columns
+        panels = [grid[row + k][column] for k in range(high)]
+        step = np.arange(1, len(trace.dx) + 1)
+        for axes in panels:
+            axes.set_axis_on()
+            _shade_holds(axes, trace)
+            axes.set_xlim(0.5, len(step) + 0.5)
+        upper, lower = panels[0], panels[-1]
+        upper.plot(step, trace.stick_ratio, color=BLUE, label="stick ratio (the judge's)")
+        upper.set_ylim(-0.04, 1.04)
+        upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
+        if sampled:
+            upper.tick_params(labelbottom=False)
+            lower.plot(step, trace.gage_area_mm, color=VERMILION, ls=(0, (6, 2)), label="gage area")
+            lower.set_ylim(bottom=0.0)
+        lower.set_xlabel("step")
+        if column == 0:
+            upper.set_ylabel("true stick ratio")
+            if sampled:
+                lower.set_ylabel("gage area (mm)")
+    ratios = [trace.stick_ratio[np.isfinite(trace.stick_ratio)] for trace in traces]
+    least = [ratio.min() if len(ratio) else None for ratio in ratios]
+    return captioned(figure, FIGURES, "rule", traces=traces, sampled=sampled, least=least)
+
+
+def _hold_starts(trace: GripTrace) -> np.ndarray:
+    """The steps at which the rule begins to hold."""
+    return np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0) == 1)
+
+
+def _draw_path(axes: Axes, trace: GripTrace) -> None:
+    normal, tangential = trace.normal_force, trace.tangential_force
+    weight, mu = trace.weight_per_finger_N, trace.friction_coefficient
+    free = trace.without_rule
+    reach = max(float(normal.max()), weight / mu) * 1.08
+    axes.plot(
+        [0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit F_t = μ F_n"
+    )
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
+    if free is not None:
+        axes.plot(
+            free.normal_force,
+            free.tangential_force,
+            color=PURPLE,
+            ls=(0, (4, 2)),
+            lw=1.2,
+            label="without the rule",
+        )
+    axes.plot(normal, tangential, color=BLUE, lw=1.8, label="grip")
+    starts = _hold_starts(trace)
+    if len(starts):
+        axes.plot(
+            normal[starts],
+            tangential[starts],
+            color=VERMILION,
+            ls="none",
+            marker="^",
+            ms=5,
+            label="hold begins",
+        )
+    axes.plot(
+        [weight / mu],
+        [weight],
+        color=INK,
+        ls="none",
+        marker="x",
+        ms=7,
+        mew=1.6,
+        label="least force (mg/2μ, mg/2)",
+    )
+    if trace.lift_step is not None:
+        axes.plot(
+            [normal[trace.lift_step]],
+            [tangential[trace.lift_step]],
+            color=GREEN,
+            ls="none",
+            marker="*",
+            ms=11,
+            label="lifted",
+        )
+    axes.set_title(f"μ = {mu:g}, {trace.object_mass_g:g} g")
+    axes.set_xlim(0, reach)
+    axes.set_ylim(0, 1.15 * max(weight, float(tangential.max())))
+
+
+def _shade_holds(axes: Axes, trace: GripTrace) -> None:
+    edges = np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0, append=0))
+    for begin, end in edges.reshape(-1, 2):
+        axes.axvspan(begin + 0.5, end + 0.5, color=SERIES[4][0], alpha=0.22, lw=0)
+
+
+def plate_rows(plates: Sequence[PlateFrame], placed: bool = False) -> tuple[tuple[int, ...], ...]:
+    """The plates by rows, by their places in ``plates``: of one direction, from - to +.
+
+    placed: their centres were given one by one, in any order: one row.
+    """
+    rows: list[list[int]] = []
+    for k, plate in enumerate(plates):
+        before = plates[k - 1] if k else None
+        same = before is not None and before.along == plate.along and before.place < plate.place
+        if k and (placed or same):
+            rows[-1].append(k)
+        else:
+            rows.append([k])
+    return tuple(tuple(row) for row in rows)
 
 
 def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFigure:
@@ -71,23 +209,14 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFi
     figure.legend(*lines, loc="outside lower center", ncols=4)
     last = strains[:, chosen[-1]]
     most, bent = (int(np.abs(values).argmax()) for values in last)
-    alternative = (
-        f"At increment {chosen[-1] + 1} the largest membrane strain is {last[0, most]:.3g} "
-        f"microstrain (plate {numbers[most]}) and the largest bending strain {last[1, bent]:.3g} "
-        f"microstrain (plate {numbers[bent]})."
-    )
-    reading = (
-        "Strain along each plate, tension positive. A single gage on one face reads membrane plus "
-        "or minus bending; a two-gage bridge reads the membrane part alone."
-    )
-    if known and any(plate.along == "z" for plate in plates):
-        reading += " Plates of rows along z are strained by shear in z, not in x."
-    return ReportFigure(
+    return captioned(
+        figure,
+        FIGURES,
         "strains",
-        "What the gages read",
-        to_svg(figure, "strains", alternative),
-        reading,
-        alternative,
+        number=chosen[-1] + 1,
+        membrane=(numbers[most], last[0, most]),
+        bending=(numbers[bent], last[1, bent]),
+        along_z=known and any(plate.along == "z" for plate in plates),
     )
 
 
@@ -145,27 +274,7 @@ def response_figure(study: SlipStudy) -> ReportFigure:
     if chosen:
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside upper right", ncols=3)
-    alternative = (
-        f"At friction coefficient {mu:g} the compensated response reaches {top:.3g} microstrain/N "
-        f"at most; the threshold is {study.threshold:.3g}. "
-        + " ".join(
-            f"Step {step + 1}: gage area {study.gage_area_mm[step]:.2f} mm, stick length "
-            f"{study.stick_length_mm[step]:.2f} mm."
-            for step in chosen
-        )
-    )
-    return ReportFigure(
-        key,
-        f"Response of each gage, friction coefficient {mu:g}",
-        to_svg(figure, key, alternative),
-        "Change of strain per change of tangential force. The gage area A is the length of plate "
-        "positions where the curve is over the threshold (shaded), which is half of "
-        "this finger's largest response at full stick. Compensated: rid of what the "
-        "change of normal force alone would cause; raw is dotted and may leave the panel. Steps in "
-        f"which F_t changes by less than {study.force_floor_N:.2g} N have no curve: A is held. "
-        f"{SAME_PATH} (Fig. 8 of the paper.)",
-        alternative,
-    )
+    return captioned(figure, FIGURES, "response", key, study=study, top=top, chosen=chosen)
 
 
 def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
@@ -173,7 +282,6 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
     columns = min(3, len(studies))
     figure = canvas(7.2, 0.6 + 2.3 * -(-len(studies) // columns))
     panels = small_multiples(figure, len(studies), columns, sharey=True)
-    words = []
     for axes, study in zip(panels, studies, strict=True):
         step = np.arange(1, len(study.stick_ratio) + 1)
         for values, name, look, colour in (
@@ -191,22 +299,10 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
         )
         axes.set_xlabel("step")
         axes.set_ylim(bottom=0.0)
-        words.append(
-            f"At friction coefficient {study.friction_coefficient:g} the rank correlation is "
-            f"{compensated}, without compensation {raw}."
-        )
     for axes in panels[::columns]:
         axes.set_ylabel("length along x (mm)")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=3)
-    alternative = " ".join(words)
-    return ReportFigure(
-        "areas",
-        "Does the gage area follow the stick area?",
-        to_svg(figure, "areas", alternative),
-        "What matters is that both rise and fall together, not that they are equal: the rank "
-        "correlation of A with the stick area says how well (1: always, 0: not at all); over "
-        f"{GOOD_CORRELATION:g} counts as following. It is not defined where there is {UNDEFINED}. "
-        f"{SAME_PATH}",
-        alternative,
+    return captioned(
+        figure, FIGURES, "areas", studies=studies, enough=GOOD_CORRELATION, undefined=UNDEFINED
     )

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.analysis.page.picture import Picture, PictureJob
+from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
+from fingerdesign.analysis.page.fields import write_fields
+from fingerdesign.analysis.page.gage import (
+    area_figure,
+    paths_figure,
+    response_figure,
+    rule_figure,
+    strain_figure,
+)
+from fingerdesign.analysis.page.picture import Picture, PictureJob, region_of
 from fingerdesign.analysis.page.tables import (
     assumed_values,
     design_table,
@@ -14,20 +27,114 @@ from fingerdesign.analysis.page.tables import (
     increment_table,
     ladder_table,
     model_table,
-    object_text,
     points_table,
     scene_table,
     work_table,
 )
-from fingerdesign.analysis.page.verdict import findings
-from fingerdesign.analysis.page.words import finger_text
-from fingerdesign.analysis.page.work import SECTIONS, report_figures
+from fingerdesign.analysis.page.words import (
+    FIGURES,
+    TEMPLATES,
+    findings,
+    finger_words,
+    object_text,
+    slip_grows_with_shear,
+)
+from fingerdesign.analysis.summary import (
+    peak_memory_MB,
+)
 from fingerdesign.errors import PictureError
-from fingerdesign.report.page import rendered
-from fingerdesign.report.style import COLOURS
+from fingerdesign.mesh.measures import cell_angles
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.records.folder import write_result_files
+from fingerdesign.records.result import Result
+from fingerdesign.report.page import captioned, rendered
+from fingerdesign.report.style import (
+    BLUE,
+    COLOURS,
+    GREEN,
+    INK,
+    MUTED,
+    PAPER,
+    VERMILION,
+    ReportFigure,
+    canvas,
+    house_style,
+    spread,
+)
 
-TEMPLATE = Path(__file__).parent / "templates" / "report.html.j2"
+RESPONSES = 3  # friction coefficients whose responses are drawn gage by gage; the areas are for all
+SECTIONS = {
+    "contact": "The contact",
+    "gages": "The gages",
+    "grips": "The grips",
+    "work": "The work",
+}
+TEMPLATE = TEMPLATES / "report.html.j2"
 NO_MESH = "There is no mesh, so there is no picture."
+
+
+def quality_figure(mesh: Mesh) -> ReportFigure:
+    """Histogram of the cells' least angles, elastomer, plates and core apart."""
+    angles = cell_angles(mesh.points, mesh.corners).min(axis=1)
+    what = "least angle" if mesh.dimension == 2 else "least dihedral angle"
+    bins = np.arange(0.0, 75.1, 2.5)
+    parts = [
+        ("elastomer", mesh.regions == 0, BLUE, ""),
+        ("plates", region_of(mesh, "plates"), VERMILION, "//"),
+        ("core", region_of(mesh, "core"), GREEN, ""),
+    ]
+    parts = [part for part in parts if part[1].any()]
+    figure = canvas(7.2, 2.4)
+    panels = np.atleast_1d(figure.subplots(1, len(parts), sharex=True))
+    for axes, (name, own, colour, hatch) in zip(panels, parts, strict=True):
+        axes.hist(angles[own], bins=bins, color=colour, hatch=hatch, edgecolor=PAPER, lw=0.3)
+        axes.set_title(f"{name}: {own.sum():,} cells")
+        axes.axvline(angles[own].min(), color=INK, ls=":", lw=1.2)
+    figure.supxlabel(f"{what} of a cell (degrees)", fontsize="medium")
+    panels[0].set_ylabel("cells")
+    worst = {name: angles[own].min() for name, own, *_ in parts}
+    return captioned(figure, FIGURES, "quality", what=what, worst=worst, median=np.median(angles))
+
+
+def time_figure(result: Result) -> ReportFigure:
+    """Seconds by stage."""
+    stages = {name: seconds for name, seconds in result.timings_s.items() if seconds > 0}
+    figure = canvas(7.2, 0.6 + 0.27 * max(len(stages), 1))
+    axes = figure.subplots()
+    bars = axes.barh(list(stages), list(stages.values()), color=MUTED, height=0.6)
+    axes.bar_label(bars, [f"{seconds:.1f} s" for seconds in stages.values()], padding=3)
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel("seconds")
+    axes.margins(x=0.12)
+    return captioned(figure, FIGURES, "time", stages=stages, total=sum(stages.values()))
+
+
+def report_figures(analysis: Analysis) -> dict[str, list[ReportFigure]]:
+    """Section of :data:`SECTIONS` -> figures; what the analysis does not hold is left out."""
+    result = analysis.result
+    figures: dict[str, list[ReportFigure]] = {section: [] for section in SECTIONS}
+    with house_style():
+        if result.increments:
+            figures["contact"].append(force_figure(result))
+        if analysis.contact is not None and len(analysis.contact.status):
+            grows = slip_grows_with_shear(result.increments)
+            figures["contact"].append(status_figure(analysis.contact, grows))
+            figures["contact"].append(traction_figure(analysis.contact))
+        if analysis.slip_studies:
+            figures["gages"].append(area_figure(analysis.slip_studies))
+            shown = spread(len(analysis.slip_studies), RESPONSES)
+            figures["gages"] += [response_figure(analysis.slip_studies[i]) for i in shown]
+        if result.increments and result.increments[0].gages:
+            figures["gages"].append(strain_figure(result, analysis.plates))
+        traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
+        if traces:
+            figures["grips"] += [paths_figure(traces), rule_figure(traces)]
+        if analysis.mesh is not None:
+            figures["work"].append(quality_figure(analysis.mesh))
+        if any(result.timings_s.values()):
+            figures["work"].append(time_figure(result))
+    return figures
 
 
 def report_html(analysis: Analysis, picture: bool = True) -> str:
@@ -48,13 +155,6 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
     except PictureError as error:
         missing = f"The finger could not be drawn: {error}."
     return _render(analysis, figures or report_figures(analysis), pictures, missing)
-
-
-def write_report(analysis: Analysis, folder: Path, picture: bool = True) -> Path:
-    """Write ``report.html`` into an existing folder; returns its path."""
-    path = folder / "report.html"
-    path.write_text(report_html(analysis, picture), encoding="utf-8")
-    return path
 
 
 def _render(
@@ -78,7 +178,29 @@ def _render(
         design=design_table(result),
         scene=scene_table(result),
         rigid=object_text(result),
-        finger=finger_text(result),
+        finger=finger_words(result.parameters),
         points=points_table(result),
         colours=COLOURS,
     )
+
+
+def write_report(analysis: Analysis, folder: Path, picture: bool = True) -> Path:
+    """Write ``report.html`` into an existing folder; returns its path."""
+    path = folder / "report.html"
+    path.write_text(report_html(analysis, picture), encoding="utf-8")
+    return path
+
+
+def write_outputs(analysis: Analysis, folder: Path) -> Analysis:
+    """Fields, report.html, result.json and tables into ``folder``."""
+    start = time.perf_counter()
+    if analysis.mesh is not None:
+        write_fields(folder, analysis.mesh, analysis.fields)
+    # Drawing the pictures is most of the report's time, so it is known before the page is written.
+    write_report(analysis, folder)
+    timings = dict(analysis.result.timings_s)
+    timings["report"] = timings.get("report", 0.0) + time.perf_counter() - start
+    result = replace(analysis.result, timings_s=timings, peak_memory_MB=peak_memory_MB())
+    analysis = replace(analysis, result=result)
+    write_result_files(folder, analysis.result, analysis.grip_traces)
+    return analysis

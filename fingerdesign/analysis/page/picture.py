@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerdesign.analysis.page.words import count_text
+from fingerdesign.analysis.page.words import FIGURES
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.result import OPEN, FieldHistory, GageLayout
+from fingerdesign.report.page import said
 from fingerdesign.runtime.isolate import ProcessError, beside
 
 if TYPE_CHECKING:
@@ -128,9 +129,9 @@ def region_of(mesh: Mesh, name: str) -> NDArray[np.bool_]:
     """Which cells (c,) are of the region ``name``, or of any plate: "plates"."""
     named = {number: mesh.region_name(number) for number in np.unique(mesh.regions).tolist()}
     if name == "plates":
-        chosen = [number for number, said in named.items() if said.startswith("plate_")]
+        chosen = [number for number, each in named.items() if each.startswith("plate_")]
     else:
-        chosen = [number for number, said in named.items() if said == name]
+        chosen = [number for number, each in named.items() if each == name]
     return np.asarray(np.isin(mesh.regions, chosen))
 
 
@@ -146,7 +147,6 @@ def _extruded(points: Array, cells: IntArray, depth: float) -> Surface:
 
 
 TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer
-
 UNMOVED_MM = 1e-6  # a displacement that is not worth a picture
 
 
@@ -227,19 +227,20 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
         arrays["gages"] = gage_quads(analysis.plates, analysis.gages)
     touched = _contact_zone(analysis)
     arrays |= touched
-    words["inside"] = (
-        "The finger seen from the front, above: a translucent body, "
-        f"{count_text(count, 'plate')} inside it"
-        + (", a green core" if core.any() else "")
-        + (", the gages on them blue" if "gages" in arrays else "")
-        + (", and the surface that touched the object tinted." if touched else ".")
+    (words["inside"],) = said(
+        FIGURES,
+        "inside",
+        plates=count,
+        core=core.any(),
+        gages="gages" in arrays,
+        touched=bool(touched),
     )
     if analysis.fields is not None and len(analysis.fields.increments):
-        moved, said = _moved(mesh, analysis.fields, body)
+        moved, shown = _moved(mesh, analysis.fields, body)
         if moved is None:
-            words["inside"] += f" {said}"
+            words["inside"] += f" {shown}"
         else:
-            arrays["moved"], words["deformed"] = moved, said
+            arrays["moved"], words["deformed"] = moved, shown
     return arrays
 
 
@@ -257,10 +258,7 @@ def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array | Non
     number = fields.increments[-1] + 1
     if size.max() < UNMOVED_MM:
         return None, f"There is no picture of it deformed: in increment {number} nothing moves it."
-    words = (
-        f"The finger deformed as in increment {number}, true to scale, coloured "
-        f"by the length of its displacement: up to {size.max():.3g} mm at the surface."
-    )
+    (words,) = said(FIGURES, "deformed", number=number, most=size.max())
     return moved, words
 
 

@@ -1,152 +1,261 @@
-"""The finger in words: its body, its core and its plates row by row, from the design's keys."""
+"""What a report says in sentences (templates/words.txt.j2): the finger, the object, the verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
 
-from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.records.result import Result
-from fingerdesign.runtime.registry import BODIES
+import numpy as np
+
+from fingerdesign.records.arrays import GripTrace
+from fingerdesign.records.result import GripResult, IncrementResult, Result
+from fingerdesign.report.page import said
+from fingerdesign.report.table import NOISE, cleaned, under_load, value_text
+from fingerdesign.runtime.registry import BODIES, SCENE_OBJECTS, Kind
+
+TEMPLATES = Path(__file__).parent / "templates"
+SENTENCES, FIGURES = TEMPLATES / "words.txt.j2", TEMPLATES / "figures.txt.j2"
+OBJECT, PATH = "scene.object.", "scene.path."  # of the keys of ``Result.parameters``
+MOST_PHASES = 6  # in one sentence; a longer path is described by its ranges
+_MOTIONS = (("approach", "mm"), ("shear", "mm"), ("shear along z", "mm"), ("twist", "degrees"))
+_FORCES = (("normal force", "N"), ("tangential force", "N"))
+_ASIDE = 0.01  # of the normal force, and of it times the contact's width: less is the mesh's
+GOOD_CORRELATION = 0.8  # the level that the project set for "the gage area follows the stick area"
+UNDEFINED = "too little force or the area never changes"
+NOT_JUDGED = (
+    "Not judged: plates are left out (plates.model = none), so the readings that slip study and "
+    "rule rest on are not a gage's."
+)
+HUMAN_MARGIN = (1.2, 1.5)  # Johansson and Westling 1984, as the paper quotes them (2.1)
+
+Keys = Mapping[str, Any]
+Answer = Literal["yes", "no", "partly", "open"]
 
 
-def finger_text(result: Result) -> str:
-    """Body, core and plates in a few sentences; empty where the result does not hold them."""
-    return finger_words(result.parameters)
+def finger_words(keys: Keys) -> str:
+    """Body, core and plates of a design's dotted keys (``body.width_mm``) in a few sentences.
 
-
-def finger_words(keys: Mapping[str, Any]) -> str:
-    """The same of a design's dotted keys (``body.width_mm``)."""
+    Empty where the keys do not hold them.
+    """
     if "body.shape" not in keys or "body.width_mm" not in keys:
         return ""
-    return " ".join(part for part in (_body(keys), _core(keys), _plates(keys)) if part)
-
-
-def plate_rows(plates: Sequence[PlateFrame], placed: bool = False) -> tuple[tuple[int, ...], ...]:
-    """The plates by rows, by their places in ``plates``: of one direction, from - to +.
-
-    placed: their centres were given one by one, in any order: one row.
-    """
-    if placed:
-        return (tuple(range(len(plates))),) if plates else ()
-    rows: list[list[int]] = []
-    for k, plate in enumerate(plates):
-        before = plates[k - 1] if k else None
-        goes_on = before is not None and before.along == plate.along and before.place < plate.place
-        if goes_on:
-            rows[-1].append(k)
-        else:
-            rows.append([k])
-    return tuple(tuple(row) for row in rows)
-
-
-def count_text(number: int, what: str) -> str:
-    """``number`` things in words.
-
-    >>> count_text(1, "plate"), count_text(0, "plate"), count_text(15, "plate")
-    ('1 plate', 'no plates', '15 plates')
-    """
-    return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
-
-
-def _body(keys: Mapping[str, Any]) -> str:
     shape = str(keys["body.shape"])
-    wide, deep = float(keys["body.width_mm"]), float(keys.get("body.depth_mm") or 0.0)
-    if shape == "step":
-        return f"The body is the user's own STEP file, {wide:.4g} mm wide and {deep:.4g} mm deep."
-    size = f"{wide:g} mm across" if shape == "revolved" else f"{wide:g} mm wide, {deep:g} mm deep"
     entry = BODIES.get(shape)
     top = ((entry and entry.made.words) or shape).format(
         radius=float(keys.get("body.arc_radius_mm") or 0.0),
         dome=float(keys.get("body.dome_radius_mm") or 0.0),
     )
-    edge = keys.get("body.edge_radius_mm")
-    if edge:
-        made = "chamfered by" if keys.get("body.edge") == "chamfer" else "rounded with a radius of"
-        top += f"; the edge between top and sides is {made} {float(edge):g} mm"
-    return f"The body is {size}, with {top}."
+    return said(SENTENCES, "finger", keys=keys, top=top, rows=_rows(keys))[0]
 
 
-def _core(keys: Mapping[str, Any]) -> str:
-    if keys.get("body.core.width_mm") is None:
-        return ""
-    wide, high = float(keys["body.core.width_mm"]), float(keys["body.core.height_mm"])
-    depth, bottom = keys.get("body.core.depth_mm"), float(keys.get("body.core.bottom_mm") or 0.0)
-    deep = "over the full depth" if depth is None else f"{float(depth):g} mm deep"
-    place = f"{bottom:g} mm above the base" if bottom else "standing on the base"
-    material = str(keys.get("body.core.material", "a stiff material")).replace("_", " ")
-    return (
-        f"A core of {material}, {wide:g} mm wide, {high:g} mm high and {deep}, is bonded inside, "
-        f"{place}."
-    )
-
-
-def _plates(keys: Mapping[str, Any]) -> str:
-    plates = _plate_keys(keys)
-    placement = plates.get("placement")
-    if placement is not None:
-        reported = [f"{count_text(len(placement), 'plate')} placed one by one"]
-    else:
-        reported = [_row(table) for table in _rows(plates)]
-    if not reported:
-        return "It has no plates."
-    words = f"Inside lie {'; '.join(reported)}." if len(reported) > 1 else f"Inside: {reported[0]}."
-    hole = plates.get("hole_diameter_mm")
-    if hole:
-        words += f" The plates are perforated, holes {float(hole):g} mm across."
-    model = plates.get("model")
-    if model == "sheet":
-        words += " In the model they are sheets with membrane and bending stiffness."
-    if model == "none":
-        words += " The model leaves them out."
-    return words
-
-
-def read_plates_text(keys: Mapping[str, Any]) -> str:
-    """Which plates slip study and grips read, a sentence after a space; empty where all are.
-
-    >>> read_plates_text({"plates.count": 5, "plates.rows": [{"count": 3, "along": "z"}]})
-    ' Of 8 plates the 5 in the row along x are read.'
-    """
-    plates = _plate_keys(keys)
-    if plates.get("placement") is not None:
-        return ""
-    rows = _rows(plates)
-    most = max((int(row["count"]) for row in rows if row.get("along", "x") == "x"), default=0)
-    number = sum(int(row["count"]) for row in rows)
-    several = sum(row.get("along", "x") == "x" for row in rows) > 1
-    which = "one row" if several else "the row"
-    return f" Of {number} plates the {most} in {which} along x are read." if most < number else ""
-
-
-def _plate_keys(keys: Mapping[str, Any]) -> dict[str, Any]:
-    """The keys of ``[plates]`` without its name."""
-    return {
+def _rows(keys: Keys) -> list[dict[str, Any]]:
+    """Every row of plates with the keys that it takes from ``[plates]``; those of no plate not."""
+    plates = {
         key.removeprefix("plates."): value
         for key, value in keys.items()
         if key.startswith("plates.")
     }
-
-
-def _rows(plates: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Every row of plates with the keys that it takes from ``[plates]``; those of no plate not."""
     rows = [{}, *(plates.get("rows") or [])]
     tables = [{**plates, **{k: v for k, v in row.items() if v is not None}} for row in rows]
-    return [table for table in tables if table.get("count")]
+    return [table | {"along": table.get("along") or "x"} for table in tables if table.get("count")]
 
 
-def _row(row: Mapping[str, Any]) -> str:
-    """One row in words, from its keys."""
-    words = f"{count_text(int(row['count']), 'plate')} in a row along {row.get('along') or 'x'}"
-    cover = row.get("cover_mm")
-    if cover is not None:
-        words += f", {float(cover):g} mm below the surface"
-    how = {"turned": "turned with the surface", "bent": "bent to the surface"}
-    follow = how.get(str(row.get("follow")))
-    words += f", {follow}" if follow else ""
-    angle = row.get("angle_deg")
-    if angle is not None:
-        words += f", at {float(angle):g} degrees"
-    if row.get("stagger_mm"):
-        words += f", staggered by {float(row['stagger_mm']):g} mm"
-    return words
+def object_text(result: Result) -> str:
+    """What touches the finger and how it is moved, in a few sentences; empty if not known."""
+    keys = {
+        key.removeprefix(OBJECT): value
+        for key, value in result.parameters.items()
+        if key.startswith(OBJECT)
+    }
+    if keys.get("friction_coefficient") is None:
+        return ""
+    shape = str(keys.get("shape") or "plane")
+    kind: Kind | None = SCENE_OBJECTS.get(shape)
+    radius = keys.get("radius_mm")
+    return said(
+        SENTENCES,
+        "object",
+        keys=keys,
+        shape=shape,
+        radius="" if radius is None else value_text(radius),
+        more="" if kind is None else kind.made.words(keys),
+        friction=value_text(keys["friction_coefficient"]),
+        path=_path(result),
+        forced=force_controlled(result),
+        substeps=result.parameters.get(f"{PATH}substeps") or 1,
+        model=result.model,
+    )[0]
+
+
+def force_controlled(result: Result) -> bool:
+    """Whether the path's rows are forces."""
+    return bool(result.parameters.get(f"{PATH}control") == "force")
+
+
+def _path(result: Result) -> list[str] | None:
+    """The stretches of the path, or the ranges of one of many; None where it is not known."""
+    keys = result.parameters
+    rows = keys.get(f"{PATH}increments_N") or keys.get(f"{PATH}increments_mm") or []
+    if not rows:
+        return None
+    names = _FORCES if force_controlled(result) else _MOTIONS
+    table = np.array([[*row, *[0.0] * (len(names) - len(row))] for row in rows], dtype=float)
+    phases = _phases(table)
+    if len(phases) > MOST_PHASES:
+        return [
+            f"{name} from {low:g} to {high:g} {unit}"
+            for (name, unit), low, high in zip(names, table.min(0), table.max(0), strict=True)
+            if low or high
+        ]
+    return [
+        " with ".join(f"{names[c][0]} to {table[last][c]:g} {names[c][1]}" for c in columns)
+        for columns, last in phases
+    ]
+
+
+def _phases(table: np.ndarray) -> list[tuple[tuple[int, ...], int]]:
+    """Stretches in which the same columns move the same way: the columns, the last row."""
+    steps = np.diff(table, axis=0, prepend=np.zeros((1, table.shape[1])))
+    phases: list[tuple[tuple[int, ...], int]] = []
+    before: Any = None
+    for number, step in enumerate(steps):
+        way = tuple(np.sign(step).tolist())
+        columns = tuple(np.flatnonzero(step).tolist())
+        if not columns:
+            continue
+        if way == before:
+            phases[-1] = (columns, number)
+        else:
+            phases.append((columns, number))
+        before = way
+    return phases
+
+
+def leaves_section(found: Sequence[IncrementResult]) -> bool:
+    """Whether anything is moved, or pushed, out of the plane of the section."""
+    if any(row.shear_z_mm or row.twist_deg for row in found):
+        return True
+    most = max((abs(row.normal_force_N) for row in found), default=0.0)
+    width = max((row.contact_width_mm for row in found), default=0.0)
+    force = max((abs(row.force_z_N) for row in found), default=0.0)
+    moment = max((abs(row.twist_moment_Nmm) for row in found), default=0.0)
+    return force > _ASIDE * max(most, NOISE) or moment > _ASIDE * max(most * width, NOISE)
+
+
+def slip_grows_with_shear(found: Sequence[IncrementResult]) -> bool:
+    """Whether the stick ratio falls from its largest to its last as the tangential force grows."""
+    loaded = under_load(found)
+    if len(loaded) < 2 or loaded != list(range(loaded[0], len(found))) or leaves_section(found):
+        return False
+    rows = [found[place] for place in loaded]
+    ratio = np.array([row.stick_ratio or 0.0 for row in rows])
+    force = np.abs(cleaned(row.tangential_force_N for row in rows))
+    start = len(ratio) - 1 - int(ratio[::-1].argmax())  # the last of the largest
+    falls = bool((np.diff(ratio[start:]) <= 0).all()) and ratio[-1] < ratio[start]
+    return falls and bool((np.diff(force[start:]) >= -1e-6 * force.max()).all())
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One question, its answer and the numbers behind it."""
+
+    answer: Answer
+    question: str
+    detail: str
+
+
+def _finding(name: str, answer: Answer, **values: Any) -> Finding:
+    question, detail = said(SENTENCES, name, answer=answer, **values)
+    return Finding(answer, question, detail)
+
+
+def findings(result: Result, traces: Sequence[GripTrace] = ()) -> list[Finding]:
+    """The report's verdict. What was not computed is answered "open", not left out.
+
+    ``traces``: of the grips, where they are at hand: they tell what was lifted without the rule.
+    """
+    if result.status == "failed":
+        return [_finding("failed", "no", failure=result.failure)]
+    if result.increments and not result.slip_studies and not result.grips:
+        return [_touches(result.increments)]
+    found = [_follows(result), _lifts(result.grips), *_needed(result.grips, traces)]
+    if result.parameters.get("plates.model") == "none":
+        return [Finding("open", each.question, NOT_JUDGED) for each in found]
+    return found
+
+
+def _graded(good: int, every: int) -> Answer:
+    return "yes" if good == every else "partly" if good else "no"
+
+
+def _touches(found: Sequence[IncrementResult]) -> Finding:
+    """What the contact did, where neither slip study nor grips tell more."""
+    loaded = under_load(found)
+    row = found[loaded[-1]] if loaded else None
+    answer: Answer = "open"
+    if row is not None:
+        answer = "no" if not row.stick_nodes else "partly" if row.slip_nodes else "yes"
+    return _finding(
+        "touches",
+        answer,
+        row=row,
+        number=loaded[-1] + 1 if loaded else 0,
+        count=len(found),
+        aside=leaves_section(found),
+        bare=not found[0].gages,
+    )
+
+
+def _follows(result: Result) -> Finding:
+    studies, keys = result.slip_studies, result.parameters
+    defined = [s.rank_correlation for s in studies if s.rank_correlation is not None]
+    good = sum(value >= GOOD_CORRELATION for value in defined)
+    return _finding(
+        "follows",
+        _graded(good, len(defined)) if defined else "open",
+        studies=studies,
+        bare=bool(result.increments) and not result.increments[0].gages,
+        defined=len(defined),
+        good=good,
+        enough=GOOD_CORRELATION,
+        undefined=UNDEFINED,
+        rows=_rows(keys),
+        placed=keys.get("plates.placement") is not None,
+    )
+
+
+def _lifts(grips: Sequence[GripResult]) -> Finding:
+    good = [grip for grip in grips if grip.lifted and not grip.gross_slip]
+    margins = [grip.safety_margin for grip in good if grip.safety_margin is not None]
+    answer = _graded(len(good), len(grips)) if grips else "open"
+    return _finding("lifts", answer, grips=grips, good=good, margins=margins, human=HUMAN_MARGIN)
+
+
+def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Finding]:
+    """Whether the rule earned its keep: the same grip without it."""
+    tried = [grip for grip in grips if grip.slips_without_rule is not None]
+    if not tried:
+        return []
+    lifting = {
+        (trace.friction_coefficient, trace.object_mass_g)
+        for trace in traces
+        if trace.without_rule is not None and trace.without_rule.lift_step is not None
+    }
+    slipping = [grip for grip in tried if grip.slips_without_rule]
+    unlifted = [grip for grip in tried if not grip.lifted and not grip.slips_without_rule]
+    doubts = {
+        "vain": [grip for grip in slipping if grip.gross_slip],
+        "harmed": [grip for grip in tried if grip.gross_slip and not grip.slips_without_rule],
+        "stopped": [g for g in unlifted if (g.friction_coefficient, g.object_mass_g) in lifting],
+        "unsure": [] if traces else [grip for grip in unlifted if not grip.gross_slip],
+    }
+    helped = any(not grip.gross_slip and grip.holds > 0 for grip in slipping)
+    answer: Answer = "partly" if any(doubts.values()) else "yes"
+    held = [grip for grip in tried if grip.holds > 0]
+    frictions = {
+        name: [grip.friction_coefficient for grip in each]
+        for name, each in {**doubts, "slipping": slipping, "held": held}.items()
+    }
+    return [_finding("needed", answer if helped else "no", tried=len(tried), **frictions)]

@@ -12,8 +12,7 @@ from typing import Any
 
 from fingerdesign.errors import all_shown, shown
 from fingerdesign.records.outcome import Outcome, designs_csv, grips_csv, increments_csv
-from fingerdesign.report.page import rendered
-from fingerdesign.report.plot import content_policy, digest, packed, plotly_script
+from fingerdesign.report.page import content_policy, digest, packed, plotly_script, rendered
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.compare.facts import StudyFacts, why_not
 from fingerdesign.search.compare.figures import (

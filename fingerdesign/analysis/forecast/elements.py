@@ -1,47 +1,181 @@
-"""How many triangles netgen will make of a section, from the outline that it is given.
+"""How many elements the meshers will make: their size fields integrated over body and section.
 
-The size that netgen keeps to is the least, over all points, curves and domains of the outline, of
-their own size grown with the distance, s + gradation x distance. Triangles are then the integral
-of 1 / (sqrt(3)/4 h^2) over the section, times what netgen was found to make of it.
-
-Meshing it and counting takes 0.1 s (`homogeneous`), 0.7 s (`maeno2000`) to 2.5 s (`wide`) of a core
-and 0.2 s to load netgen, this 0.003 to 0.09 s; a check counts two models, a refusal for lack of
-memory dozens, of meshes that may be too large to be made. Of the ten shipped parametric designs
-netgen makes 0.95 to 1.07 times the triangles found here.
+The integral is taken by cells only as fine as the field, so that it takes a tenth of a second on
+any body, then times what the mesher was found to make of it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.analysis.forecast.space_count import some_of
 from fingerdesign.arrays import Array
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.layers import not_a_sheet
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mesh.section.outline import Outline, body_outline, core_box
 from fingerdesign.mesh.section.section import add_plates, add_sheets, section_frames
+from fingerdesign.mesh.sizing import MeshSizes, SizeField
+from fingerdesign.mesh.tetra.slots import THICK, sized_frames
+from fingerdesign.mesh.tetra.tetwild import size_field
 
 if TYPE_CHECKING:
     from fingerdesign.design.body import Body
     from fingerdesign.design.mesh import SectionMesh
     from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
+    from fingerdesign.layout.zone import Zone
 
 
+# Tetrahedra by fTetWild: the same integral as mesh.sizing.expected_elements.
+
+_CELL = 0.7  # largest cell of the integral over the size at its middle
+_DEEPEST = 12
 EQUILATERAL = np.sqrt(3.0) / 4.0
+_FIRST = 6  # cells across the body's shortest extent to begin with
+# Cells of one level: of more, some stand for all, so that an astronomic mesh is predicted at once.
+_MOST_CELLS = 200_000
+
+
+# fTetWild made 1.44 times the integral on 100 random designs (bench.any_designs), 2.0 times where
+# plates have holes: their rims are finer than any size names. Scatter 22 % (a standard deviation),
+# 0.63 to 1.7 times, once 2.9.
+MADE, MADE_WITH_HOLES = 1.44, 2.0
+# Facets of the contact zone over the like integral of its surface.
+MADE_AT_CONTACT = 0.68
+
+
+@dataclass(frozen=True)
+class SpaceCount:
+    """tetrahedra; contact_nodes: of the candidate facets."""
+
+    tetrahedra: float
+    contact_nodes: float
+
+
+def count_space(design: Design, zone: Zone, symmetric: bool) -> SpaceCount:
+    """Expected size of ``tetrahedralise``'s mesh of a finger, or of its half z >= 0."""
+    sizes = MeshSizes.of(design, zone.half_width, zone.half_depth)
+    frames = _sized(design, symmetric)
+    field = size_field(design, frames, sizes, zone.half_width, zone.half_depth)
+    half = 0.5 * np.array([design.body.width_mm, 0.0, design.body.depth_mm])
+    low = np.array([-half[0], 0.0, 0.0 if symmetric else -half[2]])
+    high = np.array([half[0], field.surface.crest, half[2]])
+    holes = any(frame.holes for frame in frames)
+    made = MADE_WITH_HOLES if holes else MADE
+    return SpaceCount(made * integral(field, low, high), _contact_nodes(field, low, high))
+
+
+def _sized(design: Design, symmetric: bool) -> tuple[PlateFrame, ...]:
+    """The plates that the sizes go by, of the way that is tried first (mesh.plate_ways).
+
+    Whether there is room to cut plates in is not asked: on CAD surfaces that takes seconds.
+    """
+    frames = plate_frames(design) if design.plates.model != "none" else ()
+    thick = design.plates.thickness_mm > THICK * design.mesh.plate_size_mm
+    if design.plates.model == "sheet" or not (
+        thick or any(not_a_sheet(frame, symmetric) for frame in frames)
+    ):
+        return sized_frames(frames)
+    return frames
+
+
+def _contact_nodes(field: SizeField, low: Array, high: Array) -> float:
+    """Nodes of the candidate facets."""
+    first = np.array([max(low[0], -field.zone_half_width), low[2]])
+    last = np.array([min(high[0], field.zone_half_width), high[2]])
+    if field.zone_half_depth is not None:
+        first[1] = max(low[2], -field.zone_half_depth)
+        last[1] = min(high[2], field.zone_half_depth)
+    share = (np.arange(24) + 0.5) / 24
+    x, z = np.meshgrid(*(first[k] + (last[k] - first[k]) * share for k in range(2)))
+    x, z = x.reshape(-1), z.reshape(-1)
+    y = field.surface.height(x, z)
+    known = np.isfinite(y)
+    wanted = field(np.column_stack([x, y, z])[known])
+    cell = float(np.prod(last - first)) / len(x)
+    facets = cell * (1.0 / (EQUILATERAL * field.sizes.stretch * wanted**2)).sum()
+    facets *= MADE_AT_CONTACT
+    return float(0.5 * facets + 1.5 * np.sqrt(facets) + 1.0)
+
+
+def some_of(cells: Array, most: int) -> tuple[Array, float]:
+    """No more than ``most`` of the cells, by chance but always the same ones, and their share."""
+    if len(cells) <= most:
+        return cells, 1.0
+    chosen = np.random.default_rng(0).choice(len(cells), most, replace=False)
+    return cells[chosen], most / len(cells)
+
+
+def integral(field: SizeField, low: Array, high: Array) -> float:
+    """Regular tetrahedra of the field's size, stretched, within the body between low, high (3,)."""
+    stretch = np.array([1.0, 1.0, field.sizes.stretch])
+    extent = (high - low) / stretch
+    count = np.maximum(np.round(_FIRST * extent / extent.min()), 1)
+    step = extent / count * stretch
+    axes = [low[k] + step[k] * (np.arange(int(count[k])) + 0.5) for k in range(3)]
+    cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+    total = 0.0
+    levels = _levels(field, cells, step, corners, stretch, (_CELL, _DEEPEST, _MOST_CELLS // 8))
+    for own, wanted, volume, stands_for in levels:
+        inside = field.surface.encloses(own) if len(own) else np.zeros(0, dtype=bool)
+        tet = field.sizes.stretch * wanted[inside] ** 3 / (6.0 * np.sqrt(2.0))
+        total += stands_for * float((volume.prod() / tet).sum())
+    return total
+
+
+def _levels(
+    field: Callable[[Array], Array],
+    cells: Array,
+    step: Array,
+    corners: Array,
+    stretch: Array,
+    bounds: tuple[float, int, int],
+) -> Iterator[tuple[Array, Array, Array, float]]:
+    """Cells cut up until they suit the field's size: level by level middles (c, d), sizes wanted
+    there (c,), edges (d,), and for how many each of the level's cells stands.
+
+    bounds: the largest cell over the size at its middle, the deepest level, the most cells kept.
+    """
+    most, deepest, kept = bounds
+    stands_for = 1.0
+    for level in range(deepest + 1):
+        wanted = field(cells)
+        good = ((step / stretch).max() <= most * wanted) | (level == deepest)
+        yield cells[good], wanted[good], step, stands_for
+        cells, share = some_of(cells[~good], kept)
+        stands_for /= share
+        if not len(cells):
+            return
+        step = 0.5 * step
+        cells = (cells[:, None] + 0.5 * step * corners).reshape(-1, len(step))
+
+
+# How many triangles netgen will make of a section, from the outline that it is given.
+#
+# The size that netgen keeps to is the least, over all points, curves and domains of the outline, of
+# their own size grown with the distance, s + gradation x distance. Triangles are then the integral
+# of 1 / (sqrt(3)/4 h^2) over the section, times what netgen was found to make of it.
+#
+# Meshing it and counting takes 0.1 s (`homogeneous`), 0.7 s (`maeno2000`) to 2.5 s (`wide`) of a
+# core and 0.2 s to load netgen, this 0.003 to 0.09 s; a check counts two models, a refusal for lack
+# of memory dozens, of meshes that may be too large to be made. Of the ten shipped parametric
+# designs netgen makes 0.95 to 1.07 times the triangles found here.
+
 # Netgen grades faster than it is asked to where little is asked for. Of the mixtures tried on 153
 # sections (51 random and shipped designs; the design's own sizes, those of extruding, random ones
 # with gradations of 0.1 to 0.5) this one scattered least: triangles made over the integral 1.10,
 # scatter 11 % (a standard deviation), 0.82 to 1.72 times; gradation as asked: 18 %, 0.39 to 1.79.
-MADE = 1.10
+MADE_OF_SECTION = 1.10
 GRADATION = (0.15, 0.6)  # netgen's own, and what it takes of the one asked for
-_CELL = 2.0  # largest cell of the integral over the size there
+_SECTION_CELL = 2.0  # largest cell of the integral over the size there
 _PARTS = 8  # straight pieces of a bent curve
-_DEEPEST = 14  # times a cell is cut into four at the most
-_MOST_CELLS = 80_000  # of one level: of more, some stand for all
+_SECTION_DEEPEST = 14  # times a cell is cut into four at the most
+_SECTION_CELLS = 80_000  # of one level: of more, some stand for all
 
 
 @dataclass(frozen=True)
@@ -79,7 +213,7 @@ def count_section(
     frames = section_frames(design) if frames is None else frames
     outline = section_outline(design, zone_half_width, sizes, frames)
     field = SectionSize(outline)
-    inside = _integral(design.body, field)
+    inside = _section_integral(design.body, field)
     for frame in frames if design.plates.model == "solid" else ():
         along = np.linspace(-0.5, 0.5, 21)[:-1] + 0.025
         wanted = field(frame.from_local(along * frame.length, 0.0))
@@ -88,7 +222,7 @@ def count_section(
         inside += float(np.mean(np.maximum(rows, 0.0)) * frame.length)
     outer, base = _boundary(outline, field)
     contact = _contact_edges(design.body, field, min(zone_half_width, 0.5 * design.body.width_mm))
-    return SectionCount(MADE * inside, outer, base, contact, field.least)
+    return SectionCount(MADE_OF_SECTION * inside, outer, base, contact, field.least)
 
 
 def section_outline(
@@ -163,31 +297,22 @@ def _line(points: Array) -> Array:
     return np.asarray((low * a + middle * control + high * b) / (low + middle + high))
 
 
-def _integral(body: Body, field: SectionSize) -> float:
+def _section_integral(body: Body, field: SectionSize) -> float:
     """Integral of 1 / (sqrt(3)/4 h^2) over the section, by cells no larger than the size."""
     profile = profile_of(body)
     half, crest = profile.half_width, profile.crest
     # An even coarser start where the far size is fine: it is cut until it is fine enough anyway.
-    first = max(field.far, np.sqrt(2.0 * half * crest / (_MOST_CELLS // 8)))
+    first = max(field.far, np.sqrt(2.0 * half * crest / (_SECTION_CELLS // 8)))
     count = np.maximum(np.ceil([2.0 * half / first, crest / first]).astype(int), 1)
     step = np.array([2.0 * half, crest]) / count
     x = -half + step[0] * (np.arange(count[0]) + 0.5)
     y = step[1] * (np.arange(count[1]) + 0.5)
     cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    total, stands_for = 0.0, 1.0
-    for level in range(_DEEPEST + 1):
-        wanted = field(cells)
-        good = (step.max() <= _CELL * wanted) | (level == _DEEPEST)
-        own = cells[good]
-        share = np.clip((_heights(body, own[:, 0]) - own[:, 1]) / step[1] + 0.5, 0.0, 1.0)
-        total += stands_for * float((share * step.prod() / (EQUILATERAL * wanted[good] ** 2)).sum())
-        rest, chosen = some_of(cells[~good], _MOST_CELLS // 4)
-        stands_for /= chosen
-        if not len(rest):
-            break
-        step = 0.5 * step
-        offsets = 0.5 * step * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
-        cells = (rest[:, None] + offsets).reshape(-1, 2)
+    corners = np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
+    total, bounds = 0.0, (_SECTION_CELL, _SECTION_DEEPEST, _SECTION_CELLS // 4)
+    for own, wanted, sides, stands_for in _levels(field, cells, step, corners, np.ones(2), bounds):
+        share = np.clip((_heights(body, own[:, 0]) - own[:, 1]) / sides[1] + 0.5, 0.0, 1.0)
+        total += stands_for * float((share * sides.prod() / (EQUILATERAL * wanted**2)).sum())
     return total
 
 
