@@ -220,6 +220,7 @@ WORDS = (  # of the moment, in texts and pages
 TIME_HEADINGS = {  # of tables' columns
     *("s", "better s", "saves", "saving", "seconds", "core seconds", "time (s)"),
 }
+UUID = re.compile(rb"[0-9a-fA-F]{8}(-[0-9a-fA-F]{4}){3}-[0-9a-fA-F]{12}")
 
 
 def without_moment(value):
@@ -354,7 +355,8 @@ def kept(path, places):
     if path.suffix == ".3mf":
         with zipfile.ZipFile(path) as archive:
             parts = sorted(archive.namelist())
-            return "".join(f"{part}: {digest(archive.read(part))}" for part in parts)
+            texts = {part: UUID.sub(b"UUID", archive.read(part)) for part in parts}
+            return "".join(f"{part}: {digest(text)}" for part, text in texts.items())
     if path.suffix not in TEXTS:
         return digest(path.read_bytes())
     text = placed(path.read_text("utf-8", "replace"), places)
