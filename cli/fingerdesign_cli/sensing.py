@@ -11,7 +11,6 @@ import click
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.observability import observe, refuse
 from fingerdesign.sensing.page import FOLDER, write_observability
-from fingerdesign.sensing.record import plain
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
@@ -108,12 +107,6 @@ def _show(found: Observability, folder: Path) -> None:
     ]
     columns = ["gage at x, mm", "microstrain/N", "rank", "dead, untold", "dead, told"]
     print_table("each gage: 1 is missed most; what its silence adds to the error", columns, rows)
-    for each in found.floors:
-        click.echo(
-            f"at {each.normal_force_N:.3g} N no unbiased estimate from the gages knows the stick "
-            f"ratio better than {plain(each.one_sample_stick_error)} from one sample, "
-            f"{plain(each.window_stick_error)} from the estimator's whole window"
-        )
-    for sentence in found.sentences:
+    for sentence in (*found.limits, *found.sentences):
         click.echo(sentence)
     click.echo(f"{found.seconds:.0f} s; chart: {folder / 'observability.png'}")

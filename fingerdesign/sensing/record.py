@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 from typing import Any
 
 from fingerdesign.records.base import csv_text, json_text
+from fingerdesign.report.page import macros
 
 SCHEMA_VERSION = 1
 RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
 CHART_FILE = "observability.png"
 
+WORDS = Path(__file__).parent / "templates" / "advice.txt.j2"
 TARGET = 0.05  # stick ratio, RMS: what a reference finger is asked for
 ENOUGH = 0.1  # of all gages' error: fewer that cost no more than this suffice
 WORTH = 0.2  # what takes less than this off an error hardly helps: gages that do are too quiet
@@ -176,50 +179,6 @@ class Observability:
         return spread >= ENOUGH * self.stick_error
 
     @property
-    def advice(self) -> str:
-        """:attr:`sentences`, one after the other."""
-        return " ".join(self.sentences)
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """What a designer should do, a sentence each."""
-        found = self._quiet_advice() if self.too_quiet else self._count_advice()
-        if not self.unsure:
-            return found
-        every = self.confirmed[0]
-        caution = (
-            f"Caution: {self.grips} grips are too few for firm advice: the error of all "
-            f"{len(every.kept)} gages is {self.stick_error:.3f} ± {every.stick_spread or 0.0:.3f}, "
-            "and the differences below are no larger; take more (--grips)."
-        )
-        return (caution, *found)
-
-    def _count_advice(self) -> tuple[str, ...]:
-        fewest, every = self.enough, self.confirmed[0]
-        head = f"At {self.noise:g} microstrain "
-        if len(fewest.kept) == len(every.kept):
-            fewer = self.confirmed[1]
-            head += (
-                f"keep all {len(every.kept)} gages: they know the stick ratio to "
-                f"{self.stick_error:.3f} RMS, the best {len(fewer.kept)} (at {self._at(fewer)}) "
-                f"to {fewer.stick_error:.3f}."
-            )
-        else:
-            verb = "seem enough" if self.unsure else "suffice"
-            head += (
-                f"{len(fewest.kept)} of {len(every.kept)} gages {verb}, at {self._at(fewest)}: "
-                f"they know the stick ratio to {fewest.stick_error:.3f} RMS, all to "
-                f"{self.stick_error:.3f}."
-            )
-        dead = self.dead
-        silent = (
-            f"Tell the estimator of a dead gage: unnoticed, the worst (x = "
-            f"{self.gages[dead.gage].x_mm:g} mm) makes the error {dead.untold_stick_error:.2f}, "
-            f"taught without it {dead.told_stick_error:.3f}."
-        )
-        return (head, *self._target_words(), silent)
-
-    @property
     def noise_share(self) -> float:
         """How much lower all gages' error is without noise, of itself; by the quick learner."""
         here = next(
@@ -227,59 +186,29 @@ class Observability:
         )
         return 1.0 - self.noises[0].quick_stick_error / max(here, 1e-12)
 
-    def _target_words(self) -> tuple[str, ...]:
-        if self.stick_error <= TARGET:
-            return ()
-        share = max(self.noise_share, 0.0)
-        remedy = (
-            "teach on more grips, quieter gages hardly help"
-            if share < WORTH
-            else "quieter gages or plates that answer more strongly help"
-        )
-        return (
-            f"This project's goal for its reference finger is {TARGET:g}: without noise the error "
-            f"is {100 * share:.0f} % lower, so {remedy}.",
-        )
+    @property
+    def noise_of_worth(self) -> float | None:
+        """The greatest smaller noise, microstrain, at which the gages tell more; None: at none."""
+        most = (1.0 - WORTH) * self.count(0).quick_stick_error
+        quieter = [each for each in self.noises if each.noise_microstrain < self.noise]
+        worth = (each.noise_microstrain for each in quieter if each.quick_stick_error < most)
+        return max(worth, default=None)
 
-    def _at(self, count: Count) -> str:
-        return "x = " + ", ".join(f"{x:g}" for x in self.places(count)) + " mm"
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What a designer should do, a sentence each."""
+        said = macros(WORDS).advice(self, TARGET, WORTH)
+        return tuple(said.strip().splitlines())
 
-    def _quiet_advice(self) -> tuple[str, ...]:
-        return (
-            f"These gages are too quiet for {self.noise:g} microstrain: they answer at most "
-            f"{self.loudest:.2g} microstrain/N and know the stick ratio to {self.stick_error:.3f} "
-            f"RMS, forces and moves alone to {self.stick_error_without_gages:.3f}.",
-            *self._floor_words(),
-            f"{self._remedy()}.",
-        )
+    @property
+    def advice(self) -> str:
+        """:attr:`sentences`, one after the other."""
+        return " ".join(self.sentences)
 
-    def _floor_words(self) -> tuple[str, ...]:
-        if not self.floors:
-            return ()
-        low = self.floors[len(self.floors) // 2]
-        return (
-            f"At {low.normal_force_N:.2g} N no unbiased estimate from one sample of them can err "
-            f"by less than {plain(low.one_sample_stick_error)} (Cramér and Rao).",
-        )
-
-    def _remedy(self) -> str:
-        alone = self.count(0).quick_stick_error
-        sampled = [
-            each.noise_microstrain
-            for each in self.noises
-            if each.noise_microstrain < self.noise
-            and each.quick_stick_error < (1.0 - WORTH) * alone
-        ]
-        if not sampled:
-            return "Even without noise they would not tell more: place them anew"
-        if max(sampled) == 0.0:
-            return "Only without any noise would they tell more: take softer plates"
-        factor = self.noise / max(sampled)
-        return (
-            f"They would need {max(sampled):g} microstrain, or plates that answer {factor:.3g} "
-            f"times as strongly ({factor * self.loudest:.2g} microstrain/N): softer ones, or "
-            "nearer to the surface"
-        )
+    @property
+    def limits(self) -> tuple[str, ...]:
+        """What no estimate from the gages can be better than, a sentence for each force."""
+        return tuple(macros(WORDS).floors(self).strip().splitlines())
 
     def data(self) -> dict[str, Any]:
         """As in the file."""
@@ -338,11 +267,6 @@ class Observability:
             GAGES_FILE: csv_text(names, gages),
             COUNTS_FILE: csv_text(rows[0], counts),
         }
-
-
-def plain(value: float) -> str:
-    """Two digits without an exponent: 0.000047."""
-    return f"{float(f'{value:.2g}'):.9f}".rstrip("0").rstrip(".")
 
 
 def _cell(value: Any) -> Any:

@@ -15,6 +15,7 @@ from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, 
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.result import ResultError
+from fingerdesign.report.page import macros
 from fingerdesign.sensing import model as grip_model
 from fingerdesign.sensing.learners import (
     QuickLearner,
@@ -35,7 +36,7 @@ from fingerdesign.sensing.page import (
     FOLDER,
     write_observability,
 )
-from fingerdesign.sensing.record import plain
+from fingerdesign.sensing.record import WORDS
 from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
 
 GAGES = 5
@@ -334,6 +335,7 @@ def test_the_pages_options_and_files_are_the_commands():
 
 
 def test_numbers_have_no_exponents():
+    plain = macros(WORDS).plain
     assert [plain(value) for value in (4.712e-5, 0.45, 1.94, 12.0)] == [
         *("0.000047", "0.45", "1.9", "12"),
     ]
