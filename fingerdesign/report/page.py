@@ -77,6 +77,12 @@ def captioned(
     return ReportFigure(key or name, title, image, reading, alternative)
 
 
+def sentences(template: Path, macro: str, *given: Any) -> tuple[str, ...]:
+    """What a macro of a template of plain sentences says, a sentence a line."""
+    lines = str(getattr(macros(template), macro)(*given)).splitlines()
+    return tuple(line for line in lines if line.strip())
+
+
 def _safe(text: str) -> Any:
     """Text of the program's own that needs no escaping."""
     from markupsafe import Markup

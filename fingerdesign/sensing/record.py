@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerdesign.records.base import csv_text, json_text
-from fingerdesign.report.page import macros
+from fingerdesign.report.page import sentences
 
 SCHEMA_VERSION = 1
 RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
@@ -197,8 +197,7 @@ class Observability:
     @property
     def sentences(self) -> tuple[str, ...]:
         """What a designer should do, a sentence each."""
-        said = macros(WORDS).advice(self, TARGET, WORTH)
-        return tuple(said.strip().splitlines())
+        return sentences(WORDS, "advice", self, TARGET, WORTH)
 
     @property
     def advice(self) -> str:
@@ -208,7 +207,7 @@ class Observability:
     @property
     def limits(self) -> tuple[str, ...]:
         """What no estimate from the gages can be better than, a sentence for each force."""
-        return tuple(macros(WORDS).floors(self).strip().splitlines())
+        return sentences(WORDS, "floors", self)
 
     def data(self) -> dict[str, Any]:
         """As in the file."""

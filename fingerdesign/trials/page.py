@@ -16,7 +16,7 @@ import numpy as np
 
 from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.result import GripTrace
-from fingerdesign.report.page import macros, rendered
+from fingerdesign.report.page import rendered, sentences
 from fingerdesign.report.style import (
     BLUE,
     COLOURS,
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 
 TEMPLATES = Path(__file__).parent / "templates"
+WORDS = TEMPLATES / "words.txt.j2"
 HELD_SHARE = 0.99  # of the grid: what is asked of the regulator
 _OTHER = (MUTED, "-", "*")
 _MARKS = {  # why a grip did not succeed -> marker, colour
@@ -65,16 +66,15 @@ class Answer:
 
 def answers(data: ControlData) -> list[Answer]:
     """Answers to the study's questions that it can give; none for a lone rival."""
-    words = macros(TEMPLATES / "words.txt.j2")
     rows = {
         (each["controller"], row["noise_microstrain"]): row
         for each in data["controllers"]
         for row in each["by_noise"]
     }
-    said = words.answers(data, rows, HELD_SHARE).strip()
+    said = sentences(WORDS, "answers", data, rows, HELD_SHARE)
     if not said and len(data["controllers"]) > 1:
-        said = words.best_of(data["controllers"]).strip()
-    return [Answer(*line.split("\t")) for line in said.splitlines()]
+        said = sentences(WORDS, "best_of", data["controllers"])
+    return [Answer(*line.split("\t")) for line in said]
 
 
 def control_html(
@@ -93,8 +93,7 @@ def control_html(
 
 def _figure(key: str, figure: Canvas, *values: Any) -> ReportFigure:
     """The figure with its title, how it is read and its text alternative, of the template."""
-    said = getattr(macros(TEMPLATES / "words.txt.j2"), key)(*values)
-    title, reading, alternative = said.strip().split("\n")
+    title, reading, alternative = sentences(WORDS, key, *values)
     return ReportFigure(key, title, to_svg(figure, key, alternative), reading, alternative)
 
 

@@ -22,7 +22,7 @@ from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text
-from fingerdesign.report.page import macros
+from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
@@ -59,6 +59,7 @@ if TYPE_CHECKING:
 
 FORMAT = "fingerdesign tuning, 1"
 RECORD_FILE = "tuning.json"
+WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 
 
 @dataclass(frozen=True)
@@ -153,8 +154,7 @@ def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design
 
 def tuned_comment(record: TuningRecord) -> str:
     """Comment lines for the head of a tuned design: by what, on what, how well."""
-    said = macros(Path(__file__).parent / "templates/words.txt.j2").tuned(record)
-    return "".join(f"# {line}\n" for line in said.strip().splitlines()) + "\n"
+    return "".join(f"# {line}\n" for line in sentences(WORDS, "tuned", record)) + "\n"
 
 
 # What an unfinished tuning has done: judged trials and finished controllers.

@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.records.outcome import Outcome
+from fingerdesign.report.page import sentences
 from fingerdesign.search.compare.recommend import dominated
 from fingerdesign.search.optimise.optimise import Evaluator, Search, Tried, reference_plan
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
@@ -23,7 +25,6 @@ from fingerdesign.search.optimise.trials import Trial, reported
 from fingerdesign.search.run.evaluate import Job
 
 if TYPE_CHECKING:
-    from fingerdesign.records.outcome import Outcome
     from fingerdesign.search.study.file import Study
 
 
@@ -40,15 +41,6 @@ def beats(own: Array, other: Array) -> bool:
     True
     """
     return bool((own <= other).all() and (own < other).any())
-
-
-def strictly_beats(own: Array, other: Array) -> bool:
-    """Whether ``own`` is better in every objective.
-
-    >>> strictly_beats(np.array([1.0, 2.0]), np.array([1.0, 3.0]))
-    False
-    """
-    return bool((own < other).all())
 
 
 def hypervolume(losses: Array, corner: Array) -> float:
@@ -105,6 +97,7 @@ def _front(points: Array) -> Array:
     return kept
 
 
+WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 MARGIN = 0.1  # of the front's range, beyond its worst end, where no reference bounds the volume
 
 
@@ -127,7 +120,7 @@ class Judged:
 
     def better_in_all(self, other: Judged) -> bool:
         """Better in every objective, and it meets the constraints."""
-        return self.feasible and not other.failure and strictly_beats(self.losses, other.losses)
+        return self.feasible and not other.failure and bool((self.losses < other.losses).all())
 
 
 @dataclass(frozen=True)
@@ -185,6 +178,11 @@ def judged(study: Study, name: str, outcomes: Sequence[Outcome]) -> Judged:
     )
 
 
+def judged_trials(search: Search, tried: Sequence[Tried]) -> tuple[Judged, ...]:
+    """Each trial's finger against the study."""
+    return tuple(judged(search.study, each.outcomes[0].name, each.outcomes) for each in tried)
+
+
 def confirm(
     search: Search,
     tried: Sequence[Tried],
@@ -197,7 +195,7 @@ def confirm(
     report("the reference")
     outcomes = list(evaluated(reference_plan(search)))
     reference = judged(study, name, outcomes)
-    every = [judged(study, each.outcomes[0].name, each.outcomes) for each in tried]
+    every = judged_trials(search, tried)
     front = front_of(every)
     found = Confirmation(
         reference,
@@ -329,32 +327,21 @@ class Optimised:
             "confirmed": len(self.confirmation.standing),
         }
 
+    @cached_property
+    def judged(self) -> tuple[Judged, ...]:
+        """The trials against the study, in order."""
+        return judged_trials(self.search, self.tried)
+
+    @property
+    def better_in_all(self) -> int:
+        """How many stand that are better in every objective."""
+        deep = self.confirmation.thorough_reference
+        standing = self.confirmation.standing
+        return sum(deep is not None and each.thorough.better_in_all(deep) for each in standing)
+
     def sentences(self) -> tuple[str, ...]:
         """What came out, in words."""
-        found, counts = self.confirmation, self.counts()
-        objectives = " and ".join(
-            f"{'lowest' if each.direction == 'min' else 'highest'} {each.metric}"
-            for each in self.search.study.objectives
-        )
-        said = [
-            f"{_many(counts['trials'], 'trial', 'trials')} ({counts['invalid']} no finger, "
-            f"{counts['failed']} failed) for {objectives}: {counts['front']} on the front, "
-            f"{_many(counts['dominate_reference'], 'dominates', 'dominate')} "
-            f"{found.reference.name}."
-        ]
-        if found.reference.failure:
-            said.append(f"The reference could not be analysed: {found.reference.failure}")
-        elif not found.reference.feasible:
-            said.append("The reference itself misses a constraint.")
-        if found.thorough_reference is None:
-            return (*said, "Nothing was confirmed by a more thorough model.")
-        dominate = "dominates" if len(found.standing) == 1 else "dominate"
-        better = sum(_all_better(each.thorough, found) for each in found.standing)
-        said.append(
-            f"Analysed again by {found.fidelity}, as the reference was, {len(found.standing)} of "
-            f"{len(found.confirmed)} {dominate} it there too, {better} in every objective."
-        )
-        return tuple(said)
+        return sentences(WORDS, "outcome", self, self.counts())
 
     def data(self) -> dict[str, Any]:
         """For study.json and scripts."""
@@ -382,14 +369,6 @@ class Optimised:
             "sensitivities": [asdict(each) | {"words": each.words} for each in self.sensitivities],
             "sentences": list(self.sentences()),
         }
-
-
-def _many(count: int, one: str, more: str) -> str:
-    return f"{count} {one if count == 1 else more}"
-
-
-def _all_better(own: Judged, found: Confirmation) -> bool:
-    return found.thorough_reference is not None and own.better_in_all(found.thorough_reference)
 
 
 def _judged(own: Judged) -> dict[str, Any]:

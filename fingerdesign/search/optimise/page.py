@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ import numpy as np
 
 from fingerdesign.errors import shown
 from fingerdesign.records.folder import RecordFolder
+from fingerdesign.report.page import sentences
 from fingerdesign.report.style import (
     BLUE,
     GREEN,
@@ -24,17 +26,15 @@ from fingerdesign.report.table import Table
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import STUDY_FILE
 from fingerdesign.search.compare.table import metric_title
-from fingerdesign.search.optimise.confirm import Optimised, judged
+from fingerdesign.search.optimise.confirm import WORDS, Optimised
 from fingerdesign.search.optimise.sensitivity import LEAST
 from fingerdesign.search.run.folder import FILES, REPORT_FILE, write_study
 from fingerdesign.search.study.metrics import METRICS
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
 
-    from fingerdesign.search.optimise.confirm import Confirmation, Judged, Optimised
+    from fingerdesign.search.optimise.confirm import Judged
 
 
 # Tables of an optimisation: what stood by the thorough model, and what each objective hangs on.
@@ -45,7 +45,8 @@ NONE = "–"
 def confirmed_table(found: Optimised) -> Table | None:
     """The reference and the confirmed fingers by both models; None where none was confirmed."""
     reported = found.confirmation
-    if reported.thorough_reference is None:
+    reference = reported.thorough_reference
+    if reference is None:
         return None
     metrics = list(reported.reference.metrics)
     quick = found.search.study.study.fidelity
@@ -54,20 +55,11 @@ def confirmed_table(found: Optimised) -> Table | None:
         *(f"{metric}, {name}" for metric in metrics for name in (quick, reported.fidelity)),
         "against the reference",
     ]
-    pairs = [(reported.reference, reported.thorough_reference, "")]
-    for each in reported.confirmed:
-        deep = each.thorough
-        if deep.failure:
-            standing = f"failed: {deep.failure}"
-        elif deep.better_in_all(reported.thorough_reference):
-            standing = "better in every objective"
-        elif deep.dominates(reported.thorough_reference):
-            standing = "dominates it"
-        elif not deep.feasible:
-            standing = "misses a constraint"
-        else:
-            standing = "does not dominate it"
-        pairs.append((each.quick, deep, standing))
+    pairs = [(reported.reference, reference, "")]
+    pairs += [
+        (each.quick, each.thorough, _standing(each.thorough, reference))
+        for each in reported.confirmed
+    ]
     rows = tuple(
         (
             shown(own.name),
@@ -78,6 +70,16 @@ def confirmed_table(found: Optimised) -> Table | None:
     )
     caption = f"The best trials again, by {reported.fidelity}"
     return Table("confirmed", caption, tuple(columns), rows, frozenset({0, len(columns) - 1}))
+
+
+def _standing(own: Judged, reference: Judged) -> str:
+    if own.failure:
+        return f"failed: {own.failure}"
+    if own.better_in_all(reference):
+        return "better in every objective"
+    if own.dominates(reference):
+        return "dominates it"
+    return "does not dominate it" if own.feasible else "misses a constraint"
 
 
 def sensitivity_tables(found: Optimised) -> list[Table]:
@@ -116,44 +118,34 @@ def _number(own: Judged, metric: str) -> str:
 
 def draw_front(found: Optimised, path: Path) -> None:
     """The first two objectives against each other, and the volume dominated by number of trials."""
-    study = found.search.study
-    trials = [judged(study, each.outcomes[0].name, each.outcomes) for each in found.tried]
     with house_style():
         figure = canvas(10.0, 4.9)
         plane, course = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
-        _plane(plane, found, trials)
+        _plane(plane, found)
         _course(course, found)
         figure.savefig(path, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
 
 
-def _plane(axes: Axes, found: Optimised, trials: Sequence[Judged]) -> None:
+def _plane(axes: Axes, found: Optimised) -> None:
     reported, study = found.confirmation, found.search.study
     first, second = (each.metric for each in study.objectives[:2])
-    front = {found.tried[k].number for k in range(len(trials))} & set(reported.front)
-    groups = (
-        (
-            "misses a constraint",
-            "x",
-            MUTED,
-            [t for t in trials if not t.failure and not t.feasible],
-        ),
-        ("trial", "o", BLUE, [t for t in trials if t.feasible]),
-    )
-    for label, marker, colour, some in groups:
-        axes.plot(*_points(some, first, second), marker, color=colour, ms=4.0, label=label)
-    on_front = [own for each, own in zip(found.tried, trials, strict=True) if each.number in front]
-    x, y = _points(on_front, first, second)
-    order = np.argsort(x)
+    missing = [own for own in found.judged if not own.failure and not own.feasible]
+    feasible = [own for own in found.judged if own.feasible]
     axes.plot(
-        np.array(x)[order], np.array(y)[order], color=BLUE, lw=1.2, ds="steps-post", label="front"
+        *_points(missing, first, second), "x", color=MUTED, ms=4.0, label="misses a constraint"
     )
+    axes.plot(*_points(feasible, first, second), "o", color=BLUE, ms=4.0, label="trial")
+    pairs = zip(found.tried, found.judged, strict=True)
+    front = [own for each, own in pairs if each.number in reported.front]
+    x, y = _points(sorted(front, key=lambda own: own.metrics[first] or 0.0), first, second)
+    axes.plot(x, y, color=BLUE, lw=1.2, ds="steps-post", label="front")
     quick, deep = study.study.fidelity, reported.fidelity
-    pairs = [(reported.reference, reported.thorough_reference, VERMILION, "s", "reference")]
-    pairs += [
+    drawn = [(reported.reference, reported.thorough_reference, VERMILION, "s", "reference")]
+    drawn += [
         (each.quick, each.thorough, GREEN, "D", "confirmed trial") for each in reported.confirmed
     ]
     seen: set[str] = set()
-    for own, thorough, colour, marker, label in pairs:
+    for own, thorough, colour, marker, label in drawn:
         both = [each for each in (own, thorough) if each is not None and not each.failure]
         axes.plot(*_points(both, first, second), color=colour, lw=0.8, ls=(0, (2, 2)))
         for each, filled, name in ((own, False, quick), (thorough, True, deep)):
@@ -171,7 +163,7 @@ def _plane(axes: Axes, found: Optimised, trials: Sequence[Judged]) -> None:
             seen.add(text)
     axes.set_xlabel(_words(first))
     axes.set_ylabel(_words(second))
-    axes.set_title(f"{len(trials)} trials of {study.name}")
+    axes.set_title(f"{len(found.judged)} trials of {study.name}")
     axes.legend(fontsize=7.5)
 
 
@@ -196,130 +188,20 @@ def _words(metric: str) -> str:
 
 
 MOST_NAMED = 3
-_MODEL = {"plane-strain": "in plane strain", "3d": "in 3-D"}
 
 
 def verdict(found: Optimised) -> tuple[str, ...]:
     """Who dominates the reference and by how much, by both models; what the objectives hang on."""
-    reported = found.confirmation
     goals = {each.metric: each.direction for each in found.search.study.objectives}
-    if reported.thorough_reference is None:
-        said = _quick(found, goals)
-    else:
-        said = _confirmed(reported, reported.thorough_reference, goals)
-    return (*said, *_sensitivity(found))
-
-
-def _quick(found: Optimised, goals: Mapping[str, str]) -> list[str]:
-    """By the search's own model alone."""
-    reported, study = found.confirmation, found.search.study
-    where = _where(study.study.fidelity)
-    by_number = {each.number: each for each in found.tried}
-    first = (*(n for n in reported.front if n in reported.dominating), *reported.dominating)
-    best = list(dict.fromkeys(first))
-    fingers = [
-        judged(study, by_number[n].outcomes[0].name, by_number[n].outcomes)
-        for n in best[:MOST_NAMED]
-    ]
-    said = [_beats(own, reported.reference, goals, where) for own in fingers]
-    said += _more(len(best) - len(fingers))
-    if not best:
-        said.append(f"No trial dominates the reference, {shown(reported.reference.name)}, {where}.")
-    return [*said, "No more thorough model confirmed this."]
-
-
-def _confirmed(reported: Confirmation, deep: Judged, goals: Mapping[str, str]) -> list[str]:
-    """By the thorough model, with the quick one's numbers beside."""
-    where = _where(reported.fidelity)
-    if deep.failure:
-        return [f"Nothing could be confirmed: the reference failed {where}: {shown(deep.failure)}"]
-    said = []
-    for each in reported.standing[:MOST_NAMED]:
-        quick = _against(each.quick, reported.reference, goals)
-        said.append(f"{_beats(each.thorough, deep, goals, where)} The search had seen {quick}.")
-    said += _more(len(reported.standing) - MOST_NAMED)
-    if not reported.standing:
-        many = len(reported.confirmed)
-        of = "The one finger" if many == 1 else f"None of the {many} fingers"
-        verb = "does not dominate" if many == 1 else "dominates"
-        said.append(f"{of} analysed again {where} {verb} the reference, {shown(deep.name)}, there.")
-        said += [
-            f"{shown(each.thorough.name)}: {_against(each.thorough, deep, goals)}."
-            for each in reported.confirmed[:MOST_NAMED]
-            if not each.thorough.failure
-        ]
-    return said
-
-
-def _beats(own: Judged, reference: Judged, goals: Mapping[str, str], where: str) -> str:
-    how = ", better in every objective" if own.better_in_all(reference) else ""
+    dominating, front = found.confirmation.dominating, found.confirmation.front
+    places = {each.number: place for place, each in enumerate(found.tried)}
+    first = sorted(dominating, key=lambda number: number not in front)
+    best = [found.judged[places[number]] for number in first]
+    texts = shown, metric_title
     return (
-        f"{shown(own.name)} dominates the reference, {shown(reference.name)}, {where}{how}: "
-        f"{_against(own, reference, goals)}."
+        *sentences(WORDS, "verdict", found, goals, best, MOST_NAMED, *texts),
+        *sentences(WORDS, "hang", found.sensitivities, LEAST, *texts),
     )
-
-
-def _against(own: Judged, reference: Judged, goals: Mapping[str, str]) -> str:
-    """As "stick error 0.05 against 0.1 (50 % lower)", of each objective."""
-    return ", ".join(
-        _one(metric, own.metrics.get(metric), reference.metrics.get(metric), goal)
-        for metric, goal in goals.items()
-    )
-
-
-def _one(metric: str, own: float | None, other: float | None, goal: str) -> str:
-    title = metric_title(metric)
-    if own is None or other is None:
-        return f"{title} unknown"
-    if own == other:
-        return f"{title} {own:.4g} as there"
-    way = "lower" if own < other else "higher"
-    much = f"{100 * abs(own - other) / abs(other):.3g} % {way}" if other else way
-    worse = "" if (own < other) == (goal == "min") else ", worse"
-    return f"{title} {own:.4g} against {other:.4g} ({much}{worse})"
-
-
-def _sensitivity(found: Optimised) -> list[str]:
-    """What each objective hangs on most, or why that is not known."""
-    said = []
-    unknown = []
-    for each in found.sensitivities:
-        if each.explained is None or not each.effects:
-            unknown.append(each)
-            continue
-        first = max(each.effects, key=lambda effect: effect.share)
-        way = ""
-        if first.direction is not None:
-            way = ", rising with it" if first.direction > 0 else ", falling with it"
-        said.append(
-            f"{metric_title(each.metric).capitalize()} hangs most on {shown(first.parameter)} "
-            f"({100 * first.share:.0f} % of its variance{way}): see the table of the search."
-        )
-    few = [each for each in unknown if each.count < LEAST]
-    if few:
-        names = _and([metric_title(each.metric) for each in few])
-        counts = min(each.count for each in few)
-        trials = "1 trial is" if counts == 1 else f"{counts} trials are"
-        said.append(f"What {names} hangs on is not told: {trials} too few, {LEAST} are needed.")
-    level = [each for each in unknown if each.count >= LEAST]
-    if level:
-        names = _and([metric_title(each.metric) for each in level])
-        said.append(f"What {names} hangs on is not told: it is the same in all trials.")
-    return said
-
-
-def _more(count: int) -> list[str]:
-    if count <= 0:
-        return []
-    return ["One more dominates it too." if count == 1 else f"{count} more dominate it too."]
-
-
-def _where(fidelity: str) -> str:
-    return _MODEL.get(fidelity, f"by {fidelity}")
-
-
-def _and(parts: Sequence[str]) -> str:
-    return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
 # OUT/NAME of an optimisation: a study's files, with what was searched, confirmed and decides.
@@ -338,16 +220,13 @@ def journal_beside(target: Path) -> Path:
 
 def write_optimised(folder: Path, found: Optimised, source: str) -> None:
     """Write all files into ``folder``; ``source``: the text of the study's file."""
-    from dataclasses import replace
-
     study, reported = found.search.study, found.confirmation
     compared = write_study(folder, study, found.outcomes, source, {"optimise": found.data()})
     tables = [confirmed_table(found), *sensitivity_tables(found)]
     record = {key: text for key, text in compared.facts.record.items() if key != "optimise"}
-    facts = replace(compared.facts, sources=(), record=record)
     page = compare_html(
         compared.outcomes,
-        facts,
+        replace(compared.facts, sources=(), record=record),
         answer=verdict(found),
         notes=found.sentences(),
         tables=[table for table in tables if table is not None],
