@@ -9,6 +9,7 @@ figures: no text of an outcome, which Plotly might take for markup.
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from itertools import groupby, pairwise
@@ -20,74 +21,10 @@ from fingerdesign.report.page import macros
 
 DIGITS = 4  # significant: a drawing is a thousand points wide
 STATUS = "#/."  # stick, slip, open
-# One look a friction: colour, dashes and marker all differ, so that no one is needed.
-LOOKS = (
-    ("--blue", "solid", "circle"),
-    ("--vermilion", "dash", "square"),
-    ("--green", "dot", "triangle-up"),
-    ("--purple", "dashdot", "diamond"),
-    ("--muted", "longdash", "triangle-down"),
-)
-# What the charts of the page have in common; the page puts a figure's own over it.
-CHART: dict[str, Any] = {
-    "height": 250,
-    "margin": {"l": 58, "r": 14, "t": 10, "b": 44},
-    "showlegend": False,
-    "dragmode": False,
-    "hovermode": "closest",
-    "paper_bgcolor": "#0000",
-    "plot_bgcolor": "#0000",
-    "font": {"family": "--figure-font", "size": 12, "color": "--ink"},
-    "legend": {"orientation": "h", "y": -0.25, "font": {"size": 11}},
-}
-AXIS: dict[str, Any] = {
-    "gridcolor": "--grid",
-    "linecolor": "--muted",
-    "zerolinecolor": "--muted",
-    "zeroline": False,
-    "showline": True,
-    "fixedrange": True,
-}
-# An upright axis of the lines of all designs.
-UPRIGHT: dict[str, Any] = {
-    "overlaying": "y",
-    "anchor": "free",
-    "tickmode": "auto",
-    "nticks": 7,
-    "showgrid": False,
-    "ticks": "outside",
-}
-# The points of the chart of two measures: symbol, colour, size, and the colour of its border.
-POINTS = {
-    "ring": ("circle-open", "--ink", 24, "--ink"),
-    "out": ("x-thin-open", "--muted", 7, "--muted"),
-    "in": ("circle-open", "--muted", 9, "--muted"),
-    "reference": ("square-open", "--ink", 12, "--ink"),
-    "front": ("diamond", "--green", 12, "--paper"),
-    "star": ("star", "--yes", 18, "--paper"),
-}
-# All gages over x: the lines of A and B.
-PROFILE: dict[str, Any] = {
-    "lines": [
-        {"line": {"color": "--blue"}, "marker": {"symbol": "circle"}},
-        {"line": {"color": "--vermilion", "dash": "dash"}, "marker": {"symbol": "square"}},
-    ],
-    "layout": {
-        "showlegend": True,
-        "xaxis": {"title": {"text": "x of the gage (mm)"}},
-        "yaxis": {"title": {"text": "reading (microstrain)"}, "zeroline": True},
-    },
-}
-# The parts of the finger in space: colour and opacity.
-FINGER = {
-    "body": ("--blue", 0.22),
-    "core": ("--green", 0.6),
-    "plates": ("--vermilion", 1.0),
-    "gages": ("#ffffff", 1.0),
-    "holes": ("#000000", 1.0),
-}
-_LIGHT = {"ambient": 0.65, "diffuse": 0.6, "specular": 0.05}
 _WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
+# Colours, lines and marks, as Plotly has them. "grips": one look a friction, in colour, dashes and
+# marker, so that no one is needed; "looks": what the page's own charts have in common.
+LOOKS: dict[str, Any] = json.loads((_WORDS.parent / "looks.json").read_text(encoding="utf-8"))
 
 Figure = dict[str, Any]
 
@@ -123,27 +60,6 @@ def frictions_of(outcomes: Sequence[Outcome]) -> dict[float, int]:
     return {value: k for k, value in enumerate(sorted(each for each in found if each > 0))}
 
 
-def looks() -> dict[str, Any]:
-    """What all charts of the page have in common, JSON-ready."""
-    points = {
-        name: {
-            "name": name,
-            "mode": "markers",
-            "hoverinfo": "skip" if name == "ring" else "none",
-            "marker": {
-                "symbol": symbol,
-                "color": colour,
-                "size": size,
-                "line": {"width": 1.3, "color": border},
-            },
-        }
-        for name, (symbol, colour, size, border) in POINTS.items()
-    }
-    options = {"displayModeBar": False, "responsive": True, "scrollZoom": False}
-    found = {"options": options, "chart": CHART, "axis": AXIS, "upright": UPRIGHT, "points": points}
-    return found | {"profile": PROFILE}
-
-
 def shape_figure(geometry: Mapping[str, Any], deep: bool) -> Figure | None:
     """The finger in space, of what packed_geometry found; the page adds the camera.
 
@@ -152,42 +68,17 @@ def shape_figure(geometry: Mapping[str, Any], deep: bool) -> Figure | None:
     if geometry["body"] is None:
         return None
     data = [
-        {
-            "type": "mesh3d",
-            "color": colour,
-            "opacity": opacity,
-            "flatshading": True,
-            "hoverinfo": "skip",
-            "lighting": _LIGHT,
-            **geometry[name],
-        }
-        for name, (colour, opacity) in FINGER.items()
+        {**look, **geometry[name]}
+        for name, look in LOOKS["finger"].items()
         if geometry[name] is not None
     ]
     marks = geometry["touch"] and {"first": len(data) + 1, "kinds": STATUS[:2], **geometry["touch"]}
-    contact = "markers" if deep else "lines"
-    for mode, colour, width in (
-        ("lines", "--ink", 2),
-        (contact, "--ink", 5),
-        (contact, "--purple", 2),
-    ):
-        look = {
-            "line": {"color": colour, "width": width},
-            "marker": {"color": colour, "size": width},
-        }
-        data.append({"type": "scatter3d", "mode": mode, "hoverinfo": "skip", **look})
-    data[-3] |= geometry["edges"]
-    hidden = {"visible": False}
-    scene = dict.fromkeys(("xaxis", "yaxis", "zaxis"), hidden)
-    layout = {
-        "height": 340,
-        "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
-        "hovermode": False,
-        "scene": {"dragmode": "orbit", "aspectmode": "manual", **scene},
-    }
+    edges, *touch = LOOKS["touch"]
+    mode = {"mode": "markers" if deep else "lines"}
+    data += [{**edges, **geometry["edges"]}, *({**each, **mode} for each in touch)]
     words = f"{geometry['words']} {geometry['note']}".strip()
     own: Figure = {"steps": [], "shared": [], "marks": marks, "words": words}
-    return {"data": data, "layout": layout, **own}
+    return {"data": data, "layout": LOOKS["shape"], **own}
 
 
 def contact_figure(traces: Traces) -> Figure | None:
@@ -209,27 +100,12 @@ def contact_figure(traces: Traces) -> Figure | None:
     if z:
         return _contact_points(traces, wide, words)
     count = len(traces.status)
-    looks = {
-        "stick": {"color": "--blue"},
-        "slip": {
-            "color": "--vermilion",
-            "pattern": {"shape": "/", "fgcolor": "--paper", "bgcolor": "--vermilion", "size": 6},
-        },
-    }
     order = sorted(range(len(x)), key=lambda place: x[place] or 0.0)
+    places = [x[k] or 0.0 for k in order]
     data = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "name": name,
-            "marker": look,
-            "width": 0.78,
-            "hoverinfo": "skip",
-            **_bars([x[k] or 0.0 for k in order], order, traces.status, character),
-        }
-        for (name, look), character in zip(looks.items(), STATUS[:2], strict=True)
+        {**look, **_bars(places, order, traces.status, character)}
+        for look, character in zip(LOOKS["bars"], STATUS, strict=False)
     ]
-    frame = {"type": "rect", "xref": "paper", "x0": 0, "x1": 1, "line": {"color": "--ink"}}
     layout = {
         "height": 100 + min(340, max(60, 13 * count)),
         "barmode": "overlay",
@@ -237,7 +113,7 @@ def contact_figure(traces: Traces) -> Figure | None:
         "showlegend": True,
         "xaxis": {"title": {"text": "x (mm)"}, "range": wide, "showgrid": False},
         "yaxis": {"title": {"text": "increment"}, "range": [count + 0.5, 0.5], "showgrid": False},
-        "shapes": [frame | {"y0": 0, "y1": 0}],
+        "shapes": [LOOKS["row"]],
     }
     steps = [{"shapes[0].y0": k + 0.52, "shapes[0].y1": k + 1.48} for k in range(count)]
     return {"data": data, "layout": layout, "steps": steps, "shared": ["xaxis"], "words": words}
@@ -263,11 +139,6 @@ def _bars(
 
 def _contact_points(traces: Traces, wide: list[Any], words: str) -> Figure:
     """From above; the points of each status are filled in by the page."""
-    looks = (
-        ("stick", "circle", 7, "--blue"),
-        ("slip", "diamond-open", 7, "--vermilion"),
-        ("open", "circle", 2.5, "--muted"),
-    )
     x, z = rounded(traces.contact_x_mm), rounded(traces.contact_z_mm)
     each = 1
     if all(place is None or place >= -1e-9 for place in z):
@@ -275,15 +146,6 @@ def _contact_points(traces: Traces, wide: list[Any], words: str) -> Figure:
         each = 2
         x = [value for value in x for _ in range(2)]
         z = [value for place in z for value in (place, None if place is None else -place)]
-    data = [
-        {
-            "mode": "markers",
-            "name": name,
-            "hoverinfo": "skip",
-            "marker": {"symbol": symbol, "size": size, "color": colour},
-        }
-        for name, symbol, size, colour in looks
-    ]
     layout = {
         "height": 300,
         "showlegend": True,
@@ -292,7 +154,7 @@ def _contact_points(traces: Traces, wide: list[Any], words: str) -> Figure:
     }
     marks = {"first": 0, "kinds": STATUS, "x": x, "y": z, "each": each}
     own = {"steps": [], "shared": ["xaxis"], "marks": marks, "words": words}
-    return {"data": data, "layout": layout, **own}
+    return {"data": LOOKS["points"], "layout": layout, **own}
 
 
 def gages_figure(traces: Traces) -> Figure | None:
@@ -316,7 +178,6 @@ def gages_figure(traces: Traces) -> Figure | None:
         }
         for gage in range(many)
     ]
-    cursor = {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "line": {"color": "--ink"}}
     known = [value for row in traces.gages for value in row if value is not None]
     layout = {
         "xaxis": {"title": {"text": "increment"}, "range": [1, max(2, count)]},
@@ -325,7 +186,7 @@ def gages_figure(traces: Traces) -> Figure | None:
             "zeroline": True,
             "range": _spread([*known, 0.0]),
         },
-        "shapes": [cursor | {"x0": 1, "x1": 1}],
+        "shapes": [LOOKS["cursor"]],
     }
     names = [_placed(traces, gage) for gage in range(many)]
     words = _sentence(
@@ -361,26 +222,22 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
     )
     data: list[dict[str, Any]] = []
     for friction in sorted({grip.friction_coefficient for grip in grips} & set(frictions)):
-        colour, dash, _ = LOOKS[frictions[friction] % len(LOOKS)]
+        look = _look(friction, frictions)
         far = max(wide[1] or 0.0, (high[1] or 0.0) / friction)
-        limit = {"color": colour, "dash": dash, "width": 0.9}
+        limit = {"color": look["colour"], "dash": look["dash"], "width": 0.9}
         line = {"x": [0, _number(far)], "y": [0, _number(friction * far)], "line": limit}
         name = f"limit μ = {friction:g}"
         data.append({"mode": "lines", "name": name, "hoverinfo": "skip", **line})
     data += [_grip(grip, frictions) for grip in grips]
     normal, tangential = rounded(traces.normal_force_N), rounded(traces.tangential_force_N)
     if normal:
-        ink: dict[str, Any] = {"color": "--ink", "width": 2.4}
-        scene = {"mode": "lines", "name": "the scene’s path", "line": ink}
-        data.append({"x": normal, "y": tangential, **scene})
-    size = {"xsizemode": "pixel", "ysizemode": "pixel", "x0": -5, "x1": 5, "y0": -5, "y1": 5}
-    now = {"type": "circle", "line": {"color": "--ink"}, "fillcolor": "--paper", **size}
+        data.append({"x": normal, "y": tangential, **LOOKS["scene_path"]})
     layout = {
         "height": 360,
         "showlegend": True,
         "xaxis": {"title": {"text": "normal force (N)"}, "range": wide},
         "yaxis": {"title": {"text": "tangential force (N)"}, "range": high},
-        "shapes": [now | {"xanchor": 0, "yanchor": 0}] if normal else [],
+        "shapes": [LOOKS["now"]] if normal else [],
     }
     steps = [
         {"shapes[0].xanchor": x, "shapes[0].yanchor": y}
@@ -393,7 +250,7 @@ def forces_figure(outcome: Outcome, frictions: Mapping[float, int]) -> Figure | 
 
 def _grip(grip: GripOutcome, frictions: Mapping[float, int]) -> dict[str, Any]:
     """Its path; the last point is a cross where it was not lifted or slipped as a whole."""
-    colour, dash, symbol = LOOKS[frictions.get(grip.friction_coefficient, -1) % len(LOOKS)]
+    look = _look(grip.friction_coefficient, frictions)
     good = grip.lifted and not grip.gross_slip
     count = len(grip.normal_force_N)
     sizes = [0] * (count - 1) + [9] * min(1, count)
@@ -403,9 +260,19 @@ def _grip(grip: GripOutcome, frictions: Mapping[float, int]) -> dict[str, Any]:
         "x": rounded(grip.normal_force_N),
         "y": rounded(grip.tangential_force_N),
         "name": f"grip μ = {grip.friction_coefficient:g}, {end}",
-        "line": {"color": colour, "dash": dash, "width": 1.6},
-        "marker": {"symbol": symbol if good else "x", "size": sizes, "color": colour},
+        "line": {"color": look["colour"], "dash": look["dash"], "width": 1.6},
+        "marker": {
+            "symbol": look["symbol"] if good else "x",
+            "size": sizes,
+            "color": look["colour"],
+        },
     }
+
+
+def _look(friction: float, frictions: Mapping[float, int]) -> dict[str, str]:
+    """Colour, dashes and marker of a friction."""
+    looks: list[dict[str, str]] = LOOKS["grips"]
+    return looks[frictions.get(friction, -1) % len(looks)]
 
 
 def _spread(values: Sequence[float]) -> list[float | int | None]:

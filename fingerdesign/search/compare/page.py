@@ -16,11 +16,11 @@ from fingerdesign.report.page import content_policy, digest, packed, plotly_scri
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.compare.facts import StudyFacts, why_not
 from fingerdesign.search.compare.figures import (
+    LOOKS,
     contact_figure,
     forces_figure,
     frictions_of,
     gages_figure,
-    looks,
     rounded,
     runs,
     shape_figure,
@@ -70,7 +70,7 @@ def page_data(
     """
     feasible, front = set(found.feasible), set(found.front)
     return {
-        "looks": looks(),
+        "looks": LOOKS["looks"],
         "study": {
             "name": all_shown(facts.name),
             "recommended": found.chosen,
