@@ -16,7 +16,7 @@ import numpy as np
 
 from fingerdesign.control.roster import ControllerKind
 from fingerdesign.records.result import GripTrace
-from fingerdesign.report.page import rendered, sentences
+from fingerdesign.report.page import captioned, rendered, sentences
 from fingerdesign.report.style import (
     BLUE,
     COLOURS,
@@ -32,7 +32,6 @@ from fingerdesign.report.style import (
     house_style,
     small_multiples,
     spread,
-    to_svg,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.record import ControlData
@@ -91,12 +90,6 @@ def control_html(
     return rendered(page, data=data, answers=answers(data), figures=figures, noise=noise)
 
 
-def _figure(key: str, figure: Canvas, *values: Any) -> ReportFigure:
-    """The figure with its title, how it is read and its text alternative, of the template."""
-    title, reading, alternative = sentences(WORDS, key, *values)
-    return ReportFigure(key, title, to_svg(figure, key, alternative), reading, alternative)
-
-
 def look_of(controller: str) -> tuple[str, Any, str]:
     """Colour, dashes and marker of a controller, the same in every figure."""
     kind: ControllerKind | None = CONTROLLERS.get(controller)
@@ -115,7 +108,9 @@ def success_figure(data: ControlData) -> ReportFigure:
     """Success against noise, a line a controller, with Wilson's intervals."""
     most = data["criteria"]["most_force_ratio"]
     with house_style():
-        return _figure("success", _success(data), data["controllers"], most)
+        return captioned(
+            _success(data), WORDS, "success", controllers=data["controllers"], most=most
+        )
 
 
 def chart_png(data: ControlData) -> bytes:
@@ -187,7 +182,9 @@ def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> Report
         axes.set_xscale("log")
         _plain_log(axes)
         axes.set_xlabel("peak normal force over the least that holds")
-        return _figure("force", figure, noise, data["criteria"], peaks)
+        return captioned(
+            figure, WORDS, "force", noise=noise, criteria=data["criteria"], peaks=peaks
+        )
 
 
 def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFigure:
@@ -220,7 +217,7 @@ def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFi
             ScalarMappable(scale, colours), ax=panels, label="margin at lift", shrink=0.8
         )
         _mark_legend(figure)
-        return _figure("maps", figure, noise, counts)
+        return captioned(figure, WORDS, "maps", noise=noise, counts=counts)
 
 
 def _draw_map(
@@ -272,7 +269,8 @@ def paths_figure(traces: Sequence[GripTrace], noise: float) -> ReportFigure:
         panels[0].set_ylabel("tangential force (N)")
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=5)
-        return _figure("paths", figure, noise, [each for own in objects.values() for each in own])
+        every = [each for own in objects.values() for each in own]
+        return captioned(figure, WORDS, "paths", noise=noise, traces=every)
 
 
 def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
