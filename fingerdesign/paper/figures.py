@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.records.base import write_csv
+from fingerdesign.report.page import said
 from fingerdesign.report.style import PAPER, ReportFigure, inlined
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 Cell = float | int | str | None
 
-
+WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
 _DIGITS = 6  # of a number in a CSV file
 
 
@@ -55,13 +56,12 @@ class PaperFigure:
 def paper_figure(
     canvas: Canvas,
     key: str,
-    title: str,
-    reading: str,
-    alternative: str,
     columns: Sequence[str],
     rows: Iterable[Sequence[Any]],
+    **values: Any,
 ) -> PaperFigure:
-    """Save a drawing in all its forms; inside the house style."""
+    """Save a drawing in all its forms, with the template's words; inside the house style."""
+    title, reading, alternative = said(WORDS, key, **values)
     canvas.draw_without_rendering()  # lays out once for both
     canvas.set_layout_engine("none")
     picture, drawing = io.BytesIO(), io.StringIO()

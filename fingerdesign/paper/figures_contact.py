@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.analysis.page.contact import STATUS_LOOK, STATUS_NAMES, touched_reach
+from fingerdesign.analysis.page.contact import STATUS_NAMES, status_bars, touched_reach
 from fingerdesign.paper.figures import PaperFigure, paper_figure
 from fingerdesign.records.result import OPEN, SLIP, STICK
 from fingerdesign.report.style import (
@@ -95,25 +95,14 @@ def rectangles_figure(turned: Rectangles) -> PaperFigure:
     grid[-1][0].set_xlabel("x (mm)")
     _legend(grid[1][0], ("stick", "slip"))
     means = {s: [turned.mean(k, s) for k in ("added", "change")] for s in ("stick", "slip")}
-    alternative = (
-        f"{len(turned.status)} rectangles under the contact at friction coefficient "
-        f"{turned.friction:g}: {turned.status.count('stick')} lie under the sticking surface. "
-        f"Since the pressing they have turned by {means['stick'][0]:.2f} degrees on average there, "
-        f"by {means['slip'][0]:.2f} under the slipping surface; in a short time "
-        f"more by {means['stick'][1]:.3f} and {means['slip'][1]:.3f} degrees."
-    )
     columns, rows = _rectangle_rows(turned)
     return paper_figure(
         figure,
         "fig03",
-        "Fig. 3: rectangles near the surface, from a real solution",
-        "Rectangles cut into the finger without plates, under the contact, moved with the solved "
-        "displacements (magnified). The paper draws those under the slipping surface as not "
-        "rhomboidal. In (b) they are as much turned as the others: friction shears them too. What "
-        "tells them apart is (c), the change over a short time.",
-        alternative,
         columns,
         rows,
+        turned=turned,
+        means=means,
     )
 
 
@@ -177,17 +166,13 @@ def steps_figure(increments: Sequence[IncrementResult]) -> PaperFigure:
     return paper_figure(
         figure,
         "fig06",
-        "Fig. 6: normal and tangential force of the fundamental case",
-        "Eight steps of the object's displacement, as in the paper. The paper does not give them: "
-        "these are the shipped scene's.",
-        f"Over {len(step)} steps the normal force goes from {normal[0]:.2f} to {normal[-1]:.2f} N "
-        f"(largest {normal.max():.2f}), the tangential force from {tangential[0]:.2f} to "
-        f"{tangential[-1]:.2f} N.",
         ("step", "approach_mm", "shear_mm", "normal_force_N", "tangential_force_N"),
         [
             (k + 1, r.approach_mm, r.shear_mm, r.normal_force_N, r.tangential_force_N)
             for k, r in enumerate(increments)
         ],
+        normal=normal,
+        tangential=tangential,
     )
 
 
@@ -195,23 +180,9 @@ def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResu
     """Fig. 7: what each node of the surface does at each step."""
     line = contact.mid_line()
     x = contact.points[line, 0]
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     figure = canvas(7.2, 3.6)
     axes = figure.subplots()
-    for row, status in enumerate(contact.status[:, line], start=1):
-        starts = np.flatnonzero(np.diff(status, prepend=-1))
-        for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
-            colour, hatch = STATUS_LOOK[int(status[begin])]
-            axes.bar(
-                row,
-                edges[end] - edges[begin],
-                bottom=edges[begin],
-                width=0.72,
-                color=colour,
-                hatch=hatch,
-                edgecolor=PAPER,
-                linewidth=0,
-            )
+    status_bars(axes, contact, upright=True)
     axes.set_ylim(*touched_reach(contact, line))
     axes.set_xlim(0.4, len(contact.status) + 0.6)
     axes.set(xlabel="time step", ylabel="x on the surface (mm)")
@@ -219,7 +190,6 @@ def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResu
     axes.xaxis.set_major_locator(whole_numbers(len(contact.status)))
     _legend(axes, tuple(STATUS_NAMES[s] for s in (STICK, SLIP, OPEN)), above=True)
     lengths = [r.contact_width_mm * (r.stick_ratio or 0.0) for r in increments]
-    widest = int(np.argmax(lengths))
     names = [STATUS_NAMES[s] for s in range(3)]
     rows = [
         (step + 1, node + 1, x[node], names[int(status[line[node]])])
@@ -229,14 +199,10 @@ def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResu
     return paper_figure(
         figure,
         "fig07",
-        "Fig. 7: contact condition of each node at each step",
-        f"Each column is a step; along it, what the {len(line)} nodes of the surface do. The "
-        "paper: the contact grows with the normal force, slip comes in from both edges as the "
-        "tangential force grows, and at the last step all slips.",
-        f"The sticking length is largest at step {widest + 1} ({lengths[widest]:.2f} mm) and "
-        f"{lengths[-1]:.2f} mm at the last.",
         ("step", "node", "x_mm", "status"),
         rows,
+        nodes=len(line),
+        lengths=lengths,
     )
 
 

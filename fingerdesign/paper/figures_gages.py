@@ -74,17 +74,10 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
     return paper_figure(
         figure,
         "fig08_relation",
-        "Fig. 8's claim: one relation for every friction coefficient?",
-        "A point an increment, of rows cut into finer ones. If the relation did not depend on the "
-        "friction, all points of a panel would lie on one curve. Error: of the stick length "
-        "estimated from A by the relation of the other friction coefficients.",
-        " ".join(
-            f"{_PATH_TITLES[each.path]}: rank correlation of all {each.pooled_rank:.3f}, error of "
-            f"the stick length {100 * each.other_share:.1f} % of {each.largest_mm:.2f} mm."
-            for each in relations
-        ),
         ("path", "friction_coefficient", "gage_area_mm", "stick_length_mm"),
         rows,
+        relations=relations,
+        titles=_PATH_TITLES,
     )
 
 
@@ -155,23 +148,13 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
     return paper_figure(
         figure,
         "each_gage",
-        "Does each gage tell whether the surface near it sticks?",
-        "Left: share of right answers over the depth at which strain is felt; dotted, what always "
-        "giving the commoner answer gets. The threshold was chosen at other friction coefficients. "
-        "All gages: does the surface above stick, or not (slip or open)? Under the contact: stick "
-        "or slip? Middle: over all thresholds, with the area under each curve (0.5: a guess). "
-        "Right: gage by gage.",
-        " ".join(
-            f"{each.reading}, {'under the contact' if each.touching else 'all'}: right in "
-            f"{100 * each.right:.0f} % (constant answer {100 * each.constant:.0f} %)."
-            for each in places
-        ),
         (
             *("reading", "depth_mm", "asked_of", "threshold", "right", "constant_answer_right"),
             *("right_where_sticking", "right_where_not", "area_under_roc"),
             *(f"right_gage_{k}" for k in range(len(x))),
         ),
         rows,
+        places=places,
     )
 
 
@@ -253,18 +236,13 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
     return paper_figure(
         figure,
         "likeness",
-        "Plates' normal strain and a homogeneous finger's shear strain",
-        "At the gages' places and at equal motion. The rubber's shear strain is scaled by one "
-        f"number for all steps, {slope:.2g}; the strain of rubber along 45 degrees would be 0.5 of "
-        "it. A gage on one face feels the plate bend, and is not like it at all.",
-        f"Correlation over the gages from {alike.correlation.min():.2f} to "
-        f"{alike.correlation.max():.2f} at the steps; of one face alone from "
-        f"{alike.upper_correlation.min():.2f} to {alike.upper_correlation.max():.2f}.",
         (
             *("step", "gage", "x_mm", "plate_membrane_microstrain"),
             *("plate_upper_face_microstrain", "rubber_shear_microstrain"),
         ),
         rows,
+        alike=alike,
+        slope=slope,
     )
 
 
@@ -326,20 +304,15 @@ def responses_figure(
         axes.set_ylabel("microstrain/N")
     shared_legend(panels[:1], 3)
     rows = _response_rows(studies)
-    areas = ", ".join(f"{area:.1f}" for area in study.gage_area_mm)
-    sticks = ", ".join(f"{length:.1f}" for length in study.stick_length_mm)
     return paper_figure(
         figure,
         "fig08",
-        f"Fig. 8: change of strain per tangential force, μ = {friction:g}",
-        "Where the curve is over the threshold (shaded) is the area A that the paper's controller "
-        "goes by; lengths in mm. The normal force's part is taken out. All friction coefficients "
-        "are in the data file.",
-        f"Gage area by step: {areas} mm; true stick length: {sticks} mm.",
         (
             *("friction_coefficient", "step", "gage", "x_mm", "response_microstrain_per_N"),
             *("response_raw_microstrain_per_N", "threshold_microstrain_per_N", "gage_area_mm"),
             *("stick_length_mm", "stick_ratio"),
         ),
         rows,
+        study=study,
+        friction=friction,
     )

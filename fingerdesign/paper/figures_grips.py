@@ -108,14 +108,12 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     return paper_figure(
         figure,
         "fig02",
-        f"Fig. 2: the way of the forces and its target, μ = {mu:g}, {trace.object_mass_g:g} g",
-        "The paper leaves the route open. Three are solved here: the paper's rule, the same path "
-        "that never holds, and pressing first. A good one ends at the weight line, close to the "
-        "target and right of the dotted line.",
-        f"The target is F_n = {weight / mu:.2f} N, F_t = {weight:.2f} N. The rule ends at F_n = "
-        f"{trace.normal_force[-1]:.2f} N; squeezing first at {route.normal_force[-1]:.2f} N.",
         ("route", "step", "normal_force_N", "tangential_force_N"),
         rows,
+        trace=trace,
+        weight=weight,
+        mu=mu,
+        route=route,
     )
 
 
@@ -155,10 +153,6 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     return paper_figure(
         figure,
         "fig10",
-        f"Fig. 10: lifts by the paper's rule, {lifts[0].ruled.trace.object_mass_g:g} g",
-        "The controller is given neither friction nor mass. Dotted: the limit at which the object "
-        "slips, with its friction coefficient; triangles: the rule sets the slope to zero.",
-        " ".join(_lift_words(lift) for lift in lifts),
         (
             *("friction_coefficient", "rule", "step", "normal_force_N", "tangential_force_N"),
             *("friction_limit_N", "stick_ratio", "gage_area_mm", "hold"),
@@ -169,6 +163,7 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
             for name, trace in (("paper", lift.ruled.trace), ("never_holding", lift.free.trace))
             for row in trace_rows((lift.friction, name), trace)
         ],
+        lifts=lifts,
     )
 
 
@@ -188,7 +183,7 @@ def mark_slip(axes: Axes, trace: GripTrace) -> None:
 
 def mark_holds(axes: Axes, trace: GripTrace) -> None:
     """Triangles where the rule begins to hold."""
-    starts = np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0) == 1)
+    starts = trace.hold_starts
     if len(starts):
         before = np.maximum(starts - 1, 0)  # the sample on which the rule decided
         axes.plot(
@@ -218,14 +213,6 @@ def trace_rows(head: tuple[object, ...], trace: GripTrace) -> list[tuple[object,
     return [(*head, k + 1, *row) for k, row in enumerate(zip(*columns, strict=True))]
 
 
-def _lift_words(lift: Lift) -> str:
-    result = lift.ruled.result
-    how = f"μ = {lift.friction:g}: {result.ending}"
-    if result.safety_margin is not None:
-        how += f", {result.safety_margin:.2f} times the least"
-    return f"{how}, {result.holds} holds."
-
-
 # Figure 12 of the paper: lifts on a rig with noise, and what noise does to them.
 
 
@@ -243,15 +230,9 @@ def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> P
     for axes in panels[:: len(frictions)]:
         axes.set_ylabel("F_t (N)")
     shared_legend(panels, 4)
-    pause = "no noise" if samples is None else f"each step the mean of {samples:,} samples"
     return paper_figure(
         figure,
         "fig12",
-        "Fig. 12: lifts on a rig with noise",
-        f"Noise of a step's readings {noise:.2g} microstrain ({pause}): the most at which one of "
-        "the fingers works, or the least tried. A line a seed; triangles: the rule sets the slope "
-        "to zero; the cross: the least force. The data file holds the grips at all levels.",
-        " ".join(_measured_words(rig, each) for rig in rigs for each in rig.at(samples)),
         _MEASURED_COLUMNS,
         [
             row
@@ -259,6 +240,9 @@ def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> P
             for each in rig.grips
             for row in trace_rows(_measured_head(rig, each), each.episode.trace)
         ],
+        rigs=rigs,
+        samples=samples,
+        noise=noise,
     )
 
 
@@ -343,13 +327,6 @@ def noise_figure(rigs: Sequence[Rig], sample_noise: float) -> PaperFigure:
     panels[0].set_ylabel("F_n at the lift (N)")
     panels[0].set_ylim(bottom=0.0)
     shared_legend(panels, 3)
-    words = [
-        f"{rig.finger}, {'no noise' if s is None else f'{s:,} samples a step'}: F_n as "
-        f"{rig.force_ratio(s):.1f} to 1, {sum(g.outcome == 'slipped' for g in rig.at(s))} of "
-        f"{len(rig.at(s))} slip."
-        for rig in rigs
-        for s in rig.levels
-    ]
     rows = [
         (
             rig.finger,
@@ -369,16 +346,12 @@ def noise_figure(rigs: Sequence[Rig], sample_noise: float) -> PaperFigure:
     return paper_figure(
         figure,
         "fig12_noise",
-        "Fig. 12's ground: what noise does to the force at the lift",
-        "Dotted: the least force at each friction coefficient. A rule that feels the friction "
-        "lifts the slippery object with about twice the force; one that is blind lifts both alike, "
-        "safely or not. The number of samples is the mean of how many a step's readings are.",
-        " ".join(words),
         (
             *("finger", "samples_a_step", "noise_microstrain", "friction_coefficient", "seed"),
             *("outcome", "final_normal_force_N", "safety_margin", "holds", "steps"),
         ),
         rows,
+        rigs=rigs,
     )
 
 
@@ -388,7 +361,3 @@ def _force(each: Measured) -> float:
 
 def _measured_head(rig: Rig, each: Measured) -> tuple[object, ...]:
     return (rig.finger, each.samples, each.friction, each.seed, each.outcome)
-
-
-def _measured_words(rig: Rig, each: Measured) -> str:
-    return f"{rig.finger}, μ = {each.friction:g}, seed {each.seed}: {each.episode.reason}."

@@ -26,7 +26,7 @@ from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.paper.case import FRICTIONS, PATHS, build_case, check_case
-from fingerdesign.paper.claims import Remade, claims_of
+from fingerdesign.paper.claims import TEMPLATES, Remade, claims_of
 from fingerdesign.paper.figures import PaperFigure
 from fingerdesign.paper.figures_contact import (
     rectangles_figure,
@@ -73,11 +73,6 @@ if TYPE_CHECKING:
 
 
 # The figures of the paper, remade, and paper.html: its words beside what was measured.
-
-# What the remade figures of the paper share: a drawing as PNG, SVG and inline, its data as CSV.
-
-TEMPLATES = Path(__file__).parent / "templates"
-
 
 ORDER = (
     *("fig02", "fig03", "fig06", "fig07", "likeness", "fig08", "fig08_relation", "each_gage"),

@@ -167,6 +167,11 @@ class GripTrace:
         return np.asarray(self.friction_coefficient * self.normal_force)
 
     @property
+    def hold_starts(self) -> IntArray:
+        """The steps at which the rule begins to hold, from 0."""
+        return np.flatnonzero(np.diff(self.hold.astype(int), prepend=0) == 1)
+
+    @property
     def weight_per_finger_N(self) -> float:
         """m g / 2, N, with g = 9.80665 m/s^2."""
         return 0.5 * 9.80665e-3 * self.object_mass_g

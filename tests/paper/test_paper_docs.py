@@ -5,7 +5,7 @@ from pathlib import Path
 
 from fingerdesign_cli.commands.hand import paper as command
 
-from fingerdesign.paper.claims import WORDS
+from fingerdesign.paper.claims import CLAIMS
 from fingerdesign.paper.remade import ORDER
 
 ROOT = Path(__file__).parents[2]
@@ -16,7 +16,7 @@ def test_its_python_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     exec(compile(code, "docs/paper.md", "exec"), {})
     first, second = capsys.readouterr().out.splitlines()
-    assert first == f"{len(WORDS)} partly"
+    assert first == f"{len(CLAIMS)} partly"
     assert second == "True"
 
 
@@ -24,7 +24,7 @@ def test_every_figure_and_claim_is_reported_of():
     figures = re.findall(r"^\| `(\w+)` \|", TEXT, flags=re.MULTILINE)
     assert figures == list(ORDER)
     claims = re.findall(r"^\| `(\w+)`: .* \| (yes|partly|no) \|", TEXT, flags=re.MULTILINE)
-    assert [key for key, _ in claims] == list(WORDS)
+    assert [key for key, _ in claims] == list(CLAIMS)
     options = {name for parameter in command.params for name in parameter.opts}
     assert set(re.findall(r"(--\w+)", TEXT)) <= options
 

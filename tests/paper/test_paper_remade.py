@@ -13,7 +13,7 @@ from fingerdesign_cli.main import main
 from fingerdesign.checks.load import load_design, with_values
 from fingerdesign.paper import remade as paper_files
 from fingerdesign.paper import remade as paper_remade
-from fingerdesign.paper.claims import WORDS, claims_of
+from fingerdesign.paper.claims import CLAIMS, claims_of
 from fingerdesign.paper.figures import paper_figure
 from fingerdesign.paper.remade import ORDER, paper_figures
 from fingerdesign.records.result import ResultError
@@ -73,7 +73,7 @@ def test_progress_goes_forward(found, said):
 
 
 def test_every_claim_has_words_a_verdict_and_numbers(found):
-    assert [c.figure for c in found.claims] == list(WORDS)
+    assert [c.figure for c in found.claims] == list(CLAIMS)
     for each in found.claims:
         assert each.verdict in ("yes", "partly", "no")
         assert each.measured.endswith(".")
@@ -161,7 +161,7 @@ def test_data_files_hold_what_the_figures_show(folder, found):
 def test_the_record_and_the_page(folder, found):
     record = json.loads((folder / "paper.json").read_text("utf-8"))
     assert record["design"] == "maeno2000"
-    assert [each["figure"] for each in record["claims"]] == list(WORDS)
+    assert [each["figure"] for each in record["claims"]] == list(CLAIMS)
     assert [each["key"] for each in record["figures"]] == list(ORDER)
     page = (folder / "paper.html").read_text("utf-8")
     assert page.count("<svg") == len(ORDER)
@@ -201,15 +201,13 @@ def test_cells_of_a_data_file(tmp_path):
     with house_style():
         made = paper_figure(
             canvas(1.0, 1.0),
-            "key",
-            "title",
-            "reading",
-            "words",
+            "each_gage",
             ("a", "b"),
             [(np.float64(1.0 / 3.0), None), (np.int64(3), float("nan")), ("x", np.bool_(True))],
+            places=(),
         )
     made.write(tmp_path)
-    text = (tmp_path / "key.csv").read_text("utf-8")
+    text = (tmp_path / "each_gage.csv").read_text("utf-8")
     assert text == "a,b\n0.333333,\n3,\nx,1\n"
 
 
@@ -224,7 +222,7 @@ def test_the_command_writes_reports_and_says(found, tmp_path, monkeypatch, capsy
     monkeypatch.setattr(paper_remade, "remake", lambda design, report: found)
     assert main(["paper", "--out", str(tmp_path / "a"), "--json"]) == 0
     reported = json.loads(capsys.readouterr().out)
-    assert len(reported["claims"]) == len(WORDS)
+    assert len(reported["claims"]) == len(CLAIMS)
     assert reported["files"][-1].endswith("paper.html")
     assert main(["paper", "--out", str(tmp_path / "a")]) == 0
     assert "Rhomboids under stick" in capsys.readouterr().out

@@ -187,32 +187,30 @@ def status_figure(contact: ContactHistory, shear_grows: bool = False) -> ReportF
 
 
 def _status_rows(contact: ContactHistory) -> Canvas:
-    line = contact.mid_line()
-    x = contact.points[line, 0]
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     figure = canvas(7.2, 0.9 + 0.24 * len(contact.status))
     axes = figure.subplots()
-    for row, status in enumerate(contact.status[:, line], start=1):
-        starts = np.flatnonzero(np.diff(status, prepend=-1))
-        for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
-            colour, hatch = STATUS_LOOK[int(status[begin])]
-            axes.barh(
-                row,
-                edges[end] - edges[begin],
-                left=edges[begin],
-                height=0.72,
-                color=colour,
-                hatch=hatch,
-                edgecolor=PAPER,
-                linewidth=0,
-            )
-    axes.set_xlim(*touched_reach(contact, line))
+    status_bars(axes, contact)
+    axes.set_xlim(*touched_reach(contact, contact.mid_line()))
     axes.set_ylim(len(contact.status) + 0.6, 0.4)
     axes.set(xlabel="x (mm)", ylabel="increment")
     axes.grid(visible=False, axis="y")
     axes.yaxis.set_major_locator(whole_numbers(16))
     _status_legend(axes)
     return figure
+
+
+def status_bars(axes: Axes, contact: ContactHistory, upright: bool = False) -> None:
+    """A bar an increment along x (up the axes where ``upright``): what the surface does there."""
+    line = contact.mid_line()
+    x = contact.points[line, 0]
+    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
+    draw = axes.bar if upright else axes.barh
+    for row, status in enumerate(contact.status[:, line], start=1):
+        starts = np.flatnonzero(np.diff(status, prepend=-1))
+        for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
+            colour, hatch = STATUS_LOOK[int(status[begin])]
+            size = (row, edges[end] - edges[begin], 0.72, edges[begin])
+            draw(*size, color=colour, hatch=hatch, edgecolor=PAPER, linewidth=0)
 
 
 def _status_views(contact: ContactHistory) -> Canvas:

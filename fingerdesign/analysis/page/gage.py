@@ -50,7 +50,7 @@ def paths_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
         handles, labels = axes.get_legend_handles_labels()
         seen = dict(zip(labels, handles, strict=True)) | seen
     figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=3)
-    holds = [len(_hold_starts(trace)) for trace in traces]
+    holds = [len(trace.hold_starts) for trace in traces]
     return captioned(figure, FIGURES, "paths", traces=traces, holds=holds)
 
 
@@ -90,11 +90,6 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
     return captioned(figure, FIGURES, "rule", traces=traces, sampled=sampled, least=least)
 
 
-def _hold_starts(trace: GripTrace) -> np.ndarray:
-    """The steps at which the rule begins to hold."""
-    return np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0) == 1)
-
-
 def _draw_path(axes: Axes, trace: GripTrace) -> None:
     normal, tangential = trace.normal_force, trace.tangential_force
     weight, mu = trace.weight_per_finger_N, trace.friction_coefficient
@@ -114,7 +109,7 @@ def _draw_path(axes: Axes, trace: GripTrace) -> None:
             label="without the rule",
         )
     axes.plot(normal, tangential, color=BLUE, lw=1.8, label="grip")
-    starts = _hold_starts(trace)
+    starts = trace.hold_starts
     if len(starts):
         axes.plot(
             normal[starts],
