@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,16 +21,11 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 
-# What plane strain gets wrong, from the records of plane_strain.py (numpy only).
-#
 # All errors are plane strain against 3-D at the mid-plane: forces and contact width relative
 # (signed: > 0 where plane strain says more), stick ratio absolute, gage strains relative to the
-# largest 3-D reading of the increment (the worst plate, pressed or sheared). Those at equal force
-# begin with ``force_``.
+# largest 3-D reading of the increment (the worst plate, pressed or sheared; ``gage_both``: the mean
+# of both faces, ``gage_face``: each face alone). Those at equal force begin with ``force_``.
 
-Record = dict[str, Any]
-
-PRESSED, SHEARED = 1, 3  # rows of a path: see plane_strain.scene_of
 MOTION = (
     "normal_force",
     "tangential_force",
@@ -43,57 +36,6 @@ MOTION = (
 )
 FORCE = ("force_contact_width", "force_stick_ratio", "force_gage_both", "force_gage_face")
 QUANTITIES = MOTION + FORCE
-
-
-def row_errors(row: Record) -> dict[str, float | None]:
-    """Errors of one approach by QUANTITIES; None: no gages, or no answer at equal force.
-
-    ``gage_both``: the mean of both faces (membrane); ``gage_face``: each face alone.
-    """
-    truth, moved, forced = row["space"], row["motion"], row["force"]
-    found: dict[str, float | None] = {
-        "normal_force": _relative(moved, truth, "normal_force", PRESSED),
-        "tangential_force": _relative(moved, truth, "tangential_force", SHEARED),
-    }
-    for prefix, other in (("", moved), ("force_", forced)):
-        if other is None:
-            names = ("contact_width", "stick_ratio", "gage_both", "gage_face")
-            found |= {f"{prefix}{name}": None for name in names}
-            continue
-        here, there = _gages(other), _gages(truth)
-        found |= {
-            f"{prefix}contact_width": _relative(other, truth, "contact_width", PRESSED),
-            f"{prefix}stick_ratio": float(
-                other["stick_ratio"][SHEARED] - truth["stick_ratio"][SHEARED]
-            ),
-            f"{prefix}gage_both": worst_reading(here.mean(axis=-1), there.mean(axis=-1)),
-            f"{prefix}gage_face": worst_reading(here, there),
-        }
-    return {name: found[name] for name in QUANTITIES}
-
-
-def half_width(row: Record) -> float:
-    """The contact's half-width at the mid-plane, pressed, in 3-D; mm."""
-    return 0.5 * float(row["space"]["contact_width"][PRESSED])
-
-
-def worst_reading(found: Array, truth: Array) -> float | None:
-    """Greatest difference of readings (rows, plates[, faces]) over the largest of its row."""
-    if not truth.size:
-        return None
-    worst = 0.0
-    for row in (PRESSED, SHEARED):
-        largest = float(np.abs(truth[row]).max())
-        worst = max(worst, float(np.abs(found[row] - truth[row]).max()) / largest)
-    return worst
-
-
-def _gages(readings: Record) -> Array:
-    return np.asarray(readings["gages"], dtype=float).reshape(len(readings["gages"]), -1, 2)
-
-
-def _relative(found: Record, truth: Record, name: str, row: int) -> float:
-    return float(found[name][row] / truth[name][row] - 1.0)
 
 
 # The map of where plane strain holds: errors over four ratios, looked up between the models.
@@ -166,40 +108,6 @@ def _place(axis: Array, value: float) -> list[tuple[int, float]]:
     return [(low, 1.0 - share), (low + 1, share)]
 
 
-def table_of(records: Sequence[Record]) -> Table:
-    """Ratios and errors of the records, to four digits: what the program ships.
-
-    "points": the grid's models; "also": the one-off ones by name.
-    """
-    made = [_model(record) for record in records]
-    return {
-        "points": [each for each in made if not each["name"]],
-        "also": [each for each in made if each["name"]],
-    }
-
-
-def _model(record: Record) -> Table:
-    height = record["height_mm"]
-    rows = []
-    for row in record["rows"]:
-        errors = {name: _digits(value) for name, value in row_errors(row).items()}
-        rows.append({"half_width_over_height": _digits(half_width(row) / height)} | errors)
-    return {
-        "name": record["name"],
-        "poissons_ratio": record["poissons_ratio"],
-        "span_over_depth": _digits(record["span_share"]),
-        "depth_over_height": _digits(record["depth_mm"] / height),
-        "radius_over_height": _digits(record["radius_mm"] / height),
-        "width_over_height": _digits(record["width_mm"] / height),
-        "dofs": record["dofs"],
-        "rows": rows,
-    }
-
-
-def _digits(value: float | None) -> float | None:
-    return None if value is None else float(f"{value:.4g}")
-
-
 def map_of(table: Table) -> PlaneStrainMap:
     """The map that a table holds. ValueError where its points are no full grid."""
     points = table["points"]
@@ -235,19 +143,6 @@ def shipped_map() -> PlaneStrainMap:
     return map_of(json.loads(file.read_text("utf-8")))
 
 
-def write_table(table: Table, path: Path) -> Path:
-    """Write a table as JSON, a model a line."""
-    parts = []
-    for name, value in table.items():
-        if isinstance(value, list):
-            rows = ",\n".join(json.dumps(each, allow_nan=False) for each in value)
-            parts.append(f"{json.dumps(name)}: [\n{rows}\n]")
-        else:
-            parts.append(f"{json.dumps(name)}: {json.dumps(value, allow_nan=False)}")
-    path.write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
-    return path
-
-
 # The forecast of the contact's half-width errs to the wide side, the more the wider: in 3-D the 63
 # models of the study have 0.93 - 0.5 a/H of it, give or take 0.06.
 _FORECAST, _FORECAST_WIDE, _FORECAST_LEAST = 0.93, 0.5, 0.5
@@ -262,7 +157,7 @@ _OUTSIDE = 2.0  # times the uncertainty, where the ratios lie beyond those that 
 class PlaneStrainEstimate:
     """A forecast of plane strain against 3-D at the mid-plane, for one finger and contact.
 
-    errors: by quantity (plane_strain_errors.QUANTITIES; "gage" and "force_gage" are those of the
+    errors: by quantity (QUANTITIES above; "gage" and "force_gage" are those of the
     design's gages.face); signed where those are; uncertainty: by quantity, of the same unit, such
     that nine of ten one-off models lie within it. A quantity that has no value is left out.
     ratios: what it was looked up by; inside: whether the map was computed there; notes: why some

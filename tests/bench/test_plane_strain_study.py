@@ -18,10 +18,10 @@ from fingerdesign_bench.studies.plane_strain_file import (
     read_study,
     shipped_study,
 )
+from fingerdesign_bench.studies.plane_strain_table import half_width, row_errors
 
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.layers import layered
-from fingerdesign.validate.plane_strain import half_width, row_errors
 
 SMALL = """
 [study]

@@ -3,7 +3,7 @@
 Both models have the same section: the 3-D one is that section swept through layers, so what is left
 between them is the assumption, not the mesh. For each approach the finger is pressed in two rows
 and sheared in two: in 3-D, in plane strain by the same motions, and in plane strain by the forces
-that 3-D gave. plane_strain_errors.py compares them.
+that 3-D gave. plane_strain_table.py compares them.
 
 A record a model is one line of a file, written when it is done: a run that was stopped goes on
 there. Lines that are no whole records, and those of models that are not asked for, are left out.
@@ -79,7 +79,7 @@ def known_records(lines: Path) -> tuple[dict[str, Record], int]:
 
 def _record(line: bytes) -> Record | None:
     """The record that a line holds; None: it holds none that can be used."""
-    from fingerdesign.validate.plane_strain import table_of
+    from fingerdesign_bench.studies.plane_strain_table import table_of
 
     try:
         record = json.loads(line.decode("utf-8"))

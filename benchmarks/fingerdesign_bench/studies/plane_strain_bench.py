@@ -18,11 +18,10 @@ from fingerdesign.validate.plane_strain import (
     PlaneStrainMap,
     Table,
     map_of,
-    table_of,
-    write_table,
 )
 from fingerdesign_bench.check import Check
 from fingerdesign_bench.studies.plane_strain_rule import Rule, fitted
+from fingerdesign_bench.studies.plane_strain_table import table_of, write_table
 
 FINER = "finer"  # the one-off model that shows what the meshes leave
 # Known before (two codes; R = 20, nu = 0.49, approach 0.4, no plates): depth over height and a/H

@@ -4,19 +4,17 @@ import json
 
 import numpy as np
 import pytest
-
-from fingerdesign import parse_design, parse_scene, with_values
-from fingerdesign.errors import DesignError
-from fingerdesign.validate.plane_strain import (
+from fingerdesign_bench.studies.plane_strain_table import (
     PRESSED,
-    QUANTITIES,
     SHEARED,
-    map_of,
-    plane_strain_error,
     row_errors,
     table_of,
     write_table,
 )
+
+from fingerdesign import parse_design, parse_scene, with_values
+from fingerdesign.errors import DesignError
+from fingerdesign.validate.plane_strain import QUANTITIES, map_of, plane_strain_error
 
 FINGER = parse_design(
     """
