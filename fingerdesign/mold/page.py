@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.mold.part import axis_name
 from fingerdesign.mold.picture import Exploded
 from fingerdesign.mold.products.notes import placement_worst
+from fingerdesign.mold.record import CheckData, HoleData, MoldData
 from fingerdesign.report.page import rendered
 from fingerdesign.report.table import number_text
-
-if TYPE_CHECKING:
-    from fingerdesign.mold.record import CheckData, HoleData, MoldData
 
 TEMPLATE = Path(__file__).parent / "templates" / "mold.html.j2"
 

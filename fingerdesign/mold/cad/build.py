@@ -7,7 +7,6 @@ loads the CAD kernel.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
@@ -22,6 +21,7 @@ from OCP.TopAbs import TopAbs_IN, TopAbs_Orientation
 from fingerdesign.arrays import Array
 from fingerdesign.cad.bodies import outline_solid
 from fingerdesign.cad.kernel import box, one_solid
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.features import Features, core_block, core_room, cut_plates, features_of
 from fingerdesign.mold.cad.parting import (
@@ -35,10 +35,6 @@ from fingerdesign.mold.cad.parting import (
 )
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, comb_names, wall_name
 from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 # Faces of the finger that a mold part could not be drawn off from, by their normals.
 #

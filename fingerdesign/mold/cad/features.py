@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
@@ -25,6 +24,8 @@ from fingerdesign.cad.kernel import (
     revolved,
 )
 from fingerdesign.cad.plates import core_solid, plate_solid
+from fingerdesign.design.body import Body
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.cad.parting import AXIS, direction
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
@@ -44,11 +45,6 @@ from fingerdesign.mold.plan.plan import (
     limits_of,
 )
 from fingerdesign.mold.plan.slots import core_in_mold
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
-    from fingerdesign.design.schema import Design
-
 
 # What is cast into the finger, as solids in mold space: plates with their legs, and the core.
 #

@@ -9,7 +9,6 @@ from __future__ import annotations
 import errno
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
@@ -20,15 +19,12 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, write_triangles
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.tessellation import merge_vertices, triangulate_measured
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan
 from fingerdesign.mold.products.flat_pattern import flat_patterns
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 Rgba = tuple[float, float, float, float]
 

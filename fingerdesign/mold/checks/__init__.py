@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from fingerdesign.design.schema import Design
 from fingerdesign.mold.checks.assembly import assemble, backing_check, sound
 from fingerdesign.mold.checks.demolding import demolding_checks
 from fingerdesign.mold.checks.fill import fill_checks
@@ -13,12 +12,8 @@ from fingerdesign.mold.checks.fits import fit_checks, part_checks
 from fingerdesign.mold.checks.plan_limits import hole_checks, plan_checks
 from fingerdesign.mold.checks.venting import vent_checks
 from fingerdesign.mold.checks.walls import wall_checks
-from fingerdesign.mold.part import Check
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.part import MoldMeshes
-    from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.part import Check, MoldMeshes
+from fingerdesign.mold.plan.plan import MoldPlan
 
 __all__ = ["run_checks"]
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64
@@ -17,13 +16,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.mold.checks.triangles import inside, surface_points
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import CorePin, Limits, MoldPlan, Slot, limits_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 # The openings that a mold's plan makes in the cavity's wall: slots and round holes.
 

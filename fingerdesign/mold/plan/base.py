@@ -11,23 +11,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.extent import Extent
-from fingerdesign.mold.plan.plan import BaseHole, CorePin, MoldPlan, Side, SidePlan
+from fingerdesign.mold.plan.plan import BaseHole, CorePin, Limits, MoldPlan, Side, SidePlan
 from fingerdesign.mold.plan.slots import core_in_mold, openings_corners
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
 
 Kind = Literal["gate", "riser", "vent", "lock", "screw"]
 

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.design.step import step_facts
+from fingerdesign.design.body import Body
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.layout.clearance import surface_clearances
 from fingerdesign.layout.frames import PlateFrame, crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mold.plan.plan import Side
-from fingerdesign.shapes.faces import nearest
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign.design.body import Body
-    from fingerdesign.design.schema import Design
-    from fingerdesign.design.step import StepFacts
-    from fingerdesign.shapes.faces import CadFace
-
+from fingerdesign.shapes.faces import CadFace, nearest
 
 # Where legs leave the finger: through a flat face, or how far out through which heights.
 #

@@ -12,12 +12,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.mold import Mold
 from fingerdesign.errors import Fault
 from fingerdesign.mold.part import INSERT, wall_name
-from fingerdesign.mold.plan.plan import Bolt, Key, Pin, Side
+from fingerdesign.mold.plan.plan import Bolt, Key, Limits, Pin, Side
 from fingerdesign.mold.plan.walls import (
     ENDS,
     FLANKS,
@@ -32,11 +32,6 @@ from fingerdesign.mold.plan.walls import (
     tip_of,
     z_bolt_height,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mold import Mold
-    from fingerdesign.mold.plan.plan import Limits, Side
-
 
 KEY_MM = 2.0  # most height of a key
 _PASSING_MM = 0.2  # between a key and a pin that passes over it

@@ -6,21 +6,16 @@ Numbers only; mm. What cannot be held is a fault of fixture_faults.py.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import Exits, exits_of
 from fingerdesign.mold.plan.leg_room import Room
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Plug, Side, SidePlan, Slot
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, Plug, Side, SidePlan, Slot
 from fingerdesign.mold.plan.slots import end_of, scale_of, turned_bar
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
 
 # Slots that lack webs between them: which key is owed the change, and remedies that were tried.
 

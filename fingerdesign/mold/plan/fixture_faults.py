@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.checks.design import is_sound
 from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.mold import Comb, MoldLimits
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import PlateRow, plate_rows, with_key
@@ -18,17 +19,8 @@ from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.fixture import in_walls, leg_exits, legs_above, slots_on
 from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.plan.legs import legs_of
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, limits_of
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, limits_of
 from fingerdesign.mold.plan.slots import frames_in_mold, leg_bar, scale_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mold import Comb, MoldLimits
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
 
 CLOSE = 2e-6  # mm; rounding
 TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from manifold3d import Manifold
@@ -14,18 +13,14 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.scene import SceneObject
+from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame, crest_height
 from fingerdesign.layout.gaps import FAR_MM, boxes_apart, core_gaps, solids_of
 from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mold.plan.extent import Exits, extent_of, flat_sided, rim_height
-from fingerdesign.mold.plan.plan import Leg, Side
+from fingerdesign.mold.plan.plan import Leg, Limits, Side
 from fingerdesign.mold.plan.slots import core_in_mold, leg_bar
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
 
 # How far legs lie from other plates, from other legs and from the core; numbers only, mm.
 

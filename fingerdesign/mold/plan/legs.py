@@ -10,19 +10,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_rows
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import Exits, exits_of, half_extent
 from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, MoldPlan, Side
 from fingerdesign.mold.plan.slots import (
     end_of,
     frames_in_mold,
@@ -30,11 +30,6 @@ from fingerdesign.mold.plan.slots import (
     sides_of_plate,
     turned_bar,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
 
 # The search for legs: every plate end's leg at a few widths and places, the best of each kept.
 #

@@ -15,14 +15,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from fingerdesign.design.mold import Mold
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mold import Mold
-    from fingerdesign.design.schema import Design
-
 
 # What a process holds, and how heavy silicones are: typical values; measure yours.
 #

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.base import base_holes_of, core_pins_of
@@ -37,16 +37,6 @@ from fingerdesign.mold.plan.plan import (
 )
 from fingerdesign.mold.plan.slots import frames_in_mold, scale_of
 from fingerdesign.mold.plan.walls import Columns, Walls, columns_of, pin_height, z_bolt_height
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.mold.plan.plan import Limits
-
 
 # Remedies with numbers for faults of room: found by planning the mold again with another value.
 

@@ -8,20 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.body import Core
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.mold.plan.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Side, Slot
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Core
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Limits
-
+from fingerdesign.mold.plan.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Limits, Side, Slot
 
 # Where plates and their legs lie in mold space, as frames: numbers only.
 #

@@ -7,19 +7,14 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import BaseHole, MoldPlan, density_of
+from fingerdesign.mold.plan.plan import BaseHole, Bolt, MoldPlan, density_of
+from fingerdesign.mold.products.flat_pattern import FlatPattern
 from fingerdesign.records.base import write_csv
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.plan.plan import Bolt, MoldPlan
-    from fingerdesign.mold.products.flat_pattern import FlatPattern
-
 
 # How much silicone to mix for one finger.
 

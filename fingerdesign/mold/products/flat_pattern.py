@@ -7,17 +7,15 @@ along its mid-surface), w across it, along +z or +x, from the middle of its span
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.plan import Leg, MoldPlan
 from fingerdesign.mold.plan.slots import end_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 Face = Literal["upper", "lower"]
 _ALIKE = 3  # digits of a millimetre by which plates are distinguished
