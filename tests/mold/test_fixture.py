@@ -239,7 +239,7 @@ def test_webs_are_true_distances_between_rectangles():
 
 
 def test_leads_have_room_in_every_hole_that_is_planned():
-    from fingerdesign.mold.checks.plan_limits import plan_checks
+    from fingerdesign.mold.checks.fits import plan_checks
     from fingerdesign.mold.plan.planning import plan_mold
 
     design = load_design("designs/block.toml")

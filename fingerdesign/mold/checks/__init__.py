@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.checks.assembly import assemble, backing_check, sound
+from fingerdesign.mold.checks.assembly import assemble, sound
 from fingerdesign.mold.checks.demolding import demolding_checks
-from fingerdesign.mold.checks.fill import fill_checks
-from fingerdesign.mold.checks.fits import fit_checks, part_checks
-from fingerdesign.mold.checks.plan_limits import hole_checks, plan_checks
+from fingerdesign.mold.checks.fill import backing_check, fill_checks
+from fingerdesign.mold.checks.fits import fit_checks, hole_checks, part_checks, plan_checks
 from fingerdesign.mold.checks.venting import vent_checks
 from fingerdesign.mold.checks.walls import wall_checks
 from fingerdesign.mold.part import Check, MoldMeshes

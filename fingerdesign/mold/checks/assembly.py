@@ -1,11 +1,12 @@
 """What every check of a mold is given: design, plan, limits, and the parts as exact mesh solids.
 
+First what triangles say of themselves (numpy, scipy), then points on them and rays through solids.
 Solids are manifold3d's, in double precision (its Mesh64; Mesh would round to single). Lengths mm.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,166 @@ from manifold3d import Error, Manifold, Mesh64
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.checks.triangles import inside, surface_points
-from fingerdesign.mold.part import BASE, CORE, RUBBER, Check, MoldMeshes, PartMesh
+from fingerdesign.mold.part import BASE, CORE, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import CorePin, Limits, MoldPlan, Slot, limits_of
+
+# Flat faces differ by rounding only; the CAD turns curved ones by up to 0.3 rad a triangle.
+_FLAT_RAD, _SMOOTH_RAD = 1e-5, 0.4
+
+
+@dataclass(frozen=True)
+class Topology:
+    """Of a triangle mesh: edges that are not of two triangles, edges that both of their triangles
+    run the same way, vertices beyond one fan each, and connected shells."""
+
+    open_edges: int
+    turned_edges: int
+    extra_fans: int
+    shells: int
+
+
+def topology(triangles: IntArray) -> Topology:
+    """Edges, fans and shells of triangles (t, 3); fans are counted over whole edges alone.
+
+    >>> topology(np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]))
+    Topology(open_edges=0, turned_edges=0, extra_fans=0, shells=1)
+    """
+    count = len(triangles)
+    tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    size = int(triangles.max()) + 1
+    edge = np.minimum(tail, head) * size + np.maximum(tail, head)
+    _, inverse, uses = np.unique(edge, return_inverse=True, return_counts=True)
+    rising = np.bincount(inverse.reshape(-1), weights=tail < head, minlength=len(uses))
+    turned = int(np.sum((uses == 2) & (rising != 1)))
+    first, second = partners(triangles)
+    shells = _parts(first // 3, second // 3, count)
+    # A corner follows the next one about its vertex: across the edge that leaves the vertex.
+    beyond = 3 * (second // 3) + (second + 1) % 3
+    fans = _parts(first, beyond, 3 * count)
+    return Topology(int(np.sum(uses != 2)), turned, fans - len(np.unique(tail)), shells)
+
+
+def partners(triangles: IntArray) -> tuple[IntArray, IntArray]:
+    """Half-edges 3 t + k (from corner k to k + 1) with the one that runs back along each."""
+    tail, head = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    size = int(triangles.max()) + 1
+    there, back = tail * size + head, head * size + tail
+    order = np.argsort(there, kind="stable")
+    place = np.minimum(np.searchsorted(there[order], back), len(order) - 1)
+    second = order[place]
+    found = there[second] == back
+    return np.flatnonzero(found), second[found]
+
+
+def doubled_areas(vertices: Array, triangles: IntArray) -> Array:
+    """Normals times twice the area (t, 3), by the right-hand rule."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.asarray(np.cross(b - a, c - a))
+
+
+def areas(vertices: Array, triangles: IntArray) -> Array:
+    """Area of each triangle (t,), mm^2."""
+    return np.asarray(0.5 * np.linalg.norm(doubled_areas(vertices, triangles), axis=1))
+
+
+def heights(vertices: Array, triangles: IntArray) -> Array:
+    """Least height of each triangle (t,), mm: twice its area over its longest side."""
+    corners = vertices[triangles]
+    longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
+    double = np.linalg.norm(doubled_areas(vertices, triangles), axis=1)
+    return np.asarray(double / np.maximum(longest, np.finfo(float).tiny))
+
+
+def volume(vertices: Array, triangles: IntArray) -> float:
+    """Enclosed volume, mm^3, positive where wound outward; about the vertices' middle."""
+    a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
+
+
+def curved(vertices: Array, triangles: IntArray) -> NDArray[np.bool_]:
+    """Which triangles (t,) stand for curved faces: a neighbour is turned, but only a little."""
+    normals = doubled_areas(vertices, triangles)
+    sizes = np.linalg.norm(normals, axis=1)
+    normals = normals / np.maximum(sizes, np.finfo(float).tiny)[:, None]
+    first, second = partners(triangles)
+    turn = np.linalg.norm(normals[first // 3] - normals[second // 3], axis=1)
+    found = np.zeros(len(triangles), dtype=bool)
+    found[first[(turn > _FLAT_RAD) & (turn < _SMOOTH_RAD)] // 3] = True
+    return found
+
+
+def curved_area(vertices: Array, triangles: IntArray) -> float:
+    """Area of the triangles that stand for curved faces, mm^2."""
+    return float(areas(vertices, triangles)[curved(vertices, triangles)].sum())
+
+
+def _parts(first: IntArray, second: IntArray, count: int) -> int:
+    links = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(count, count))
+    return int(connected_components(links, directed=False, return_labels=False))
+
+
+# Seeded points on triangle meshes, and rays from them through solids. Lengths in mm.
+
+# Rays run nearly along axes, where the library finds what they pass quickest, but not so near
+# that they would run within a face.
+_ASKEW = np.array([0.0131, 0.0071, 0.0097])
+
+
+def surface_points(
+    vertices: Array, triangles: IntArray, count: int, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """``count`` points drawn evenly over the area, then every triangle's centroid (at most as many
+    again, the largest first), with the outward unit normals: (n, 3) each."""
+    normals = doubled_areas(vertices, triangles)
+    sizes = np.linalg.norm(normals, axis=1)
+    whole = sizes > 0.0
+    triangles, normals, sizes = triangles[whole], normals[whole], sizes[whole]
+    normals = normals / sizes[:, None]
+    chosen = rng.choice(len(triangles), size=count, p=sizes / sizes.sum())
+    u, v = rng.random((2, count))
+    over = u + v > 1.0
+    u, v = np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    a, b, c = (vertices[triangles[chosen, k]] for k in range(3))
+    drawn = a + u[:, None] * (b - a) + v[:, None] * (c - a)
+    large = np.argsort(-sizes, kind="stable")[:count]
+    centroids = vertices[triangles[large]].mean(axis=1)
+    return np.vstack([drawn, centroids]), np.vstack([normals[chosen], normals[large]])
+
+
+def inside(solid: Manifold, points: Array) -> NDArray[np.bool_]:
+    """Whether points (n, 3) lie inside a solid: on the shortest way out of its box, a ray passes
+    its surface oddly often."""
+    low, high = bounds(solid)
+    near = np.flatnonzero(np.all((points >= low) & (points <= high), axis=1))
+    starts = points[near]
+    ways = np.hstack([high - starts, starts - low])
+    least = np.argmin(ways, axis=1)
+    direction = np.vstack([np.eye(3), -np.eye(3)])[least] + _ASKEW
+    ends = starts + direction * (1.02 * ways.min(axis=1) + 0.01)[:, None]
+    held = np.zeros(len(points), dtype=bool)
+    held[near] = [len(solid.ray_cast(a, b)) % 2 == 1 for a, b in pairs(starts, ends)]
+    return held
+
+
+def pairs(first: Array, second: Array) -> Sequence[tuple[tuple[float, ...], tuple[float, ...]]]:
+    """Rows of two arrays (n, 3) as plain numbers, for the library's rays."""
+    both = zip(first.tolist(), second.tolist(), strict=True)
+    return [(tuple(a), tuple(b)) for a, b in both]
+
+
+def place_text(point: Array) -> str:
+    """A place as a sentence has it, mm."""
+    return f"({', '.join(f'{value:.2f}' for value in point)})"
+
+
+def bounds(solid: Manifold) -> tuple[Array, Array]:
+    """Low and high corners of a solid's box."""
+    box = np.asarray(solid.bounding_box(), dtype=float)
+    return box[:3], box[3:]
+
 
 # The openings that a mold's plan makes in the cavity's wall: slots and round holes.
 
@@ -128,45 +282,3 @@ def filling(meshes: MoldMeshes) -> tuple[PartMesh, ...]:
 def _blank(part: PartMesh, solids: Mapping[str, Manifold]) -> Manifold:
     same = part.blank_triangles is part.triangles and part.blank_vertices is part.vertices
     return solids[part.name] if same else solid_of(part.blank_vertices, part.blank_triangles)
-
-
-# Whether a part stands behind every place of the finger's surface.
-
-POINTS = 10000  # 0.08 mm^2 each on a finger of 800 mm^2
-# A sheet's slot is wider than planned by no more than its fillets; seams are closed.
-SLACK_MM = 0.05
-
-
-def backing_check(assembly: Assembly, rng: np.random.Generator) -> Check:
-    """Points two chords outside the outline must lie in a part, a plate or a planned opening."""
-    outline = assembly.meshes.outline
-    points, normals = surface_points(outline.vertices, outline.triangles, POINTS, rng)
-    points = points[:POINTS] + 2.0 * assembly.chord * normals[:POINTS]
-    left = ~planned(assembly.plan, points, assembly.limits.clearance_mm, SLACK_MM)
-    wanted = int(left.sum())
-    for part in (*assembly.meshes.parts, *assembly.meshes.plates):
-        rest = np.flatnonzero(left)
-        left[rest[inside(assembly.solids[part.name], points[rest])]] = False
-    bare = points[left]
-    share = len(bare) / POINTS
-    where, size = _largest(bare)
-    sentence = f"a part stands behind each of {wanted} points on the finger's surface"
-    if len(bare):
-        place = ", ".join(f"{value:.2f}" for value in where)
-        sentence = (
-            f"{len(bare)} of {POINTS} points on the finger's surface have no part behind them; the "
-            f"largest hole is about {size:.2f} mm wide, at ({place})"
-        )
-    return Check("surface backed by parts", "", not len(bare), share, 0.0, "1", sentence)
-
-
-def _largest(points: Array) -> tuple[Array, float]:
-    """Middle and greatest extent of the largest cluster of points (n, 3), mm."""
-    if not len(points):
-        return np.zeros(3), 0.0
-    near = cKDTree(points).query_pairs(1.0, output_type="ndarray")
-    shape = (len(points), len(points))
-    links = coo_array((np.ones(len(near)), (near[:, 0], near[:, 1])), shape=shape)
-    _, labels = connected_components(links, directed=False)
-    cluster = points[labels == np.bincount(labels).argmax()]
-    return cluster.mean(axis=0), float(np.ptp(cluster, axis=0).max())

@@ -14,17 +14,18 @@ from manifold3d import Manifold
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.mold.checks.assembly import Assembly
-from fingerdesign.mold.checks.triangles import (
+from fingerdesign.mold.checks.assembly import (
+    Assembly,
     areas,
     bounds,
     curved,
     doubled_areas,
     inside,
     pairs,
+    place_text,
     surface_points,
 )
-from fingerdesign.mold.part import Check, PartMesh
+from fingerdesign.mold.part import Check, PartMesh, axis_name
 
 POINTS = 1500  # and as many centroids, a part; a tenth of it a plate
 FLAT_MM = 1e-6  # parts that slide along flat faces meet within rounding
@@ -65,6 +66,7 @@ def _check(
     assembly: Assembly, part: PartMesh, there: tuple[str, ...], rng: np.random.Generator
 ) -> Check:
     solid, draw = assembly.solids[part.name], np.array(part.draw)
+    way = axis_name(draw.tolist())
     solids = [(name, assembly.solids[name]) for name in there]
     obstacles = [Obstacle(name, each, *bounds(each)) for name, each in solids]
     clear = clearing(solid, obstacles, draw)
@@ -76,17 +78,16 @@ def _check(
             worst, where = sum(shares.values()), step
             name = max(shares, key=lambda each: shares[each])
     ok = worst <= bound
-    words = f"moved {clear:.1f} mm along {_said(draw)} it passes everything that is still there"
+    words = f"moved {clear:.1f} mm along {way} it passes everything that is still there"
     if not ok:
-        words = f"{where:g} mm along {_said(draw)} it overlaps {name} by {worst:.3g} mm^3"
+        words = f"{where:g} mm along {way} it overlaps {name} by {worst:.3g} mm^3"
     else:
         hits = _hits_on_way(assembly, part, obstacles, clear, rng)
         if hits:
             ok, first = False, min(hits, key=lambda hit: hit.distance)
-            place = ", ".join(f"{value:.2f}" for value in first.place)
             words = (
-                f"after {first.distance:.2f} mm along {_said(draw)} it runs into {first.name} at "
-                f"({place})"
+                f"after {first.distance:.2f} mm along {way} it runs into {first.name} at "
+                f"{place_text(first.place)}"
             )
     return Check("demolding", part.name, ok, worst, bound, "mm^3", f"{part.name}: {words}")
 
@@ -191,8 +192,3 @@ def _hits(solid: Manifold, points: Array, way: Array) -> list[tuple[float, Array
 def _thin(plate: PartMesh) -> float:
     """About a plate's thickness, mm: twice its volume over its area."""
     return float(2.0 * abs(plate.volume) / areas(plate.vertices, plate.triangles).sum())
-
-
-def _said(draw: Array) -> str:
-    axis = int(np.argmax(np.abs(draw)))
-    return f"{'+' if draw[axis] > 0 else '-'}{'xyz'[axis]}"

@@ -16,8 +16,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.mold.checks.assembly import Assembly, across, from_pin, from_slot
-from fingerdesign.mold.checks.triangles import inside
+from fingerdesign.mold.checks.assembly import (
+    Assembly,
+    across,
+    from_pin,
+    from_slot,
+    inside,
+    place_text,
+)
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
 from fingerdesign.mold.plan.base import TILT_DEG, up
 from fingerdesign.mold.plan.plan import MoldPlan
@@ -54,10 +60,12 @@ def vent_checks(assembly: Assembly) -> list[Check]:
     beyond = 0.0 if farthest is None else max(0.0, farthest.beyond)
     words = f"{said}, each high point has an opening within {beyond:.1f} mm"
     if own and farthest is not None:
-        words = f"{said}, air stays at ({_place(farthest)}), {beyond:.1f} mm from any opening"
+        words = (
+            f"{said}, air stays at {place_text(farthest.place)}, {beyond:.1f} mm from any opening"
+        )
     metal = f"no air stays under plates or core when the mold is {said} and rocked"
     if always:
-        metal = f"air stays under metal at ({_place(always[0])}) however the mold is tilted"
+        metal = f"air stays under metal at {place_text(always[0].place)} however the mold is tilted"
     return [
         Check("vents", BASE, not own, beyond, REACH_MM, "mm", words),
         Check("air under metal", RUBBER, not always, float(len(always)), 0.0, "places", metal),
@@ -194,10 +202,6 @@ def _under_metal(assembly: Assembly, point: HighPoint) -> bool:
     names += [part.name for part in assembly.meshes.parts if part.name == CORE]
     solids: list[Manifold] = [assembly.solids[name] for name in names]
     return any(bool(inside(solid, around).any()) for solid in solids)
-
-
-def _place(point: HighPoint) -> str:
-    return ", ".join(f"{value:.2f}" for value in point.place)
 
 
 def _direction(turn: float) -> str:

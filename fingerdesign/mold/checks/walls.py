@@ -13,8 +13,15 @@ from manifold3d import Manifold
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.mold.checks.assembly import Assembly, across, from_slot
-from fingerdesign.mold.checks.triangles import bounds, pairs, surface_points
+from fingerdesign.mold.checks.assembly import (
+    Assembly,
+    across,
+    bounds,
+    from_slot,
+    pairs,
+    place_text,
+    surface_points,
+)
 from fingerdesign.mold.part import BASE, Check, PartMesh, comb_names, wall_name
 from fingerdesign.mold.plan.plan import MoldPlan, SidePlan
 
@@ -146,8 +153,9 @@ def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:
 
 def _check(name: str, part: str, least: float, where: Array, bound: float, slack: float) -> Check:
     ok = bool(least >= bound - slack)
-    place = ", ".join(f"{value:.2f}" for value in where)
     if not np.isfinite(least):
         return Check(f"least {name}", part, True, None, bound, "mm", f"{part}: has no {name}")
-    sentence = f"{part}: least {name} {least:.3f} mm, at ({place}); {bound:g} mm can be made"
+    sentence = (
+        f"{part}: least {name} {least:.3f} mm, at {place_text(where)}; {bound:g} mm can be made"
+    )
     return Check(f"least {name}", part, ok, least, bound, "mm", sentence)

@@ -249,9 +249,11 @@ def _relief_gaps(
     return np.where(radius[first] > 0.0, np.maximum(gaps, 0.0), np.inf)
 
 
-def webs(slots: Sequence[Slot]) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+def webs(
+    slots: Sequence[Slot], exact: bool = False
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
     """Every pair of slots (first, second) of one side, and the distance between them with their
-    reliefs, mm."""
+    reliefs, mm; unless ``exact``, of those far apart a bound from below."""
     first, second = np.triu_indices(len(slots), 1)
     if not len(first):
         return first, second, np.zeros(0)
@@ -259,7 +261,7 @@ def webs(slots: Sequence[Slot]) -> tuple[NDArray[np.int64], NDArray[np.int64], A
     low, high = corners.min(axis=1), corners.max(axis=1)
     apart = np.maximum(low[second] - high[first], low[first] - high[second])
     distance = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
-    near = np.flatnonzero(distance < 2.0)  # a bound from below: enough for those far apart
+    near = np.flatnonzero(distance < (np.inf if exact else 2.0))
     distance[near] = pair_distances(corners[first[near]], corners[second[near]])
     if any(slot.relief for slot in slots):
         distance = np.minimum(distance, _relief_gaps(slots, first, second))

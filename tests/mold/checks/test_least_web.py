@@ -4,8 +4,8 @@ from math import hypot, inf, sqrt
 
 import pytest
 
-from fingerdesign.mold.checks.plan_limits import least_web
 from fingerdesign.mold.plan.plan import Slot
+from fingerdesign.mold.plan.slots import webs
 
 
 def slot(place, y, angle=0.0, length=2.0, width=0.4):
@@ -26,4 +26,4 @@ def slot(place, y, angle=0.0, length=2.0, width=0.4):
     ],
 )
 def test_least_web(slots, wanted):
-    assert least_web(slots) == pytest.approx(wanted)
+    assert webs(slots, exact=True)[2].min(initial=inf) == pytest.approx(wanted)

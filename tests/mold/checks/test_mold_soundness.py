@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from manifold3d import Manifold
 
+from fingerdesign.mold.checks.assembly import curved_area, heights, topology, volume
 from fingerdesign.mold.checks.fits import part_checks
-from fingerdesign.mold.checks.triangles import curved_area, heights, topology, volume
 from fingerdesign.mold.part import PartMesh
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
