@@ -8,10 +8,10 @@ import pytest
 from fingerdesign import load_design
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.plan.extent import rim_height
-from fingerdesign.mold.plan.legs import legs_of
-from fingerdesign.mold.plan.plan import Slot, limits_of
-from fingerdesign.mold.plan.planning import sides_of
-from fingerdesign.mold.plan.slots import frames_in_mold, scale_of, slot_corners, webs
+from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
+from fingerdesign.mold.plan.legs import fixture_of
+from fingerdesign.mold.plan.plan import SIDES, Slot, limits_of
+from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
 
 SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
 
@@ -22,11 +22,9 @@ def with_mold(design, **keys):
 
 
 def planned(design, corner=None):
-    scale, limits = scale_of(design), limits_of(design.mold)
-    legs = legs_of(design, scale, limits)
-    frames = frames_in_mold(design, scale)
-    sides, plugs, faults = sides_of(design, frames, legs, limits, corner)
-    return {side.side: side for side in sides}, plugs, faults
+    fixture = fixture_of(design)
+    faults = with_walls(fixture, fixture_faults(fixture), corner)
+    return {side: fixture.side(side) for side in SIDES}, fixture.plugs, faults
 
 
 def made(body=None, plates=None, mold=None):

@@ -4,23 +4,20 @@ import numpy as np
 import pytest
 
 from fingerdesign import load_design
-from fingerdesign.mold.plan.legs import legs_of, legs_share, legs_volume
-from fingerdesign.mold.plan.plan import MoldPlan, limits_of
-from fingerdesign.mold.plan.planning import sides_of
-from fingerdesign.mold.plan.slots import frames_in_mold, scale_of
+from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
+from fingerdesign.mold.plan.legs import fixture_of, legs_share, legs_volume
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan
 from fingerdesign.mold.products.drawing import polygon_area
 from fingerdesign.mold.products.flat_pattern import flat_patterns
 
 
 def plan_of(design):
-    scale, limits = scale_of(design), limits_of(design.mold)
-    frames = frames_in_mold(design, scale)
-    legs = legs_of(design, scale, limits)
-    sides, plugs, faults = sides_of(design, frames, legs, limits)
-    assert faults == []
+    fixture = fixture_of(design)
+    assert with_walls(fixture, fixture_faults(fixture)) == []
+    plates = (fixture.frames, fixture.legs, tuple(fixture.side(side) for side in SIDES))
     half = (0.5 * design.body.width_mm, 0.5 * design.body.depth_mm)
     sizes = (*half, half[1], 10.0, 12.0, 18.0, 10.0, 10.0, 8.0, 4.0)
-    return MoldPlan(scale, frames, legs, sides, plugs, *sizes, (), (), (), (), ())
+    return MoldPlan(fixture.scale, *plates, fixture.plugs, *sizes, (), (), (), (), ())
 
 
 def test_like_plates_are_cut_alike():

@@ -12,8 +12,8 @@ from fingerdesign.design.step_file import resolved
 from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
 from fingerdesign.mold.plan.extent import exits_of, flat_sided, rim_height
 from fingerdesign.mold.plan.leg_room import crossing_legs, leg_gaps
-from fingerdesign.mold.plan.legs import legs_of, meets_hole
-from fingerdesign.mold.plan.plan import Leg, limits_of
+from fingerdesign.mold.plan.legs import fixture_of, meets_hole
+from fingerdesign.mold.plan.plan import Leg
 from fingerdesign.mold.plan.slots import (
     core_in_mold,
     frames_in_mold,
@@ -29,7 +29,7 @@ def made(body=None, plates=None, mold=None):
 
 
 def legs(design):
-    return legs_of(design, scale_of(design), limits_of(design.mold))
+    return fixture_of(design).legs
 
 
 def test_full_plates_have_wide_tabs_that_end_a_tab_beyond_the_comb():
@@ -137,8 +137,8 @@ def test_gaps_of_legs_to_other_plates_and_the_core():
     beyond = PlateFrame(1, 0.0, 6.0, 0.0, 2.0, 0.2, 3.0, 4.0)
     leg = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
     bars = (leg_bar(own, leg, leg.exit),)
-    assert leg_gaps(design, 1.0, (leg,), bars, (own, beyond))[0] == pytest.approx(0.8)
-    assert leg_gaps(design, 1.0, (leg,), bars, (own,))[0] == pytest.approx(0.9)
+    assert leg_gaps(design, (leg,), bars, (own, beyond))[0] == pytest.approx(0.8)
+    assert leg_gaps(design, (leg,), bars, (own,))[0] == pytest.approx(0.9)
 
 
 def test_legs_of_crossing_rows_that_meet_are_found():

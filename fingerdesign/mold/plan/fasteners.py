@@ -11,7 +11,7 @@ the finger. One pin and one side's keys differ in size: parts fit one way only.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import TypedDict
 
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.mold import Mold
@@ -38,8 +38,7 @@ _PASSING_MM = 0.2  # between a key and a pin that passes over it
 _LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
 
 
-@dataclass(frozen=True)
-class Fasteners:
+class Fasteners(TypedDict):
     """What holds a mold together."""
 
     bolts: tuple[Bolt, ...]
@@ -99,7 +98,7 @@ def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
     for side, at_x, at_z, small in insert_pins(walls, columns, level is None):
         if at_x is not None and at_z is not None:
             pins.append(_insert_pin(walls, columns, at_x, at_z, small, wall_name(side)))
-    return Fasteners(tuple(bolts), tuple(pins), _keys(walls, columns))
+    return {"bolts": tuple(bolts), "pins": tuple(pins), "keys": _keys(walls, columns)}
 
 
 def insert_bolts(

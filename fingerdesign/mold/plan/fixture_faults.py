@@ -13,20 +13,16 @@ from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.mold import Comb, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import PlateRow, plate_rows, with_key
 from fingerdesign.mold.plan import slots
-from fingerdesign.mold.plan.fixture import in_walls, leg_exits, legs_above, slots_on
-from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
-from fingerdesign.mold.plan.legs import legs_of
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, limits_of
-from fingerdesign.mold.plan.slots import frames_in_mold, leg_bar, scale_of
+from fingerdesign.mold.plan.leg_room import Fixture, Room, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.legs import fixture_of
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg
+from fingerdesign.mold.plan.slots import leg_bar
 
 CLOSE = 2e-6  # mm; rounding
 TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre
 
-Frames = tuple[PlateFrame, ...]
-Legs = tuple[Leg, ...]
 Web = tuple[Holding, int, int, float, float]  # how they are held, two plates, web, least web
 
 
@@ -36,12 +32,6 @@ def row_of(design: Design, plate: int) -> PlateRow:
         if any(frame.index == plate for frame in row.frames):
             return row
     raise KeyError(plate)
-
-
-def again(design: Design, limits: Limits, thorough: bool = False) -> tuple[Frames, Legs]:
-    """Plates and legs, in mold space, of a changed design."""
-    scale = scale_of(design)
-    return frames_in_mold(design, scale), legs_of(design, scale, limits, thorough)
 
 
 def least_value(
@@ -65,26 +55,22 @@ def least_value(
     return over if trial is not None and holds(trial) and is_sound(trial) else None
 
 
-def worst_exit(
-    design: Design, frames: Frames, legs: Legs, limits: Limits
-) -> tuple[Leg, Room, float] | None:
+def worst_exit(fixture: Fixture) -> tuple[Leg, float] | None:
     """The leg that leaves most too near to the contact zone, its nearest exit; None: none does."""
-    room, above = legs_above(design, frames, legs, limits)
-    worst: tuple[float, Leg, float] | None = None
-    for leg, nearest in above:
-        short = room.least_exit(leg.side) - nearest
-        if short > CLOSE and (worst is None or short > worst[0]):
-            worst = (short, leg, nearest)
-    return None if worst is None else (worst[1], room, worst[2])
+    short = [
+        (fixture.room.least_exit(leg.side) - nearest, k)
+        for k, (leg, nearest) in enumerate(fixture.high)
+    ]
+    worst = max(short, key=lambda each: each[0], default=None)
+    return None if worst is None or not worst[0] > CLOSE else fixture.high[worst[1]]
 
 
-def worst_web(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Web | None:
+def worst_web(fixture: Fixture) -> Web | None:
     """The two slots that lack most of a web; None: all webs are held."""
     worst: Web | None = None
     for side in SIDES:
-        openings = slots_on(design, frames, legs, limits, side)
-        holding = slots.holding_of(design, slots.on_side(legs, side))
-        web = slots.least_web(design, holding, limits)
+        openings, holding = fixture.slots(side), fixture.holding(side)
+        web = slots.least_web(fixture.design, holding, fixture.limits)
         first, second, distance = slots.webs(openings)
         if not len(distance):
             continue
@@ -99,35 +85,30 @@ def worst_web(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Web
 _SMALLEST_MM = 0.02  # slot or web
 
 
-def no_web(design: Design, limits: Limits, worst: Web) -> Fault:
+def no_web(fixture: Fixture, worst: Web) -> Fault:
     """The fault of two slots between which no web can stand."""
+    design = fixture.design
     holding, one, two, distance, web = worst
     between = "they overlap" if distance == 0.0 else f"{distance:.3g}"
     own = "mold.comb.web_mm" if holding == "comb" else "mold.limits.feature_mm"
+    least = slots.least_slot(design, holding, fixture.limits)
     bound = (
         f"such that webs of {own} = {web:g} mm stand between slots of at least "
-        f"{slots.least_slot(design, holding, limits):g} mm (plates {one} and {two}: {between})"
+        f"{least:g} mm (plates {one} and {two}: {between})"
     )
     row = row_of(design, two)
     same = any(frame.index == one for frame in row.frames)
     key, value = row.blame(two, "pitch_mm" if same else "cover_mm")
-    return Fault(key, value, bound, _wider(design, limits, row, holding, same, one, key))
+    return Fault(key, value, bound, _wider(design, row, holding, same, one, key))
 
 
 def _wider(
-    design: Design,
-    limits: Limits,
-    row: PlateRow,
-    holding: Holding,
-    same: bool,
-    other: int,
-    key: str,
+    design: Design, row: PlateRow, holding: Holding, same: bool, other: int, key: str
 ) -> str:
     """The remedy of slots that lack webs: changes that were tried."""
 
     def holds(trial: Design, thorough: bool = False) -> bool:
-        own = limits_of(trial.mold)
-        return worst_web(trial, *again(trial, own, thorough), own) is None
+        return worst_web(fixture_of(trial, thorough)) is None
 
     found = []
     if row.placed:
@@ -154,9 +135,7 @@ def _wider(
     return " or ".join(found) or "space the plates out, or lower plates.count"
 
 
-def demanded(
-    design: Design, worst: Web | None, high: tuple[Leg, Room, float] | None
-) -> Fault | None:
+def demanded(design: Design, worst: Web | None, high: tuple[Leg, float] | None) -> Fault | None:
     """The slot or web that the file itself asks for, if that is why plates cannot be held.
 
     None: they could not be held without it either.
@@ -192,9 +171,8 @@ def _most(design: Design, where: str, name: str, high: float) -> float | None:
     def holds(size: float) -> bool:
         table = getattr(mold, where).model_copy(update={name: size})
         trial = design.model_copy(update={"mold": mold.model_copy(update={where: table})})
-        limits = limits_of(trial.mold)
-        given = (trial, *again(trial, limits), limits)
-        return worst_web(*given) is None and worst_exit(*given) is None
+        fixture = fixture_of(trial, thorough=False)
+        return worst_web(fixture) is None and worst_exit(fixture) is None
 
     low = min(_SMALLEST_MM, 0.5 * high)
     if not holds(low):
@@ -208,29 +186,22 @@ def _most(design: Design, where: str, name: str, high: float) -> float | None:
 _ONE_ANGLE = 0.01  # degrees
 
 
-def fixture_faults(
-    design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float | None
-) -> list[Fault]:
-    """Every fault of a design's legs and slots, the worst of each kind."""
-    found = [*_leg_width(design), *_crossings(design, frames, legs)]
-    draft = _draft(design, frames, legs, limits)
-    worst = worst_web(design, frames, legs, limits)
-    high = worst_exit(design, frames, legs, limits)
+def fixture_faults(fixture: Fixture) -> list[Fault]:
+    """Every fault of a design's legs and slots but for walls in their way, the worst of each
+    kind."""
+    found = [*_leg_width(fixture.design), *_crossings(fixture)]
+    worst, high = worst_web(fixture), worst_exit(fixture)
+    draft = None if high is None else _draft(fixture, *high)
     if draft is not None:
         found.append(draft)
     elif worst is not None or high is not None:
-        given = demanded(design, worst, high)
+        given = demanded(fixture.design, worst, high)
         if given is not None:
             found.append(given)
         else:
-            found += [] if high is None else [_too_high(design, limits, *high)]
-            found += [] if worst is None else [no_web(design, limits, worst)]
-    found += _jig(design, frames, legs, limits)
-    found += _blocked(design, frames, legs, limits, corner)
-    unique: dict[str, Fault] = {}
-    for fault in found:
-        unique.setdefault(fault.key, fault)
-    return list(unique.values())
+            found += [] if high is None else [_too_high(fixture, *high)]
+            found += [] if worst is None else [no_web(fixture, worst)]
+    return found + _jig(fixture)
 
 
 def _leg_width(design: Design) -> list[Fault]:
@@ -242,18 +213,18 @@ def _leg_width(design: Design) -> list[Fault]:
     return [Fault("mold.leg_mm", given, bound, "narrow the legs, or remove it")]
 
 
-def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
+def _crossings(fixture: Fixture) -> list[Fault]:
+    design, legs = fixture.design, fixture.legs
     if not legs:
         return []
     least = least_gap_mm(design)
-    by_index = {frame.index: frame for frame in frames}
-    bars = tuple(leg_bar(by_index[leg.plate], leg, leg.exit) for leg in legs)
-    gaps = leg_gaps(design, scale_of(design), legs, bars, frames)
+    bars = tuple(leg_bar(fixture.by_index[leg.plate], leg, leg.exit) for leg in legs)
+    gaps = leg_gaps(design, legs, bars, fixture.frames)
     worst = int(np.argmin(gaps))
     reported: tuple[int, str, float] | None = None
     if gaps[worst] < least - CLOSE:
         reported = (legs[worst].plate, "other plates or the core", float(gaps[worst]))
-    for one, two, distance in crossing_legs(design, legs, frames):
+    for one, two, distance in crossing_legs(design, legs, fixture.frames):
         if reported is None or distance < reported[2]:
             reported = (two.plate, f"the legs of plate {one.plate}", distance)
     if reported is None:
@@ -265,21 +236,18 @@ def _crossings(design: Design, frames: Frames, legs: Legs) -> list[Fault]:
     return [Fault(key, value, bound, "move the rows apart, or the plates out of the legs' way")]
 
 
-def _draft(design: Design, frames: Frames, legs: Legs, limits: Limits) -> Fault | None:
+def _draft(fixture: Fixture, leg: Leg, nearest: float) -> Fault | None:
     """The draft that alone makes a plug narrower than the contact zone."""
-    worst = worst_exit(design, frames, legs, limits)
-    if worst is None:
-        return None
-    leg, room, nearest = worst
-    draft = room.greatest_draft(leg.side, nearest)
+    draft = fixture.room.greatest_draft(leg.side, nearest)
     if draft is None:
         return None
     bound = (
         f"at most {math.floor(100.0 * draft) / 100.0:g}, such that the seam beside the contact "
-        f"insert, which ends short of plate {leg.plate}'s legs, stays outside {_zone(room, leg)}"
+        f"insert, which ends short of plate {leg.plate}'s legs, stays outside "
+        f"{_zone(fixture.room, leg)}"
     )
     remedy = "lower it, or lower mold.insert_mm"
-    return Fault("mold.draft_deg", design.mold.draft_deg, bound, remedy)
+    return Fault("mold.draft_deg", fixture.design.mold.draft_deg, bound, remedy)
 
 
 def _zone(room: Room, leg: Leg) -> str:
@@ -289,12 +257,13 @@ def _zone(room: Room, leg: Leg) -> str:
     return f"the contact zone and its margin, |{leg.side[1]}| = {zone:.3g}"
 
 
-def _too_high(design: Design, limits: Limits, leg: Leg, room: Room, nearest: float) -> Fault:
+def _too_high(fixture: Fixture, leg: Leg, nearest: float) -> Fault:
+    design, room = fixture.design, fixture.room
     row = row_of(design, leg.plate)
     key, value = row.blame(leg.plate, "cover_mm")
 
     def holds(trial: Design) -> bool:
-        return worst_exit(trial, *again(trial, limits), limits) is None
+        return worst_exit(fixture_of(trial, thorough=False)) is None
 
     remedy = "lower the plates, mold.contact_margin_mm or grip.max_approach_mm"
     if not row.placed:
@@ -309,12 +278,11 @@ def _too_high(design: Design, limits: Limits, leg: Leg, room: Room, nearest: flo
     return Fault(key, value, bound, remedy)
 
 
-def _jig(design: Design, frames: Frames, legs: Legs, limits: Limits) -> list[Fault]:
+def _jig(fixture: Fixture) -> list[Fault]:
     for side in SIDES:
-        here = slots.on_side(legs, side)
-        if slots.holding_of(design, here) != "jig":
+        if fixture.holding(side) != "jig":
             continue
-        openings = slots_on(design, frames, legs, limits, side)
+        openings = fixture.slots(side)
         turns = [slot.angle_deg for slot in openings]
         worst = int(np.argmax(np.abs(np.array(turns) - turns[0])))
         if abs(turns[worst] - turns[0]) > _ONE_ANGLE:
@@ -328,17 +296,23 @@ def _jig(design: Design, frames: Frames, legs: Legs, limits: Limits) -> list[Fau
     return []
 
 
-def _blocked(
-    design: Design, frames: Frames, legs: Legs, limits: Limits, corner: float | None
-) -> list[Fault]:
+def with_walls(fixture: Fixture, found: list[Fault], corner: float | None = None) -> list[Fault]:
+    """What :func:`fixture_faults` found, and legs in the way of walls that meet at |z| =
+    ``corner`` (absent: as extent.py has it); the worst of each key."""
+    unique: dict[str, Fault] = {}
+    for fault in (*found, *_blocked(fixture, corner)):
+        unique.setdefault(fault.key, fault)
+    return list(unique.values())
+
+
+def _blocked(fixture: Fixture, corner: float | None) -> list[Fault]:
     """Legs that would run through a wall which is drawn across them, or too near to the base."""
-    loose = in_walls(design, legs)
+    design, loose, room = fixture.design, fixture.loose, fixture.room
     if not loose:
         return []
-    room = Room.of(design, scale_of(design), limits)
     if corner is not None:
         room = replace(room, corner=corner)
-    exits, openings = leg_exits(design, frames, loose, limits)
+    exits, openings = fixture.exits, fixture.openings
     found = []
     sunk = room.sunk(openings)
     worst = int(np.argmax(sunk))

@@ -1,11 +1,15 @@
-"""Where legs may leave the finger: outside the contact zone, beyond the insert; numbers, mm."""
+"""Where legs may leave the finger, and how each side is closed and holds them; numbers, mm.
+
+Legs leave outside the contact zone, beyond the insert. What cannot be held is a fault of
+fixture_faults.py.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from manifold3d import Manifold
@@ -18,9 +22,19 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame, crest_height
 from fingerdesign.layout.gaps import FAR_MM, boxes_apart, core_gaps, solids_of
 from fingerdesign.layout.zone import candidate_zone
-from fingerdesign.mold.plan.extent import Exits, extent_of, flat_sided, rim_height
-from fingerdesign.mold.plan.plan import Leg, Limits, Side
-from fingerdesign.mold.plan.slots import core_in_mold, leg_bar
+from fingerdesign.mold.plan.extent import Exits, exits_of, extent_of, flat_sided, rim_height
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, Plug, Side, SidePlan, Slot
+from fingerdesign.mold.plan.slots import (
+    as_bar,
+    as_relief,
+    core_in_mold,
+    leg_bar,
+    openings_corners,
+    scale_of,
+    sheets_thickness,
+    slot_of,
+    turned_bar,
+)
 
 # How far legs lie from other plates, from other legs and from the core; numbers only, mm.
 
@@ -38,7 +52,6 @@ def least_gap_mm(design: Design) -> float:
 
 def leg_gaps(
     design: Design,
-    scale: float,
     legs: tuple[Leg, ...],
     bars: tuple[PlateFrame, ...],
     frames: tuple[PlateFrame, ...],
@@ -51,7 +64,7 @@ def leg_gaps(
     if core is not None:
         depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
         # A core of full depth ends where the legs do.
-        distances = core_gaps(core_in_mold(core, scale), depth, bars)
+        distances = core_gaps(core_in_mold(core, scale_of(design)), depth, bars)
         found = np.where(np.isnan(distances), np.inf, distances)
     owners = np.array([leg.plate for leg in legs])
     plates = np.array([frame.index for frame in frames])
@@ -71,9 +84,10 @@ def crossing_legs(
     two = [leg for leg in legs if leg.side.endswith("x")]
     if not one or not two:
         return []
-    first = tuple(leg_bar(along[leg.plate], leg, leg.exit) for leg in one)
-    second = tuple(leg_bar(along[leg.plate], leg, leg.exit) for leg in two)
-    a, b = solids_of(_spanned(first)), solids_of(_spanned(second))
+    a, b = (
+        solids_of(_spanned(tuple(leg_bar(along[leg.plate], leg, leg.exit) for leg in some)))
+        for some in (one, two)
+    )
     least = least_gap_mm(design) - 1e-6
     near = np.argwhere(boxes_apart(a, b) < least)
     found = [(one[i], two[j], float(a[i].min_gap(b[j], FAR_MM))) for i, j in near]
@@ -217,3 +231,159 @@ def _corner(design: Design, scale: float) -> float:
 def _step_corner(design: Design, scale: float, digest: str) -> float:
     """That of a STEP body, which takes 0.1 s; ``digest``: of the file as it is now."""
     return extent_of(design, scale).corner
+
+
+_FEATHERLESS = 0.8  # cosine of 37 degrees
+_WINDOW_MM = 0.5  # beside and below the slots: room for leads, and to see
+
+
+@dataclass(frozen=True)
+class Fixture:
+    """A design's plates with their legs in mold space, and how the mold's sides hold them."""
+
+    design: Design
+    limits: Limits
+    frames: tuple[PlateFrame, ...]
+    legs: tuple[Leg, ...] = ()
+
+    @cached_property
+    def scale(self) -> float:
+        """The outline's enlargement."""
+        return scale_of(self.design)
+
+    @cached_property
+    def room(self) -> Room:
+        """Where legs may leave."""
+        return Room.of(self.design, self.scale, self.limits)
+
+    @cached_property
+    def by_index(self) -> dict[int, PlateFrame]:
+        """The plates by their numbers."""
+        return {frame.index: frame for frame in self.frames}
+
+    def on(self, side: Side) -> tuple[Leg, ...]:
+        """The legs that leave on one side."""
+        return tuple(leg for leg in self.legs if leg.side == side)
+
+    def holding(self, side: Side) -> Holding:
+        """How a side holds its legs: as asked where all leave through one flat face, else by
+        slots."""
+        legs = self.on(side)
+        if not legs:
+            return "wall"
+        return self.design.mold.plate_fixture if all(leg.flat for leg in legs) else "slots"
+
+    def bar(self, leg: Leg) -> PlateFrame:
+        """The bar that just holds a leg's section."""
+        return turned_bar(self.by_index[leg.plate], leg.width, leg.offset)
+
+    def slots(self, side: Side) -> tuple[Slot, ...]:
+        """The slots of one side, in the legs' order."""
+        holding = self.holding(side)
+        return tuple(
+            slot_of(self.design, holding, self.limits, self.bar(leg), leg) for leg in self.on(side)
+        )
+
+    @cached_property
+    def loose(self) -> tuple[Leg, ...]:
+        """The legs that are held by slots in walls."""
+        return tuple(
+            leg for side in SIDES if self.holding(side) == "slots" for leg in self.on(side)
+        )
+
+    @cached_property
+    def exits(self) -> Exits:
+        """How the loose legs leave the finger."""
+        bars = [self.bar(leg) for leg in self.loose]
+        return leg_exits(self.design, self.loose, bars)
+
+    @cached_property
+    def openings(self) -> Exits:
+        """How the loose legs' slots leave it."""
+        bars = [self.bar(leg) for leg in self.loose]
+        return slot_exits(self.design, "slots", self.limits, self.loose, bars)
+
+    @cached_property
+    def high(self) -> list[tuple[Leg, float]]:
+        """The legs that leave so high that the insert must end short of them, each with its
+        nearest exit."""
+        if not self.loose:
+            return []
+        above = self.room.above(self.openings)
+        nearest = self.exits.nearest
+        return [(leg, float(nearest[k])) for k, leg in enumerate(self.loose) if above[k]]
+
+    def side(self, side: Side) -> SidePlan:
+        """How one side is closed and holds its plates."""
+        holding, slots = self.holding(side), self.slots(side)
+        shift = 0.0
+        if holding == "jig":
+            shift = min(
+                0.5 * (slot.width - self.bar(leg).thickness)
+                for slot, leg in zip(slots, self.on(side), strict=True)
+            )
+        sheet = sheets_thickness(self.design, holding, self.limits)
+        window = self._window(side, slots) if holding in ("comb", "jig") else None
+        return SidePlan(side, holding, sheet, shift, window, slots)
+
+    def _window(self, side: Side, slots: tuple[Slot, ...]) -> tuple[float, float, float]:
+        """The opening behind a comb or jig, around all of its slots; walls below it, and in side
+        walls beside it, stay as thick as they must be."""
+        corners = openings_corners(slots).reshape(-1, 2)
+        (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
+        most = self.room.corner - self.room.wall if side.endswith("x") else np.inf
+        return (
+            float(max(low - _WINDOW_MM, min(-most, low))),
+            float(min(high + _WINDOW_MM, max(most, high))),
+            float(max(bottom - _WINDOW_MM, min(self.room.wall, bottom))),
+        )
+
+    @property
+    def plugs(self) -> tuple[Plug, ...]:
+        """The insert's plugs: as wide as the legs beside them allow, narrowed by the draft."""
+        plugs = []
+        for axis in ("x", "z"):
+            nearest = [out for leg, out in self.high if leg.side.endswith(axis)]
+            if nearest:
+                seam = self._seam(axis) + self.room.narrowing
+                top = min(min(nearest) - self.room.web, seam)
+                plugs.append(Plug(axis, top - self.room.narrowing, top))
+        return tuple(plugs)
+
+    def _seam(self, axis: str) -> float:
+        """How far out the seam of a plug may lie on the contact surface, mm.
+
+        On a revolved body's border it would meet the upright side at the angle whose sine is the
+        rest: farther out than this the insert ends there in a feather edge.
+        """
+        body = self.design.body
+        if not body.kind.turned:
+            return math.inf
+        zone = self.room.zone_x if axis == "x" else self.room.zone_z
+        return max(_FEATHERLESS * 0.5 * body.width_mm * self.scale, zone)
+
+
+def leg_exits(design: Design, legs: Sequence[Leg], bars: Sequence[PlateFrame]) -> Exits:
+    """How legs leave the finger; ``bars`` just hold their sections."""
+    sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
+    return exits_of(design.body, scale_of(design), bars, sides, starts)
+
+
+def slot_exits(
+    design: Design,
+    holding: Holding,
+    limits: Limits,
+    legs: Sequence[Leg],
+    bars: Sequence[PlateFrame],
+) -> Exits:
+    """How the legs' slots leave the finger, with their reliefs."""
+    sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
+    both = list(zip(legs, bars, strict=True))
+    cut = [(bar, slot_of(design, holding, limits, bar, leg)) for leg, bar in both]
+    openings = [as_bar(bar, slot) for bar, slot in cut]
+    body, scale = design.body, scale_of(design)
+    found = exits_of(body, scale, openings, sides, starts, follow=False)
+    if design.mold.wire_mm <= 0.0:
+        return found
+    reliefs = [as_relief(bar, slot) for bar, slot in cut]
+    return found.with_others(exits_of(body, scale, reliefs, sides, starts, follow=False))

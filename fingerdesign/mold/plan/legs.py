@@ -20,15 +20,22 @@ from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.rows import plate_rows
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.plan import slots
-from fingerdesign.mold.plan.extent import Exits, exits_of, half_extent
-from fingerdesign.mold.plan.leg_room import Room, crossing_legs, least_gap_mm, leg_gaps
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, MoldPlan, Side
+from fingerdesign.mold.plan.extent import half_extent
+from fingerdesign.mold.plan.leg_room import (
+    Fixture,
+    crossing_legs,
+    least_gap_mm,
+    leg_exits,
+    leg_gaps,
+    slot_exits,
+)
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side, limits_of
 from fingerdesign.mold.plan.slots import (
     end_of,
     frames_in_mold,
     leg_bar,
+    scale_of,
     sides_of_plate,
-    turned_bar,
 )
 
 # The search for legs: every plate end's leg at a few widths and places, the best of each kept.
@@ -51,24 +58,8 @@ class Trial:
     penalty: dict[Holding, Array]
 
 
-@dataclass(frozen=True)
-class Search:
-    """What legs are tried for: a design in mold space, and what its process can make."""
-
-    design: Design
-    scale: float
-    limits: Limits
-    frames: tuple[PlateFrame, ...]
-
-    @cached_property
-    def room(self) -> Room:
-        """Where legs may leave."""
-        return Room.of(self.design, self.scale, self.limits)
-
-    @cached_property
-    def by_index(self) -> dict[int, PlateFrame]:
-        """The plates by their numbers."""
-        return {frame.index: frame for frame in self.frames}
+class Search(Fixture):
+    """What legs are tried for: plates in mold space, and what their process can make."""
 
     @cached_property
     def ends(self) -> tuple[tuple[PlateFrame, Side], ...]:
@@ -96,18 +87,18 @@ class Search:
     def trial(self, share: float, place: float) -> Trial:
         """All legs at one width and place."""
         requested = self.design.mold.plate_fixture
-        body, sides = self.design.body, [side for _, side in self.ends]
+        sides = [side for _, side in self.ends]
         drafts = []
         for (frame, side), full in zip(self.ends, self.full, strict=True):
             width = round(self.width(frame, bool(full), share), 4)
             offset = round(place * 0.5 * (frame.length - width), 4)
             start = end_of(frame, side)
             drafts.append(Leg(frame.index, side, width, offset, start, start, start, False))
-        starts = [leg.start for leg in drafts]
         bars = [self.bar(leg) for leg in drafts]
-        exits = exits_of(body, self.scale, bars, sides, starts)
+        exits = leg_exits(self.design, drafts, bars)
         openings = {
-            way: self._exits(way, drafts, bars, starts) for way in dict.fromkeys((requested, SLOTS))
+            way: slot_exits(self.design, way, self.limits, drafts, bars)
+            for way in dict.fromkeys((requested, SLOTS))
         }
         web = slots.least_web(self.design, requested, self.limits)
         flat = openings[requested].face_margin >= web - CLOSE
@@ -127,30 +118,10 @@ class Search:
             penalty[requested] = wrong + _NOT_FLAT * ~flat
         return Trial(tuple(legs), penalty)
 
-    def bar(self, leg: Leg) -> PlateFrame:
-        """The bar that just holds a leg's section."""
-        return turned_bar(self.by_index[leg.plate], leg.width, leg.offset)
-
-    def _exits(
-        self, holding: Holding, legs: list[Leg], bars: list[PlateFrame], starts: list[float]
-    ) -> Exits:
-        """How the legs' slots leave, with their reliefs."""
-        sides = [leg.side for leg in legs]
-        openings, reliefs = [], []
-        for bar, leg in zip(bars, legs, strict=True):
-            slot = slots.slot_of_bar(self.design, holding, self.limits, bar, leg)
-            openings.append(slots.as_bar(bar, slot))
-            reliefs.append(slots.as_relief(bar, slot))
-        body, scale = self.design.body, self.scale
-        found = exits_of(body, scale, openings, sides, starts, follow=False)
-        if self.design.mold.wire_mm <= 0.0:
-            return found
-        return found.with_others(exits_of(body, scale, reliefs, sides, starts, follow=False))
-
     def _wrong(self, legs: tuple[Leg, ...]) -> Array:
         """Of each leg, whether it meets other metal, or a hole of its own plate."""
         bars = tuple(leg_bar(self.by_index[leg.plate], leg) for leg in legs)
-        gaps = leg_gaps(self.design, self.scale, legs, bars, self.frames)
+        gaps = leg_gaps(self.design, legs, bars, self.frames)
         crossed = gaps < least_gap_mm(self.design) - CLOSE
         crossed |= np.array([meets_hole(self.by_index[leg.plate], leg) for leg in legs])
         return np.asarray(_CROSSED * crossed)
@@ -171,10 +142,12 @@ class Search:
         """The best place of each leg, near to a pattern's; and what is wrong in the end."""
         requested = self.design.mold.plate_fixture
         legs, wrong = self._chosen(trials, pattern, dict.fromkeys(SIDES, requested))
-        ways = {side: slots.holding_of(self.design, slots.on_side(legs, side)) for side in SIDES}
+        chosen = Fixture(self.design, self.limits, self.frames, legs)
+        ways = {side: chosen.holding(side) for side in SIDES}
         if any(way == SLOTS for way in ways.values()):
             legs, wrong = self._chosen(trials, pattern, ways)
-        return legs, wrong + self._together(legs)
+            chosen = replace(chosen, legs=legs)
+        return legs, wrong + wrong_between(chosen)
 
     def _chosen(
         self,
@@ -197,20 +170,16 @@ class Search:
             total += 0.0 if chosen[-1].flat else _NOT_FLAT
         return tuple(chosen), total
 
-    def _together(self, legs: tuple[Leg, ...]) -> float:
-        """What is wrong between legs: webs that are not held (their lack), legs that cross."""
-        wrong = _CROSSED * len(crossing_legs(self.design, legs, self.frames))
-        for side in SIDES:
-            here = slots.on_side(legs, side)
-            holding = slots.holding_of(self.design, here)
-            web = slots.least_web(self.design, holding, self.limits)
-            openings = [
-                slots.slot_of(self.design, holding, self.limits, self.by_index[leg.plate], leg)
-                for leg in here
-            ]
-            lack = web - slots.webs(openings)[2]
-            wrong += float((0.1 + _LACK * lack[lack > CLOSE]).sum())
-        return wrong
+
+def wrong_between(fixture: Fixture) -> float:
+    """What is wrong between legs: webs that are not held (their lack), legs that cross."""
+    design, limits = fixture.design, fixture.limits
+    wrong = _CROSSED * len(crossing_legs(design, fixture.legs, fixture.frames))
+    for side in SIDES:
+        web = slots.least_web(design, fixture.holding(side), limits)
+        lack = web - slots.webs(fixture.slots(side))[2]
+        wrong += float((0.1 + _LACK * lack[lack > CLOSE]).sum())
+    return wrong
 
 
 def meets_hole(frame: PlateFrame, leg: Leg) -> bool:
@@ -234,17 +203,16 @@ _FANS: tuple[tuple[float, float], ...] = ((0.0, 1.0), (0.0, -1.0), (0.0, 0.5), (
 _GOOD = 1e-2  # sides held by slots where a comb was asked for: no fault
 
 
-def legs_of(design: Design, scale: float, limits: Limits, thorough: bool = True) -> tuple[Leg, ...]:
-    """The legs of every plate, two each, plate by plate: the best that can be had.
+def fixture_of(design: Design, thorough: bool = True) -> Fixture:
+    """The plates in mold space with their legs, two each, plate by plate: the best that can be had.
 
-    ``scale``: the outline's enlargement; ``limits``: of the mold's process. What still is wrong
-    with them (webs, crossings, exits in the contact zone) is a fault of ``planning.sides_of``.
-    Not ``thorough``: only the likeliest widths and places are tried.
+    What still is wrong with them (webs, crossings, exits in the contact zone) is a fault of
+    fixture_faults.py. Not ``thorough``: only the likeliest widths and places are tried.
     """
-    frames = frames_in_mold(design, scale)
-    if not frames:
-        return ()
-    search = Search(design, scale, limits, frames)
+    limits = limits_of(design.mold)
+    search = Search(design, limits, frames_in_mold(design, scale_of(design)))
+    if not search.frames:
+        return Fixture(design, limits, ())
     best: tuple[Leg, ...] = ()
     least = np.inf
     shares: tuple[float, ...] = _SHARES if search.full.any() else _SHARES[:1]
@@ -263,30 +231,29 @@ def legs_of(design: Design, scale: float, limits: Limits, thorough: bool = True)
                 break
         if least < _GOOD:
             break
-    return _with_tips(design, limits, best, frames)
+    return _with_tips(Fixture(design, limits, search.frames, best))
 
 
-def _with_tips(
-    design: Design, limits: Limits, legs: tuple[Leg, ...], frames: tuple[PlateFrame, ...]
-) -> tuple[Leg, ...]:
+def _with_tips(fixture: Fixture) -> Fixture:
     """The legs with their tips: past the face and its sheets by a tab; of plates that are alike the
     longest leg's length, so that they are cut alike."""
-    tips = []
-    for leg in legs:
-        holding = slots.holding_of(design, slots.on_side(legs, leg.side))
-        sheets = slots.sheets_thickness(design, holding, limits) * (2 if holding == "jig" else 1)
-        tips.append(leg.exit + sheets + design.mold.tab_mm)
-    by_index = {frame.index: frame for frame in frames}
-    longest: dict[tuple[object, ...], float] = {}
+    design = fixture.design
+
+    def length(leg: Leg) -> float:
+        holding = fixture.holding(leg.side)
+        thick = slots.sheets_thickness(design, holding, fixture.limits)
+        return leg.exit + thick * (2 if holding == "jig" else 1) + design.mold.tab_mm - leg.start
 
     def kind(leg: Leg) -> tuple[object, ...]:
-        frame = by_index[leg.plate]
+        frame = fixture.by_index[leg.plate]
         sizes = (frame.length, frame.span, frame.bend_radius, leg.width, leg.offset)
         return (leg.side, frame.along, *(None if s is None else round(s, 6) for s in sizes))
 
-    for leg, tip in zip(legs, tips, strict=True):
-        longest[kind(leg)] = max(longest.get(kind(leg), 0.0), tip - leg.start)
-    return tuple(replace(leg, tip=leg.start + longest[kind(leg)]) for leg in legs)
+    longest: dict[tuple[object, ...], float] = {}
+    for leg in fixture.legs:
+        longest[kind(leg)] = max(longest.get(kind(leg), 0.0), length(leg))
+    legs = (replace(leg, tip=leg.start + longest[kind(leg)]) for leg in fixture.legs)
+    return replace(fixture, legs=tuple(legs))
 
 
 def legs_volume(plan: MoldPlan) -> float:

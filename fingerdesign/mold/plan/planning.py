@@ -1,46 +1,35 @@
 """Design -> MoldPlan: every number of a mold, or every reason why there is none.
 
-Cast with the base up, tilted by ``base_plan.TILT_DEG`` toward the first vent of ``base_holes``, in
-the corner +x +z: ``base_plan.pour_up`` points up. The highest place of the rubber is then that
+Cast with the base up, tilted by ``base.TILT_DEG`` toward the first vent of ``base_holes``, in
+the corner +x +z: ``base.pour_up`` points up. The highest place of the rubber is then that
 corner of the base (of a round base: its rim there); a backing core that parts the base leaves more
 such places, each with a vent of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mold.plan.base import base_holes_of, core_pins_of
 from fingerdesign.mold.plan.extent import Extent, extent_of, seam_height
 from fingerdesign.mold.plan.fasteners import fastener_faults, fasteners_of, limit_faults
-from fingerdesign.mold.plan.fixture import _side, plugs_of
-from fingerdesign.mold.plan.fixture_faults import (
-    fixture_faults,
-)
-from fingerdesign.mold.plan.legs import legs_of
+from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
+from fingerdesign.mold.plan.leg_room import Fixture
+from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import (
     SIDES,
-    BaseHole,
-    CorePin,
-    Leg,
     Limits,
     MoldPlan,
-    Plug,
-    Side,
-    SidePlan,
     limits_of,
 )
-from fingerdesign.mold.plan.slots import frames_in_mold, scale_of
+from fingerdesign.mold.plan.slots import scale_of
 from fingerdesign.mold.plan.walls import Columns, Walls, columns_of, pin_height, z_bolt_height
 
 # Remedies with numbers for faults of room: found by planning the mold again with another value.
-
-Planned = Callable[["Design"], list[Fault]]
 
 _UP = (1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 2.5)
 _DOWN = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
@@ -55,37 +44,29 @@ _GROUPS: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = (
 )
 
 
-def with_remedies(
-    design: Design, limits: Limits, faults: list[Fault], planned: Planned
-) -> list[Fault]:
+def _with_remedies(design: Design, faults: list[Fault]) -> list[Fault]:
     """The same faults; where one of room has a change of one key that mends it, its remedy says so.
 
-    A change is named only if ``planned`` (a design's faults, remedies left out) with it finds none
-    of the faults of its group any more, and no new ones.
+    A change is named only if a design with it has none of the faults of its group any more, and no
+    new ones.
     """
-    if not faults:
-        return faults
     before = {fault.key for fault in faults}
     for keys, tried in _GROUPS:
         group = {fault.key for fault in faults if fault.key in keys}
         if not group:
             continue
-        found = [
-            text for key in tried if (text := _mended(design, limits, key, group, before, planned))
-        ]
+        found = [text for key in tried if (text := _mended(design, key, group, before))]
         if found:
             remedy = f"one of these mends it: {'; '.join(found)}"
             faults = [replace(f, remedy=remedy) if f.key in group else f for f in faults]
     return faults
 
 
-def _mended(
-    design: Design, limits: Limits, key: str, group: set[str], before: set[str], planned: Planned
-) -> str:
+def _mended(design: Design, key: str, group: set[str], before: set[str]) -> str:
     """The first change of a key that mends a group of faults, as in a design file; "" for none."""
-    for values in _candidates(design, limits, key):
+    for values in _candidates(design, key):
         try:
-            after = {fault.key for fault in planned(with_values(design, dict(values)))}
+            after = {fault.key for fault in _planned(with_values(design, dict(values)))[1]}
         except DesignError:
             continue
         if not after & group and after <= before:
@@ -93,11 +74,11 @@ def _mended(
     return ""
 
 
-def _candidates(design: Design, limits: Limits, key: str) -> Iterator[Mapping[str, float | str]]:
+def _candidates(design: Design, key: str) -> Iterator[Mapping[str, float | str]]:
     """Values of a key, the nearest to what it is first; a round body's width is its depth."""
-    body = design.body
+    body, process = design.body, design.mold.process
     if key == _PROCESS:
-        yield from ({key: name} for name in ("sla", "machined", "fdm") if name != limits.name)
+        yield from ({key: name} for name in ("sla", "machined", "fdm") if name != process)
     elif key.startswith("body."):
         if body.step is not None:
             return
@@ -111,7 +92,7 @@ def _candidates(design: Design, limits: Limits, key: str) -> Iterator[Mapping[st
             if value > now:
                 yield dict.fromkeys((key, *also), value)
     else:
-        now = float(getattr(limits, key.removeprefix("mold.limits.")))
+        now = float(getattr(limits_of(design.mold), key.removeprefix("mold.limits.")))
         yield from ({key: round(share * now, 2)} for share in _DOWN)
 
 
@@ -123,93 +104,42 @@ AUTO_BOLTS = ("M3", "M2.5", "M2")
 CORNERS = (1.0, 0.85, 0.7, 0.5)  # of the outermost |z| at which end and side walls may meet
 
 
-@dataclass(frozen=True)
-class _Draft:
-    """A plan before its fasteners."""
-
-    scale: float
-    limits: Limits
-    extent: Extent
-    frames: tuple[PlateFrame, ...]
-    legs: tuple[Leg, ...]
-    sides: tuple[SidePlan, ...]
-    plugs: tuple[Plug, ...]
-    core_pins: tuple[CorePin, ...]
-    base_holes: tuple[BaseHole, ...]
-    walls: Walls
-    columns: Columns
-
-
 def plan_mold(design: Design) -> MoldPlan:
     """The plan of a sound design's mold.
 
-    Up while casting is ``base_plan.pour_up(plan)``: the base up, tilted so that the first vent's
-    corner is the highest place of the rubber. Raises DesignError with every fault.
+    Up while casting is ``base.pour_up(plan)``: the base up, tilted so that the first vent's corner
+    is the highest place of the rubber. Raises DesignError with every fault.
     """
-    draft, faults = _drafted(design)
-    if faults:
+    plan, faults = _planned(design)
+    if plan is None:
         raise DesignError(_with_remedies(design, faults), design.design.name)
-    fasteners = fasteners_of(draft.walls, draft.columns)
-    extent, columns = draft.extent, draft.columns
-    return MoldPlan(
-        scale=draft.scale,
-        frames=draft.frames,
-        legs=draft.legs,
-        sides=draft.sides,
-        plugs=draft.plugs,
-        half_width=extent.half_width,
-        half_depth=extent.half_depth,
-        corner=extent.corner,
-        rim=extent.rim,
-        crest=extent.crest,
-        top=draft.walls.top,
-        wall_x=columns.wall_x,
-        wall_z=columns.wall_z,
-        ear=columns.ear,
-        base=draft.walls.base,
-        bolts=fasteners.bolts,
-        pins=fasteners.pins,
-        keys=fasteners.keys,
-        base_holes=draft.base_holes,
-        core_pins=draft.core_pins,
-    )
+    return plan
 
 
 def mold_faults(design: Design) -> list[Fault]:
     """Every fault that keeps a sound design's mold from being made; empty where it can be."""
-    return _with_remedies(design, _drafted(design)[1])
+    return _with_remedies(design, _planned(design)[1])
 
 
-def _with_remedies(design: Design, faults: list[Fault]) -> list[Fault]:
-    def planned(changed: Design) -> list[Fault]:
-        return _drafted(changed)[1]
-
-    return with_remedies(design, limits_of(design.mold), faults, planned)
-
-
-def _drafted(design: Design) -> tuple[_Draft, list[Fault]]:
+def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
+    """The plan, or its faults, remedies of room left out."""
     mold = design.mold
     limits, scale = limits_of(mold), scale_of(design)
-    extent = extent_of(design, scale)
-    frames = frames_in_mold(design, scale)
-    legs = legs_of(design, scale, limits)
-    extent = _parted(design, extent, frames, legs, limits)
-    sides, plugs, unheld = sides_of(design, frames, legs, limits, extent.corner)
+    fixture = fixture_of(design)
+    extent, unheld = _parted(fixture, extent_of(design, scale))
+    sides = tuple(fixture.side(side) for side in SIDES)
     core_pins, no_pins = core_pins_of(design, scale, sides, limits)
     holes, no_room = base_holes_of(design, extent, scale, limits)
 
     def seam(x: float, z: float) -> float:
         return seam_height(design, extent, scale, x, z)
 
-    tips: dict[Side, float] = {
-        side: max((leg.tip for leg in legs if leg.side == side), default=0.0) for side in SIDES
-    }
     walls = Walls(
         extent=extent,
         sides=sides,
-        plugs=plugs,
+        plugs=fixture.plugs,
         core_pins=core_pins,
-        tips=tips,
+        tips={side: max((leg.tip for leg in fixture.on(side)), default=0.0) for side in SIDES},
         seam=seam,
         top=extent.crest + mold.insert_mm,
         base=mold.base_mm,
@@ -224,34 +154,46 @@ def _drafted(design: Design) -> tuple[_Draft, list[Fault]]:
         *no_room,
         *fastener_faults(mold, limits, walls, columns),
     ]
+    if faults:
+        return None, list({str(fault): fault for fault in faults}.values())
     if mold.wall_mm is not None:
-        columns = columns.thicker(mold.wall_mm)
-    draft = _Draft(
-        scale, limits, extent, frames, legs, sides, plugs, core_pins, holes, walls, columns
+        columns = replace(columns, wall_z=mold.wall_mm)
+    plan = MoldPlan(
+        scale=scale,
+        frames=fixture.frames,
+        legs=fixture.legs,
+        sides=sides,
+        plugs=walls.plugs,
+        half_width=extent.half_width,
+        half_depth=extent.half_depth,
+        corner=extent.corner,
+        rim=extent.rim,
+        crest=extent.crest,
+        top=walls.top,
+        wall_x=columns.wall_x,
+        wall_z=columns.wall_z,
+        ear=columns.ear,
+        base=walls.base,
+        **fasteners_of(walls, columns),
+        base_holes=holes,
+        core_pins=core_pins,
     )
-    return draft, list({str(fault): fault for fault in faults}.values())
+    return plan, []
 
 
-def _parted(
-    design: Design,
-    extent: Extent,
-    frames: tuple[PlateFrame, ...],
-    legs: tuple[Leg, ...],
-    limits: Limits,
-) -> Extent:
-    """The extent with end and side walls parted where legs leave through the right ones: a round
-    or tapering body may be parted at any of several |z|."""
-    if extent.continued or not legs:
-        return extent
-    best, least = extent, -1
-    for share in CORNERS:
+def _parted(fixture: Fixture, extent: Extent) -> tuple[Extent, list[Fault]]:
+    """The extent with end and side walls parted where legs leave through the right ones, and the
+    faults that are left: a round or tapering body may be parted at any of several |z|."""
+    held = fixture_faults(fixture)
+    shares = (1.0,) if extent.continued or not fixture.legs else CORNERS
+    found = []
+    for share in shares:
         trial = replace(extent, corner=share * extent.corner)
-        wrong = len(sides_of(design, frames, legs, limits, trial.corner)[2])
-        if not wrong:
-            return trial
-        if least < 0 or wrong < least:
-            best, least = trial, wrong
-    return best
+        faults = with_walls(fixture, held, trial.corner)
+        found.append((trial, faults))
+        if not faults:
+            break
+    return min(found, key=lambda each: len(each[1]))
 
 
 def _columns(walls: Walls, limits: Limits, bolt: str) -> Columns:
@@ -270,20 +212,3 @@ def _columns(walls: Walls, limits: Limits, bolt: str) -> Columns:
     size = next((s for s in sizes if z_bolt_height(walls, of(s, plugged)) is not None), sizes[-1])
     low = pin_height(walls, of(size, plugged)) is None and not bar
     return of(size, plugged or low)
-
-
-def sides_of(
-    design: Design,
-    frames: tuple[PlateFrame, ...],
-    legs: tuple[Leg, ...],
-    limits: Limits,
-    corner: float | None = None,
-) -> tuple[tuple[SidePlan, ...], tuple[Plug, ...], list[Fault]]:
-    """The four sides, the insert's plugs, and every fault of plates that cannot be held.
-
-    ``frames`` and ``legs``: in mold space; ``corner``: |z| at which end and side walls meet, where
-    legs must not leave through the wrong one (absent: as extent.py has it).
-    """
-    sides = tuple(_side(design, frames, legs, limits, side) for side in SIDES)
-    plugs = plugs_of(design, frames, legs, limits)
-    return sides, plugs, fixture_faults(design, frames, legs, limits, corner)

@@ -171,16 +171,9 @@ def stock_shim(play: float) -> float:
     return thick if thick >= _LEAST_SHIM_MM else 0.0
 
 
-def slot_of(design: Design, holding: Holding, limits: Limits, frame: PlateFrame, leg: Leg) -> Slot:
-    """The slot of a leg; the leads' hole lies on the side away from the contact surface."""
-    bar = turned_bar(frame, leg.width, leg.offset)
-    return slot_of_bar(design, holding, limits, bar, leg)
-
-
-def slot_of_bar(
-    design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg
-) -> Slot:
-    """The slot of a leg whose section ``bar`` just holds."""
+def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg) -> Slot:
+    """The slot of a leg whose section ``bar`` just holds; the leads' hole lies on the side away
+    from the contact surface."""
     length, width = opening_sizes(design, holding, limits, bar)
     relief = relief_diameter(design, holding, limits, leg.side, width, bar.thickness)
     return Slot(
@@ -294,15 +287,3 @@ def corners_to_edges(points: Array, polygon: Array) -> Array:
     share = (offset * edge).sum(-1) / (edge * edge).sum(-1)
     rest = offset - np.clip(share, 0.0, 1.0)[..., None] * edge
     return np.asarray(np.sqrt((rest * rest).sum(-1)).min(axis=(1, 2)))
-
-
-def on_side(legs: Sequence[Leg], side: Side) -> tuple[Leg, ...]:
-    """The legs that leave on one side."""
-    return tuple(leg for leg in legs if leg.side == side)
-
-
-def holding_of(design: Design, legs: Sequence[Leg]) -> Holding:
-    """How a side holds its legs: as asked where all leave through one flat face, else by slots."""
-    if not legs:
-        return "wall"
-    return design.mold.plate_fixture if all(leg.flat for leg in legs) else "slots"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -56,10 +56,6 @@ class Columns:
     wall_x: float
     ear: float
     wall_z: float
-
-    def thicker(self, wall_z: float) -> Columns:
-        """The same with end walls as thick as asked."""
-        return replace(self, wall_z=wall_z)
 
     @property
     def radius(self) -> float:
