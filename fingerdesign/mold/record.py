@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import metadata
@@ -17,7 +18,7 @@ from typing_extensions import TypedDict
 from fingerdesign.analysis.summary import peak_memory_MB, versions
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import Check, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import MoldPlan, Side, limits_of
+from fingerdesign.mold.plan.plan import MoldPlan, Side, SidePlan, limits_of
 from fingerdesign.mold.products.bill import Item, Silicone
 from fingerdesign.mold.products.flat_pattern import FlatPattern
 from fingerdesign.mold.products.notes import casting_notes, warnings_of
@@ -284,9 +285,12 @@ def mold_record(
             ],
             "plates": [_pattern(pattern, files) for pattern in patterns],
             "placements": _placements(plan, patterns),
-            "fixture": _fixture(plan),
+            "fixture": [_fixture(side) for side in plan.sides],
             "base": _base(plan),
-            "checks": [_check(check) for check in checks],
+            "checks": [
+                asdict(check) | {"measured": _finite(check.measured), "bound": _finite(check.bound)}
+                for check in checks
+            ],
             "silicone": _silicone(made.silicone) if made else None,
             "placement": placement,
             "warnings": warnings_of(design, plan, placement) if placement else [],
@@ -309,55 +313,49 @@ def mold_digest(design: Design) -> str:
     return hashlib.sha256("\n".join((design.digest(), table, __version__)).encode()).hexdigest()
 
 
+def values_of(kind: type, source: object, **given: Any) -> dict[str, Any]:
+    """A record of a kind: what is given, and of the rest what ``source`` has under the key's name
+    or, in the key's unit, under its name without it.
+
+    >>> from fingerdesign.mold.plan.plan import BaseHole
+    >>> values_of(HoleData, BaseHole("gate", 1.0, 2.0, 3.0, 4.0))["x_mm"]
+    1.0
+    """
+    found = {}
+    for key in kind.__annotations__:
+        name = key if hasattr(source, key) else re.sub("_(mm[23]?|cm3)$", "", key)
+        found[key] = given[key] if key in given else getattr(source, name)
+    return found
+
+
 def _process(design: Design) -> dict[str, Any]:
-    mold = design.mold
-    limits = asdict(limits_of(mold))
-    return {
-        "name": limits.pop("name"),
-        "cure": mold.cure,
-        "plate_fixture": mold.plate_fixture,
-        "draft_deg": mold.draft_deg,
-        "chord_mm": mold.chord_mm,
-        "limits": limits,
-        "comb": mold.comb.model_dump(mode="json"),
-    }
+    mold, limits = design.mold, limits_of(design.mold)
+    return values_of(
+        ProcessData,
+        mold,
+        name=mold.process,
+        limits=values_of(LimitsData, limits),
+        comb=mold.comb.model_dump(mode="json"),
+    )
 
 
 def _part(part: PartMesh, number: int, posed: Posed | None, files: list[str]) -> dict[str, Any]:
-    lying = posed and {
-        "down": posed.down,
-        "flat_area_mm2": posed.flat_area,
-        "size_mm": posed.size,
-    }
-    return {
-        "number": number,
-        "name": part.name,
-        "made": part.made,
-        "draw": part.draw,
-        "order": part.order,
-        "size_mm": np.ptp(part.vertices, axis=0),
-        "volume_mm3": part.volume,
-        "vertices": len(part.vertices),
-        "triangles": len(part.triangles),
-        "chord_mm": part.chord,
-        "print": lying,
-        "files": _files_of(part.name, files),
-    }
+    return values_of(
+        PartData,
+        part,
+        number=number,
+        size_mm=np.ptp(part.vertices, axis=0),
+        vertices=len(part.vertices),
+        triangles=len(part.triangles),
+        print=None if posed is None else values_of(PrintData, posed),
+        files=_files_of(part.name, files),
+    )
 
 
 def _pattern(pattern: FlatPattern, files: list[str]) -> dict[str, Any]:
-    wide, long = np.ptp(pattern.outline, axis=0).tolist()
-    return {
-        "name": pattern.name,
-        "plates": pattern.plates,
-        "count": pattern.count,
-        "material": pattern.material,
-        "thickness_mm": pattern.thickness,
-        "width_mm": wide,
-        "length_mm": long,
-        "bend_radius_mm": pattern.bend_radius,
-        "files": _files_of(pattern.name, files),
-    }
+    wide, long = np.ptp(pattern.outline, axis=0)
+    files = _files_of(pattern.name, files)
+    return values_of(PatternData, pattern, width_mm=wide, length_mm=long, files=files)
 
 
 def _files_of(name: str, files: list[str]) -> list[str]:
@@ -368,34 +366,27 @@ def _placements(plan: MoldPlan, patterns: Sequence[FlatPattern]) -> list[dict[st
     names = {plate: pattern.name for pattern in patterns for plate in pattern.plates}
     held = [(slot.plate, side.side) for side in plan.sides for slot in side.slots]
     return [
-        {
-            "plate": frame.index,
-            "pattern": names.get(frame.index, ""),
-            "x_mm": frame.x,
-            "y_mm": frame.y,
-            "z_mm": frame.z,
-            "along": frame.along,
-            "angle_deg": frame.angle_deg,
-            "span_mm": frame.span,
-            "held_at": [side for plate, side in held if plate == frame.index],
-        }
+        values_of(
+            PlacedData,
+            frame,
+            plate=frame.index,
+            pattern=names.get(frame.index, ""),
+            held_at=[side for plate, side in held if plate == frame.index],
+        )
         for frame in plan.frames
     ]
 
 
-def _fixture(plan: MoldPlan) -> list[dict[str, Any]]:
-    return [
-        {
-            "side": side.side,
-            "holding": side.holding,
-            "slots": len(side.slots),
-            "narrowest_slot_mm": min((slot.width for slot in side.slots), default=None),
-            "shim_mm": max((slot.shim for slot in side.slots), default=0.0),
-            "sheet_mm": side.sheet if side.holding in ("comb", "jig") else None,
-            "shift_mm": side.shift if side.holding == "jig" else None,
-        }
-        for side in plan.sides
-    ]
+def _fixture(side: SidePlan) -> dict[str, Any]:
+    return values_of(
+        FixtureData,
+        side,
+        slots=len(side.slots),
+        narrowest_slot_mm=min((slot.width for slot in side.slots), default=None),
+        shim_mm=max((slot.shim for slot in side.slots), default=0.0),
+        sheet_mm=side.sheet if side.holding in ("comb", "jig") else None,
+        shift_mm=side.shift if side.holding == "jig" else None,
+    )
 
 
 def _base(plan: MoldPlan) -> dict[str, Any]:
@@ -404,38 +395,20 @@ def _base(plan: MoldPlan) -> dict[str, Any]:
         "half_z_mm": plan.reach_z,
         "finger_half_x_mm": plan.half_width,
         "finger_half_z_mm": plan.half_depth,
-        "holes": [
-            {
-                "kind": hole.kind,
-                "x_mm": hole.x,
-                "z_mm": hole.z,
-                "diameter_mm": hole.diameter,
-                "outer_diameter_mm": hole.outer_diameter,
-            }
-            for hole in plan.base_holes
-        ],
+        "holes": [values_of(HoleData, hole) for hole in plan.base_holes],
     }
 
 
 def _silicone(silicone: Silicone) -> dict[str, Any]:
-    return {
-        "finger_cm3": 1e-3 * silicone.rubber,
-        "locks_cm3": 1e-3 * silicone.locks,
-        "gate_risers_vents_cm3": 1e-3 * silicone.openings,
-        "flash_cm3": 1e-3 * silicone.flash,
-        "excess": silicone.excess,
-        "mixed_cm3": silicone.mixed_cm3,
-        "density_g_cm3": silicone.density_g_cm3,
-        "mass_g": silicone.mass_g,
-        "sentence": silicone.sentence,
-    }
+    return values_of(
+        SiliconeData,
+        silicone,
+        finger_cm3=1e-3 * silicone.rubber,
+        locks_cm3=1e-3 * silicone.locks,
+        gate_risers_vents_cm3=1e-3 * silicone.openings,
+        flash_cm3=1e-3 * silicone.flash,
+    )
 
 
-def _check(check: Check) -> dict[str, Any]:
-    """A measure that is not finite is null (its sentence says why)."""
-    measures = {"measured": check.measured, "bound": check.bound}
-    finite = {
-        key: None if value is None or not math.isfinite(value) else float(value)
-        for key, value in measures.items()
-    }
-    return asdict(check) | finite
+def _finite(value: float | None) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(value)

@@ -38,46 +38,34 @@ SINGLE = 2.0**-24
 
 def part_checks(part: PartMesh, chord_mm: float) -> list[Check]:
     """Topology, triangles, volume and chord of one part. Rubber alone may enclose a core."""
-    found = topology(part.triangles)
+    found, name = topology(part.triangles), part.name
     least = float(heights(part.vertices, part.triangles).min())
+    flat = f"the flattest of {len(part.triangles)} triangles is {least:.2g} mm high"
+    chord = f"triangles leave the exact surface by at most {part.chord:.4f} mm"
+    one = found.shells == 1 or part.made == "silicone"
 
-    def none_of(name: str, count: int, unit: str, what: str) -> Check:
-        sentence = f"{part.name}: {count} {what}" if count else f"{part.name}: no {what}"
-        return Check(name, part.name, count == 0, float(count), 0.0, unit, sentence)
+    def none_of(title: str, count: int, unit: str, what: str) -> Check:
+        words = f"{name}: {count or 'no'} {what}"
+        return Check(title, name, count == 0, float(count), 0.0, unit, words)
+
+    def held(title: str, ok: bool, measured: float, bound: float, unit: str, words: str) -> Check:
+        return Check(title, name, ok, measured, bound, unit, f"{name}: {words}")
 
     return [
         none_of("watertight", found.open_edges, "edges", "edges that two triangles do not share"),
         none_of("winding", found.turned_edges, "edges", "edges that two triangles run alike"),
         none_of("manifold", found.extra_fans, "vertices", "vertices where shells merely touch"),
-        Check(
-            "one shell",
-            part.name,
-            found.shells == 1 or part.made == "silicone",
-            float(found.shells),
-            1.0,
-            "shells",
-            f"{part.name}: {found.shells} shells of triangles",
+        held(
+            *("one shell", one, float(found.shells), 1.0),
+            *("shells", f"{found.shells} shells of triangles"),
         ),
-        Check(
-            "no degenerate triangles",
-            part.name,
-            least > LEAST_HEIGHT_MM,
-            least,
-            LEAST_HEIGHT_MM,
-            "mm",
-            f"{part.name}: the flattest of {len(part.triangles)} triangles is {least:.2g} mm high",
+        held(
+            *("no degenerate triangles", least > LEAST_HEIGHT_MM, least, LEAST_HEIGHT_MM),
+            *("mm", flat),
         ),
         _written(part),
         _volume(part),
-        Check(
-            "chord",
-            part.name,
-            part.chord <= chord_mm,
-            part.chord,
-            chord_mm,
-            "mm",
-            f"{part.name}: triangles leave the exact surface by at most {part.chord:.4f} mm",
-        ),
+        held("chord", part.chord <= chord_mm, part.chord, chord_mm, "mm", chord),
     ]
 
 
