@@ -65,18 +65,38 @@ def design_of(keys):
     return parse_design(base + keys)
 
 
+# The longest: fTetWild takes 10 s or more for each.
+SLOW = ("pin", "bent and perforated", "rows both ways", "whole finger")
+
+
+def made(case):
+    """A case's design and its mesh, from the cache if it has been made before."""
+    keys, symmetric = CASES[case]
+    design = design_of(keys)
+    return design, tetrahedralise(design, 3.0, symmetric)
+
+
 @pytest.fixture(scope="module")
-def meshes():
-    made = {}
-    for name, (keys, symmetric) in CASES.items():
-        design = design_of(keys)
-        made[name] = (design, tetrahedralise(design, 3.0, symmetric, use_cache=False))
-    return made
+def unplated():
+    """The finger without plates: design, mesh and triangles."""
+    design, mesh = made("no plates")
+    return design, mesh, tetwild.finger_triangles(design, tetwild.chord_mm(design.body), True, ())
 
 
-@pytest.mark.parametrize("case", CASES)
-def test_an_accepted_mesh_is_true_to_the_design(case, meshes):
-    design, mesh = meshes[case]
+@pytest.fixture
+def known_tetrahedra(monkeypatch, unplated):
+    """fTetWild answers as it did for the finger without plates; that design, and its mesh."""
+    design, good, triangles = unplated
+    monkeypatch.setattr(tetwild, "finger_triangles", lambda *arguments: triangles)
+    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+    return design, good
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=[pytest.mark.slow] * (case in SLOW)) for case in CASES]
+)
+def test_an_accepted_mesh_is_true_to_the_design(case):
+    design, mesh = made(case)
     report = assess(mesh, design)
     assert not Gate().faults(report)
     # Snapped: exact, not merely accepted; round holes are as exact as curved edges are.
@@ -94,8 +114,8 @@ def test_an_accepted_mesh_is_true_to_the_design(case, meshes):
 
 
 @pytest.mark.parametrize("case", ["plates ending inside", "dome"])
-def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(case, meshes):
-    design, mesh = meshes[case]
+def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(case):
+    design, mesh = made(case)
     nodes = {name: mesh.points[np.unique(facets)] for name, facets in mesh.facets.items()}
     np.testing.assert_allclose(nodes["base"][:, 1], 0.0, atol=1e-12)
     np.testing.assert_allclose(np.abs(nodes["side"][:, 0]), 6.0, atol=1e-12)
@@ -105,8 +125,8 @@ def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(case, meshes):
     np.testing.assert_allclose(away, 0.0, atol=1e-12)
 
 
-def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(meshes):
-    _, mesh = meshes["plates to the ends"]
+def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners():
+    _, mesh = made("plates to the ends")
     outward = {"base": [0, -1, 0], "end": [0, 0, 1], "symmetry": [0, 0, -1]}
     for name, normal in outward.items():
         a, b, c = (mesh.points[mesh.facets[name][:, i]] for i in range(3))
@@ -119,17 +139,16 @@ def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners(mesh
             assert np.all(off <= 0.1 * length)  # straight, but for the arc's sagitta
 
 
-def test_edges_at_the_contact_come_out_as_requested(meshes):
-    design, mesh = meshes["no plates"]
+def test_edges_at_the_contact_come_out_as_requested():
+    design, mesh = made("no plates")
     facets = mesh.facets["contact"][:, :3]
     inner = facets[(np.abs(mesh.points[facets, 0]) < 3.0).all(axis=1)]
     a, b, c = (mesh.points[inner[:, i]] for i in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).mean()
     mean = np.sqrt(4.0 * area / np.sqrt(3.0))
     requested = MeshSizes.of(design, 3.0).contact
-    assert requested == pytest.approx(
-        3.0 / 5.0
-    )  # finer than [mesh] says: five facets on its half-width
+    # Finer than [mesh] says: five facets on its half-width.
+    assert requested == pytest.approx(3.0 / 5.0)
     assert 0.75 * requested < mean < 1.25 * requested
 
 
@@ -141,9 +160,8 @@ def test_sizes_that_ask_for_millions_of_elements_are_refused_at_once():
         tetrahedralise(design, 3.0, use_cache=False)
 
 
-def test_a_mesh_many_times_finer_than_requested_is_refused(monkeypatch, meshes):
-    design, good = meshes["no plates"]
-    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+def test_a_mesh_many_times_finer_than_requested_is_refused(monkeypatch, known_tetrahedra):
+    design, good = known_tetrahedra
     monkeypatch.setattr(tetwild, "finish", lambda *arguments: good)
     monkeypatch.setattr(tetwild, "expected_elements", lambda *arguments: len(good.cells) / 3)
     monkeypatch.setattr(tetwild, "FEW_ELEMENTS", 0)
@@ -151,9 +169,11 @@ def test_a_mesh_many_times_finer_than_requested_is_refused(monkeypatch, meshes):
         tetrahedralise(design, 3.0, use_cache=False)
 
 
-def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(tmp_path, monkeypatch):
+def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(
+    tmp_path, monkeypatch, known_tetrahedra
+):
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    design = design_of("plates.count = 0")
+    design, _ = known_tetrahedra
     first = tetrahedralise(design, 3.0)
     calls = []
 
@@ -175,9 +195,8 @@ def test_a_kept_mesh_is_returned_again_and_a_damaged_one_is_not(tmp_path, monkey
     assert len(calls) == 2 * design.mesh.attempts
 
 
-def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, meshes):
-    design, good = meshes["no plates"]
-    squashed = good.points * [1.0, 1.0, 0.9]  # 10 % of the volume is missing
+def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, known_tetrahedra):
+    design, good = known_tetrahedra
     seen = []
 
     def answer(*arguments):
@@ -185,6 +204,7 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, 
         return good.points, good.corners
 
     monkeypatch.setattr(tetwild, "run_tetwild", answer)
+    squashed = good.points * [1.0, 1.0, 0.9]  # 10 % of the volume is missing
     bad = Mesh(squashed, good.cells, good.regions, good.facets, "tetwild", True)
     monkeypatch.setattr(tetwild, "finish", lambda *arguments: bad)
     with pytest.raises(MeshError, match=r"in 4 attempts.*attempt 4 \(no plates\): body"):
@@ -193,9 +213,8 @@ def test_a_mesh_that_fails_the_gate_is_made_again_and_then_refused(monkeypatch, 
     assert len(set(seen)) > 1  # settings change
 
 
-def test_an_attempt_whose_elements_have_no_volume_is_made_again(monkeypatch, meshes):
-    design, good = meshes["no plates"]
-    monkeypatch.setattr(tetwild, "run_tetwild", lambda *arguments: (good.points, good.corners))
+def test_an_attempt_whose_elements_have_no_volume_is_made_again(monkeypatch, known_tetrahedra):
+    design, good = known_tetrahedra
     left = [np.zeros(1), np.ones(1)]
 
     def divide(*arguments):

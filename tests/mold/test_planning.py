@@ -42,7 +42,8 @@ def test_a_shipped_design_has_a_mold(name):
     ],
 )
 def test_what_cannot_be_made_is_refused_with_key_bound_and_remedy(values, key):
-    found = {fault.key: fault for fault in mold_faults(changed(**values))}
+    design = with_values(changed(**values), {"plates.count": 3})
+    found = {fault.key: fault for fault in mold_faults(design)}
     assert key in found
     assert found[key].remedy
     assert any(character.isdigit() for character in found[key].bound)
