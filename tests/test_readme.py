@@ -1,12 +1,10 @@
 """README and docs: every block of commands, TOML and Python in them runs; what they name exists."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from fingerdesign_cli.main import main
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text("utf-8")
@@ -32,36 +30,47 @@ def blocks(kind):
     return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
 
 
-def test_the_tour_runs(tmp_path):
-    """The fenced blocks in their order, in an empty folder."""
-    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
-    environment = os.environ | {
-        "PATH": path,
-        "FINGERDESIGN_CACHE": str(tmp_path / "cache"),
-        "PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "cli")]),
-    }
+@pytest.fixture
+def toured(tmp_path, monkeypatch):
+    """The folder of somebody who has come to a step of the tour: a design and a scene."""
     (tmp_path / "scene.toml").write_text(blocks("toml")[0], encoding="utf-8")
-    commands = [line for block in blocks("sh") for line in block.splitlines() if line]
-    assert len(commands) >= 6
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "mine.toml"]) == 0
+    return tmp_path
+
+
+TOUR = [[line for line in block.splitlines() if line] for block in blocks("sh")]
+STEPS = [TOUR[1], *([command] for block in TOUR[2:] for command in block)]
+
+
+def test_the_tour_begins_with_a_new_design(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert sum(map(len, TOUR)) >= 6
+    for command in TOUR[0]:
+        assert main(command.split()[1:]) == 0
+    assert (tmp_path / "mine.toml").exists()
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        pytest.param(step, id=step[0], marks=[pytest.mark.slow] * ("auto" in step[0]))
+        for step in STEPS
+    ],
+)
+def test_a_step_of_the_tour_runs(toured, commands, capsys):
     for command in commands:
-        arguments = command.split()
-        assert arguments[0] == "fingerdesign"
-        run = [sys.executable, "-m", "fingerdesign_cli.main", *arguments[1:]]
-        done = subprocess.run(
-            run, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-        )
-        assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
-    assert (tmp_path / "flat" / "mine" / "report.html").exists()
-    done = subprocess.run(
-        [sys.executable, "-c", blocks("python")[0]],
-        cwd=tmp_path,
-        env=environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    assert float(done.stdout.split()[0]) > 0
+        program, *arguments = command.split()
+        assert program == "fingerdesign"
+        assert main(arguments) == 0, capsys.readouterr()
+        out = Path(arguments[arguments.index("--out") + 1]) if "--out" in arguments else Path()
+        assert (toured / out).is_dir()
+
+
+def test_python_of_the_tour_runs(toured, capsys):
+    capsys.readouterr()
+    exec(compile(blocks("python")[0], "README.md", "exec"), {})
+    assert float(capsys.readouterr().out.split()[0]) > 0
 
 
 def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(

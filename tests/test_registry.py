@@ -2,14 +2,13 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from fingerdesign.design.schema import design_json_schema
 from fingerdesign.errors import DesignError
+from fingerdesign.runtime.isolate import Worker
 from fingerdesign.runtime.registry import (
     BODIES,
     CONTROLLERS,
@@ -54,7 +53,7 @@ KNOWN = SCENE.replace('"bar"', '"cylinder"').replace("bar_mm = 16.0", "radius_mm
 
 @pytest.fixture(scope="module")
 def command(tmp_path_factory):
-    """Runs a command of fingerdesign where a package with the toys is installed."""
+    """Runs commands where a package with the toys is installed: exit code, what they wrote."""
     folder = tmp_path_factory.mktemp("toys")
     about = folder / "toys-1.0.dist-info"
     about.mkdir()
@@ -65,16 +64,14 @@ def command(tmp_path_factory):
     (folder / "bar.toml").write_text(SCENE)
     (folder / "cylinder.toml").write_text(KNOWN)
     paths = [str(folder), str(ROOT), str(ROOT / "cli"), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    with pytest.MonkeyPatch.context() as patch, Worker(folder=folder) as worker:
+        patch.setenv("PYTHONPATH", os.pathsep.join(paths))
 
-    def run(*arguments):
-        words = [sys.executable, "-m", "fingerdesign_cli.main", *arguments]
-        return subprocess.run(
-            words, cwd=folder, env=environment, capture_output=True, text=True, check=False
-        )
+        def run(*arguments):
+            return worker.call("tests.support.calls:command", arguments, time_s=120.0)
 
-    run.folder = folder
-    return run
+        run.folder = folder
+        yield run
 
 
 def result(folder):
@@ -82,31 +79,31 @@ def result(folder):
 
 
 def test_files_of_a_plug_in_are_checked(command):
-    done = command("check", "toy.toml", "--scene", "bar.toml")
-    assert done.returncode == 0, done.stderr
+    code, written = command("check", "toy.toml", "--scene", "bar.toml")
+    assert code == 0, written
 
 
 def test_an_object_of_a_plug_in_is_pressed(command):
     for scene in ("bar", "cylinder"):
         words = ("--scene", f"{scene}.toml", "--fidelity", "plane-strain", "--out", scene)
-        done = command("analyse", "toy.toml", *words, "--quiet")
-        assert done.returncode == 0, done.stderr
+        code, written = command("analyse", "toy.toml", *words, "--quiet")
+        assert code == 0, written
     bar, cylinder = (result(command.folder / name) for name in ("bar", "cylinder"))
     assert bar["increments"] == cylinder["increments"]  # the same object under another name
     assert bar["increments"][-1]["normal_force_N"] > 0.1
 
 
 def test_a_controller_of_a_plug_in_grips(command):
-    done = command("grip", "toy.toml", "--out", "grip", "--quiet")
-    assert done.returncode == 0, done.stderr
+    code, written = command("grip", "toy.toml", "--out", "grip", "--quiet")
+    assert code == 0, written
     (grip,) = result(command.folder / "grip")["grips"]
     assert (grip["controller"], grip["lifted"]) == ("steady", True)
 
 
 def test_a_mesher_of_a_plug_in_meshes(command):
-    done = command("mesh", "toy.toml", "--out", "mesh", "--json")
-    assert done.returncode == 0, done.stderr
-    assert '"mesher": "slices"' in done.stdout
+    code, written = command("mesh", "toy.toml", "--out", "mesh", "--json")
+    assert code == 0, written
+    assert '"mesher": "slices"' in written
 
 
 def test_a_body_and_a_plate_layout_of_a_plug_in_are_meshed(command):
@@ -115,8 +112,8 @@ def test_a_body_and_a_plate_layout_of_a_plug_in_are_meshed(command):
         keys = f"body.shape = '{shape}'\nplates.count = 1\nplates.follow = '{follow}'\n"
         (command.folder / f"{name}.toml").write_text(f"design.name = '{name}'\n{keys}")
         words = ("--fidelity", "plane-strain", "--out", name, "--json", "--quiet")
-        done = command("mesh", f"{name}.toml", *words)
-        assert done.returncode == 0, done.stderr
+        code, written = command("mesh", f"{name}.toml", *words)
+        assert code == 0, written
         report = json.loads((command.folder / name / "quality.json").read_text("utf-8"))
         sections.append({key: report[key] for key in ("elements", "volumes", "nodes")})
     assert sections[0] == sections[1]  # one plate, in the middle, is turned by nothing
@@ -138,10 +135,10 @@ def test_a_body_and_a_plate_layout_of_a_plug_in_are_meshed(command):
 )
 def test_what_no_plug_in_knows_is_refused_with_the_nearest(command, line, fault, remedy):
     (command.folder / "wrong.toml").write_text(f"design.name = 'wrong'\nplates.count = 0\n{line}\n")
-    done = command("check", "wrong.toml")
-    assert done.returncode == 2
-    assert fault in done.stderr + done.stdout
-    assert remedy in done.stderr + done.stdout
+    code, written = command("check", "wrong.toml")
+    assert code == 2
+    assert fault in written
+    assert remedy in written
 
 
 @pytest.mark.parametrize(
@@ -155,9 +152,9 @@ def test_what_no_plug_in_knows_is_refused_with_the_nearest(command, line, fault,
 )
 def test_keys_of_another_object_are_refused(command, scene, remedy):
     (command.folder / "wrong_scene.toml").write_text(scene)
-    done = command("check", "toy.toml", "--scene", "wrong_scene.toml")
-    assert done.returncode == 2
-    assert remedy in done.stderr + done.stdout
+    code, written = command("check", "toy.toml", "--scene", "wrong_scene.toml")
+    assert code == 2
+    assert remedy in written
 
 
 @pytest.mark.parametrize("registry", [CONTROLLERS, SCENE_OBJECTS, BODIES, PLATE_LAYOUTS, MESHERS])

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import pytest
 from fingerdesign_cli.commands.hand import paper as command
 
 from fingerdesign.paper.claims import CLAIMS
@@ -12,6 +13,7 @@ ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs/paper.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_its_python_runs(capsys):
     (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
     exec(compile(code, "docs/paper.md", "exec"), {})

@@ -1,5 +1,7 @@
 """Functions that tests have called in other processes: quick, and bad in every way."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -9,6 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from fingerdesign.errors import DesignError, Fault, GeometryError
+
+
+def command(arguments):
+    """Exit code of a command of fingerdesign, and what it wrote to the terminal."""
+    from fingerdesign_cli.main import main
+
+    written = io.StringIO()
+    with contextlib.redirect_stdout(written), contextlib.redirect_stderr(written):
+        code = main(arguments)
+    return code, written.getvalue()
 
 
 def who(*given):
