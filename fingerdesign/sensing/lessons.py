@@ -27,11 +27,6 @@ from fingerdesign.sensing.teach import Lesson, Settings, teach
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
-if TYPE_CHECKING:
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.schema import Design
 

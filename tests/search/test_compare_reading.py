@@ -9,10 +9,14 @@ from fingerdesign.errors import DesignError
 from fingerdesign.records.folder import write_result_folder
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.search.compare.facts import Bound, Wanted
-from fingerdesign.search.compare.read import read_comparison, read_outcomes
+from fingerdesign.search.compare.read import read_comparison
 from tests.support.any_outcomes import any_outcomes
 
 MADE = any_outcomes(12)
+
+
+def read_outcomes(paths):
+    return read_comparison(paths).outcomes
 
 
 def write_study(folder, outcomes, **record):

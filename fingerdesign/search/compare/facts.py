@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import json
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+from typing_extensions import TypedDict
 
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import closed
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.search.study.metrics import METRICS, Goal
 
@@ -144,37 +149,33 @@ def why_not(
     return (*lacking, *filter(None, (bound.broken_by(outcome) for bound in constraints)))
 
 
+@closed
+class _Ends(TypedDict, total=False):
+    at_least: float | None
+    at_most: float | None
+
+
 def read_objectives(found: Any, source: str) -> tuple[Wanted, ...]:
     """Objectives of a record's JSON, a list of {metric, goal}; DesignError for any other."""
-    if not isinstance(found, list):
-        raise _wrong("objectives", found, "a list of {metric, goal}", source)
-    read = []
-    for each in found:
-        fits = isinstance(each, Mapping) and isinstance(each.get("metric"), str)
-        if not fits or each.get("goal") not in GOALS:
-            raise _wrong("objectives", each, "{metric, goal = min or max}", source)
-        read.append(Wanted(each["metric"], cast(Goal, each["goal"])))
+    read: list[Wanted] = _read(
+        list[Wanted], found, "objectives", "{metric, goal = min or max}", source
+    )
     return tuple(read)
 
 
 def read_constraints(found: Any, source: str) -> tuple[Bound, ...]:
     """Constraints of a record's JSON, {metric: {at_least, at_most}}; DesignError for any other."""
-    if not isinstance(found, Mapping):
-        raise _wrong("constraints", found, "{metric: {at_least, at_most}}", source)
-    read = []
-    for name, each in found.items():
-        if not isinstance(each, Mapping) or set(each) - {"at_least", "at_most"}:
-            raise _wrong(f"constraints.{name}", each, "{at_least, at_most}", source)
-        bounds = [each.get(key) for key in ("at_least", "at_most")]
-        if any(b is not None and (isinstance(b, bool) or not _number(b)) for b in bounds):
-            raise _wrong(f"constraints.{name}", each, "{at_least, at_most} of numbers", source)
-        read.append(Bound(str(name), bounds[0], bounds[1]))
-    return tuple(read)
+    bound = "{at_least, at_most} of numbers"
+    read: dict[str, _Ends] = _read(dict[str, _Ends], found, "constraints", bound, source)
+    return tuple(Bound(name, **ends) for name, ends in read.items())
 
 
-def _number(value: Any) -> bool:
-    return isinstance(value, int | float)
-
-
-def _wrong(key: str, value: Any, bound: str, source: str) -> DesignError:
-    return DesignError([Fault(key, str(value)[:200], bound, "run the study again")], source)
+def _read(kind: Any, found: Any, key: str, bound: str, source: str) -> Any:
+    try:
+        return TypeAdapter(kind).validate_json(json.dumps(found), strict=True)
+    except ValidationError as error:
+        place = error.errors()[0]["loc"]
+        value = found[place[0]] if place else found
+        where = f"{key}.{place[0]}" if place and isinstance(found, dict) else key
+        fault = Fault(where, str(value)[:200], bound, "run the study again")
+        raise DesignError([fault], source) from error

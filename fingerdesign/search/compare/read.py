@@ -16,7 +16,6 @@ from fingerdesign.layout.frames import plate_frames
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.outcome import (
     Failure,
-    GripOutcome,
     Numbers,
     Outcome,
     OutcomeError,
@@ -35,12 +34,11 @@ from fingerdesign.search.compare.facts import (
     read_objectives,
     usual_objectives,
 )
-from fingerdesign.search.run.measured import grip_metrics, metrics_of, traces_of
+from fingerdesign.search.run.measured import grip_metrics, grip_outcome, metrics_of, traces_of
 from fingerdesign.search.study.file import Cost
 
 # A result of `analyse` as an outcome, so that single analyses stand beside studies.
 
-MOST_POINTS = 60  # of a grip's path, as in every outcome
 _SCENE = "scene."
 _WRONG = (ValueError, TypeError, AttributeError)
 
@@ -83,7 +81,7 @@ def _outcome_of(result: Result, folder: Path) -> Outcome:
         failure=Failure("failed", result.failure or "") if failed else None,
         metrics={} if failed else _metrics(result, design),
         traces=_traces(result, design),
-        grips=tuple(_grip(grip, folder) for grip in result.grips),
+        grips=tuple(grip_outcome(grip, *_path(grip, folder)) for grip in result.grips),
         validity=_validity(result),
         warnings=result.warnings,
         versions=result.versions,
@@ -135,24 +133,8 @@ def _read_design(data: dict[str, Any]) -> Design | None:
         return None
 
 
-def _grip(grip: GripResult, folder: Path) -> GripOutcome:
-    normal, tangential = _path(grip, folder)
-    return GripOutcome(
-        grip.controller,
-        grip.friction_coefficient,
-        grip.object_mass_g,
-        grip.lifted,
-        grip.gross_slip,
-        grip.safety_margin,
-        grip.peak_normal_force_N,
-        grip.minimum_stick_ratio,
-        normal,
-        tangential,
-    )
-
-
 def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
-    """Forces of a grip from its grip_*.csv, thinned; none where the folder has no such file."""
+    """Forces of a grip from its grip_*.csv; none where the folder has no such file."""
     parts = f"{grip.controller}_mu{grip.friction_coefficient:g}_{grip.object_mass_g:g}g"
     stem = "grip_" + "".join(c if c.isalnum() or c in "-_." else "_" for c in parts)
     path = folder / f"{stem}.csv"
@@ -164,8 +146,7 @@ def _path(grip: GripResult, folder: Path) -> tuple[Numbers, Numbers]:
     except (OSError, KeyError, csv.Error, *_WRONG) as error:
         fault = Fault("RESULT", path, "the path of a grip", f"{error!r}; run analyse again")
         raise DesignError([fault]) from error
-    kept = _thinned(rows)
-    return tuple(row[0] for row in kept), tuple(row[1] for row in kept)
+    return tuple(row[0] for row in rows), tuple(row[1] for row in rows)
 
 
 def _forces(rows: Iterator[dict[str, str]] | csv.DictReader[str]) -> Iterator[tuple[float, float]]:
@@ -174,13 +155,6 @@ def _forces(rows: Iterator[dict[str, str]] | csv.DictReader[str]) -> Iterator[tu
         if not all(bounded(each) for each in forces):
             raise ValueError("a force that is no finite number")
         yield forces
-
-
-def _thinned(rows: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    if len(rows) <= MOST_POINTS:
-        return list(rows)
-    last = len(rows) - 1
-    return [rows[round(i * last / (MOST_POINTS - 1))] for i in range(MOST_POINTS)]
 
 
 def _validity(result: Result) -> Validity:
@@ -244,11 +218,6 @@ def read_comparison(
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = _distinct(outcomes, sources)
     return Comparison(outcomes, _facts(sources, outcomes, objectives, name))
-
-
-def read_outcomes(paths: Sequence[Path]) -> tuple[Outcome, ...]:
-    """As :func:`read_comparison`, the outcomes alone."""
-    return read_comparison(paths).outcomes
 
 
 def facts_of(

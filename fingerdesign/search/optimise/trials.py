@@ -24,8 +24,6 @@ from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from fingerdesign.design.schema import Design
     from fingerdesign.records.outcome import Outcome
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import hashlib
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import TypeAdapter
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.case import Case
@@ -27,16 +29,9 @@ from fingerdesign.search.run.measured import (
     stick_error_of,
     traces_of,
 )
-from fingerdesign.search.study.file import Cost
+from fingerdesign.search.study.file import Choice, Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.validate.plane_strain import plane_strain_error
-
-if TYPE_CHECKING:
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.search.study.file import Choice, Cost
-
 
 # How far the numbers of an outcome may be believed.
 
@@ -110,27 +105,23 @@ class Job:
 
     def to_data(self) -> dict[str, Any]:
         """Plain values that a worker elsewhere makes the job from; see :meth:`from_data`."""
-        return {
-            "name": self.name,
-            "design": self.design.model_dump(mode="json"),
-            "cost": self.cost.model_dump(),
-            "values": self.values,
-            "scene": None if self.scene is None else self.scene.model_dump(mode="json"),
-            "scene_name": self.scene_name,
-            "fidelity": self.fidelity,
-            "tolerance": self.tolerance,
-        }
+        found: dict[str, Any] = TypeAdapter(Job).dump_python(self, mode="json")
+        return found
 
     @classmethod
     def from_data(cls, data: dict[str, Any]) -> Job:
         """The job of :meth:`to_data`."""
-        scene = None if data["scene"] is None else Scene.model_validate(data["scene"])
-        made = {
-            "design": Design.model_validate(data["design"]),
-            "cost": Cost.model_validate(data["cost"]),
-            "scene": scene,
+        return TypeAdapter(Job).validate_python(data)
+
+    @property
+    def own(self) -> dict[str, Any]:
+        """What an outcome says of the job that its digest leaves out."""
+        return {
+            "name": self.name,
+            "values": dict(self.values),
+            "design": self.design.model_dump(mode="json", exclude_none=True),
+            "scene": self.scene_name,
         }
-        return cls(**(data | made))
 
 
 EVALUATE = "fingerdesign.search.run.evaluate:evaluated"
@@ -183,14 +174,7 @@ def relabelled(outcome: Outcome, job: Job) -> Outcome:
     if "cost" in metrics:
         cost = own_metrics(job.design, job.cost)["cost"]
         metrics = metrics | finite_metrics({"cost": cost})[0]
-    return replace(
-        outcome,
-        name=job.name,
-        values=dict(job.values),
-        design=job.design.model_dump(mode="json", exclude_none=True),
-        scene=job.scene_name,
-        metrics=metrics,
-    )
+    return replace(outcome, **job.own, metrics=metrics)
 
 
 def failed(job: Job, failure: Failure) -> Outcome:
@@ -201,10 +185,7 @@ def failed(job: Job, failure: Failure) -> Outcome:
         digest = hashlib.sha256(f"{job.name}\n{error}".encode()).hexdigest()
     return Outcome(
         digest=digest,
-        name=job.name,
-        values=dict(job.values),
-        design=job.design.model_dump(mode="json", exclude_none=True),
-        scene=job.scene_name,
+        **job.own,
         fidelity=job.fidelity,
         status="failed",
         failure=failure,
@@ -231,10 +212,7 @@ def _analysed(job: Job) -> Outcome:
     )
     return Outcome(
         digest=job.digest(),
-        name=job.name,
-        values=dict(job.values),
-        design=job.design.model_dump(mode="json", exclude_none=True),
-        scene=job.scene_name,
+        **job.own,
         fidelity=job.fidelity,
         status="ok",
         metrics=metrics,

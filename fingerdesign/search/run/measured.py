@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from fingerdesign.records.result import (
     SLIP,
     ContactHistory,
     GripResult,
-    GripTrace,
     IncrementResult,
 )
+from fingerdesign.report.style import spread
 from fingerdesign.sensing.stick_error import Listening, stick_error
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def own_metrics(design: Design, cost: Cost) -> dict[str, float | None]:
 def traces_of(analysis: Analysis) -> Traces:
     """The path's numbers, gages and contact map, thinned to what a comparison shows."""
     rows = analysis.result.increments
-    kept = _spread(len(rows), MOST_INCREMENTS)
+    kept = spread(len(rows), MOST_INCREMENTS)
     rows = tuple(rows[k] for k in kept)
     contact = analysis.contact
     places: dict[str, Numbers] = {}
@@ -122,27 +122,21 @@ def traces_of(analysis: Analysis) -> Traces:
 
 
 def grips_of(analysis: Analysis) -> tuple[GripOutcome, ...]:
-    """The grips with their paths of forces, thinned."""
-    traces = analysis.grip_traces
+    """The grips with their paths of forces."""
     return tuple(
-        GripOutcome(
-            grip.controller,
-            grip.friction_coefficient,
-            grip.object_mass_g,
-            grip.lifted,
-            grip.gross_slip,
-            grip.safety_margin,
-            grip.peak_normal_force_N,
-            grip.minimum_stick_ratio,
-            *_path(trace),
-        )
-        for grip, trace in zip(analysis.result.grips, traces, strict=True)
+        grip_outcome(grip, _numbers(trace.normal_force), _numbers(trace.tangential_force))
+        for grip, trace in zip(analysis.result.grips, analysis.grip_traces, strict=True)
     )
 
 
-def _path(trace: GripTrace) -> tuple[Numbers, Numbers]:
-    kept = _spread(len(trace.normal_force), MOST_STEPS)
-    return _numbers(trace.normal_force[kept]), _numbers(trace.tangential_force[kept])
+def grip_outcome(grip: GripResult, normal: Numbers, tangential: Numbers) -> GripOutcome:
+    """What an outcome keeps of a grip, its path of forces thinned."""
+    facts: dict[str, Any] = {
+        each.name: getattr(grip, each.name, ()) for each in fields(GripOutcome)
+    }
+    kept = spread(len(normal), MOST_STEPS)
+    normal, tangential = (tuple(path[k] for k in kept) for path in (normal, tangential))
+    return replace(GripOutcome(**facts), normal_force_N=normal, tangential_force_N=tangential)
 
 
 def grip_metrics(grips: Sequence[GripResult]) -> dict[str, float | None]:
@@ -200,23 +194,16 @@ def _gage_response(analysis: Analysis) -> float | None:
     return float(change.max())
 
 
-def _spread(count: int, most: int) -> list[int]:
-    """Up to ``most`` numbers from 0 to count - 1, evenly, both ends in."""
-    if count <= most:
-        return list(range(count))
-    return sorted({round(each) for each in np.linspace(0, count - 1, most)})
-
-
 def _shown_points(contact: ContactHistory) -> list[int]:
     """Numbers of the candidates that the map shows: evenly along x; in 3-D over x and z, about
     what is ever touched."""
     if contact.dimension == 2:
         line = contact.mid_line()
-        return [int(line[k]) for k in _spread(len(line), MOST_CONTACT)]
+        return [int(line[k]) for k in spread(len(line), MOST_CONTACT)]
     places = contact.points[:, [0, 2]]
     touched = places[(contact.status != OPEN).any(axis=0)]
     if not len(touched):
-        return _spread(len(places), MOST_CONTACT)
+        return spread(len(places), MOST_CONTACT)
     low, high = touched.min(axis=0), touched.max(axis=0)
     room = np.maximum(_ROOM * (high - low), 1e-9)
     low, high = low - room, high + room

@@ -44,23 +44,34 @@ VARIANTS, INVALID = "variants.csv", "invalid.csv"
 
 def variants_csv(keys: Sequence[str], found: Iterable[tuple[Variant, str]]) -> str:
     """A row a valid variant: number, name, values, the design's digest, what came of its CAD."""
-    rows = [
-        [variant.number, variant.name, *_values(variant, keys), variant.design.digest(), cad]
+    rows = (
+        (variant, [variant.design.digest(), cad])
         for variant, cad in found
         if variant.design is not None
-    ]
-    return _csv(["number", "name", *keys, "design_digest", "cad"], rows)
+    )
+    return _csv(keys, ("design_digest", "cad"), rows)
 
 
 def invalid_csv(keys: Sequence[str], found: Iterable[Variant]) -> str:
     """A row a fault: number and name of the variant, its values, and the fault in parts."""
-    rows = [
-        [variant.number, variant.name, *_values(variant, keys), *_parts(fault)]
+    rows = (
+        (variant, [fault.key, str(fault.value), fault.bound, fault.remedy])
         for variant in found
         if variant.design is None
         for fault in variant.faults
-    ]
-    return _csv(["number", "name", *keys, "key", "value", "must_be", "remedy"], rows)
+    )
+    return _csv(keys, ("key", "value", "must_be", "remedy"), rows)
+
+
+def _csv(
+    keys: Sequence[str], more: Sequence[str], rows: Iterable[tuple[Variant, list[str]]]
+) -> str:
+    cells = (
+        [variant.number, variant.name, *(variant.values.get(key) for key in keys), *rest]
+        for variant, rest in rows
+    )
+    texts = ([cell_text(cell) if isinstance(cell, str) else cell for cell in row] for row in cells)
+    return csv_text(map(cell_text, ("number", "name", *keys, *more)), texts)
 
 
 def reasons(found: Iterable[Variant]) -> list[tuple[str, int, Fault, str]]:
@@ -75,23 +86,6 @@ def reasons(found: Iterable[Variant]) -> list[tuple[str, int, Fault, str]]:
             counted[key] = (count + 1, first, name)
     ordered = sorted(counted.items(), key=lambda item: (-item[1][0], item[0]))
     return [(key, count, fault, name) for key, (count, fault, name) in ordered]
-
-
-def _values(variant: Variant, keys: Sequence[str]) -> list[object]:
-    return [variant.values.get(key) for key in keys]
-
-
-def _parts(fault: Fault) -> list[object]:
-    return [fault.key, str(fault.value), fault.bound, fault.remedy]
-
-
-def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    shown = ([None if cell is None else _cell(cell) for cell in row] for row in rows)
-    return csv_text((cell_text(name) for name in header), shown)
-
-
-def _cell(value: object) -> object:
-    return cell_text(value) if isinstance(value, str) else value
 
 
 RECORD = "generate.json"

@@ -23,9 +23,7 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.values import Choice, Range, set_keys, split_share, value_of
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
     from fingerdesign.search.study.file import Study
-    from fingerdesign.search.study.values import Choice
 
 
 # Points of a study: every combination of a grid, a Latin hypercube or a Sobol sequence; seeded.
