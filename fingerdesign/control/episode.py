@@ -12,7 +12,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controllers.flow_chart import PaperController, paper_settings
+from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
 from fingerdesign.control.plants.plant import Plant, Truth, press
 from fingerdesign.control.plants.rig import Rig
@@ -232,7 +232,7 @@ def run_episodes(
         )
         episode = run(number, friction, hand)
         if grip.controller == "paper":
-            free = run(number, friction, PaperController(paper_settings(grip), rule=False))
+            free = run(number, friction, PaperController(grip, rule=False))
             # A comparison that failed shows nothing either way.
             slips = None if free.ending == "failed" else free.result.gross_slip
             episode = replace(

@@ -21,7 +21,7 @@ from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.controllers.flow_chart import PaperController, paper_settings
+from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import Bounds, Episode, run_episode
 from fingerdesign.control.judge import weight_per_finger
 from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
@@ -130,7 +130,7 @@ def grip(
     problem = case.finger.with_friction(friction)
     return run_episode(
         rig(CondensedPlant(problem, case.face)),
-        PaperController(paper_settings(case.design.grip), rule),
+        PaperController(case.design.grip, rule=rule),
         learnt,
         _bounds(case),
         friction,

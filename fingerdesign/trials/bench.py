@@ -142,7 +142,7 @@ class GripBench:
         return steps_in(self.grid.hold_s, self.hardware.sample_rate_Hz)
 
     def _noisy(self, noise: float) -> Hardware:
-        return replace(self.hardware, gage_noise_microstrain=noise)
+        return self.hardware.model_copy(update={"gage_noise_microstrain": noise})
 
     def _imperfect(self, plant: Plant, hardware: Hardware, rng: np.random.Generator) -> Plant:
         return ImperfectPlant(plant, hardware, rng, self.plates)

@@ -191,7 +191,7 @@ def study_control(
         design=design.design.name,
         digest=digest,
         model=_model_data(bench, contact_size_mm),
-        hardware={name: value for name, value in asdict(hardware).items() if name != VARIED},
+        hardware={name: value for name, value in hardware.model_dump().items() if name != VARIED},
         seconds={
             "model": modelled - start,
             "teaching": taught - modelled,

@@ -297,7 +297,7 @@ def tune_controllers(
         digest=digest,
         seed=seed,
         cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
-        hardware={key: value for key, value in asdict(hardware).items() if key != VARIED},
+        hardware={key: value for key, value in hardware.model_dump().items() if key != VARIED},
         model={
             "fidelity": "plane-strain",
             "contact_size_mm": contact_size_mm,

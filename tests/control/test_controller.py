@@ -6,23 +6,20 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.controllers.flow_chart import (
-    PaperController,
-    PaperSettings,
-    paper_settings,
-)
+from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.signals import NormalCalibration, Sample
+from fingerdesign.design.grip import Grip
 
-SETTINGS = PaperSettings(
-    approach_step=0.01,
-    shear_step=0.05,
-    curve=0.1,
+SETTINGS = Grip(
+    approach_step_mm=0.01,
+    shear_step_mm=0.05,
+    curve_per_N=0.1,
     threshold_share=0.5,
-    force_floor=0.02,
-    dead_band=0.1,
-    hold_force=0.9,  # N: two moves of the spring below
+    force_floor_N=0.02,
+    dead_band_mm=0.1,
+    hold_force_N=0.9,  # two moves of the spring below
 )
 GAGE_X = np.linspace(-2.0, 2.0, 5)
 BENCH = Calibration(
@@ -77,13 +74,13 @@ def test_without_shrinking_the_path_is_the_parabola():
     rise = np.array([sample.normal_force for sample in samples[2:]]) - 1.0
     tangential = np.array([sample.tangential_force for sample in samples[2:]])
     # The first dF_n is not known yet, and the stiffness is learnt (10 assumed, 12 true).
-    assert tangential[3:] == pytest.approx(SETTINGS.curve * rise[3:] ** 2, rel=1e-6)
+    assert tangential[3:] == pytest.approx(SETTINGS.curve_per_N * rise[3:] ** 2, rel=1e-6)
 
 
 def test_shear_step_caps_the_curve():
     commands, _ = drive(Spring(full_stick), PaperController(SETTINGS), 60)
-    assert max(command.dx for command in commands) == SETTINGS.shear_step
-    assert all(command.dy == SETTINGS.approach_step for command in commands)
+    assert max(command.dx for command in commands) == SETTINGS.shear_step_mm
+    assert all(command.dy == SETTINGS.approach_step_mm for command in commands)
 
 
 def test_shrinking_area_holds_and_the_curve_restarts_at_the_end_of_the_hold():
@@ -97,16 +94,16 @@ def test_shrinking_area_holds_and_the_curve_restarts_at_the_end_of_the_hold():
     # The hold is over after the second still move; from there F_t is quadratic again.
     origin, later = samples[first + 2], samples[first + 5]
     assert later.tangential_force - origin.tangential_force == pytest.approx(
-        SETTINGS.curve * (later.normal_force - origin.normal_force) ** 2, rel=1e-6
+        SETTINGS.curve_per_N * (later.normal_force - origin.normal_force) ** 2, rel=1e-6
     )
 
 
 def test_a_fall_within_the_dead_band_is_not_a_shrinking():
-    wide = PaperSettings(**{**vars(SETTINGS), "dead_band": 5.0})
+    wide = SETTINGS.model_copy(update={"dead_band_mm": 5.0})
     commands, _ = drive(Spring(shrinking_from(3.0)), PaperController(wide), 18)
     assert not any(command.hold for command in commands)
     areas = [command.area for command in commands if command.area is not None]
-    assert max(areas) - areas[-1] > SETTINGS.dead_band
+    assert max(areas) - areas[-1] > SETTINGS.dead_band_mm
 
 
 def test_without_the_rule_it_never_holds():
@@ -119,7 +116,7 @@ def test_without_the_rule_it_never_holds():
 def test_no_area_before_the_tangential_force_has_changed_by_the_floor():
     commands, samples = drive(Spring(full_stick), PaperController(SETTINGS), 12)
     for command, sample in zip(commands, samples[:-1], strict=True):
-        assert (command.area is None) == (sample.tangential_force < SETTINGS.force_floor)
+        assert (command.area is None) == (sample.tangential_force < SETTINGS.force_floor_N)
 
 
 def test_gages_out_of_order_change_nothing():
@@ -159,7 +156,7 @@ def test_replayed_arrays_give_the_same_commands(half_plane, design):
         )
     ]
     start = len(trace.dx) - episode.result.steps  # before it: the preload's moves
-    controller = PaperController(paper_settings(grip))
+    controller = PaperController(grip)
     controller.start(calibration, felt[start - 1])
     replayed = [controller.command(sample) for sample in felt[start - 1 : -1]]
     assert [c.dx for c in replayed] == trace.dx[start:].tolist()
@@ -174,6 +171,6 @@ def test_the_controller_is_reported_no_truth():
         reported |= set(inspect.signature(method).parameters)
     assert reported == {"self", "calibration", "sample"}
     known = set(Sample.__dataclass_fields__) | set(Calibration.__dataclass_fields__)
-    known |= set(PaperSettings.__dataclass_fields__)
+    known |= set(vars(PaperController(SETTINGS)))
     for word in ("friction", "mass", "stick_ratio", "truth", "slip", "weight"):
         assert not [name for name in known if word in name]

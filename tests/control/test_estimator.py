@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.controllers.regulator import Regulator, RegulatorSettings
+from fingerdesign.control.controllers.regulator import Regulator, RegulatorTable
 from fingerdesign.control.estimator import (
     LAGS,
     Band,
@@ -20,7 +20,9 @@ from fingerdesign.control.estimator import (
     feature_count,
     features,
 )
+from fingerdesign.control.roster import Object
 from fingerdesign.control.signals import NormalCalibration, Sample
+from fingerdesign.design.grip import Grip
 
 GAGES = 3
 CURVES = FingerCurves(
@@ -141,10 +143,9 @@ class Teller:
         return Estimated(self.stick, used, 0.02)
 
 
-def grip(teller, steps=60, lifted_at=None, settings=None):
+def grip(teller, steps=60, lifted_at=None):
     """Forces of a finger that never slips, 10 N/mm in shear and 30 N/mm in pressing."""
-    settings = settings or RegulatorSettings()
-    regulator = Regulator(settings, teller)
+    regulator = Regulator(Grip(), RegulatorTable(), Object(estimator=teller))
     normal = NormalCalibration(np.array([0.0, 1.0]), np.zeros((2, GAGES)))
     calibration = Calibration(np.arange(3.0), normal, np.ones(GAGES), 10.0)
     sample = Sample(np.zeros(GAGES), 0.5, 0.0)
@@ -168,7 +169,7 @@ def test_it_probes_first_and_then_climbs_at_the_margin():
     assert regulator.friction == pytest.approx(0.5, rel=1e-6)
     last = path[-1][0]
     margin = 0.5 * last.normal_force / last.tangential_force
-    assert margin == pytest.approx(1.0 / RegulatorSettings().target, rel=0.05)
+    assert margin == pytest.approx(1.0 / RegulatorTable().target, rel=0.05)
 
 
 def test_it_closes_without_pulling_where_hardly_anything_sticks():

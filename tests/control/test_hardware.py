@@ -134,7 +134,17 @@ def test_a_turn_of_the_stage_loses_the_backlash_once():
 
 
 def test_at_rest_the_mean_of_many_samples_is_left():
-    hardware = Hardware(2.0, 1.0, 0.05, (3,), 0.1, 0.5, 100.0, 4, 0.01, 0.001)
+    hardware = Hardware(
+        gage_noise_microstrain=2.0,
+        drift_microstrain_per_s=1.0,
+        gain_spread=0.05,
+        dead_gages=(3,),
+        quantisation_microstrain=0.1,
+        force_noise_N=0.5,
+        delay_samples=4,
+        backlash_mm=0.01,
+        stage_step_mm=0.001,
+    )
     rest = hardware.at_rest(100)
     assert (rest.gage_noise_microstrain, rest.force_noise_N) == pytest.approx((0.2, 0.05))
     assert (rest.drift_microstrain_per_s, rest.delay_samples) == (0.0, 0)

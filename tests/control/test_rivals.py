@@ -1,13 +1,10 @@
 """The rivals: where their forces end, what they react to, and that none of them reads a gage."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.controllers.flow_chart import paper_settings
 from fingerdesign.control.episode import Bounds, run_episode
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant
@@ -243,9 +240,3 @@ def test_who_is_not_reported_enough_is_refused(grip):
         controller("regulator", grip)
     with pytest.raises(DesignError, match="one of paper, fixed_force"):
         controller("magic", grip)
-
-
-def test_the_paper_is_set_by_the_table(grip):
-    settings = paper_settings(grip.model_copy(update={"dead_band_mm": 0.123}))
-    assert settings.dead_band == 0.123
-    assert dataclasses.asdict(settings)["approach_step"] == grip.approach_step_mm

@@ -123,7 +123,7 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
     from fingerdesign.analysis.stages import one_thread
     from fingerdesign.checks.load import with_values
     from fingerdesign.control.calibration import calibrate
-    from fingerdesign.control.controllers.flow_chart import PaperController, paper_settings
+    from fingerdesign.control.controllers.flow_chart import PaperController
     from fingerdesign.control.episode import Bounds, run_episode
     from fingerdesign.control.plants.plant import CondensedPlant
 
@@ -147,7 +147,7 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
         start = time.perf_counter()
         episode = run_episode(
             CondensedPlant(own, face),
-            PaperController(paper_settings(grip), True),
+            PaperController(grip),
             calibration,
             bounds,
             friction,

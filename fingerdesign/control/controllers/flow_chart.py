@@ -25,7 +25,6 @@ mu = 0.8).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,19 +39,18 @@ if TYPE_CHECKING:
 _TEACHING_SHARE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows
 
 
-@dataclass(frozen=True)
-class PaperSettings:
-    """The parameters of the rule, one set for all objects."""
-
-    approach_step: float  # mm
-    shear_step: float  # mm, largest dx
-    curve: float  # 1/N: F_t - F_t,hold = curve (F_n - F_n,hold)^2
-    threshold_share: float  # of Calibration.scale
-    force_floor: float  # N of F_t between the two samples that a response is made of
-    dead_band: float  # mm by which A must fall
-    hold_force: float  # N by which F_n rises in a hold
-
-
+@controller(
+    "paper",
+    place=1,
+    tuned=(
+        Range("grip.curve_per_N", 0.01, 1.0),
+        Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
+        Range("grip.force_floor_N", 0.005, 0.3),
+        Range("grip.dead_band_mm", 0.005, 1.0),
+        Range("grip.hold_force_N", 0.05, 5.0),
+    ),
+    look=("blue", "-", "o"),
+)
 class PaperController:
     """The paper's rule: while the gage area A falls, hold x; else follow a quadratic F_t(F_n).
 
@@ -65,9 +63,15 @@ class PaperController:
     ``rule=False`` never holds: what the same path does without the rule.
     """
 
-    def __init__(self, settings: PaperSettings, rule: bool = True) -> None:
+    def __init__(
+        self, grip: Grip, own: None = None, held: Object | None = None, rule: bool = True
+    ) -> None:
         self.name = "paper" if rule else "paper, never holding"
-        self._settings = settings
+        # Its keys stand in ``[grip]`` itself; what else that table says is not handed on.
+        self._approach_step, self._shear_step = grip.approach_step_mm, grip.shear_step_mm
+        self._curve, self._threshold_share = grip.curve_per_N, grip.threshold_share
+        self._force_floor, self._dead_band = grip.force_floor_N, grip.dead_band_mm
+        self._hold_force = grip.hold_force_N
         self._rule = rule
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
@@ -92,10 +96,10 @@ class PaperController:
         if self._held_until is not None and sample.normal_force >= self._held_until:
             self._begin_curve(sample)
         if self._held_until is None and self._rule_fires(sample):
-            self._held_until = sample.normal_force + self._settings.hold_force
+            self._held_until = sample.normal_force + self._hold_force
         holding = self._held_until is not None
         self._dx = 0.0 if holding else self._shear_to_curve(sample, rise)
-        return Command(self._dx, self._settings.approach_step, holding, self._area)
+        return Command(self._dx, self._approach_step, holding, self._area)
 
     def _rule_fires(self, sample: Sample) -> bool:
         """Whether A has fallen below its largest value since the hold, beyond the dead band."""
@@ -104,7 +108,7 @@ class PaperController:
             return False
         self._area = area
         self._largest = max(self._largest, area)
-        return self._rule and area < self._largest - self._settings.dead_band
+        return self._rule and area < self._largest - self._dead_band
 
     def _begin_curve(self, sample: Sample) -> None:
         self._origin = sample
@@ -114,58 +118,28 @@ class PaperController:
 
     def _area_now(self, sample: Sample) -> float | None:
         """A between now and the last sample whose F_t is ``force_floor`` away; None without one."""
-        floor = self._settings.force_floor
+        floor = self._force_floor
         far = [s for s in self._since if abs(sample.tangential_force - s.tangential_force) >= floor]
         self._since.append(sample)
         if not far:
             return None
         values = response(far[-1], sample, self._calibration.normal)
-        threshold = self._settings.threshold_share * self._calibration.scale
+        threshold = self._threshold_share * self._calibration.scale
         change = sample.tangential_force - far[-1].tangential_force
         x = self._calibration.gage_x[self._order]
         return gage_area(x, values[self._order], threshold, math.nan, change, floor)
 
     def _learn_stiffness(self, sample: Sample) -> None:
         """dF_t/dx as last felt. The normal move stirs F_t a little: tiny moves teach nothing."""
-        if self._dx > _TEACHING_SHARE * self._settings.shear_step:
+        if self._dx > _TEACHING_SHARE * self._shear_step:
             change = sample.tangential_force - self._last.tangential_force
             if change > 0.0:
                 self._stiffness = change / self._dx
 
     def _shear_to_curve(self, sample: Sample, rise: float) -> float:
         """dx that brings F_t onto the curve at the F_n expected after the next move."""
-        origin, settings = self._origin, self._settings
+        origin = self._origin
         expected = sample.normal_force + max(rise, 0.0) - origin.normal_force
-        aim = origin.tangential_force + settings.curve * expected**2
+        aim = origin.tangential_force + self._curve * expected**2
         wanted = (aim - sample.tangential_force) / self._stiffness
-        return min(max(wanted, 0.0), settings.shear_step)
-
-
-def paper_settings(grip: Grip) -> PaperSettings:
-    """The paper's rule's parameters from a design's ``[grip]`` table."""
-    return PaperSettings(
-        approach_step=grip.approach_step_mm,
-        shear_step=grip.shear_step_mm,
-        curve=grip.curve_per_N,
-        threshold_share=grip.threshold_share,
-        force_floor=grip.force_floor_N,
-        dead_band=grip.dead_band_mm,
-        hold_force=grip.hold_force_N,
-    )
-
-
-@controller(
-    "paper",
-    place=1,
-    tuned=(
-        Range("grip.curve_per_N", 0.01, 1.0),
-        Range("grip.threshold_share", 0.1, 0.8, logarithmic=False),
-        Range("grip.force_floor_N", 0.005, 0.3),
-        Range("grip.dead_band_mm", 0.005, 1.0),
-        Range("grip.hold_force_N", 0.05, 5.0),
-    ),
-    look=("blue", "-", "o"),
-)
-def paper(grip: Grip, own: None, held: Object) -> PaperController:
-    """The flow chart; its keys stand in ``[grip]`` itself."""
-    return PaperController(paper_settings(grip))
+        return min(max(wanted, 0.0), self._shear_step)

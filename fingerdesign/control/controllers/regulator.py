@@ -25,12 +25,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.estimator import LAGS, LEAST_FORCE, Estimated, GripEstimator, Moment
+from fingerdesign.control.estimator import LAGS, LEAST_FORCE, Estimated, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.registry import key
 
 if TYPE_CHECKING:
+    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
 
 _LEAST_USED = 0.15  # less tells nothing of the friction
@@ -40,125 +41,8 @@ _NEAR = 0.9  # of the target: where the probe ends
 
 
 @dataclass(frozen=True)
-class RegulatorSettings:
-    """The regulator's parameters, one set for all objects.
-
-    approach_step: the largest closing, mm; press_step: the most that F_n rises in a step of the
-    climb, part of F_n; pull_step: F_t of a step of the probe, part of F_n; shear_step: the largest
-    dx, mm; target: share of the friction in use that is held; memory: of the friction's average, 0
-    to 1; least_stick, most_used: where the guard steps in; most_held: share of the friction in use
-    over which a hanging object is pressed harder.
-    """
-
-    approach_step: float = 0.004
-    press_step: float = 0.1
-    pull_step: float = 0.03
-    shear_step: float = 0.03
-    target: float = 0.74
-    memory: float = 0.9
-    least_stick: float = 0.3
-    most_used: float = 0.88
-    most_held: float = 0.82
-
-
-class Regulator:
-    """See the module."""
-
-    name = "regulator"
-
-    def __init__(self, settings: RegulatorSettings, estimator: GripEstimator) -> None:
-        self.settings = settings
-        self.estimator = estimator
-
-    def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip; see Controller."""
-        self._stiffness = calibration.tangential_stiffness
-        self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
-        self._history = [Moment(sample, 0.0, 0.0)]
-        self._weight = self._sum = 0.0
-        self._probing = True
-        self._move = (0.0, 0.0)
-
-    @property
-    def friction(self) -> float | None:
-        """What it believes of the friction coefficient; None before it knows anything."""
-        return self._sum / self._weight if self._weight > 0.0 else None
-
-    def command(self, sample: Sample) -> Command:
-        """The next move; see Controller."""
-        before = self._history[-1].sample
-        self._history.append(Moment(sample, *self._move))
-        del self._history[: -max(LAGS) - 1]
-        self._learn_stiffness(before, sample)
-        reported = self.estimator.estimate(self._history)
-        if not sample.lifted:
-            self._learn_friction(sample, reported)
-        dx, dy = self._next(sample, before, reported)
-        self._move = (dx, dy)
-        return Command(dx, dy, dx == 0.0 and not sample.lifted, reported.stick_ratio)
-
-    def _next(self, sample: Sample, before: Sample, reported: Estimated) -> tuple[float, float]:
-        settings = self.settings
-        friction = self.friction
-        believed = 0.0
-        if friction is not None:
-            believed = sample.tangential_force / (friction * self._pressed(sample))
-        if sample.lifted:
-            return 0.0, self._close(sample) if believed > settings.most_held else 0.0
-        in_use = max(reported.used, believed)
-        if reported.stick_ratio < settings.least_stick or in_use > settings.most_used:
-            self._probing = False
-            return 0.0, self._close(sample)
-        if self._probing:
-            if in_use < _NEAR * settings.target:
-                return self._shear(settings.pull_step * self._pressed(sample)), 0.0
-            self._probing = False
-        if friction is None:
-            return self._shear(settings.pull_step * self._pressed(sample)), 0.0
-        rise = max(sample.normal_force - before.normal_force, 0.0) if self._move[1] > 0.0 else 0.0
-        aim = settings.target * friction * (sample.normal_force + rise)
-        return self._shear(aim - sample.tangential_force), self._close(sample)
-
-    def _close(self, sample: Sample) -> float:
-        """dy of the next step; half of the largest before the finger's stiffness has been felt."""
-        settings = self.settings
-        if not self._pressing > 0.0:
-            return 0.5 * settings.approach_step
-        gentle = settings.press_step * self._pressed(sample) / self._pressing
-        return min(settings.approach_step, gentle)
-
-    def _shear(self, force: float) -> float:
-        return min(max(force / self._stiffness, 0.0), self.settings.shear_step)
-
-    @staticmethod
-    def _pressed(sample: Sample) -> float:
-        return max(sample.normal_force, LEAST_FORCE)
-
-    def _learn_stiffness(self, before: Sample, sample: Sample) -> None:
-        """dF_t/dx and dF_n/dy as last felt; shears too small to be felt teach nothing."""
-        dx, dy = self._move
-        rise = sample.normal_force - before.normal_force
-        if dy > 0.0 and rise > 0.0:
-            self._pressing = rise / dy
-        change = sample.tangential_force - before.tangential_force
-        if dx > 0.02 * self.settings.shear_step and change > 0.0:
-            felt = change / dx
-            self._stiffness = _STIFFNESS_FADES * self._stiffness + (1.0 - _STIFFNESS_FADES) * felt
-
-    def _learn_friction(self, sample: Sample, reported: Estimated) -> None:
-        if reported.used < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
-            return
-        low, high = _FRICTION
-        friction = sample.tangential_force / (sample.normal_force * reported.used)
-        sure = (reported.used / max(reported.spread, 1e-3)) ** 2  # 1 / relative variance
-        memory = self.settings.memory
-        self._weight = memory * self._weight + sure
-        self._sum = memory * self._sum + sure * min(max(friction, low), high)
-
-
-@dataclass(frozen=True)
 class RegulatorTable:
-    """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
+    """``[grip.regulator]``: one set of parameters for all objects, and of its teaching."""
 
     target: float = key(
         0.74,
@@ -196,22 +80,96 @@ class RegulatorTable:
     look=("green", "-", "D"),
     trained=True,
 )
-def regulator(grip: Grip, own: RegulatorTable, held: Object) -> Regulator:
-    """The stick-ratio regulator with the estimator that was taught on its design."""
-    assert held.estimator is not None
-    return Regulator(regulator_settings(grip, own), held.estimator)
+class Regulator:
+    """See the module."""
 
+    name = "regulator"
 
-def regulator_settings(grip: Grip, own: RegulatorTable) -> RegulatorSettings:
-    """The regulator's parameters from a design's ``[grip]`` table and its own."""
-    return RegulatorSettings(
-        approach_step=grip.approach_step_mm,
-        press_step=own.press_share,
-        pull_step=own.pull_share,
-        shear_step=grip.shear_step_mm,
-        target=own.target,
-        memory=own.memory,
-        least_stick=own.least_stick,
-        most_used=own.most_used,
-        most_held=own.most_held,
-    )
+    def __init__(self, grip: Grip, own: RegulatorTable, held: Object) -> None:
+        assert held.estimator is not None
+        self._own = own
+        self._approach_step, self._shear_step = grip.approach_step_mm, grip.shear_step_mm
+        self.estimator: GripEstimator = held.estimator
+
+    def start(self, calibration: Calibration, sample: Sample) -> None:
+        """Begin a grip; see Controller."""
+        self._stiffness = calibration.tangential_stiffness
+        self._pressing = 0.0  # dF_n/dy, N/mm, once it has been felt
+        self._history = [Moment(sample, 0.0, 0.0)]
+        self._weight = self._sum = 0.0
+        self._probing = True
+        self._move = (0.0, 0.0)
+
+    @property
+    def friction(self) -> float | None:
+        """What it believes of the friction coefficient; None before it knows anything."""
+        return self._sum / self._weight if self._weight > 0.0 else None
+
+    def command(self, sample: Sample) -> Command:
+        """The next move; see Controller."""
+        before = self._history[-1].sample
+        self._history.append(Moment(sample, *self._move))
+        del self._history[: -max(LAGS) - 1]
+        self._learn_stiffness(before, sample)
+        reported = self.estimator.estimate(self._history)
+        if not sample.lifted:
+            self._learn_friction(sample, reported)
+        dx, dy = self._next(sample, before, reported)
+        self._move = (dx, dy)
+        return Command(dx, dy, dx == 0.0 and not sample.lifted, reported.stick_ratio)
+
+    def _next(self, sample: Sample, before: Sample, reported: Estimated) -> tuple[float, float]:
+        own, friction = self._own, self.friction
+        believed = 0.0
+        if friction is not None:
+            believed = sample.tangential_force / (friction * self._pressed(sample))
+        if sample.lifted:
+            return 0.0, self._close(sample) if believed > own.most_held else 0.0
+        in_use = max(reported.used, believed)
+        if reported.stick_ratio < own.least_stick or in_use > own.most_used:
+            self._probing = False
+            return 0.0, self._close(sample)
+        if self._probing:
+            if in_use < _NEAR * own.target:
+                return self._shear(own.pull_share * self._pressed(sample)), 0.0
+            self._probing = False
+        if friction is None:
+            return self._shear(own.pull_share * self._pressed(sample)), 0.0
+        rise = max(sample.normal_force - before.normal_force, 0.0) if self._move[1] > 0.0 else 0.0
+        aim = own.target * friction * (sample.normal_force + rise)
+        return self._shear(aim - sample.tangential_force), self._close(sample)
+
+    def _close(self, sample: Sample) -> float:
+        """dy of the next step; half of the largest before the finger's stiffness has been felt."""
+        if not self._pressing > 0.0:
+            return 0.5 * self._approach_step
+        gentle = self._own.press_share * self._pressed(sample) / self._pressing
+        return min(self._approach_step, gentle)
+
+    def _shear(self, force: float) -> float:
+        return min(max(force / self._stiffness, 0.0), self._shear_step)
+
+    @staticmethod
+    def _pressed(sample: Sample) -> float:
+        return max(sample.normal_force, LEAST_FORCE)
+
+    def _learn_stiffness(self, before: Sample, sample: Sample) -> None:
+        """dF_t/dx and dF_n/dy as last felt; shears too small to be felt teach nothing."""
+        dx, dy = self._move
+        rise = sample.normal_force - before.normal_force
+        if dy > 0.0 and rise > 0.0:
+            self._pressing = rise / dy
+        change = sample.tangential_force - before.tangential_force
+        if dx > 0.02 * self._shear_step and change > 0.0:
+            felt = change / dx
+            self._stiffness = _STIFFNESS_FADES * self._stiffness + (1.0 - _STIFFNESS_FADES) * felt
+
+    def _learn_friction(self, sample: Sample, reported: Estimated) -> None:
+        if reported.used < _LEAST_USED or sample.normal_force < 2.0 * LEAST_FORCE:
+            return
+        low, high = _FRICTION
+        friction = sample.tangential_force / (sample.normal_force * reported.used)
+        sure = (reported.used / max(reported.spread, 1e-3)) ** 2  # 1 / relative variance
+        memory = self._own.memory
+        self._weight = memory * self._weight + sure
+        self._sum = memory * self._sum + sure * min(max(friction, low), high)

@@ -42,225 +42,7 @@ _CREEP = 0.1  # of a pull: the least that the oracle moves while the object stil
 _TUG = 1.05  # times F_t at the lift: less may be noise
 
 
-@dataclass(frozen=True)
-class Steps:
-    """What a hand may do in one control step, the same for every rival.
-
-    approach_step, shear_step: largest moves, mm. pull_share: F_t may rise by this share of F_n.
-    bench_travel: how deep the bench press of its calibration went; preload: where a grip begins, mm
-    both.
-    """
-
-    approach_step: float
-    shear_step: float
-    pull_share: float
-    bench_travel: float
-    preload: float
-
-
-class _Hand:
-    """Brings F_n to a wanted force and pulls; what is wanted is the controller's own affair."""
-
-    name: str
-
-    def __init__(self, steps: Steps) -> None:
-        self._steps = steps
-
-    def start(self, calibration: Calibration, sample: Sample) -> None:
-        """Begin a grip; see :class:`fingerdesign.control.roster.Controller`."""
-        self._forces = calibration.normal.normal_force
-        self._travel = np.linspace(0.0, self._steps.bench_travel, len(self._forces))
-        self._stiffness = calibration.tangential_stiffness
-        # What is felt now may be late; the bench knows what a preload gives.
-        self._preloaded = max(sample.normal_force, self._force_at(self._steps.preload))
-        self._begin(sample)
-
-    def command(self, sample: Sample) -> Command:
-        """The next move; see :class:`fingerdesign.control.roster.Controller`."""
-        wanted = self._wanted(sample)
-        dx = 0.0 if sample.lifted else self._pull(sample, wanted)
-        self._moved(sample, dx)
-        return Command(dx, self._closing(sample.normal_force, wanted), self._waits())
-
-    def _begin(self, sample: Sample) -> None:
-        """A new grip: forget the last one."""
-
-    def _wanted(self, sample: Sample) -> float:
-        """The normal force that is right now, N."""
-        raise NotImplementedError
-
-    def _pull(self, sample: Sample, wanted: float) -> float:
-        """The next tangential move of an object that still stands, mm."""
-        reached = sample.normal_force >= _REACHED * wanted
-        return self._largest_pull(sample) if reached else 0.0
-
-    def _moved(self, sample: Sample, dx: float) -> None:
-        """Given the move that answers ``sample``."""
-
-    def _waits(self) -> bool:
-        """Whether a pull is held back by what was felt."""
-        return False
-
-    def _largest_pull(self, sample: Sample) -> float:
-        rise = self._steps.pull_share * max(sample.normal_force, 0.0)
-        return min(self._steps.shear_step, rise / self._stiffness)
-
-    def _closing(self, now: float, wanted: float) -> float:
-        """dy toward ``wanted``, by the travel that the bench press took between the two forces.
-
-        Past the bench's end its last slope goes on.
-        """
-        step = self._steps.approach_step
-        missing = self._depth_at(wanted) - self._depth_at(now)
-        return min(max(_GAIN * missing, -step), step)
-
-    def _depth_at(self, force: float) -> float:
-        return _line_through(self._forces, self._travel, force)
-
-    def _force_at(self, depth: float) -> float:
-        return _line_through(self._travel, self._forces, depth)
-
-
-class FixedForceHand(_Hand):
-    """Presses to ``force`` (N), then pulls, whatever the object."""
-
-    name = "fixed_force"
-
-    def __init__(self, steps: Steps, force: float) -> None:
-        super().__init__(steps)
-        self._force = force
-
-    def _wanted(self, sample: Sample) -> float:
-        return self._force
-
-
-class FixedRatioHand(_Hand):
-    """Keeps F_t / F_n at ``ratio`` from the preload on: margin mu / ratio, whatever the weight.
-
-    It grips ahead of its next pull, and pulls no more than that grip is good for.
-    """
-
-    name = "fixed_ratio"
-
-    def __init__(self, steps: Steps, ratio: float) -> None:
-        super().__init__(steps)
-        self._ratio = ratio
-
-    def _wanted(self, sample: Sample) -> float:
-        ahead = 0.0 if sample.lifted else self._largest_pull(sample) * self._stiffness
-        return max(self._preloaded, (sample.tangential_force + ahead) / self._ratio)
-
-    def _pull(self, sample: Sample, wanted: float) -> float:
-        now = sample.normal_force
-        after = self._force_at(self._depth_at(now) + self._closing(now, wanted))
-        allowed = self._ratio * after - sample.tangential_force
-        return min(max(_GAIN * allowed / self._stiffness, 0.0), self._largest_pull(sample))
-
-
-class ReactiveHand(_Hand):
-    """Pulls at ``first_force`` (N); at a slip it holds, grips ``step_up`` times harder, pulls on.
-
-    It slips where F_t rose by less than ``slip_share`` of what it should: by the stiffest pull
-    since the last step-up, or the bench's. Both are felt over pulls that should raise F_t by
-    ``force_floor`` (N). A share of a half and less waits until the whole contact slips: F_t follows
-    the bulk of the finger, and falls short by a quarter only just before. A share near 1 tells
-    partial slip, if the force cell is good enough.
-    """
-
-    name = "reactive"
-
-    def __init__(
-        self,
-        steps: Steps,
-        first_force: float,
-        slip_share: float,
-        step_up: float,
-        force_floor: float,
-    ) -> None:
-        super().__init__(steps)
-        self._first, self._share, self._factor = first_force, slip_share, step_up
-        self._floor = force_floor
-
-    def _begin(self, sample: Sample) -> None:
-        self._target = max(self._first, self._preloaded)
-        self._waiting = False
-        self._lift: Sample | None = None
-        self._begin_pulls()
-
-    def _begin_pulls(self) -> None:
-        self._stiffest = self._stiffness
-        self._way = 0.0
-        self._since: list[tuple[float, float]] = []  # (way, F_t) before each pull
-
-    def _wanted(self, sample: Sample) -> float:
-        if sample.lifted:
-            return self._after_lift(sample)
-        stiffness = self._felt_stiffness(sample.tangential_force)
-        if stiffness is not None and stiffness < self._share * self._stiffest:
-            self._target = self._factor * max(self._target, sample.normal_force)
-            self._waiting = True
-            self._begin_pulls()
-        elif stiffness is not None:
-            self._stiffest = max(self._stiffest, stiffness)
-        return self._target
-
-    def _felt_stiffness(self, force: float) -> float | None:
-        """dF_t/dx over the last pulls that should raise F_t by the floor; None of fewer."""
-        least = self._floor / self._stiffest
-        far = [(way, before) for way, before in self._since if self._way - way >= least]
-        if not far:
-            return None
-        way, before = far[-1]
-        return (force - before) / (self._way - way)
-
-    def _after_lift(self, sample: Sample) -> float:
-        if self._lift is None:
-            self._lift = sample
-            self._target = max(self._target, sample.normal_force)
-        carried = self._lift.tangential_force
-        tugged = carried > 0.0 and sample.tangential_force > _TUG * carried
-        return self._target * (sample.tangential_force / carried if tugged else 1.0)
-
-    def _moved(self, sample: Sample, dx: float) -> None:
-        if dx > 0.0:
-            self._waiting = False
-            self._since.append((self._way, sample.tangential_force))
-            self._way += dx
-
-    def _waits(self) -> bool:
-        return self._waiting
-
-
-class OracleHand(_Hand):
-    """Given friction and mass: grips ``margin`` times the least force that holds, then pulls.
-
-    The bound that no hand without that knowledge can be asked to beat; a tug that it feels counts
-    as weight.
-    """
-
-    def __init__(self, steps: Steps, margin: float, friction: float, mass_g: float) -> None:
-        super().__init__(steps)
-        self.name = f"oracle_{margin:g}"
-        self._per_force = margin / friction
-        self._weight = weight_per_finger(mass_g)
-
-    def _wanted(self, sample: Sample) -> float:
-        return self._per_force * max(self._weight, sample.tangential_force)
-
-    def _pull(self, sample: Sample, wanted: float) -> float:
-        """Slower as F_t nears the weight: what it overshoots by would come off the margin."""
-        pull = super()._pull(sample, wanted)
-        missing = self._weight - sample.tangential_force
-        return min(max(_GAIN * missing / self._stiffness, _CREEP * pull), pull)
-
-
-def _line_through(x: Array, y: Array, at: float) -> float:
-    """Linear between points of rising x, the last slope going on past either end."""
-    k = int(np.clip(np.searchsorted(x, at) - 1, 0, len(x) - 2))
-    return float(y[k] + (at - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k]))
-
-
-# Their tables, and their names. Pulls: two moves to the limit of a slippery object, or sixty.
+# Pulls: two moves to the limit of a slippery object, or sixty.
 _PULL = (0.003, 0.06)
 
 
@@ -326,18 +108,69 @@ class Oracle(Rival):
     """``[grip.oracle]``: given friction and mass; its margin is in its name."""
 
 
-def hand_steps(grip: Grip, own: Rival) -> Steps:
-    """What a hand may do in one control step, from a design's ``[grip]`` table and a rival's own.
+class _Hand:
+    """Brings F_n to a wanted force and pulls; what is wanted is the controller's own affair."""
 
-    The calibration must have been made with the table's ``max_approach_mm``.
-    """
-    return Steps(
-        approach_step=grip.approach_step_mm,
-        shear_step=grip.shear_step_mm,
-        pull_share=own.pull_share,
-        bench_travel=grip.max_approach_mm,
-        preload=grip.preload_mm,
-    )
+    name: str
+
+    def __init__(self, grip: Grip, own: Rival, held: Object) -> None:
+        self._approach_step, self._shear_step = grip.approach_step_mm, grip.shear_step_mm
+        self._preload, self._bench_travel = grip.preload_mm, grip.max_approach_mm
+        self._pull_share = own.pull_share
+
+    def start(self, calibration: Calibration, sample: Sample) -> None:
+        """Begin a grip; see :class:`fingerdesign.control.roster.Controller`."""
+        self._forces = calibration.normal.normal_force
+        self._travel = np.linspace(0.0, self._bench_travel, len(self._forces))
+        self._stiffness = calibration.tangential_stiffness
+        # What is felt now may be late; the bench knows what a preload gives.
+        self._preloaded = max(sample.normal_force, self._force_at(self._preload))
+        self._begin(sample)
+
+    def command(self, sample: Sample) -> Command:
+        """The next move; see :class:`fingerdesign.control.roster.Controller`."""
+        wanted = self._wanted(sample)
+        dx = 0.0 if sample.lifted else self._pull(sample, wanted)
+        self._moved(sample, dx)
+        return Command(dx, self._closing(sample.normal_force, wanted), self._waits())
+
+    def _begin(self, sample: Sample) -> None:
+        """A new grip: forget the last one."""
+
+    def _wanted(self, sample: Sample) -> float:
+        """The normal force that is right now, N."""
+        raise NotImplementedError
+
+    def _pull(self, sample: Sample, wanted: float) -> float:
+        """The next tangential move of an object that still stands, mm."""
+        reached = sample.normal_force >= _REACHED * wanted
+        return self._largest_pull(sample) if reached else 0.0
+
+    def _moved(self, sample: Sample, dx: float) -> None:
+        """Given the move that answers ``sample``."""
+
+    def _waits(self) -> bool:
+        """Whether a pull is held back by what was felt."""
+        return False
+
+    def _largest_pull(self, sample: Sample) -> float:
+        rise = self._pull_share * max(sample.normal_force, 0.0)
+        return min(self._shear_step, rise / self._stiffness)
+
+    def _closing(self, now: float, wanted: float) -> float:
+        """dy toward ``wanted``, by the travel that the bench press took between the two forces.
+
+        Past the bench's end its last slope goes on.
+        """
+        step = self._approach_step
+        missing = self._depth_at(wanted) - self._depth_at(now)
+        return min(max(_GAIN * missing, -step), step)
+
+    def _depth_at(self, force: float) -> float:
+        return _line_through(self._forces, self._travel, force)
+
+    def _force_at(self, depth: float) -> float:
+        return _line_through(self._travel, self._forces, depth)
 
 
 @controller(
@@ -350,9 +183,17 @@ def hand_steps(grip: Grip, own: Rival) -> Steps:
     ),
     look=("purple", (0, (1.5, 1.5)), "^"),
 )
-def fixed_force(grip: Grip, own: FixedForce, held: Object) -> FixedForceHand:
-    """One normal force for every object."""
-    return FixedForceHand(hand_steps(grip, own), own.force_N)
+class FixedForceHand(_Hand):
+    """Presses to one force, then pulls, whatever the object."""
+
+    name = "fixed_force"
+
+    def __init__(self, grip: Grip, own: FixedForce, held: Object) -> None:
+        super().__init__(grip, own, held)
+        self._force = own.force_N
+
+    def _wanted(self, sample: Sample) -> float:
+        return self._force
 
 
 @controller(
@@ -365,9 +206,27 @@ def fixed_force(grip: Grip, own: FixedForce, held: Object) -> FixedForceHand:
     ),
     look=("#a67c00", (0, (6, 2, 1.5, 2)), "v"),  # ochre, on light and dark paper alike
 )
-def fixed_ratio(grip: Grip, own: FixedRatio, held: Object) -> FixedRatioHand:
-    """Both forces grow in one ratio."""
-    return FixedRatioHand(hand_steps(grip, own), own.ratio)
+class FixedRatioHand(_Hand):
+    """Keeps F_t / F_n at ``ratio`` from the preload on: margin mu / ratio, whatever the weight.
+
+    It grips ahead of its next pull, and pulls no more than that grip is good for.
+    """
+
+    name = "fixed_ratio"
+
+    def __init__(self, grip: Grip, own: FixedRatio, held: Object) -> None:
+        super().__init__(grip, own, held)
+        self._ratio = own.ratio
+
+    def _wanted(self, sample: Sample) -> float:
+        ahead = 0.0 if sample.lifted else self._largest_pull(sample) * self._stiffness
+        return max(self._preloaded, (sample.tangential_force + ahead) / self._ratio)
+
+    def _pull(self, sample: Sample, wanted: float) -> float:
+        now = sample.normal_force
+        after = self._force_at(self._depth_at(now) + self._closing(now, wanted))
+        allowed = self._ratio * after - sample.tangential_force
+        return min(max(_GAIN * allowed / self._stiffness, 0.0), self._largest_pull(sample))
 
 
 @controller(
@@ -383,21 +242,101 @@ def fixed_ratio(grip: Grip, own: FixedRatio, held: Object) -> FixedRatioHand:
     ),
     look=("vermilion", (0, (6, 2)), "s"),
 )
-def reactive(grip: Grip, own: Reactive, held: Object) -> ReactiveHand:
-    """A small force, raised at every slip."""
-    return ReactiveHand(
-        hand_steps(grip, own),
-        own.first_force_N,
-        own.slip_share,
-        own.step_up,
-        own.force_floor_N,
-    )
+class ReactiveHand(_Hand):
+    """Pulls at ``first_force_N``; at a slip it holds, grips ``step_up`` times harder, pulls on.
+
+    It slips where F_t rose by less than ``slip_share`` of what it should: by the stiffest pull
+    since the last step-up, or the bench's. Both are felt over pulls that should raise F_t by
+    ``force_floor_N``. A share of a half and less waits until the whole contact slips: F_t follows
+    the bulk of the finger, and falls short by a quarter only just before. A share near 1 tells
+    partial slip, if the force cell is good enough.
+    """
+
+    name = "reactive"
+
+    def __init__(self, grip: Grip, own: Reactive, held: Object) -> None:
+        super().__init__(grip, own, held)
+        self._own = own
+
+    def _begin(self, sample: Sample) -> None:
+        self._target = max(self._own.first_force_N, self._preloaded)
+        self._waiting = False
+        self._lift: Sample | None = None
+        self._begin_pulls()
+
+    def _begin_pulls(self) -> None:
+        self._stiffest = self._stiffness
+        self._way = 0.0
+        self._since: list[tuple[float, float]] = []  # (way, F_t) before each pull
+
+    def _wanted(self, sample: Sample) -> float:
+        if sample.lifted:
+            return self._after_lift(sample)
+        stiffness = self._felt_stiffness(sample.tangential_force)
+        if stiffness is not None and stiffness < self._own.slip_share * self._stiffest:
+            self._target = self._own.step_up * max(self._target, sample.normal_force)
+            self._waiting = True
+            self._begin_pulls()
+        elif stiffness is not None:
+            self._stiffest = max(self._stiffest, stiffness)
+        return self._target
+
+    def _felt_stiffness(self, force: float) -> float | None:
+        """dF_t/dx over the last pulls that should raise F_t by the floor; None of fewer."""
+        least = self._own.force_floor_N / self._stiffest
+        far = [(way, before) for way, before in self._since if self._way - way >= least]
+        if not far:
+            return None
+        way, before = far[-1]
+        return (force - before) / (self._way - way)
+
+    def _after_lift(self, sample: Sample) -> float:
+        if self._lift is None:
+            self._lift = sample
+            self._target = max(self._target, sample.normal_force)
+        carried = self._lift.tangential_force
+        tugged = carried > 0.0 and sample.tangential_force > _TUG * carried
+        return self._target * (sample.tangential_force / carried if tugged else 1.0)
+
+    def _moved(self, sample: Sample, dx: float) -> None:
+        if dx > 0.0:
+            self._waiting = False
+            self._since.append((self._way, sample.tangential_force))
+            self._way += dx
+
+    def _waits(self) -> bool:
+        return self._waiting
 
 
-def _oracle(grip: Grip, own: Oracle, held: Object, margin: float) -> OracleHand:
-    assert held.friction is not None
-    assert held.mass_g is not None
-    return OracleHand(hand_steps(grip, own), margin, held.friction, held.mass_g)
+class OracleHand(_Hand):
+    """Given friction and mass: grips ``margin`` times the least force that holds, then pulls.
+
+    The bound that no hand without that knowledge can be asked to beat; a tug that it feels counts
+    as weight.
+    """
+
+    def __init__(self, grip: Grip, own: Oracle, held: Object, margin: float) -> None:
+        super().__init__(grip, own, held)
+        assert held.friction is not None
+        assert held.mass_g is not None
+        self.name = f"oracle_{margin:g}"
+        self._per_force = margin / held.friction
+        self._weight = weight_per_finger(held.mass_g)
+
+    def _wanted(self, sample: Sample) -> float:
+        return self._per_force * max(self._weight, sample.tangential_force)
+
+    def _pull(self, sample: Sample, wanted: float) -> float:
+        """Slower as F_t nears the weight: what it overshoots by would come off the margin."""
+        pull = super()._pull(sample, wanted)
+        missing = self._weight - sample.tangential_force
+        return min(max(_GAIN * missing / self._stiffness, _CREEP * pull), pull)
+
+
+def _line_through(x: Array, y: Array, at: float) -> float:
+    """Linear between points of rising x, the last slope going on past either end."""
+    k = int(np.clip(np.searchsorted(x, at) - 1, 0, len(x) - 2))
+    return float(y[k] + (at - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k]))
 
 
 _PULL_OF_AN_ORACLE = (Range("grip.oracle.pull_share", *_PULL),)
@@ -415,7 +354,7 @@ _TOLD = "friction and weight"
 )
 def oracle_near(grip: Grip, own: Oracle, held: Object) -> OracleHand:
     """1.2 times the least force that holds."""
-    return _oracle(grip, own, held, 1.2)
+    return OracleHand(grip, own, held, 1.2)
 
 
 @controller(
@@ -429,4 +368,4 @@ def oracle_near(grip: Grip, own: Oracle, held: Object) -> OracleHand:
 )
 def oracle_safe(grip: Grip, own: Oracle, held: Object) -> OracleHand:
     """1.5 times the least force that holds."""
-    return _oracle(grip, own, held, 1.5)
+    return OracleHand(grip, own, held, 1.5)

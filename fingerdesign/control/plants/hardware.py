@@ -15,50 +15,17 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from math import isfinite
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.plants.plant import Plant, Truth
 from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import HardwareTable
 
 
-@dataclass(frozen=True)
-class Hardware:
-    """What is imperfect; the defaults are perfect.
-
-    gage_noise_microstrain: standard deviation of one sample, white. drift_microstrain_per_s: each
-    gage drifts steadily, at a rate of this standard deviation. gain_spread: standard deviation of
-    the gages' relative gain errors. dead_gages: numbers of plates whose gages answer to nothing.
-    quantisation_microstrain: step of the converter. force_noise_N: standard deviation on both
-    forces. delay_samples: the hand hears everything so late. backlash_mm: of the stage, each axis.
-    stage_step_mm: least move of the stage. specimen: which of many such rigs; its gains are drawn
-    from this number. As ``[grip.hardware]`` has them: ``Hardware(**design.grip.hardware
-    .model_dump())``. Raises ValueError on numbers that are not finite or below 0.
-    """
-
-    gage_noise_microstrain: float = 0.0
-    drift_microstrain_per_s: float = 0.0
-    gain_spread: float = 0.0
-    dead_gages: tuple[int, ...] = ()
-    quantisation_microstrain: float = 0.0
-    force_noise_N: float = 0.0
-    sample_rate_Hz: float = 100.0
-    delay_samples: int = 0
-    backlash_mm: float = 0.0
-    stage_step_mm: float = 0.0
-    specimen: int = 0
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            values = value if isinstance(value, tuple) else (value,)
-            if not all(isfinite(number) and number >= 0 for number in values):
-                raise ValueError(f"{each.name} = {value}: must be finite and at least 0")
-        if not self.sample_rate_Hz > 0.0:
-            raise ValueError(f"sample_rate_Hz = {self.sample_rate_Hz}: must be over 0")
+class Hardware(HardwareTable):
+    """``[grip.hardware]`` at work. Raises ValueError on numbers that are not finite or below 0."""
 
     def at_rest(self, samples: int = 100) -> Hardware:
         """The same rig while it stands still for ``samples`` at each point and takes their mean.
@@ -67,13 +34,13 @@ class Hardware:
         being zeroed between. Gains, dead gages and the stage stay what they are.
         """
         fall = 1.0 / np.sqrt(samples)
-        return replace(
-            self,
-            gage_noise_microstrain=float(self.gage_noise_microstrain * fall),
-            force_noise_N=float(self.force_noise_N * fall),
-            drift_microstrain_per_s=0.0,
-            delay_samples=0,
-        )
+        rested = {
+            "gage_noise_microstrain": float(self.gage_noise_microstrain * fall),
+            "force_noise_N": float(self.force_noise_N * fall),
+            "drift_microstrain_per_s": 0.0,
+            "delay_samples": 0,
+        }
+        return self.model_copy(update=rested)
 
     def gains(self, plates: Sequence[int]) -> Array:
         """Reading per true strain (g,) of the gages of these plates: 1 but for the spread, 0 dead.
