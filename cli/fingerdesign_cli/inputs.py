@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import judge_design, judge_scene
-from fingerdesign.checks.scene import scene_faults
 from fingerdesign.checks.starter import design_text, scene_text
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.errors import DesignError, Fault

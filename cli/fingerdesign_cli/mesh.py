@@ -10,8 +10,7 @@ import click
 from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
-from fingerdesign.mesh.picture import draw_mesh
-from fingerdesign.mesh.pictures import draw_quality
+from fingerdesign.mesh.pictures import draw_mesh, draw_quality
 from fingerdesign.mesh.quality import assess, requested_sizes
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, progress

@@ -23,8 +23,7 @@ from fingerdesign.contact.path import Forces
 from fingerdesign.contact.problem import Motion
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.finite.body import finite_body
-from fingerdesign.fem.finite.gage import gage_lines
-from fingerdesign.fem.finite.row import Follower, Row, facing, untouched
+from fingerdesign.fem.finite.row import Follower, Row, facing, gage_lines, untouched
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames

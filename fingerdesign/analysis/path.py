@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.checks.scene import MOST_MOTION
+from fingerdesign.checks.design import MOST_MOTION
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Forces, Step, follow
 from fingerdesign.contact.problem import Motion

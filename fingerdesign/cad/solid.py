@@ -21,9 +21,8 @@ from OCP.gp import gp_Pnt, gp_Pnt2d
 from OCP.IntTools import IntTools_Context
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
-from fingerdesign.cad.bodies import outline_solid
+from fingerdesign.cad.bodies import core_solid, outline_solid, plate_solid
 from fingerdesign.cad.kernel import volume_of
-from fingerdesign.cad.plates import core_solid, plate_solid
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame, plate_frames

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.checks.remedies import greatest
+from fingerdesign.checks.placing import greatest
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Body
 from fingerdesign.errors import Fault

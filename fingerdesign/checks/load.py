@@ -16,8 +16,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from fingerdesign.checks.design import design_faults
-from fingerdesign.design.faults import fault_of, shown
-from fingerdesign.design.keys import set_value
+from fingerdesign.design.faults import fault_of, set_value, shown
 from fingerdesign.design.mesh import resolved_file
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design, unknown_materials

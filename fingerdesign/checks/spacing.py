@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerdesign.checks.placing import row_reach
-from fingerdesign.checks.remedies import Change, Finding, greatest, least, set_to, worst_by_key
+from fingerdesign.checks.placing import (
+    Change,
+    Finding,
+    greatest,
+    least,
+    row_reach,
+    set_to,
+    worst_by_key,
+)
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
-from fingerdesign.layout.frames import row_frames
+from fingerdesign.layout.frames import PlateRow, plate_rows, row_frames
 from fingerdesign.layout.gaps import PlateGap, core_gaps, least_gap, neighbour_gaps
-from fingerdesign.layout.rows import PlateRow, plate_rows
 
 # Gap between plates, in thicknesses: below it, the rubber between is thinner than half a plate.
 LEAST_GAP = 0.5

@@ -24,9 +24,8 @@ from fingerdesign.contact.increment import (
     ZoneExhausted,
     solve_increment,
 )
-from fingerdesign.contact.path import NoEquilibrium
+from fingerdesign.contact.path import NoEquilibrium, stiffness
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 
 _TOLERANCE = 1e-9  # of the largest force in the balance

@@ -13,8 +13,14 @@ from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
-from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
-from fingerdesign.control.plants.plant import Plant, Truth, press
+from fingerdesign.control.plants.plant import (
+    Plant,
+    Truth,
+    is_lifted,
+    minimum_stick_ratio,
+    press,
+    safety_margin,
+)
 from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.roster import Command, Controller, make_controller
 from fingerdesign.control.signals import Sample

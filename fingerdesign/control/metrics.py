@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.control.judge import weight_per_finger
+from fingerdesign.control.plants.plant import weight_per_finger
 
 if TYPE_CHECKING:
     from fingerdesign.control.episode import Episode

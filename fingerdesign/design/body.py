@@ -88,7 +88,7 @@ class StepFile(Table):
 
 
 class BodyKind:
-    """What a kind of body answers of its geometry; arrays as of :mod:`fingerdesign.layout.kinds`.
+    """What a kind of body answers of its geometry; arrays as of :mod:`fingerdesign.layout.profile`.
 
     closed_form: whether an outline (layout/profile.py) makes it. straight: one section tells all.
     turned: round about y, without end faces. flat: its top. words: its top, on pages, with

@@ -6,12 +6,14 @@ Lengths in mm, angles anticlockwise from the row's axis (+x, or +z for rows alon
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.plates import PlateLayout, plate_layout
@@ -384,3 +386,74 @@ def mirrors_in_z(design: Design) -> bool:
     return (step is None or step.mirrors_in_z) and all(
         frame.mirrors_in_z for frame in plate_frames(design)
     )
+
+
+# Rows of plates with the keys that they are owed to, and designs with one key changed.
+
+
+@dataclass(frozen=True)
+class PlateRow:
+    """One row of plates: its values, its frames, and where each value stands in the file.
+
+    ``number``: None for [plates] itself, else that of ``plates.rows``; ``own``: keys that the row
+    gives itself, the others are those of [plates]. ``placed``: a ``plates.placement``.
+    """
+
+    table: Plates
+    frames: tuple[PlateFrame, ...]
+    number: int | None = None
+    own: frozenset[str] = frozenset()
+    placed: bool = False
+
+    def key(self, name: str) -> str:
+        """The dotted key that gave the row's value ``name``."""
+        return f"plates.rows[{self.number}].{name}" if name in self.own else f"plates.{name}"
+
+    def value(self, name: str) -> object:
+        """The row's value ``name``; what absence means where it is absent."""
+        value = getattr(self.table, name)
+        return "(absent: the full extent)" if name == "span_mm" and value is None else value
+
+    def blame(self, index: int, name: str) -> tuple[str, object]:
+        """Key and value to blame for plate ``index``: the row's ``name``, or its own placement."""
+        if self.placed and self.table.placement is not None:
+            return f"plates.placement[{index}]", list(self.table.placement[index])
+        return self.key(name), self.value(name)
+
+
+def plate_rows(design: Design) -> tuple[PlateRow, ...]:
+    """The rows that hold any plate, each with its frames; a placement is one row."""
+    frames = plate_frames(design)
+    plates = design.plates
+    if plates.placement is not None:
+        return (PlateRow(plates, frames, placed=True),) if frames else ()
+    rows, start = [], 0
+    for number, table in enumerate(plates.all_rows):
+        own = frames[start : start + table.count]
+        start += table.count
+        given = plates.rows[number - 1].model_dump(exclude_none=True) if number else {}
+        if own:
+            rows.append(PlateRow(table, own, number - 1 if number else None, frozenset(given)))
+    return tuple(rows)
+
+
+def with_key(design: Design, key: str, value: object) -> Design | None:
+    """A copy of a design with one dotted key of [body] or [plates] set; None: refused by itself.
+
+    A revolved body's depth goes with its width.
+    """
+    table, *parts = [int(part) if part.isdigit() else part for part in re.findall(r"\w+", key)]
+    old: Body | Plates = getattr(design, str(table))
+    values = old.model_dump(exclude_none=True)
+    inner: Any = values
+    for part in parts[:-1]:
+        inner[part] = list(inner[part]) if isinstance(inner[part], tuple) else inner[part]
+        inner = inner[part]
+    inner[parts[-1]] = value
+    if values.get("shape") == "revolved":
+        values["depth_mm"] = values["width_mm"]
+    try:
+        changed = type(old).model_validate(values)
+    except ValidationError:
+        return None
+    return design.model_copy(update={str(table): changed})

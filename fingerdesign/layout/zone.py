@@ -13,10 +13,9 @@ import numpy as np
 from fingerdesign.design.scene import Scene, SceneObject
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout import clearance
-from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.frames import PlateRow, crest_height, plate_frames, plate_rows
 from fingerdesign.layout.gaps import least_gap
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.layout.rows import PlateRow, plate_rows
 from fingerdesign.layout.volume import outline_volume
 
 # What can be said of a design before any model is built: volumes and the contact's width.

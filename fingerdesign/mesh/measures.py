@@ -2,11 +2,35 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.design.step import step_facts
+from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.volume import (
+    core_volume,
+    face_areas,
+    outline_volume,
+    plate_volume,
+    section_area,
+)
+from fingerdesign.mesh.sheets import boundary_facets
+from fingerdesign.mesh.tetra.carriers import (
+    carriers_of,
+    core_faces,
+    plane,
+    plate_faces,
+)
 from fingerdesign.mesh.tetra.snap import tet_volumes
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
+from fingerdesign.shapes.faces import Carrier
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
 
 
 def cell_volumes(points: Array, cells: IntArray) -> Array:
@@ -161,3 +185,205 @@ def curved_areas(points: Array, facets: IntArray) -> Array:
             normal = np.cross(np.einsum("fni,n->fi", nodes, du), np.einsum("fni,n->fi", nodes, dv))
             total += 0.5 * weight * np.linalg.norm(normal, axis=1)
     return total
+
+
+# How well a mesh fits its design: volumes of regions, distances of nodes to the CAD faces.
+
+# Areas of a mesh's outer faces against those of the CAD faces.
+
+_TOUCHES = 1e-6  # mm: a plate that ends in a face of the body
+
+
+def worst_area_error(mesh: Mesh, design: Design) -> float:
+    """Greatest relative error of an outer face's area, by the curved facets; 0 in the section."""
+    if mesh.dimension == 2:
+        return 0.0
+    wanted = outer_areas(mesh, design)
+    found = {
+        name: float(curved_areas(mesh.points, mesh.facets[name]).sum())
+        if name in mesh.facets
+        else 0.0
+        for name in wanted
+    }
+    groups = [{name} for name in wanted]
+    for face in carriers_of(design, (), mesh.symmetric, core=False).faces:
+        joined = [group for group in groups if group & set(face.boundaries)]
+        if len(joined) > 1:  # no edge tells where one ends and the next begins
+            groups = [group for group in groups if group not in joined] + [set().union(*joined)]
+    errors = []
+    for group in groups:
+        area = sum(wanted[name] for name in group)
+        if area > 0.0:
+            errors.append(abs(sum(found[name] for name in group) / area - 1.0))
+    return max(errors)
+
+
+def outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
+    """Areas of the outer faces by name, mm^2, less the mouths of sheets' slots."""
+    body = design.body
+    if body.step is not None:
+        wanted = _step_areas(design, mesh)
+    else:
+        wanted = dict(face_areas(body, mesh.symmetric))
+    if design.plates.model != "sheet":
+        return wanted
+    for frame in plate_frames(design):
+        mouth = frame.length * frame.thickness
+        for name, area in _mouths(frame, design, mesh.symmetric, mouth):
+            if name in wanted:
+                wanted[name] -= area
+    return wanted
+
+
+def _mouths(
+    frame: PlateFrame, design: Design, symmetric: bool, mouth: float
+) -> list[tuple[str, float]]:
+    """Where a slot opens in the body's outside, and how much of it."""
+    body = design.body
+    if frame.along == "x":
+        low, high = -0.5 * body.depth_mm, 0.5 * body.depth_mm
+        found = [("end", mouth)] if frame.high > high - _TOUCHES else []
+        if symmetric:
+            return [*found, ("symmetry", mouth)]
+        return [*found, ("end", mouth)] if frame.low < low + _TOUCHES else found
+    half = 0.5 * body.width_mm
+    share = 0.5 if symmetric else 1.0
+    sides = (frame.high > half - _TOUCHES) + (frame.low < -half + _TOUCHES)
+    found = [("side", share * mouth * sides)] if sides else []
+    if symmetric:
+        level = abs(frame.axis[0]) > 0.5  # along z: cut across; upright: cut along its mid-surface
+        found.append(("symmetry", frame.span * (frame.thickness if level else frame.length)))
+    return found
+
+
+def _step_areas(design: Design, mesh: Mesh) -> dict[str, float]:
+    """Areas of a STEP body's faces; of a half model's the halves, without "symmetry"."""
+    assert design.body.step is not None
+    share = 0.5 if mesh.symmetric else 1.0
+    areas = step_facts(design.body.step).area
+    return {str(name): share * float(value) for name, value in areas.items()}
+
+
+@dataclass(frozen=True)
+class VolumeFit:
+    """Volumes (mm^3; in the section areas, mm^2) against the closed forms; errors are relative.
+
+    regions: by name "volume" (curved cells), "straight" (by corners), "wanted" and "error"
+    """
+
+    regions: dict[str, dict[str, float]]
+    body_error: float
+    body_error_straight: float
+    worst_plate_error: float
+
+
+def meshed_plates(mesh: Mesh, design: Design) -> tuple[PlateFrame, ...]:
+    """The frames that the mesh has, or should have: all in space; those that z = 0 cuts in 2-D."""
+    if design.plates.model == "none":
+        return ()
+    frames = plate_frames(design)
+    if mesh.dimension == 3:
+        return frames
+    return tuple(f for f in frames if f.along == "x" and f.low < 0.0 < f.high)
+
+
+def wanted_volumes(mesh: Mesh, design: Design) -> dict[int, float]:
+    """Volume by region, mm^3 (section: area, mm^2), of what the design says is solid there."""
+    frames = meshed_plates(mesh, design)
+    if mesh.dimension == 2:
+        whole = section_area(design.body)
+        plates = {frame.index + 1: frame.length * frame.thickness for frame in frames}
+        core = design.body.core
+        inner = core.width_mm * core.height_mm if core is not None else 0.0
+    else:
+        whole = outline_volume(design.body, mesh.symmetric)
+        plates = {frame.index + 1: plate_volume(frame, mesh.symmetric) for frame in frames}
+        inner = core_volume(design, mesh.symmetric)
+    wanted = {0: whole - sum(plates.values()) - inner}
+    if design.plates.model == "solid":
+        wanted |= plates
+    if inner:
+        wanted[design.core_region] = inner
+    return wanted
+
+
+def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
+    """Compare the volume of every region with the design's; a missing region has the error 1."""
+    wanted = wanted_volumes(mesh, design)
+    count = max(int(mesh.regions.max(initial=0)), *wanted) + 1
+    curved = np.bincount(mesh.regions, curved_volumes(mesh.points, mesh.cells), count)
+    straight = np.bincount(mesh.regions, cell_volumes(mesh.points, mesh.corners), count)
+    present = np.bincount(mesh.regions, minlength=count) > 0
+    regions = {}
+    for number in range(count):
+        if not present[number] and number not in wanted:
+            continue
+        requested = wanted.get(number, 0.0)
+        regions[region_name(design, number)] = {
+            "volume": float(curved[number]),
+            "straight": float(straight[number]),
+            "wanted": float(requested),
+            "error": _error(float(curved[number]), requested),
+        }
+    whole = sum(wanted.values())
+    strange = [n for n in range(1, count) if present[n] and n not in wanted]
+    plates = [
+        values["error"] for name, values in regions.items() if name not in ("elastomer", "core")
+    ]
+    return VolumeFit(
+        regions,
+        _error(float(curved.sum()), whole),
+        _error(float(straight.sum()), whole),
+        1.0 if strange else max(plates, default=0.0),
+    )
+
+
+def region_name(design: Design, number: int) -> str:
+    """Name of a region of a design's meshes: "elastomer", "plate_k" or "core"."""
+    if number == 0:
+        return "elastomer"
+    if number == design.core_region and design.body.core is not None:
+        return "core"
+    return f"plate_{number - 1}"
+
+
+def _error(found: float, wanted: float) -> float:
+    return abs(found / wanted - 1.0) if wanted > 0.0 else 1.0
+
+
+def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
+    """Greatest distance (mm) of the nodes of each named face, mid-nodes too, to the CAD face.
+
+    Besides the mesh's named facets, "plate_k" and "core": the surface of that region.
+    """
+    frames = {frame.index: frame for frame in meshed_plates(mesh, design)}
+    carriers = carriers_of(design, (), mesh.symmetric, core=False)
+    outer = [carriers.faces[number] for number in carriers.outside]
+    found = {}
+    for name, facets in mesh.facets.items():
+        slot = re.fullmatch(r"plate_(\d+)_(upper|lower|end)", name)
+        if slot and int(slot[1]) in frames:
+            faces = plate_faces(frames[int(slot[1])])
+        else:
+            faces = [face for face in outer if name in face.boundaries]
+        if faces:
+            found[name] = _greatest(mesh, np.unique(facets), faces)
+    cut: list[Carrier] = [plane("symmetry", (0.0, 0.0, -1.0), 0.0)] if mesh.dimension == 3 else []
+    for number in np.unique(mesh.regions[mesh.regions > 0]):
+        if number == design.core_region and design.body.core is not None:
+            faces = core_faces(design.body)
+        elif int(number) - 1 in frames:
+            faces = plate_faces(frames[int(number) - 1])
+        else:
+            continue
+        surface = boundary_facets(mesh.cells[mesh.regions == number], mesh.dimension)
+        faces = faces + cut if mesh.symmetric else faces
+        found[region_name(design, int(number))] = _greatest(mesh, np.unique(surface), faces)
+    return found
+
+
+def _greatest(mesh: Mesh, nodes: IntArray, faces: list[Carrier]) -> float:
+    points = np.zeros((len(nodes), 3))
+    points[:, : mesh.dimension] = mesh.points[nodes]
+    away = np.min([np.abs(face.misfit(points)) for face in faces], axis=0)
+    return float(away.max(initial=0.0))

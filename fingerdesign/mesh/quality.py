@@ -13,13 +13,15 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.files.imported import import_words
-from fingerdesign.mesh.fit import face_distances, volumes_by_region, worst_area_error
 from fingerdesign.mesh.measures import (
     aspects,
     cell_angles,
     cell_volumes,
     edge_lengths,
+    face_distances,
     least_jacobian_ratios,
+    volumes_by_region,
+    worst_area_error,
 )
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField, distances_to_plate

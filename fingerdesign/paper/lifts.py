@@ -23,9 +23,8 @@ from fingerdesign.contact.problem import Motion
 from fingerdesign.control.calibration import Calibration, calibrate
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import Bounds, Episode, run_episode
-from fingerdesign.control.judge import weight_per_finger
-from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
-from fingerdesign.control.plants.plant import CondensedPlant, Plant
+from fingerdesign.control.plants.plant import CondensedPlant, Plant, weight_per_finger
+from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -140,7 +139,7 @@ def grip(
 
 # Figure 12: the paper's measurement, as a rig would make it.
 #
-# Gages and force cells with noise and a stage of whole steps (control/plants/hardware.py), at the
+# Gages and force cells with noise and a stage of whole steps (control/plants/rig.py), at the
 # paper's friction coefficients 0.3 and 0.6, several seeds. The paper tells nothing of its noise.
 # Here one sample of a gage has SAMPLE_NOISE, that of a good strain amplifier at 100 Hz, and the
 # hand stands still at each step for so many samples (SAMPLES) and takes their mean.

@@ -17,9 +17,9 @@ from fingerdesign.control.calibration import Calibration, calibrate
 from fingerdesign.control.episode import Bounds, Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
-from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Memory, Plant, RememberedPlant
+from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import SolverError

@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import gage_array
-from fingerdesign.control.plants.recorded import RecordedPlant
+from fingerdesign.control.plants.recorded import RecordedPlant, Replayed, replay
 from fingerdesign.control.plants.rig import Rig
-from fingerdesign.control.replay import Replayed, replay
 from fingerdesign.control.roster import make_controller
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import csv_text

@@ -20,9 +20,9 @@ from pydantic import TypeAdapter
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import peak_memory_MB, versions
-from fingerdesign.control.judge import weight_per_finger
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
-from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.control.plants.plant import weight_per_finger
+from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import closed, json_text

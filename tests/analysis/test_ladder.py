@@ -18,7 +18,7 @@ from fingerdesign.analysis.fidelity.rungs import (
     scene_sizes,
 )
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.layers import layered
+from fingerdesign.layout.gaps import layered
 
 DESIGN = parse_design('design.name = "made_up"\nplates.count = 0')
 SCENE = parse_scene("[object]\n[path]\nincrements_mm = [[0.1, 0.0], [0.1, 0.05]]")

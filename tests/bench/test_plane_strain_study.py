@@ -21,7 +21,7 @@ from fingerdesign_bench.studies.plane_strain_file import (
 from fingerdesign_bench.studies.plane_strain_table import half_width, row_errors
 
 from fingerdesign.errors import DesignError
-from fingerdesign.layout.layers import layered
+from fingerdesign.layout.gaps import layered
 
 SMALL = """
 [study]

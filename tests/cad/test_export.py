@@ -9,13 +9,13 @@ import pytest
 from fingerdesign.cad.export import (
     check_watertight,
     enclosed_volume,
+    triangulate,
     write_cad,
     write_step,
     write_stl,
 )
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.solid import build_solid
-from fingerdesign.cad.tessellation import triangulate
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames

@@ -18,9 +18,8 @@ Make = Callable[..., Design]
 
 
 def test_triangles_are_those_of_this_process(design_of):
-    from fingerdesign.cad.export import enclosed_volume
+    from fingerdesign.cad.export import enclosed_volume, triangulate
     from fingerdesign.cad.solid import build_solid
-    from fingerdesign.cad.tessellation import triangulate
 
     design = design_of("revolved", "bent, perforated", "a bone").model_copy()
     frames = plate_frames(design)[1:2]

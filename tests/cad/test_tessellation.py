@@ -6,10 +6,15 @@ import cadquery as cq
 import numpy as np
 import pytest
 
-from fingerdesign.cad import tessellation
-from fingerdesign.cad.export import check_watertight, enclosed_volume
+from fingerdesign.cad import export as tessellation
+from fingerdesign.cad.export import (
+    check_watertight,
+    enclosed_volume,
+    merge_vertices,
+    triangulate,
+    triangulate_measured,
+)
 from fingerdesign.cad.solid import build_solid
-from fingerdesign.cad.tessellation import merge_vertices, triangulate, triangulate_measured
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames

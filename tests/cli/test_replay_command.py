@@ -15,9 +15,9 @@ from fingerdesign.control.estimator import (
     Layer,
     feature_count,
 )
-from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.recorded import trace_of
+from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.sensing.lessons import lesson_key, settings_of
 from fingerdesign.sensing.model import grip_problem
 

@@ -12,9 +12,8 @@ from fingerdesign.contact.balance import (
     solve_shear,
 )
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
+from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces, stiffness
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.contact.tangent import stiffness
 from fingerdesign.errors import SolverError
 from fingerdesign.shapes.objects import Plane, touching
 

@@ -8,13 +8,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.increment import (
+    ContactState,
+    ZoneExhausted,
+    gauss_seidel,
+    solve_increment,
+)
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.newton import NewtonResult, newton
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.contact.strategy import gauss_seidel
 from fingerdesign.errors import SolverError
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
@@ -171,7 +175,7 @@ def test_the_rim_is_never_passed_silently():
 
 def test_what_cannot_be_solved_is_an_error_with_a_reason(monkeypatch):
     """Non-convergence is reported, and the last iterate is not returned as an answer."""
-    from fingerdesign.contact import strategy as module
+    from fingerdesign.contact import increment as module
 
     problem = contact_problem(half_plane(), Plane(0.0), 0.3)
     stalled = lambda c, offset, *rest, **named: NewtonResult(np.zeros_like(offset), 1.0, 1, False)  # noqa: E731

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.increment import ContactState, pressed, solve_increment
 from fingerdesign.contact.problem import Motion
-from fingerdesign.contact.strategy import pressed
 
 
 @pytest.mark.parametrize("which", ["strip", "patch"])

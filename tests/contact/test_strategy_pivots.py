@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from fingerdesign.contact import strategy
+from fingerdesign.contact import increment as strategy
+from fingerdesign.contact.increment import Task, gauss_seidel, solve_task
 from fingerdesign.contact.laws import natural_residual
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.pivots import friction_pivots
-from fingerdesign.contact.strategy import Task, gauss_seidel, solve_task
 
 
 def problem(m, dim, seed):

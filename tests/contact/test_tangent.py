@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ContactState, solve_increment
-from fingerdesign.contact.path import follow
+from fingerdesign.contact.path import follow, force_response
 from fingerdesign.contact.problem import Motion
-from fingerdesign.contact.tangent import force_response
 
 STEP = 1e-7
 

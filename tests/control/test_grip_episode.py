@@ -7,8 +7,14 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.control.calibration import calibrate
 from fingerdesign.control.episode import Bounds, run_episode, run_episodes, run_grips
-from fingerdesign.control.judge import is_lifted, minimum_stick_ratio, safety_margin
-from fingerdesign.control.plants.plant import CondensedPlant, Truth, press
+from fingerdesign.control.plants.plant import (
+    CondensedPlant,
+    Truth,
+    is_lifted,
+    minimum_stick_ratio,
+    press,
+    safety_margin,
+)
 from fingerdesign.control.roster import Command
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Truth, press
+from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.control.signals import Sample
 
 

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.judge import GRAVITY, is_lifted
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, WeightChange
-from fingerdesign.control.plants.plant import CondensedPlant, press
+from fingerdesign.control.plants.plant import GRAVITY, CondensedPlant, is_lifted, press
 
 MASS = 200.0
 HALF = 0.5e-3 * GRAVITY * MASS

@@ -6,8 +6,7 @@ import pytest
 from fingerdesign.control.calibration import calibrate
 from fingerdesign.control.estimator import LAGS, Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.recorded import RecordedPlant, trace_of
-from fingerdesign.control.replay import replay
+from fingerdesign.control.plants.recorded import RecordedPlant, replay, trace_of
 from fingerdesign.control.roster import Command
 from fingerdesign.errors import DesignError
 

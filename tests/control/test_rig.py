@@ -6,9 +6,8 @@ import pytest
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import calibrate
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.control.plants.plant import CondensedPlant
-from fingerdesign.control.plants.rig import Rig
+from fingerdesign.control.plants.rig import Hardware, Rig
 from fingerdesign.records.folder import write_grip_csv
 
 MASS = 300.0

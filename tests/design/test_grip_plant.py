@@ -5,7 +5,7 @@ import pytest
 from fingerdesign import load_design, parse_design
 from fingerdesign.checks.load import without_plates
 from fingerdesign.checks.starter import shipped_path
-from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError
 
 LIFT = """

@@ -2,8 +2,8 @@
 
 import pytest
 
+from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import judge_scene, parse_design, parse_scene
-from fingerdesign.checks.scene import scene_faults
 from fingerdesign.errors import DesignError
 
 PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"

@@ -10,7 +10,7 @@ from fingerdesign.design.grip import Grip
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
-from fingerdesign.layout.layers import layered
+from fingerdesign.layout.gaps import layered
 
 
 def faults(text):

@@ -8,8 +8,8 @@ import jsonschema
 import numpy as np
 import pytest
 
+from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import load_design, load_scene, parse_design
-from fingerdesign.checks.scene import scene_faults
 from fingerdesign.checks.starter import (
     find_design,
     find_scene,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.finite.gage import gage_lines
+from fingerdesign.fem.finite.row import gage_lines
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section

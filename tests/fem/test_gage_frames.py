@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.design.schema import Design
-from fingerdesign.design.tables import Gages
+from fingerdesign.design.schema import Design, Gages
 from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.frames import PlateFrame, plate_frames

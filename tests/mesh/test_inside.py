@@ -7,8 +7,8 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.quality import cell_angles
+from fingerdesign.mesh.tetra.boundary import check_closed, enclosed
 from fingerdesign.mesh.tetra.carriers import carriers_of
-from fingerdesign.mesh.tetra.inside import check_closed, enclosed
 from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral, tet_volumes
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
@@ -31,8 +31,8 @@ def test_points_in_a_cube_and_in_one_with_a_hollow():
 
 
 def test_a_finely_faceted_dome_agrees_with_its_closed_form():
+    from fingerdesign.cad.export import triangulate
     from fingerdesign.cad.solid import build_solid
-    from fingerdesign.cad.tessellation import triangulate
 
     design = parse_design(
         'design.name = "t"\nbody.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0'

@@ -7,7 +7,7 @@ from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
-from fingerdesign.layout.layers import lies_over, not_layered
+from fingerdesign.layout.gaps import lies_over, not_layered
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import distinct, extrude, graded_heights, layer_heights
 

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.mesh.picture import cropped, cut_open, picture_title
-from fingerdesign.mesh.pictures import near_cut
+from fingerdesign.mesh.pictures import cropped, cut_open, near_cut, picture_title
 from fingerdesign.mesh.types import Mesh
 
 TETRA = np.vstack([np.zeros(3), np.eye(3)])

@@ -4,7 +4,7 @@ from itertools import islice
 
 import pytest
 
-from fingerdesign.design.tables import safe_name
+from fingerdesign.design.schema import safe_name
 from fingerdesign.search.study.file import parse_study, read_study
 from fingerdesign.search.study.metrics import METRICS, known_metric
 from fingerdesign.search.study.values import set_keys, value_of

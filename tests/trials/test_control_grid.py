@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign.control.judge import GRAVITY
 from fingerdesign.control.plants.lift import LiftPlant
+from fingerdesign.control.plants.plant import GRAVITY
 from fingerdesign.errors import DesignError
 from fingerdesign.trials.grid import Cell, ControlGrid, Tug, refuse, seed_of
 

@@ -13,9 +13,9 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
 from fingerdesign.control.metrics import summarise
-from fingerdesign.control.plants.hardware import Hardware
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
+from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import json_schema
 from fingerdesign.records.result import ResultError

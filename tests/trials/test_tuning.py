@@ -12,7 +12,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
 from fingerdesign.control.metrics import JudgedGrip
-from fingerdesign.control.plants.hardware import Hardware
+from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.journal import JournalError
 from fingerdesign.runtime.registry import CONTROLLERS

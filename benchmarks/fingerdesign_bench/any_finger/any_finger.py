@@ -17,7 +17,7 @@ from typing import Any
 from fingerdesign.analysis.summary import versions
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
-from fingerdesign.layout.layers import layered
+from fingerdesign.layout.gaps import layered
 from fingerdesign.mesh.cache import FORMAT
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report

@@ -13,11 +13,11 @@ import numpy as np
 from pydantic import BaseModel
 
 from fingerdesign.design.body import Body, Core
+from fingerdesign.design.faults import set_value
 from fingerdesign.design.grip import Grip
-from fingerdesign.design.keys import set_value
 from fingerdesign.design.mesh import MeshOptions, SectionMesh
 from fingerdesign.design.plates import Plates, Row
-from fingerdesign.design.tables import Gages, Material
+from fingerdesign.design.schema import Gages, Material
 from fingerdesign.errors import FingerDesignError
 
 Data = dict[str, Any]

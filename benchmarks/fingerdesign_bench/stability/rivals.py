@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.strategy import gauss_seidel
+from fingerdesign.contact.increment import gauss_seidel
 from fingerdesign.errors import SolverError
 
 # compliance (m dim, m dim), offset (m, dim), friction coefficient, last forces (m, dim), seconds

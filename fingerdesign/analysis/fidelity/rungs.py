@@ -28,7 +28,7 @@ from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.load import with_values
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import crest_height, plate_frames
-from fingerdesign.layout.layers import layered
+from fingerdesign.layout.gaps import layered
 from fingerdesign.layout.zone import contact_reach, greatest_approach
 from fingerdesign.mesh.section.section import sheet_room_faults
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.layers import not_a_sheet
+from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mesh.section.outline import Outline, body_outline, core_box
 from fingerdesign.mesh.section.section import add_plates, add_sheets, section_frames

@@ -19,8 +19,7 @@ from fingerdesign.analysis.fidelity.rungs import can_extrude
 from fingerdesign.analysis.forecast.counts import count_model
 from fingerdesign.analysis.path import steps_sideways
 from fingerdesign.analysis.stages import zone_of
-from fingerdesign.checks.design import plane_strain_faults
-from fingerdesign.checks.scene import scene_faults
+from fingerdesign.checks.design import plane_strain_faults, scene_faults
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.make import mesher_of

@@ -27,7 +27,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.judge import weight_per_finger
+from fingerdesign.control.plants.plant import weight_per_finger
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.registry import key

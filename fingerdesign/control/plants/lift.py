@@ -32,8 +32,7 @@ from fingerdesign.contact.increment import ContactState, Increment, Workspace, s
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.judge import GRAVITY
-from fingerdesign.control.plants.plant import Truth
+from fingerdesign.control.plants.plant import GRAVITY, Truth
 from fingerdesign.control.signals import Sample, gage_readings
 
 # Two fingers that hold one rigid object between them, moved alike (numpy only).

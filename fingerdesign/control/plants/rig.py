@@ -6,6 +6,7 @@ goes around either, and around the bench on which the same rig is calibrated, at
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,14 +14,144 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.plants.hardware import Hardware, ImperfectPlant
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant, WeightChange
-from fingerdesign.control.plants.plant import CondensedPlant, Plant
+from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
+from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import HardwareTable
 
 if TYPE_CHECKING:
     from fingerdesign.design.grip import Grip
+
+
+# Imperfect hardware around any plant: gages, amplifier, force cell, stage (numpy only).
+#
+# The stage goes where it is sent in whole steps and loses its play at each turn; the sensors add
+# what is below, in this order, and say it some samples late:
+#
+#     gage = round_q( gain * strain + drift t + noise )        dead: gain 0
+#     force = force + noise
+#
+# One move of the plant is one sample. What belongs to a specimen of the hardware (gains) is drawn
+# from its own number: a rig that is calibrated and then grips has the same gains both times. Noise
+# and drift come from the generator given: the same seed gives the same readings.
+
+
+class Hardware(HardwareTable):
+    """``[grip.hardware]`` at work. Raises ValueError on numbers that are not finite or below 0."""
+
+    def at_rest(self, samples: int = 100) -> Hardware:
+        """The same rig while it stands still for ``samples`` at each point and takes their mean.
+
+        Noise falls with the square root of their number; no delay is left, and no drift, the gages
+        being zeroed between. Gains, dead gages and the stage stay what they are.
+        """
+        fall = 1.0 / np.sqrt(samples)
+        rested = {
+            "gage_noise_microstrain": float(self.gage_noise_microstrain * fall),
+            "force_noise_N": float(self.force_noise_N * fall),
+            "drift_microstrain_per_s": 0.0,
+            "delay_samples": 0,
+        }
+        return self.model_copy(update=rested)
+
+    def gains(self, plates: Sequence[int]) -> Array:
+        """Reading per true strain (g,) of the gages of these plates: 1 but for the spread, 0 dead.
+
+        A plate's gain is its own, whichever other gages there are.
+        """
+        gains = [
+            1.0 + self.gain_spread * np.random.default_rng([self.specimen, plate]).standard_normal()
+            for plate in plates
+        ]
+        dead = np.isin(plates, self.dead_gages)
+        return np.where(dead, 0.0, gains)
+
+
+class ImperfectPlant:
+    """A plant as imperfect hardware moves and feels it; its truth is the plant's own.
+
+    plates: numbers of the plates whose gages are read, in the order of the readings; without them
+    0, 1, ... Equal draws for equal seeds, whatever the levels: two noise levels differ in scale
+    alone. Before ``delay_samples`` moves the hand hears of an untouched finger.
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        hardware: Hardware,
+        rng: np.random.Generator,
+        plates: Sequence[int] | None = None,
+    ) -> None:
+        self._plant, self._hardware, self._rng = plant, hardware, rng
+        self._plates = plates
+        self._gains: Array | None = None
+        self._rates = np.empty(0)
+        self._time = 0.0
+        self._late: deque[Sample] = deque()
+        self._axes = [_Axis(hardware.stage_step_mm, hardware.backlash_mm) for _ in range(2)]
+
+    def move(self, dx: float, dy: float) -> Sample:
+        """Move as far as the stage does, hear what the sensors say; see :class:`Plant`."""
+        true = self._plant.move(self._axes[0].moved(dx), self._axes[1].moved(dy))
+        self._time += 1.0 / self._hardware.sample_rate_Hz
+        felt = self._felt(true)
+        while len(self._late) < self._hardware.delay_samples:
+            self._late.append(Sample(np.zeros_like(felt.readings), 0.0, 0.0))
+        self._late.append(felt)
+        return self._late.popleft()
+
+    def truth(self) -> Truth:
+        """The plant's state after the last move, for the judge."""
+        return self._plant.truth()
+
+    def _felt(self, true: Sample) -> Sample:
+        hardware, gages = self._hardware, len(true.readings)
+        if self._gains is None:
+            plates = range(gages) if self._plates is None else self._plates
+            self._gains = hardware.gains(list(plates))
+            self._rates = hardware.drift_microstrain_per_s * self._rng.standard_normal(gages)
+        noise = self._rng.standard_normal(gages + 2)
+        readings = self._gains * true.readings + self._rates * self._time
+        readings += hardware.gage_noise_microstrain * noise[2:]
+        if hardware.quantisation_microstrain > 0.0:
+            step = hardware.quantisation_microstrain
+            readings = step * np.round(readings / step)
+        forces = np.array([true.normal_force, true.tangential_force])
+        normal, tangential = forces + hardware.force_noise_N * noise[:2]
+        return Sample(readings, float(normal), float(tangential), true.lifted)
+
+
+class _Axis:
+    """One axis of a stage: whole steps, and play that a turn of the direction has to take up.
+
+    The play lies behind at the start: the stage came up to touch in the positive direction.
+    """
+
+    def __init__(self, step: float, backlash: float) -> None:
+        self._step, self._backlash = step, backlash
+        self._wanted = self._drive = 0.0
+        self._play = 0.0  # way ahead of the drive, in the positive direction, until it pushes
+
+    def moved(self, way: float) -> float:
+        """How far the stage goes, mm, when sent ``way``; steps left over are remembered."""
+        if self._step == 0.0 and self._backlash == 0.0:
+            return way
+        self._wanted += way
+        goal = self._wanted
+        if self._step > 0.0:
+            goal = self._step * round(self._wanted / self._step)
+        turned, self._drive = goal - self._drive, goal
+        if turned >= 0.0:
+            lost = min(self._play, turned)
+            self._play -= lost
+            return turned - lost
+        lost = min(self._backlash - self._play, -turned)
+        self._play += lost
+        return turned + lost
+
 
 _BENCH, _GRIP = 0, 1  # streams of random numbers from one seed
 

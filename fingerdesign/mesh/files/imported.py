@@ -21,13 +21,16 @@ from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.files.io import read_named
 from fingerdesign.mesh.files.named import NamedMesh, with_mid_nodes
-from fingerdesign.mesh.fit import face_distances, outer_areas, region_name, volumes_by_region
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import (
     cell_volumes,
     curved_areas,
     edge_lengths,
+    face_distances,
     least_jacobian_ratios,
+    outer_areas,
+    region_name,
+    volumes_by_region,
 )
 from fingerdesign.mesh.sheets import FACES
 from fingerdesign.mesh.tetra.boundary import BoundaryFacets, boundary_facets

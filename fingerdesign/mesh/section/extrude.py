@@ -19,7 +19,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.body import sound_outline
 from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
-from fingerdesign.layout.layers import layered, lies_over, not_layered, not_sweepable
+from fingerdesign.layout.gaps import layered, lies_over, not_layered, not_sweepable
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.section.section import (
     bend_faces,

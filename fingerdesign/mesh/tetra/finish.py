@@ -12,9 +12,13 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.mesh.sizing import SizeField
-from fingerdesign.mesh.tetra.boundary import BoundaryFacets, boundary_facets, regions_by_centroid
+from fingerdesign.mesh.tetra.boundary import (
+    BoundaryFacets,
+    boundary_facets,
+    enclosed,
+    regions_by_centroid,
+)
 from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core
-from fingerdesign.mesh.tetra.inside import enclosed
 from fingerdesign.mesh.tetra.slots import PlateWay, Slots, open_slots
 from fingerdesign.mesh.tetra.snap import (
     curve_facets,

@@ -17,7 +17,7 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.layout.layers import not_a_sheet
+from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, core_faces
 from fingerdesign.mesh.tetra.slot_cut import Cut, Stars, outer_facets, plan_cut, sheet_facets_of
 from fingerdesign.mesh.tetra.snap import improve, tet_volumes

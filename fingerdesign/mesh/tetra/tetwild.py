@@ -23,8 +23,8 @@ from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.quality import QualityReport, assess
 from fingerdesign.mesh.sizing import MeshSizes, SizeField, background_grid, expected_elements
+from fingerdesign.mesh.tetra.boundary import check_closed
 from fingerdesign.mesh.tetra.finish import finish
-from fingerdesign.mesh.tetra.inside import check_closed
 from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime import files, isolate

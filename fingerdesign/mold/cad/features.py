@@ -13,6 +13,7 @@ import cadquery as cq
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.cad.bodies import core_solid, plate_solid
 from fingerdesign.cad.kernel import (
     Line,
     box,
@@ -23,7 +24,6 @@ from fingerdesign.cad.kernel import (
     polygon,
     revolved,
 )
-from fingerdesign.cad.plates import core_solid, plate_solid
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame

@@ -16,9 +16,15 @@ from OCP.BRepGProp import BRepGProp
 from OCP.GProp import GProp_GProps
 
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.cad.export import BONE, BRONZE, SILICONE_GREY, write_triangles
+from fingerdesign.cad.export import (
+    BONE,
+    BRONZE,
+    SILICONE_GREY,
+    merge_vertices,
+    triangulate_measured,
+    write_triangles,
+)
 from fingerdesign.cad.kernel import volume_of
-from fingerdesign.cad.tessellation import merge_vertices, triangulate_measured
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold

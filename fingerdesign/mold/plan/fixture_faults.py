@@ -13,7 +13,7 @@ from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.mold import Comb, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
-from fingerdesign.layout.rows import PlateRow, plate_rows, with_key
+from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.leg_room import Fixture, Room, crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.plan.legs import fixture_of

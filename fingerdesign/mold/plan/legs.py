@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.rows import plate_rows
+from fingerdesign.layout.frames import PlateFrame, plate_rows
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import half_extent

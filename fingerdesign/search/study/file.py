@@ -22,7 +22,7 @@ from fingerdesign.checks.starter import shipped_path
 from fingerdesign.design.base import Many, Table, refuse
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.faults import dotted, fault_of, shown
-from fingerdesign.design.tables import safe_name
+from fingerdesign.design.schema import safe_name
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.metrics import METRICS, known_metric
 from fingerdesign.search.study.values import (

@@ -16,8 +16,7 @@ from pydantic_core import ErrorDetails
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design, shipped_designs
-from fingerdesign.design.faults import dotted, fault_of, shown, undexed
-from fingerdesign.design.keys import parts_of, set_value
+from fingerdesign.design.faults import dotted, fault_of, parts_of, set_value, shown, undexed
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.values import Choice, Range, set_keys, split_share, value_of
