@@ -18,15 +18,13 @@ from fingerdesign.layout.volume import (
     plate_volume,
     section_area,
 )
-from fingerdesign.mesh.sheets import boundary_facets
 from fingerdesign.mesh.tetra.carriers import (
     carriers_of,
     core_faces,
     plane,
     plate_faces,
 )
-from fingerdesign.mesh.tetra.snap import tet_volumes
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh, boundary_facets
 from fingerdesign.shapes.faces import Carrier
 
 if TYPE_CHECKING:
@@ -35,11 +33,20 @@ if TYPE_CHECKING:
 
 def cell_volumes(points: Array, cells: IntArray) -> Array:
     """Signed areas of triangles or volumes of tetrahedra, (c,), by their corners."""
-    if cells.shape[1] == 4:
-        return tet_volumes(points, cells)
-    a, b, c = (points[cells[:, i]] for i in range(3))
-    u, v = b - a, c - a
+    a, *others = (points[cells[:, k]] for k in range(points.shape[1] + 1))
+    if len(others) == 3:
+        b, c, d = others
+        return np.asarray(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0)
+    u, v = (other - a for other in others)
     return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
+
+
+def oriented(points: Array, cells: IntArray) -> IntArray:
+    """Linear cells, those of a negative area or volume turned round."""
+    turned = cells.copy()
+    negative = cell_volumes(points, cells) < 0.0
+    turned[negative, 1:3] = cells[negative, 2:0:-1]
+    return turned
 
 
 def curved_cells(points: Array, cells: IntArray, tolerance: float = 1e-9) -> BoolArray:

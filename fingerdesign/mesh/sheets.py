@@ -19,7 +19,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import chain_misfit, profile_of
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES
+from fingerdesign.mesh.types import boundary_facets
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Body
@@ -193,21 +193,6 @@ def sheet_facets(
             _check_filled(points, chosen, frame, name)
             found[f"plate_{frame.index}_{name}"] = chosen
     return found
-
-
-def boundary_facets(cells: IntArray, dimension: int) -> IntArray:
-    """Facets of one cell only, (f, 3) or (f, 6): corners, then mid-edge nodes."""
-    if dimension == 2:
-        parts = [[a, b, 3 + k] for k, (a, b) in enumerate(TRIANGLE_EDGES)]
-        facets = np.concatenate([cells[:, part] for part in parts])
-        _, first, uses = np.unique(facets[:, 2], return_index=True, return_counts=True)
-        return np.asarray(facets[first[uses == 1]])
-    middle = {pair: 4 + k for k, pair in enumerate(TETRA_EDGES)}
-    parts = [[a, b, c, middle[(a, b)], middle[(b, c)], middle[(a, c)]] for a, b, c in TETRA_FACETS]
-    facets = np.concatenate([cells[:, part] for part in parts])
-    key = np.sort(facets[:, :3], axis=1)
-    _, first, uses = np.unique(key, axis=0, return_index=True, return_counts=True)
-    return np.asarray(facets[first[uses == 1]])
 
 
 def _check_filled(points: Array, facets: IntArray, frame: PlateFrame, name: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.errors import MeshError
 
 # Corner pairs of the mid-edge nodes, in the order of VTK, meshio and scikit-fem alike.
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
@@ -73,3 +74,67 @@ def quadratic(points: Array, cells: IntArray) -> tuple[Array, IntArray]:
     middles = 0.5 * (points[edges[:, 0]] + points[edges[:, 1]])
     added = len(points) + order[inverse.reshape(-1)].reshape(len(cells), len(pairs))
     return np.vstack([points, middles]), np.hstack([cells.astype(np.int64), added])
+
+
+def with_mid_nodes(cells: IntArray, corners: IntArray, name: str = "facets") -> IntArray:
+    """Add the mid-edge nodes of quadratic cells (c, 6 or 10) to facets (f, dim) of theirs.
+
+    MeshError where an edge of a facet is no cell's.
+    """
+    tets = cells.shape[1] == 10
+    first = 4 if tets else 3
+    pairs = TETRA_EDGES if tets else TRIANGLE_EDGES
+    own = TRIANGLE_EDGES if tets else ((0, 1),)
+    if len(corners) == 0:
+        return np.zeros((0, len(own) + (3 if tets else 2)), dtype=np.int64)
+    count = int(max(cells.max(), corners.max())) + 1
+    ends = np.sort(np.stack([cells[:, list(pair)] for pair in pairs], axis=1), axis=2)
+    keys, at = np.unique((ends[..., 0] * count + ends[..., 1]).reshape(-1), return_index=True)
+    middles = cells[:, first:].reshape(-1)[at]
+    edges = np.sort(np.stack([corners[:, list(pair)] for pair in own], axis=1), axis=2)
+    wanted = edges[..., 0] * count + edges[..., 1]
+    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+    missing = (keys[place] != wanted).any(axis=1)
+    if missing.any():
+        raise MeshError(f"{int(missing.sum())} facets of {name!r} are no faces of any cell")
+    return np.hstack([corners, middles[place]]).astype(np.int64)
+
+
+def boundary_facets(cells: IntArray, dimension: int) -> IntArray:
+    """Facets of one cell only, (f, dimension), of quadratic cells with their mid-edge nodes."""
+    local = TETRA_FACETS if dimension == 3 else TRIANGLE_EDGES
+    facets = np.concatenate([cells[:, part] for part in local])
+    _, first, uses = np.unique(
+        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outer = np.asarray(facets[first[uses == 1]])
+    if cells.shape[1] == dimension + 1:
+        return outer
+    found = with_mid_nodes(cells, outer)
+    return found[np.argsort(found[:, 2])] if dimension == 2 else found
+
+
+def facet_keys(facets: IntArray, nodes: int) -> IntArray:
+    """One number (f,) for each facet of tetrahedra, by its three corners in any order."""
+    a, b, c = np.sort(facets[:, :3], axis=1).astype(np.int64).T
+    return np.asarray((a * nodes + b) * nodes + c)
+
+
+@dataclass(frozen=True)
+class Stars:
+    """Which tetrahedra are around each node: ``tets[start[i]:start[i + 1]]``."""
+
+    cells: IntArray
+    start: IntArray
+    tets: IntArray
+
+    @classmethod
+    def of(cls, cells: IntArray, count: int) -> Stars:
+        flat = cells.ravel()
+        order = np.argsort(flat, kind="stable")
+        start = np.searchsorted(flat[order], np.arange(count + 1))
+        return cls(cells, start, order // 4)
+
+    def around(self, node: int) -> IntArray:
+        """Numbers of the tetrahedra that have a node."""
+        return np.asarray(self.tets[self.start[node] : self.start[node + 1]])

@@ -10,9 +10,9 @@ from fingerdesign.fem.elements import assemble_stiffness
 from fingerdesign.fem.readout import plate_at, plate_strain_rows, sheet_gage_rows
 from fingerdesign.fem.sheet import sheet_of, sheet_stiffness
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.slots import open_slots
-from fingerdesign.mesh.tetra.snap import quadratic_facets, tet_volumes
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.mesh.types import Mesh, quadratic, with_mid_nodes
 
 E, NU, T = 4.96, 0.49, 0.1
 TILTED = PlateFrame(0, 0.4, 0.3, 35.0, 2.0, T, -1.0, 1.0)
@@ -41,14 +41,14 @@ def slotted(frame):
     ways = ((4, 6), (4, 5), (2, 6), (2, 3), (1, 5), (1, 3))
     tets = np.vstack([np.stack([c[0], c[a], c[b], c[7]], axis=1) for a, b in ways])
     points = frame.to_space(frame.from_local(local[:, 0], local[:, 1]), local[:, 2])
-    negative = tet_volumes(points, tets) < 0.0
+    negative = cell_volumes(points, tets) < 0.0
     tets[negative] = tets[negative][:, [0, 2, 1, 3]]
     middle = local[tets].mean(axis=1)
     box = (np.abs(middle[:, 0]) < 0.5 * frame.length) & (np.abs(middle[:, 1] - 0.25) < 0.24)
     box &= (middle[:, 2] > frame.low) & (middle[:, 2] < frame.high)
     slots = open_slots(points, tets, box.astype(np.int64), (frame,))
     nodes, cells = quadratic(slots.points, slots.tets)
-    facets = {n: quadratic_facets(cells, f, len(nodes)) for n, f in slots.facets.items()}
+    facets = {n: with_mid_nodes(cells, f) for n, f in slots.facets.items()}
     return Mesh(nodes, cells, slots.regions, facets, "grid")
 
 

@@ -6,10 +6,11 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.quality import cell_angles
 from fingerdesign.mesh.tetra.boundary import check_closed, enclosed
 from fingerdesign.mesh.tetra.carriers import carriers_of
-from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral, tet_volumes
+from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 SIDES = np.array(
@@ -59,7 +60,7 @@ def test_an_open_outside_is_refused():
 def test_least_dihedral_agrees_with_all_angles_and_reports_inverted_cells():
     corners = np.random.default_rng(2).normal(size=(200, 4, 3))
     cells = np.arange(800).reshape(200, 4)
-    volume = tet_volumes(corners.reshape(-1, 3), cells)
+    volume = cell_volumes(corners.reshape(-1, 3), cells)
     wanted = cell_angles(corners.reshape(-1, 3), cells).min(axis=1)
     found = least_dihedral(corners)
     np.testing.assert_allclose(np.where(volume > 0, found, -1.0 - found), wanted, atol=1e-6)
@@ -74,7 +75,7 @@ def test_flat_tetrahedra_are_mended_without_leaving_their_faces():
     points = np.vstack([ring, [[0.0, 0.0, 1.05], [0.0, 0.04, 2.0], [0.0, 2.0, 2.0]]])
     base = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
     tets = np.array([[a, b, c, 5] for a, b, c in base] + [[a, b, 5, 6] for a, b, _ in base])
-    flip = tet_volumes(points, tets) < 0
+    flip = cell_volumes(points, tets) < 0
     tets[flip] = tets[flip][:, [0, 2, 1, 3]]
     lies_on = np.zeros((len(points), len(carriers.faces)), dtype=bool)
     lies_on[:5, [face.name == "base" for face in carriers.faces].index(True)] = True

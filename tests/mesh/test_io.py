@@ -11,10 +11,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
-from fingerdesign.mesh.files.named import with_mid_nodes
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, with_mid_nodes
 
 DESIGN = Design.model_validate(
     tomllib.loads("""

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.finish import TOO_LONG, refine
-from fingerdesign.mesh.tetra.snap import least_dihedral, tet_volumes
+from fingerdesign.mesh.tetra.snap import least_dihedral
 from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS
 
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for y in (0.0, 1.0) for x in (0.0, 1.0)])
@@ -20,7 +21,7 @@ def size(points):
 def test_refined_meshes_conform_and_reach_their_sizes():
     scale = np.ones(3)
     points, tets, regions = refine(CUBE, KUHN, np.arange(6), size, scale, 100_000)
-    volumes = tet_volumes(points, tets)
+    volumes = cell_volumes(points, tets)
     assert volumes.min() > 0.0
     np.testing.assert_allclose(np.bincount(regions, weights=volumes), 1.0 / 6.0)
     facets = np.sort(tets[:, TETRA_FACETS].reshape(-1, 3), axis=1)

@@ -8,6 +8,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.layout.volume import outline_volume
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import (
     END_GRADATION,
@@ -19,7 +20,6 @@ from fingerdesign.mesh.sizing import (
     distances_to_plate,
     expected_elements,
 )
-from fingerdesign.mesh.tetra.snap import tet_volumes
 
 
 def field_of(keys, stretch=1.0):
@@ -84,7 +84,7 @@ def test_the_background_grid_fills_its_box_and_carries_the_field(keys):
     field = field_of(keys)
     low, high = np.array([-10.0, 0.0, 0.0]), np.array([10.0, field.surface.crest, 5.0])
     points, tets, values = background_grid(field, low, high)
-    volumes = tet_volumes(points, tets.astype(np.int64))
+    volumes = cell_volumes(points, tets.astype(np.int64))
     assert volumes.min() > 0.0
     assert volumes.sum() == pytest.approx(np.prod(np.ptp(points, axis=0)))
     assert np.all(points.min(axis=0) < low)

@@ -9,11 +9,10 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
-from fingerdesign.mesh.sheets import boundary_facets
-from fingerdesign.mesh.tetra.slot_cut import outer_facets
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.slots import carrier_frames, held_on_faces, open_slots
-from fingerdesign.mesh.tetra.snap import least_dihedral, tet_volumes
-from fingerdesign.mesh.types import quadratic
+from fingerdesign.mesh.tetra.snap import least_dihedral
+from fingerdesign.mesh.types import boundary_facets, quadratic
 
 # Boxes of the grid below are 1 x 0.5 x 1 mm: mid-surfaces lie between its cells.
 INSIDE = PlateFrame(0, 0.0, 2.5, 0.0, 2.0, 0.1, -1.0, 1.0)
@@ -42,7 +41,7 @@ def grid(half=False, seed=0):
     tets = np.vstack(
         [np.stack([corners[0], corners[a], corners[b], corners[7]], axis=1) for a, b in ways]
     )
-    negative = tet_volumes(points, tets) < 0.0
+    negative = cell_volumes(points, tets) < 0.0
     tets[negative] = tets[negative][:, [0, 2, 1, 3]]
     shaken = (np.abs(points) < [2.9, 4.9, 2.9]).all(axis=1) & (points[:, 1] > 0.1)
     shaken &= ~np.isin(points[:, 1], [2.5, 3.0]) & (points[:, 2] > 0.01 if half else True)
@@ -82,7 +81,7 @@ def area(points, facets):
 
 def test_the_slot_is_the_plate(case):
     frame, slots, points, tets = case
-    lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
+    lost = cell_volumes(points, tets).sum() - cell_volumes(slots.points, slots.tets).sum()
     assert lost == pytest.approx(frame.length * frame.thickness * frame.span, rel=1e-9)
     for side, sign in (("upper", 0.5), ("lower", -0.5)):
         facets = slots.facets[f"plate_0_{side}"]
@@ -96,7 +95,7 @@ def test_the_slot_is_the_plate(case):
 
 def test_sound_tetrahedra(case):
     _, slots, _, _ = case
-    assert tet_volumes(slots.points, slots.tets).min() > 0.0
+    assert cell_volumes(slots.points, slots.tets).min() > 0.0
     assert least_dihedral(slots.points[slots.tets]).min() > 5.0
     assert (slots.regions == 0).all()
     assert len(np.unique(slots.tets)) == len(slots.points)
@@ -106,11 +105,11 @@ def test_nothing_is_open_but_the_slot(case):
     """The outside is what it was, and else the slot's faces alone bound the mesh."""
     frame, slots, points, tets = case
     named = np.vstack([*slots.facets.values()])
-    outer = {tuple(sorted(f)) for f in outer_facets(slots.tets).tolist()}
+    outer = {tuple(sorted(f)) for f in boundary_facets(slots.tets, 3).tolist()}
     faces = {tuple(sorted(f)) for f in named.tolist()}
     assert faces < outer
     rest = np.array(sorted(outer - faces))
-    before = area(points, outer_facets(tets))
+    before = area(points, boundary_facets(tets, 3))
     flush = 2.0 * frame.length * frame.thickness if frame is FLUSH else 0.0
     assert area(slots.points, rest) == pytest.approx(before - flush, rel=1e-9)
 
@@ -151,7 +150,7 @@ def test_what_lies_far_stays(case):
 
 def test_half_a_plate_opens_in_the_symmetry_plane():
     slots, points, tets = opened((INSIDE,), half=True)
-    lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
+    lost = cell_volumes(points, tets).sum() - cell_volumes(slots.points, slots.tets).sum()
     assert lost == pytest.approx(0.5 * 2.0 * 0.1 * 2.0, rel=1e-9)
     ends = area(slots.points, slots.facets["plate_0_end"])
     assert ends == pytest.approx((2.0 * 1.0 + 2.0) * 0.1, rel=1e-9)
@@ -164,11 +163,11 @@ def test_two_plates_and_another_region():
     regions[core] = 3
     slots = open_slots(points, tets, regions, PAIR)
     assert len(slots.facets) == 6
-    lost = tet_volumes(points, tets).sum() - tet_volumes(slots.points, slots.tets).sum()
+    lost = cell_volumes(points, tets).sum() - cell_volumes(slots.points, slots.tets).sum()
     assert lost == pytest.approx(2 * 1.0 * 0.1 * 2.0, rel=1e-9)
     assert set(np.unique(slots.regions)) == {0, 3}
-    kept = tet_volumes(slots.points, slots.tets)[slots.regions == 3].sum()
-    assert kept == pytest.approx(tet_volumes(points, tets)[core].sum(), rel=1e-12)
+    kept = cell_volumes(slots.points, slots.tets)[slots.regions == 3].sum()
+    assert kept == pytest.approx(cell_volumes(points, tets)[core].sum(), rel=1e-12)
 
 
 def test_a_flat_tetrahedron_elsewhere_is_mended():
@@ -178,7 +177,7 @@ def test_a_flat_tetrahedron_elsewhere_is_mended():
     node = int(np.argmin(np.linalg.norm(points - [0.0, 3.5, 0.0], axis=1)))
     cell = tets[np.flatnonzero((tets == node).any(axis=1))[0]]
     points[node] = points[cell[cell != node]].mean(axis=0)
-    assert tet_volumes(points, tets).min() < 1e-12
+    assert cell_volumes(points, tets).min() < 1e-12
     slots = open_slots(points, tets, regions, (INSIDE,))
     assert least_dihedral(slots.points[slots.tets]).min() > 5.0
 

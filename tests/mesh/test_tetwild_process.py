@@ -10,8 +10,8 @@ import fingerdesign.mesh.tetra.tetwild as process
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
-from fingerdesign.mesh.tetra.snap import tet_volumes
 from fingerdesign.mesh.tetra.tetwild import Attempt, run_tetwild, validate_surface
 
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -100,6 +100,6 @@ def test_success_leaves_nothing_behind(cube, field, tmp_path, monkeypatch):
     assert tets.max() < len(points)
     inside = points[tets].mean(axis=1)
     inside = tets[np.all((inside > 0.0) & (inside < 1.0), axis=1)]
-    assert np.abs(tet_volumes(points, inside)).sum() == pytest.approx(1.0, rel=0.05)
+    assert np.abs(cell_volumes(points, inside)).sum() == pytest.approx(1.0, rel=0.05)
     assert list(tmp_path.iterdir()) == []
     assert not Path("__tracked_surface.stl").exists()

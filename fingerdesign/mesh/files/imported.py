@@ -20,7 +20,7 @@ from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.files.io import read_named
-from fingerdesign.mesh.files.named import NamedMesh, with_mid_nodes
+from fingerdesign.mesh.files.named import NamedMesh
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import (
     cell_volumes,
@@ -35,8 +35,15 @@ from fingerdesign.mesh.measures import (
 from fingerdesign.mesh.sheets import FACES
 from fingerdesign.mesh.tetra.boundary import BoundaryFacets, boundary_facets
 from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core
-from fingerdesign.mesh.tetra.snap import curve_facets, quadratic_facets, snap_to_carriers
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, Mesh, quadratic
+from fingerdesign.mesh.tetra.snap import curve_facets, snap_to_carriers
+from fingerdesign.mesh.types import (
+    TETRA_EDGES,
+    TETRA_FACETS,
+    Mesh,
+    facet_keys,
+    quadratic,
+    with_mid_nodes,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -191,7 +198,8 @@ OFF_HEIGHT = 1e-2  # of the finger's height, besides
 
 def check_joined(points: Array, corners: IntArray, path: Path) -> None:
     """MeshError where cells (c, 4) overlap (three at a facet), or are not all joined by facets."""
-    keys, cells = _facet_keys(corners, len(points))
+    keys = facet_keys(corners[:, np.array(TETRA_FACETS)].reshape(-1, 3), len(points))
+    cells = np.repeat(np.arange(len(corners)), 4)
     order = np.argsort(keys, kind="stable")
     keys, cells = keys[order], cells[order]
     same = keys[1:] == keys[:-1]
@@ -242,13 +250,6 @@ def check_outside(points: Array, faces: BoundaryFacets, design: Design, path: Pa
             f"has one: {int(inner.sum())} facets bound a cavity or crack "
             f"{_where(places[inner].mean(axis=1))}"
         )
-
-
-def _facet_keys(corners: IntArray, nodes: int) -> tuple[IntArray, IntArray]:
-    """One number for each facet of each cell, and its cell."""
-    facets = np.sort(corners[:, np.array(TETRA_FACETS)].reshape(-1, 3), axis=1).astype(np.int64)
-    a, b, c = facets.T
-    return (a * nodes + b) * nodes + c, np.repeat(np.arange(len(corners)), 4)
 
 
 def _pieces(first: IntArray, second: IntArray, count: int) -> tuple[int, IntArray]:
@@ -340,14 +341,14 @@ def _named_facets(found: NamedMesh, faces: BoundaryFacets, path: Path) -> dict[s
             )
     outer = faces.corners[faces.outside]
     nodes = len(found.points)
-    keys, taken = _keys(outer, nodes), np.zeros(len(outer), dtype=bool)
+    keys, taken = facet_keys(outer, nodes), np.zeros(len(outer), dtype=bool)
     named = {}
     for name in ("base", "contact", "side", "end", "symmetry"):
         rows = given.get(name)
         if rows is None:
             continue
-        own = np.isin(keys, _keys(rows, nodes))
-        if own.sum() != len(np.unique(_keys(rows, nodes))):
+        own = np.isin(keys, facet_keys(rows, nodes))
+        if own.sum() != len(np.unique(facet_keys(rows, nodes))):
             raise MeshError(f"{path.name}: facets of {name!r} do not lie on the mesh's outside")
         if (own & taken).any():
             raise MeshError(f"{path.name}: facets of {name!r} belong to another boundary too")
@@ -359,11 +360,6 @@ def _named_facets(found: NamedMesh, faces: BoundaryFacets, path: Path) -> dict[s
         if name not in given and own.any():
             named[name] = outer[own]
     return named
-
-
-def _keys(facets: IntArray, nodes: int) -> IntArray:
-    a, b, c = np.sort(facets[:, :3], axis=1).astype(np.int64).T
-    return np.asarray((a * nodes + b) * nodes + c)
 
 
 def _nodes(found: NamedMesh) -> tuple[Array, IntArray]:
@@ -395,7 +391,7 @@ def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
         for k, (i, j) in enumerate(TETRA_EDGES):  # mid-nodes go along
             middle, (a, b) = mesh.cells[:, 4 + k], (mesh.cells[:, i], mesh.cells[:, j])
             points[middle] = mesh.points[middle] + 0.5 * (shift[a] + shift[b])
-        whole = quadratic_facets(mesh.cells, kept.corners, len(points))
+        whole = with_mid_nodes(mesh.cells, kept.corners)
         curved = curve_facets(points, mesh.cells, carriers, whole, kept.carrier)
         turned = cell_volumes(curved.points, mesh.corners).min() <= 0.0
     except MeshError as error:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.sheets import FACES
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
 
 StringArray = NDArray[np.str_]
 
@@ -38,30 +37,6 @@ class NamedMesh:
     def quadratic(self) -> bool:
         """Whether the cells have mid-edge nodes."""
         return int(self.cells.shape[1]) > self.dimension + 1
-
-
-def with_mid_nodes(cells: IntArray, corners: IntArray, name: str = "facets") -> IntArray:
-    """Add the mid-edge nodes of quadratic cells (c, 6 or 10) to facets (f, dim) of theirs.
-
-    MeshError where an edge of a facet is no cell's.
-    """
-    tets = cells.shape[1] == 10
-    first = 4 if tets else 3
-    pairs = TETRA_EDGES if tets else TRIANGLE_EDGES
-    own = TRIANGLE_EDGES if tets else ((0, 1),)
-    if len(corners) == 0:
-        return np.zeros((0, len(own) + (3 if tets else 2)), dtype=np.int64)
-    count = int(max(cells.max(), corners.max())) + 1
-    ends = np.sort(np.stack([cells[:, list(pair)] for pair in pairs], axis=1), axis=2)
-    keys, at = np.unique((ends[..., 0] * count + ends[..., 1]).reshape(-1), return_index=True)
-    middles = cells[:, first:].reshape(-1)[at]
-    edges = np.sort(np.stack([corners[:, list(pair)] for pair in own], axis=1), axis=2)
-    wanted = edges[..., 0] * count + edges[..., 1]
-    place = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
-    missing = (keys[place] != wanted).any(axis=1)
-    if missing.any():
-        raise MeshError(f"{int(missing.sum())} facets of {name!r} are no faces of any cell")
-    return np.hstack([corners, middles[place]]).astype(np.int64)
 
 
 def region_number(name: str) -> int | None:

@@ -21,6 +21,7 @@ from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
 from fingerdesign.layout.gaps import layered, lies_over, not_layered, not_sweepable
 from fingerdesign.mesh.make import Mesher, mesher
+from fingerdesign.mesh.measures import cell_angles, oriented
 from fingerdesign.mesh.section.section import (
     bend_faces,
     core_name,
@@ -29,8 +30,8 @@ from fingerdesign.mesh.section.section import (
     onto_surface,
     sheet_room_faults,
 )
-from fingerdesign.mesh.sheets import boundary_facets, sheet_facets
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.mesh.sheets import sheet_facets
+from fingerdesign.mesh.types import Mesh, boundary_facets, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.mesh import SectionMesh
@@ -107,13 +108,7 @@ def tallest_layer(points: Array, triangles: IntArray, tallest: float) -> float:
 def least_dihedral(points: Array, triangles: IntArray, height: float) -> float:
     """Least dihedral angle, degrees, of a layer of ``height`` (mm) cut into tetrahedra."""
     both = np.column_stack([np.tile(points, (2, 1)), np.repeat([0.0, height], len(points))])
-    corners = both[prisms(triangles, len(points), 0)]
-    gradients = np.linalg.inv(corners[:, 1:] - corners[:, :1]).transpose(0, 2, 1)
-    gradients = np.concatenate([-gradients.sum(axis=1, keepdims=True), gradients], axis=1)
-    gradients /= np.linalg.norm(gradients, axis=2, keepdims=True)
-    first, second = np.triu_indices(4, k=1)
-    cosine = -np.einsum("tij,tij->ti", gradients[:, first], gradients[:, second])
-    return float(np.degrees(np.arccos(np.clip(cosine.max(), -1.0, 1.0))))
+    return float(cell_angles(both, prisms(triangles, len(points), 0)).min())
 
 
 def prisms(triangles: IntArray, stride: int, layer: int) -> IntArray:
@@ -166,7 +161,7 @@ def extrude(
     cells, regions = np.vstack(tets), np.concatenate(numbers)
     if mirrors_in_z(design) and not symmetric:
         points, cells, regions = _mirrored(points, cells, regions, len(flat))
-    nodes, cells = quadratic(points, _oriented(points, cells))
+    nodes, cells = quadratic(points, oriented(points, cells))
     faces = sheet_facets(nodes, cells, sheets)
     facets = _classify(design, nodes, cells, symmetric, faces) | faces
     nodes = onto_surface(design.body, nodes, facets["contact"])
@@ -253,15 +248,6 @@ def _mirrored(
     number[:shared] = np.arange(shared)
     both = np.vstack([points, points[shared:] * [1.0, 1.0, -1.0]])
     return both, np.vstack([tets, number[tets]]), np.tile(regions, 2)
-
-
-def _oriented(points: Array, tets: IntArray) -> IntArray:
-    p = points[tets]
-    edges = p[:, 1:] - p[:, :1]
-    negative = np.linalg.det(edges) < 0
-    tets = tets.copy()
-    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
-    return tets
 
 
 def _classify(

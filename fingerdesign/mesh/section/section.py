@@ -16,17 +16,17 @@ from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.volume import section_area
+from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.section.netgen import run_netgen
 from fingerdesign.mesh.section.outline import BODY, Outline, body_outline, core_box
 from fingerdesign.mesh.sheets import (
-    boundary_facets,
     line_beyond,
     open_sheets,
     room_around,
     sheet_facets,
 )
 from fingerdesign.mesh.sizing import contact_size
-from fingerdesign.mesh.types import Mesh, quadratic
+from fingerdesign.mesh.types import Mesh, boundary_facets, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -245,16 +245,8 @@ def _drop_unused(
     points: Array, triangles: IntArray, regions: IntArray
 ) -> tuple[Array, IntArray, IntArray]:
     used, inverse = np.unique(triangles, return_inverse=True)
-    points, triangles = points[used], inverse.reshape(triangles.shape)
-    flipped = _areas(points, triangles) < 0
-    triangles[flipped] = triangles[flipped][:, [0, 2, 1]]
-    return points, triangles, regions
-
-
-def _areas(points: Array, triangles: IntArray) -> Array:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
+    points = points[used]
+    return points, oriented(points, inverse.reshape(triangles.shape)), regions
 
 
 def _check_areas(
@@ -264,7 +256,7 @@ def _check_areas(
     triangles: IntArray,
     regions: IntArray,
 ) -> None:
-    areas = _areas(points, triangles)
+    areas = cell_volumes(points, triangles)
     requested = section_area(design.body)
     # Chords of arcs lie inside them: the linear mesh misses at most this much.
     if not abs(areas.sum() - requested) < 2e-2 * requested:

@@ -11,7 +11,7 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.tetra.carriers import Carriers
-from fingerdesign.mesh.types import TETRA_FACETS
+from fingerdesign.mesh.types import TETRA_FACETS, facet_keys
 
 # Which points lie inside a closed triangulated surface: rays, counted (numpy only).
 
@@ -132,7 +132,7 @@ def boundary_facets(
     facets = tets[:, local].reshape(-1, 3)
     apexes = tets[:, opposite].reshape(-1)
     cells = np.repeat(np.arange(len(tets)), 4)
-    keys = _keys(facets, len(points))
+    keys = facet_keys(facets, len(points))
     order = np.argsort(keys, kind="stable")
     same = keys[order][1:] == keys[order][:-1]
     paired = np.zeros(len(order), dtype=bool)
@@ -140,7 +140,7 @@ def boundary_facets(
     paired[1:] |= same
     lonely = order[~paired]
     if len(besides):
-        lonely = lonely[~np.isin(keys[lonely], _keys(besides, len(points)))]
+        lonely = lonely[~np.isin(keys[lonely], facet_keys(besides, len(points)))]
     first, second = order[:-1][same], order[1:][same]
     differ = regions[cells[first]] != regions[cells[second]]
     first, second = first[differ], second[differ]
@@ -160,11 +160,6 @@ def boundary_facets(
         carrier[own], misfit[own] = _nearest(points, corners[own], carriers, numbers)
     names = _names(points, corners, carrier, carriers)
     return BoundaryFacets(corners, carrier, outside, cell, names, misfit)
-
-
-def _keys(facets: IntArray, nodes: int) -> IntArray:
-    a, b, c = np.sort(facets, axis=1).astype(np.int64).T
-    return np.asarray((a * nodes + b) * nodes + c)
 
 
 def _names(

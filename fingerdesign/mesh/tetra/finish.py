@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.sizing import SizeField
 from fingerdesign.mesh.tetra.boundary import (
     BoundaryFacets,
@@ -23,11 +24,9 @@ from fingerdesign.mesh.tetra.slots import PlateWay, Slots, open_slots
 from fingerdesign.mesh.tetra.snap import (
     curve_facets,
     improve,
-    quadratic_facets,
     snap_to_carriers,
-    tet_volumes,
 )
-from fingerdesign.mesh.types import TETRA_EDGES, Mesh, quadratic
+from fingerdesign.mesh.types import TETRA_EDGES, Mesh, quadratic, with_mid_nodes
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -183,7 +182,7 @@ def finish(
         carriers = carriers_of(design, plate_frames(design) if way.filled else (), symmetric)
         besides = np.vstack([NONE, *slots.values()])
         found = boundary_facets(points, tets, regions, carriers, besides)
-    volumes = tet_volumes(points, tets)
+    volumes = cell_volumes(points, tets)
     if volumes.min() <= 0.0:
         raise MeshError(
             f"snapping to the CAD faces inverted {int((volumes <= 0).sum())} tetrahedra"
@@ -199,10 +198,8 @@ def _inside(
     if not within.any():
         raise MeshError("fTetWild returned no tetrahedron inside the body")
     used, renumbered = np.unique(tets[within], return_inverse=True)
-    points, tets = points[used], renumbered.reshape(-1, 4).astype(np.int64)
-    negative = tet_volumes(points, tets) < 0.0
-    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
-    return points, tets
+    points = points[used]
+    return points, oriented(points, renumbered.reshape(-1, 4).astype(np.int64))
 
 
 def _opened(
@@ -228,7 +225,7 @@ def _quadratic(
     symmetric: bool,
 ) -> Mesh:
     nodes, cells = quadratic(points, tets)
-    whole = quadratic_facets(cells, found.corners, len(nodes))
+    whole = with_mid_nodes(cells, found.corners)
     outer, names = whole[found.outside], found.name[found.outside]
     facets = {str(name): outer[names == name] for name in np.unique(names)}
     for name in carriers.outer_names():
@@ -236,7 +233,7 @@ def _quadratic(
             raise MeshError(f"no facet of the mesh lies on the body's {name!r} face")
     curved = curve_facets(nodes, cells, carriers, whole, found.carrier)
     on_contact = np.isin(curved.straightened, facets["contact"])
-    facets |= {name: quadratic_facets(cells, rows, len(nodes)) for name, rows in slots.items()}
+    facets |= {name: with_mid_nodes(cells, rows, name) for name, rows in slots.items()}
     notes: dict[str, float | int | str] = {
         "straightened_contact_nodes": int(on_contact.sum()),
         "straightened_nodes": len(curved.straightened),

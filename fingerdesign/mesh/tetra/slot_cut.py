@@ -11,7 +11,7 @@ import numpy as np
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.types import TETRA_FACETS
+from fingerdesign.mesh.types import Stars, boundary_facets
 
 _ON = 1e-7  # mm: snapped nodes lie on their planes to rounding
 _FILLED = 1e-6  # relative: what is missing is a facet or nothing
@@ -40,35 +40,6 @@ class Cut:
         return np.unique(self.sheet)
 
 
-@dataclass(frozen=True)
-class Stars:
-    """Which tetrahedra are around each node: ``tets[start[i]:start[i + 1]]``."""
-
-    cells: IntArray
-    start: IntArray
-    tets: IntArray
-
-    @classmethod
-    def of(cls, cells: IntArray, count: int) -> Stars:
-        flat = cells.ravel()
-        order = np.argsort(flat, kind="stable")
-        start = np.searchsorted(flat[order], np.arange(count + 1))
-        return cls(cells, start, order // 4)
-
-    def around(self, node: int) -> IntArray:
-        """Numbers of the tetrahedra that have a node."""
-        return np.asarray(self.tets[self.start[node] : self.start[node + 1]])
-
-
-def outer_facets(cells: IntArray) -> IntArray:
-    """Corners (f, 3) of the facets that belong to one tetrahedron only."""
-    facets = cells[:, np.array(TETRA_FACETS)].reshape(-1, 3)
-    _, first, uses = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    return np.asarray(facets[first[uses == 1]])
-
-
 def sheet_facets_of(
     points: Array, cells: IntArray, carrier: BoolArray, frame: PlateFrame
 ) -> IntArray:
@@ -76,14 +47,9 @@ def sheet_facets_of(
 
     carrier (t,): the tetrahedra of the plate's carrier box. MeshError where they do not fill it.
     """
-    own = cells[carrier]
-    facets = own[:, np.array(TETRA_FACETS)].reshape(-1, 3)
     on = np.abs(frame.local(points)[:, 1]) < _ON
+    facets = boundary_facets(cells[carrier], 3)
     facets = facets[on[facets].all(axis=1)]
-    _, first, uses = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    facets = facets[first[uses == 1]]
     a, b, c = (points[facets[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     up = normal @ frame.direction(frame.normal)

@@ -18,10 +18,12 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
+from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.sizing import distances_to_plate
 from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, core_faces
-from fingerdesign.mesh.tetra.slot_cut import Cut, Stars, outer_facets, plan_cut, sheet_facets_of
-from fingerdesign.mesh.tetra.snap import improve, tet_volumes
-from fingerdesign.mesh.types import TETRA_FACETS
+from fingerdesign.mesh.tetra.slot_cut import Cut, plan_cut, sheet_facets_of
+from fingerdesign.mesh.tetra.snap import improve
+from fingerdesign.mesh.types import TETRA_FACETS, Stars, boundary_facets
 from fingerdesign.shapes.faces import Carrier
 
 if TYPE_CHECKING:
@@ -108,8 +110,8 @@ def _thickest(frame: PlateFrame, most: float, near: list[PlateFrame], design: De
     for step in _STEPS:
         box = _box(frame, float(step * most))
         mine = _samples(box)
-        gaps = [_distance(one, mine).min() for one in near]
-        gaps += [_distance(box, _samples(one)).min() for one in near]
+        gaps = [distances_to_plate(one, mine)[0].min() for one in near]
+        gaps += [distances_to_plate(box, _samples(one))[0].min() for one in near]
         gaps += [np.abs(face.misfit(mine)).min() for face in faces]
         if core:
             gaps.append(np.max([face.distance(mine) for face in core], axis=0).min())
@@ -140,15 +142,6 @@ def _samples(frame: PlateFrame) -> Array:
         )
     )
     return frame.to_space(frame.from_local(s, v), w)
-
-
-def _distance(frame: PlateFrame, points: Array) -> Array:
-    """Distance (n,) of points (n, 3) to a flat plate's box, mm."""
-    s, v = np.abs(frame.local(points)).T
-    w = np.abs(frame.across(points) - frame.middle)
-    half = 0.5 * np.array([frame.length, frame.thickness, frame.span])
-    past = np.maximum(np.stack([s, v, w], axis=1) - half, 0.0)
-    return np.asarray(np.linalg.norm(past, axis=1))
 
 
 # Moving the two sides of cut plates apart, and the nodes around so that all make room.
@@ -198,7 +191,7 @@ def widened(
 
 def _refuse_turned(points: Array, tets: IntArray, most: int) -> None:
     """MeshError where more than ``most`` tetrahedra are turned over."""
-    turned = int((tet_volumes(points, tets) <= 0.0).sum())
+    turned = int((cell_volumes(points, tets) <= 0.0).sum())
     if turned > most:
         raise MeshError(
             f"{turned} tetrahedra were turned over where plates were opened to their thickness: "
@@ -291,7 +284,7 @@ def open_slots(
     others are kept. MeshError where a mid-surface is not filled by facets, where its rim leaves no
     way for the cut, and where tetrahedra would be turned over.
     """
-    stars, outer = Stars.of(tets, len(points)), outer_facets(tets)
+    stars, outer = Stars.of(tets, len(points)), boundary_facets(tets, 3)
     sheets = [
         sheet_facets_of(points, tets, regions == number, frame)
         for number, frame in enumerate(frames, start=1)

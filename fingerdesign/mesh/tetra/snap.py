@@ -13,8 +13,9 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.measures import least_jacobian_ratios
 from fingerdesign.mesh.tetra.carriers import Carriers
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.mesh.types import Stars
 from fingerdesign.shapes.faces import Carrier
 
 MOST_STEPS = 40
@@ -61,26 +62,6 @@ def _onto(points: Array, faces: list[Carrier]) -> Array:
     return points
 
 
-def tet_volumes(points: Array, tets: IntArray) -> Array:
-    """Signed volumes (c,), mm^3, of tetrahedra by their first four nodes."""
-    a, b, c, d = (points[tets[:, i]] for i in range(4))
-    return np.asarray(np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0)
-
-
-def quadratic_facets(cells: IntArray, corners: IntArray, points: int) -> IntArray:
-    """Mid-edge nodes for boundary triangles (f, 3) -> (f, 6), looked up in quadratic cells (c, 10).
-
-    ``points`` is the number of nodes of the quadratic mesh.
-    """
-    ends = np.sort(np.stack([cells[:, list(pair)] for pair in TETRA_EDGES], axis=1), axis=2)
-    keys = (ends[..., 0] * points + ends[..., 1]).reshape(-1)
-    middles = cells[:, 4:].reshape(-1)
-    keys, first = np.unique(keys, return_index=True)
-    wanted = np.sort(np.stack([corners[:, list(p)] for p in TRIANGLE_EDGES], axis=1), axis=2)
-    place = np.searchsorted(keys, wanted[..., 0] * points + wanted[..., 1])
-    return np.hstack([corners, middles[first[place]]])
-
-
 @dataclass(frozen=True)
 class CurvedNodes:
     """Nodes with mid-nodes on the true surface; ``straightened``: those that could not be."""
@@ -111,38 +92,13 @@ def curve_facets(
     touched = cells[np.isin(cells[:, 4:], middles).any(axis=1)]
     backed_off: set[int] = set()
     for _ in range(10):
-        bad = touched[least_jacobian_ratio(curved, touched) < LEAST_JACOBIAN_RATIO]
+        bad = touched[least_jacobian_ratios(curved, touched) < LEAST_JACOBIAN_RATIO]
         back = np.intersect1d(bad[:, 4:], middles)
         if len(back) == 0:
             break
         backed_off.update(int(node) for node in back)
         curved[back] = straight[np.searchsorted(middles, back)]
     return CurvedNodes(curved, np.array(sorted(backed_off), dtype=np.int64))
-
-
-def least_jacobian_ratio(points: Array, cells: IntArray) -> Array:
-    """Least Jacobian of quadratic tetrahedra (c, 10) over the straight one's, (c,).
-
-    Sampled at corners, edges' middles and centroid; 1 for straight edges, <= 0 inverted.
-    """
-    if len(cells) == 0:
-        return np.ones(0)
-    corners = np.eye(4)
-    middles = [0.5 * (corners[i] + corners[j]) for i, j in TETRA_EDGES]
-    samples = np.vstack([corners, middles, np.full((1, 4), 0.25)])
-    nodes = points[cells]
-    straight = 6.0 * tet_volumes(points, cells)
-    least = np.full(len(cells), np.inf)
-    to_local = np.vstack([-np.ones(3), np.eye(3)])  # barycentric coordinates by local ones
-    for sample in samples:
-        gradient = np.zeros((10, 4))
-        gradient[:4] = np.diag(4.0 * sample - 1.0)
-        for edge, (i, j) in enumerate(TETRA_EDGES):
-            gradient[4 + edge, i] = 4.0 * sample[j]
-            gradient[4 + edge, j] = 4.0 * sample[i]
-        jacobian = np.einsum("cni,nj->cij", nodes, gradient @ to_local)
-        least = np.minimum(least, np.linalg.det(jacobian))
-    return np.asarray(least / straight)
 
 
 # Move the nodes of the flattest tetrahedra until no dihedral angle is small (numpy only).
@@ -165,7 +121,7 @@ def improve(points: Array, tets: IntArray, lies_on: BoolArray, carriers: Carrier
     improved stays: the gate judges.
     """
     points = points.copy()
-    cells, starts = _around(tets, len(points))
+    stars = Stars.of(tets, len(points))
     steps = _steps()
     settled = np.full(len(points), -1.0)
     for _ in range(ROUNDS):
@@ -178,7 +134,7 @@ def improve(points: Array, tets: IntArray, lies_on: BoolArray, carriers: Carrier
         own = np.full(len(points), np.inf)
         np.minimum.at(own, tets[flat].reshape(-1), np.repeat(worst[flat], 4))
         for node in nodes[np.argsort(own[nodes])]:
-            star = tets[cells[starts[node] : starts[node + 1]]]
+            star = tets[stars.around(node)]
             before = float(least_dihedral(points[star]).min())
             if before >= TARGET_DEG or before == settled[node]:
                 continue
@@ -210,13 +166,6 @@ def least_dihedral(corners: Array) -> Array:
     angle = np.degrees(np.arccos(np.clip(cosine.max(axis=1), -1.0, 1.0)))
     volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
     return np.asarray(np.where(volume > 0.0, angle, -1.0 - angle))
-
-
-def _around(tets: IntArray, nodes: int) -> tuple[IntArray, IntArray]:
-    """Cells around each node: those of node n are cells[starts[n]:starts[n + 1]]."""
-    flat = tets.reshape(-1)
-    order = np.argsort(flat, kind="stable")
-    return order // 4, np.searchsorted(flat[order], np.arange(nodes + 1))
 
 
 def _steps() -> Array:
