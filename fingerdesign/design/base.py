@@ -66,6 +66,14 @@ Row3 = Annotated[tuple[float, float, float], BeforeValidator(_as_tuple)]
 Many = Annotated[tuple[_T, ...], BeforeValidator(_as_tuple)]
 
 
+def bounded(
+    default: Any, least: float, most: float, description: str, *, example: Any = None
+) -> Any:
+    """A number's key with both its bounds allowed; ``example``: of one that may be absent."""
+    examples = None if example is None else [example]
+    return Field(default=default, ge=least, le=most, description=description, examples=examples)
+
+
 def refuse_all(refusals: Iterable[PydanticCustomError]) -> None:
     """Raise every one of a table's own rules that it breaks, at once."""
     errors = [InitErrorDetails(type=each, input=None) for each in refusals]
@@ -82,6 +90,12 @@ def refuse(value: object, bound: str, remedy: str, key: str = "") -> PydanticCus
     return PydanticCustomError(
         "fault", "{bound}; {remedy}", {"value": value, "bound": bound, "remedy": remedy, "key": key}
     )
+
+
+def refuse_key(table: Table, key: str, bound: str, remedy: str) -> PydanticCustomError:
+    """As :func:`refuse`, of what a table holds under the last part of a dotted key."""
+    value = getattr(table, key.rpartition(".")[2])
+    return refuse("(absent)" if value is None else value, bound, remedy, key)
 
 
 class Named:

@@ -14,7 +14,17 @@ from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.base import Named, Row3, Table, key_fields, own_keys, refuse, refuse_all
+from fingerdesign.design.base import (
+    Named,
+    Row3,
+    Table,
+    bounded,
+    key_fields,
+    own_keys,
+    refuse,
+    refuse_all,
+    refuse_key,
+)
 from fingerdesign.runtime.registry import BODIES
 
 _ARC_RADIUS_MM = 20.0
@@ -36,14 +46,10 @@ class Core(Table):
     with ``bottom_mm`` = 0 is a backing that stands on the base and is held with it.
     """
 
-    width_mm: float = Field(default=8.0, ge=0.2, le=500, description="along x")
-    height_mm: float = Field(default=3.0, ge=0.1, le=500, description="along y")
-    depth_mm: float | None = Field(
-        default=None, ge=0.2, le=500, examples=[6.0], description="along z; absent: the full depth"
-    )
-    bottom_mm: float = Field(
-        default=0.0, ge=0, le=500, description="its lower face's height; 0: it stands on the base"
-    )
+    width_mm: float = bounded(8.0, 0.2, 500, "along x")
+    height_mm: float = bounded(3.0, 0.1, 500, "along y")
+    depth_mm: float | None = bounded(None, 0.2, 500, "along z; absent: the full depth", example=6.0)
+    bottom_mm: float = bounded(0.0, 0, 500, "its lower face's height; 0: it stands on the base")
     material: str = Field(default="abs", description="a name known or in [materials]")
 
 
@@ -73,15 +79,10 @@ class StepFile(Table):
     contact_direction: Direction = Field(
         default=(0.0, 1.0, 0.0), description="outward normal in the contact surface's middle"
     )
-    contact_angle_deg: float = Field(
-        default=60.0,
-        ge=1,
-        le=120,
-        description="faces whose middle's normal is within it of contact_direction",
+    contact_angle_deg: float = bounded(
+        60.0, 1, 120, "faces whose middle's normal is within it of contact_direction"
     )
-    contact_above_mm: float = Field(
-        default=0.0, ge=0, le=500, description="faces whose middle is above this height"
-    )
+    contact_above_mm: float = bounded(0.0, 0, 500, "faces whose middle is above this height")
     mirrors_in_z: bool = Field(
         default=False, description="true: the solid mirrors in z = 0, half of it is modelled"
     )
@@ -159,35 +160,29 @@ class Body(Table):
         description="arc | dome (arc in x and in z) | revolved (about y: a sphere-ended pin) | "
         "block (flat top) | step (your own CAD)",
     )
-    width_mm: float = Field(
-        default=20.0, ge=1, le=500, description="|x| <= width/2; revolved: the diameter"
+    width_mm: float = bounded(20.0, 1, 500, "|x| <= width/2; revolved: the diameter")
+    base_height_mm: float = bounded(10.0, 0.5, 500, "height of the straight sides; y = 0 is fixed")
+    arc_radius_mm: float = bounded(
+        _ARC_RADIUS_MM,
+        0.5,
+        1e4,
+        "crest = base_height + R - sqrt(R^2 - (width/2)^2); not of a block",
     )
-    base_height_mm: float = Field(
-        default=10.0, ge=0.5, le=500, description="height of the straight sides; y = 0 is fixed"
-    )
-    arc_radius_mm: float = Field(
-        default=_ARC_RADIUS_MM,
-        ge=0.5,
-        le=1e4,
-        description="crest = base_height + R - sqrt(R^2 - (width/2)^2); not of a block",
-    )
-    depth_mm: float = Field(
-        default=10.0, ge=0.5, le=500, description="|z| <= depth/2; revolved: the width"
-    )
-    dome_radius_mm: float | None = Field(
-        default=None,
-        ge=0.5,
-        le=1e4,
-        examples=[25.0],
-        description="dome only: radius of the crest's arc in z; the section is revolved about "
+    depth_mm: float = bounded(10.0, 0.5, 500, "|z| <= depth/2; revolved: the width")
+    dome_radius_mm: float | None = bounded(
+        None,
+        0.5,
+        1e4,
+        "dome only: radius of the crest's arc in z; the section is revolved about "
         "the line along x at y = crest - dome_radius",
+        example=25.0,
     )
-    edge_radius_mm: float | None = Field(
-        default=None,
-        ge=0.05,
-        le=250,
-        examples=[2.0],
-        description="rounds or chamfers the edge between contact surface and sides; absent: sharp",
+    edge_radius_mm: float | None = bounded(
+        None,
+        0.05,
+        250,
+        "rounds or chamfers the edge between contact surface and sides; absent: sharp",
+        example=2.0,
     )
     edge: Literal["round", "chamfer"] = Field(
         default="round", description="round (radius) | chamfer (its length along x and y)"
@@ -211,66 +206,34 @@ class Body(Table):
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that the shape lacks or has no use for."""
+        idle = f"absent where body.shape = '{self.shape}'"
         for name in own_keys(BODIES) - own_keys(BODIES, self.shape):
             if getattr(self, name, None) is not None:
-                bound = f"absent where body.shape = '{self.shape}'"
-                yield refuse(getattr(self, name), bound, "remove it", f"body.{name}")
+                yield refuse_key(self, f"body.{name}", idle, "remove it")
+        key = "body.dome_radius_mm"
         if self.shape == "dome" and self.dome_radius_mm is None:
-            yield refuse(
-                "(absent)",
-                "given where body.shape = 'dome'",
-                "add it: the radius of the crest's arc in z",
-                "body.dome_radius_mm",
-            )
+            remedy = "add it: the radius of the crest's arc in z"
+            yield refuse_key(self, key, "given where body.shape = 'dome'", remedy)
         if self.shape != "dome" and self.dome_radius_mm is not None:
-            yield refuse(
-                self.dome_radius_mm,
-                f"absent where body.shape = '{self.shape}'",
-                "remove it or set body.shape = 'dome'",
-                "body.dome_radius_mm",
-            )
+            yield refuse_key(self, key, idle, "remove it or set body.shape = 'dome'")
         if self.shape == "revolved" and self.depth_mm != self.width_mm:
-            yield refuse(
-                self.depth_mm,
-                f"body.width_mm = {self.width_mm:g} where body.shape = 'revolved'",
-                "remove it: a revolved body is as deep as wide",
-                "body.depth_mm",
-            )
+            bound = f"body.width_mm = {self.width_mm:g} where body.shape = 'revolved'"
+            remedy = "remove it: a revolved body is as deep as wide"
+            yield refuse_key(self, "body.depth_mm", bound, remedy)
+        key = "body.step.file"
         if self.shape == "step" and self.step is None:
-            yield refuse(
-                "(absent)",
-                "given where body.shape = 'step'",
-                "add a table [body.step] with file = 'finger.step'",
-                "body.step.file",
-            )
+            remedy = "add a table [body.step] with file = 'finger.step'"
+            yield refuse("(absent)", "given where body.shape = 'step'", remedy, key)
         if self.shape != "step" and self.step is not None:
-            yield refuse(
-                self.step.file,
-                f"absent where body.shape = '{self.shape}'",
-                "remove [body.step] or set body.shape = 'step'",
-                "body.step.file",
-            )
+            yield refuse(self.step.file, idle, "remove [body.step] or set body.shape = 'step'", key)
         if self.shape == "step" and self.edge_radius_mm is not None:
-            yield refuse(
-                self.edge_radius_mm,
-                "absent where body.shape = 'step'",
-                "round the edges in your CAD",
-                "body.edge_radius_mm",
-            )
+            yield refuse_key(self, "body.edge_radius_mm", idle, "round the edges in your CAD")
         if self.shape in ("block", "step") and self.arc_radius_mm != _ARC_RADIUS_MM:
-            yield refuse(
-                self.arc_radius_mm,
-                f"absent where body.shape = '{self.shape}'",
-                "remove it: there is no arc, or set body.shape = 'arc'",
-                "body.arc_radius_mm",
-            )
+            remedy = "remove it: there is no arc, or set body.shape = 'arc'"
+            yield refuse_key(self, "body.arc_radius_mm", idle, remedy)
         if self.edge_radius_mm is None and self.edge != "round":
-            yield refuse(
-                self.edge,
-                "absent where body.edge_radius_mm is not given",
-                "remove it or give body.edge_radius_mm",
-                "body.edge",
-            )
+            bound = "absent where body.edge_radius_mm is not given"
+            yield refuse_key(self, "body.edge", bound, "remove it or give body.edge_radius_mm")
 
     @property
     def straight(self) -> bool:

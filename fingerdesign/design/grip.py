@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fingerdesign.design.base import Many, Named, Table, table_fields
+from fingerdesign.design.base import Many, Named, Table, bounded, table_fields
 from fingerdesign.runtime.registry import CONTROLLERS
 
 # ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
@@ -25,7 +25,7 @@ class Tug(Table):
     extra_force_N: float = Field(
         ge=-1e5, le=1e5, description="down where positive, on top of the weight"
     )
-    duration_steps: int = Field(default=1, ge=1, le=100_000, description="control steps it lasts")
+    duration_steps: int = bounded(1, 1, 100_000, "control steps it lasts")
 
 
 class WeightChange(Table):
@@ -38,47 +38,26 @@ class WeightChange(Table):
 class HardwareTable(Table):
     """``[grip.hardware]``: what is imperfect of sensors and stage; the defaults are perfect."""
 
-    gage_noise_microstrain: float = Field(
-        default=0.0,
-        ge=0,
-        le=1e5,
-        description="standard deviation of one sample; 0.5 is a good strain amplifier at 100 Hz",
+    gage_noise_microstrain: float = bounded(
+        0.0, 0, 1e5, "standard deviation of one sample; 0.5 is a good strain amplifier at 100 Hz"
     )
-    drift_microstrain_per_s: float = Field(
-        default=0.0,
-        ge=0,
-        le=1e5,
-        description="each gage drifts steadily, at a rate of this standard deviation",
+    drift_microstrain_per_s: float = bounded(
+        0.0, 0, 1e5, "each gage drifts steadily, at a rate of this standard deviation"
     )
-    gain_spread: float = Field(
-        default=0.0, ge=0, le=1, description="standard deviation of the gages' relative gain errors"
-    )
+    gain_spread: float = bounded(0.0, 0, 1, "standard deviation of the gages' relative gain errors")
     dead_gages: Many[_PlateNumber] = Field(
         default=(), max_length=1000, description="plates (from 0) whose gages answer to nothing"
     )
-    quantisation_microstrain: float = Field(
-        default=0.0, ge=0, le=1e5, description="step of the converter; 0: none"
-    )
-    force_noise_N: float = Field(
-        default=0.0, ge=0, le=1e5, description="standard deviation of one sample of either force"
-    )
+    quantisation_microstrain: float = bounded(0.0, 0, 1e5, "step of the converter; 0: none")
+    force_noise_N: float = bounded(0.0, 0, 1e5, "standard deviation of one sample of either force")
     sample_rate_Hz: float = Field(
         default=100.0, gt=0, le=1e6, description="samples, and control steps, a second"
     )
-    delay_samples: int = Field(
-        default=0, ge=0, le=1000, description="the controller hears everything so late"
-    )
-    backlash_mm: float = Field(
-        default=0.0, ge=0, le=5, description="what each axis of the stage loses at a turn"
-    )
-    stage_step_mm: float = Field(
-        default=0.0, ge=0, le=5, description="the stage moves in whole steps of this; 0: any way"
-    )
-    specimen: int = Field(
-        default=0,
-        ge=0,
-        le=2**32 - 1,
-        description="which of many such rigs: its gains are drawn from this number",
+    delay_samples: int = bounded(0, 0, 1000, "the controller hears everything so late")
+    backlash_mm: float = bounded(0.0, 0, 5, "what each axis of the stage loses at a turn")
+    stage_step_mm: float = bounded(0.0, 0, 5, "the stage moves in whole steps of this; 0: any way")
+    specimen: int = bounded(
+        0, 0, 2**32 - 1, "which of many such rigs: its gains are drawn from this number"
     )
 
 
@@ -111,11 +90,8 @@ class Grip(Table):
         description="lift: the other finger; mirror: a mirror image, half of all forces each; "
         "bare: the same body without plates, a second model",
     )
-    hold_steps: int = Field(
-        default=0,
-        ge=0,
-        le=100_000,
-        description="lift: control steps for which the lifted object is held on",
+    hold_steps: int = bounded(
+        0, 0, 100_000, "lift: control steps for which the lifted object is held on"
     )
     tugs: Many[Tug] = Field(
         default=(), max_length=1000, description="lift: what pulls at the object while it hangs"
@@ -138,7 +114,7 @@ class Grip(Table):
     shear_step_mm: float = Field(
         default=0.03, gt=0, le=5, description="largest tangential move of one control step"
     )
-    max_steps: int = Field(default=200, ge=1, le=100_000, description="give up after so many")
+    max_steps: int = bounded(200, 1, 100_000, "give up after so many")
     max_approach_mm: float = Field(
         default=0.4, gt=0, le=50, description="stage travel; the contact zone must hold it"
     )
@@ -158,11 +134,11 @@ class Grip(Table):
     force_floor_N: float = Field(
         default=0.1, gt=0, le=1e3, description="change of F_t that a response is made from"
     )
-    dead_band_mm: float = Field(
-        default=0.05,
-        ge=0,
-        le=50,
-        description="the stick region shrinks once the gage area is this far below its largest "
+    dead_band_mm: float = bounded(
+        0.05,
+        0,
+        50,
+        "the stick region shrinks once the gage area is this far below its largest "
         "value since the last hold",
     )
     hold_force_N: float = Field(
@@ -177,7 +153,7 @@ class Grip(Table):
         le=5,
         description="of the surface that the rig is calibrated on, not of the object",
     )
-    seed: int = Field(default=0, ge=0, le=2**32 - 1, description="seeds whatever noise is asked")
+    seed: int = bounded(0, 0, 2**32 - 1, "seeds whatever noise is asked")
 
 
 # The tables of the controllers, ``[grip.NAME]``, each from the file that holds its controller.

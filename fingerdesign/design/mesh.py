@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Named, Table, refuse, refuse_all, table_fields
+from fingerdesign.design.base import Named, Table, bounded, refuse_all, refuse_key, table_fields
 from fingerdesign.errors import Fault
 from fingerdesign.runtime.registry import MESHERS
 
@@ -18,15 +18,11 @@ from fingerdesign.runtime.registry import MESHERS
 class SectionMesh(Table):
     """``[mesh.section]``: element edges of the plane-strain mesh, mm."""
 
-    contact_size_mm: float = Field(default=0.05, ge=1e-3, le=50, description="at the crest")
-    plate_size_mm: float = Field(default=0.05, ge=1e-3, le=50, description="along the plates")
-    plate_end_size_mm: float = Field(
-        default=0.02, ge=1e-3, le=50, description="at the plates' square, singular ends"
-    )
-    far_size_mm: float = Field(default=0.5, ge=1e-2, le=100, description="largest anywhere")
-    gradation: float = Field(
-        default=0.2, ge=0.02, le=2, description="growth of the size per distance"
-    )
+    contact_size_mm: float = bounded(0.05, 1e-3, 50, "at the crest")
+    plate_size_mm: float = bounded(0.05, 1e-3, 50, "along the plates")
+    plate_end_size_mm: float = bounded(0.02, 1e-3, 50, "at the plates' square, singular ends")
+    far_size_mm: float = bounded(0.5, 1e-2, 100, "largest anywhere")
+    gradation: float = bounded(0.2, 0.02, 2, "growth of the size per distance")
 
 
 class MeshOptions(Table):
@@ -45,21 +41,17 @@ class MeshOptions(Table):
         description="mesher = 'file' only: tetrahedra with named regions (elastomer, plate_0, ..., "
         "core) and boundaries (base, contact); beside the design file or absolute",
     )
-    contact_size_mm: float = Field(default=0.4, ge=1e-2, le=50, description="at the crest")
-    plate_size_mm: float = Field(default=0.4, ge=1e-2, le=50, description="along the plates")
-    far_size_mm: float = Field(default=2.0, ge=1e-2, le=100, description="largest anywhere")
-    gradation: float = Field(
-        default=0.5, ge=0.02, le=2, description="growth of the size per distance"
-    )
+    contact_size_mm: float = bounded(0.4, 1e-2, 50, "at the crest")
+    plate_size_mm: float = bounded(0.4, 1e-2, 50, "along the plates")
+    far_size_mm: float = bounded(2.0, 1e-2, 100, "largest anywhere")
+    gradation: float = bounded(0.5, 0.02, 2, "growth of the size per distance")
     element: Literal["auto", "P1", "P2", "mixed"] = Field(
         default="auto",
         description="auto (by the body's Poisson's ratio) | P2 | mixed (with a pressure) | P1",
     )
-    layers: int = Field(default=8, ge=1, le=200, description="extruded layers in half the depth")
-    time_limit_s: float = Field(
-        default=120.0, ge=1, le=36_000, description="for one attempt of the mesher"
-    )
-    attempts: int = Field(default=4, ge=1, le=20, description="before the mesher gives up")
+    layers: int = bounded(8, 1, 200, "extruded layers in half the depth")
+    time_limit_s: float = bounded(120.0, 1, 36_000, "for one attempt of the mesher")
+    attempts: int = bounded(4, 1, 20, "before the mesher gives up")
     section: SectionMesh = Field(default_factory=SectionMesh)
 
     @model_validator(mode="after")
@@ -70,19 +62,11 @@ class MeshOptions(Table):
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """A file where none is read, or none where one is."""
         if self.mesher == "file" and self.file is None:
-            yield refuse(
-                "(absent)",
-                "given where mesh.mesher = 'file'",
-                "add it: the mesh's file",
-                "mesh.file",
-            )
+            bound = "given where mesh.mesher = 'file'"
+            yield refuse_key(self, "mesh.file", bound, "add it: the mesh's file")
         if self.mesher != "file" and self.file is not None:
-            yield refuse(
-                self.file,
-                f"absent where mesh.mesher = '{self.mesher}'",
-                "remove it or set mesh.mesher = 'file'",
-                "mesh.file",
-            )
+            bound = f"absent where mesh.mesher = '{self.mesher}'"
+            yield refuse_key(self, "mesh.file", bound, "remove it or set mesh.mesher = 'file'")
 
 
 table_fields(MeshOptions, MESHERS, before="section")

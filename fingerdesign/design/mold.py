@@ -10,7 +10,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from fingerdesign.design.base import Table
+from fingerdesign.design.base import Table, bounded
 
 ProcessName = Literal["sla", "fdm", "machined"]
 BoltName = Literal["auto", "M2", "M2.5", "M3", "M4"]
@@ -20,45 +20,25 @@ FixtureName = Literal["comb", "jig", "slots"]
 class MoldLimits(Table):
     """``[mold.limits]``: what your machine holds, where it differs from the process's profile."""
 
-    wall_mm: float | None = Field(
-        default=None, ge=0.1, le=20, examples=[1.0], description="least wall; absent: the profile's"
+    wall_mm: float | None = bounded(None, 0.1, 20, "least wall; absent: the profile's", example=1.0)
+    feature_mm: float | None = bounded(None, 0.02, 20, "least web, rib or tip", example=0.4)
+    hole_mm: float | None = bounded(None, 0.05, 20, "least diameter of a round hole", example=0.8)
+    slot_mm: float | None = bounded(None, 0.02, 20, "least width of a slot", example=0.3)
+    clearance_mm: float | None = bounded(
+        None, 0.0, 2, "all round, between parts that slide", example=0.1
     )
-    feature_mm: float | None = Field(
-        default=None, ge=0.02, le=20, examples=[0.4], description="least web, rib or tip"
-    )
-    hole_mm: float | None = Field(
-        default=None, ge=0.05, le=20, examples=[0.8], description="least diameter of a round hole"
-    )
-    slot_mm: float | None = Field(
-        default=None, ge=0.02, le=20, examples=[0.3], description="least width of a slot"
-    )
-    clearance_mm: float | None = Field(
-        default=None,
-        ge=0.0,
-        le=2,
-        examples=[0.1],
-        description="all round, between parts that slide",
-    )
-    pin_mm: float | None = Field(
-        default=None, ge=0.2, le=20, examples=[2.0], description="least diameter of a pin"
-    )
-    tolerance_mm: float | None = Field(
-        default=None, ge=0.0, le=2, examples=[0.1], description="of a place, to either side"
-    )
+    pin_mm: float | None = bounded(None, 0.2, 20, "least diameter of a pin", example=2.0)
+    tolerance_mm: float | None = bounded(None, 0.0, 2, "of a place, to either side", example=0.1)
 
 
 class Comb(Table):
     """``[mold.comb]``: the cut or etched sheet whose slots hold the plates' ends."""
 
-    sheet_mm: float = Field(default=0.3, ge=0.05, le=3, description="thickness of the sheet")
-    slot_mm: float = Field(default=0.1, ge=0.01, le=3, description="least slot that can be cut")
-    web_mm: float = Field(
-        default=0.2, ge=0.02, le=5, description="least web between slots and to the sheet's edge"
-    )
-    clearance_mm: float = Field(
-        default=0.02, ge=0, le=1, description="of a slot beyond the plate's thickness"
-    )
-    tolerance_mm: float = Field(default=0.02, ge=0, le=1, description="of a slot's place")
+    sheet_mm: float = bounded(0.3, 0.05, 3, "thickness of the sheet")
+    slot_mm: float = bounded(0.1, 0.01, 3, "least slot that can be cut")
+    web_mm: float = bounded(0.2, 0.02, 5, "least web between slots and to the sheet's edge")
+    clearance_mm: float = bounded(0.02, 0, 1, "of a slot beyond the plate's thickness")
+    tolerance_mm: float = bounded(0.02, 0, 1, "of a slot's place")
 
 
 class Mold(Table):
@@ -70,82 +50,58 @@ class Mold(Table):
     cure: Literal["platinum", "condensation"] = Field(
         default="platinum", description="of the silicone: platinum | condensation (tin)"
     )
-    shrinkage: float | None = Field(
-        default=None,
-        ge=0,
-        le=0.1,
-        examples=[0.0],
-        description="linear, of the rubber; absent: 0 of platinum, 0.02 of condensation cure",
+    shrinkage: float | None = bounded(
+        None,
+        0,
+        0.1,
+        "linear, of the rubber; absent: 0 of platinum, 0.02 of condensation cure",
+        example=0.0,
     )
     plate_fixture: FixtureName = Field(
         default="comb",
         description="comb (a cut sheet holds the plates) | jig (two made by the process, shifted "
         "to clamp) | slots (in the walls, filled by shims); slots where a side is not flat",
     )
-    wall_mm: float | None = Field(
-        default=None,
-        ge=0.5,
-        le=100,
-        examples=[10.0],
-        description="end walls' thickness; absent: what bolts, pins and the process need",
+    wall_mm: float | None = bounded(
+        None,
+        0.5,
+        100,
+        "end walls' thickness; absent: what bolts, pins and the process need",
+        example=10.0,
     )
-    insert_mm: float = Field(
-        default=6.0, ge=0.5, le=100, description="contact insert above the crest"
-    )
-    base_mm: float = Field(default=4.0, ge=0.5, le=50, description="base plate's thickness")
-    draft_deg: float = Field(
-        default=2.0, ge=0, le=45, description="of pins, keys and the insert's plug; not of faces"
-    )
+    insert_mm: float = bounded(6.0, 0.5, 100, "contact insert above the crest")
+    base_mm: float = bounded(4.0, 0.5, 50, "base plate's thickness")
+    draft_deg: float = bounded(2.0, 0, 45, "of pins, keys and the insert's plug; not of faces")
     bolt: BoltName = Field(
         default="auto",
         description="auto (M3, or what the walls' height holds) | M2 | M2.5 | M3 | M4",
     )
-    tab_mm: float = Field(
-        default=3.0, ge=0.2, le=50, description="legs of plates beyond the face or comb"
+    tab_mm: float = bounded(3.0, 0.2, 50, "legs of plates beyond the face or comb")
+    leg_mm: float | None = bounded(
+        None,
+        0.1,
+        50,
+        "width of plates' legs; absent: by the sheet and the plate's thickness",
+        example=0.6,
     )
-    leg_mm: float | None = Field(
-        default=None,
-        ge=0.1,
-        le=50,
-        examples=[0.6],
-        description="width of plates' legs; absent: by the sheet and the plate's thickness",
-    )
-    wire_mm: float = Field(
-        default=0.3,
-        ge=0,
-        le=5,
-        description="diameter of a plate's bundle of leads (four enamelled wires of 0.1 mm "
+    wire_mm: float = bounded(
+        0.3,
+        0,
+        5,
+        "diameter of a plate's bundle of leads (four enamelled wires of 0.1 mm "
         "copper), which leave through a hole beside its slot at the front or right; 0: none",
     )
-    gate_mm: float = Field(
-        default=4.0, ge=0.2, le=50, description="diameter of gate and riser; shrunk to what fits"
+    gate_mm: float = bounded(4.0, 0.2, 50, "diameter of gate and riser; shrunk to what fits")
+    vent_mm: float | None = bounded(
+        None, 0.05, 10, "diameter of a vent; absent: 1 mm, or the process's least hole", example=1.0
     )
-    vent_mm: float | None = Field(
-        default=None,
-        ge=0.05,
-        le=10,
-        examples=[1.0],
-        description="diameter of a vent; absent: 1 mm, or the process's least hole",
+    lock_mm: float = bounded(2.0, 0.2, 50, "diameter of the base's locks; shrunk to what fits")
+    excess: float = bounded(0.15, 0, 2, "silicone mixed beyond what the cavity holds, share")
+    density_g_cm3: float | None = bounded(
+        None, 0.5, 3, "of the silicone; absent: typical of the body's material", example=1.08
     )
-    lock_mm: float = Field(
-        default=2.0, ge=0.2, le=50, description="diameter of the base's locks; shrunk to what fits"
-    )
-    excess: float = Field(
-        default=0.15, ge=0, le=2, description="silicone mixed beyond what the cavity holds, share"
-    )
-    density_g_cm3: float | None = Field(
-        default=None,
-        ge=0.5,
-        le=3,
-        examples=[1.08],
-        description="of the silicone; absent: typical of the body's material",
-    )
-    chord_mm: float = Field(
-        default=0.01, ge=0.001, le=0.5, description="greatest distance of STL triangles to surfaces"
-    )
-    contact_margin_mm: float = Field(
-        default=0.5, ge=0, le=20, description="seams keep this far from the contact zone"
-    )
+    chord_mm: float = bounded(0.01, 0.001, 0.5, "greatest distance of STL triangles to surfaces")
+    contact_margin_mm: float = bounded(0.5, 0, 20, "seams keep this far from the contact zone")
     limits: MoldLimits = Field(default_factory=MoldLimits)
     comb: Comb = Field(default_factory=Comb)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Named, Table, refuse, refuse_all
+from fingerdesign.design.base import Many, Named, Table, bounded, refuse, refuse_all, refuse_key
 from fingerdesign.runtime.registry import PLATE_LAYOUTS
 
 if TYPE_CHECKING:
@@ -21,35 +21,21 @@ _HOLE_PITCH_MM = 2.0
 _AS_PLATES = "as in [plates], for this row"
 
 
-def _as_tuple(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
 def _three_or_four(rows: Any) -> Any:
     """Refuse places of another length or far off any body, each by its number."""
     for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
-        if isinstance(row, (list, tuple)) and len(row) not in (3, 4):
-            raise refuse(
-                list(row),
-                "three or four numbers",
-                "give [x, y, angle_deg] or [x, y, angle_deg, z]",
-                f"plates.placement[{index}]",
-            )
-        places = row if isinstance(row, (list, tuple)) else ()
-        for name, value in zip(("x", "y", "angle_deg", "z"), places, strict=False):
+        if not isinstance(row, (list, tuple)):
+            continue
+        key, remedy = f"plates.placement[{index}]", "give [x, y, angle_deg] or [x, y, angle_deg, z]"
+        if len(row) not in (3, 4):
+            raise refuse(list(row), "three or four numbers", remedy, key)
+        for name, value in zip(("x", "y", "angle_deg", "z"), row, strict=False):
             most = _MOST_DEG if name == "angle_deg" else _FARTHEST_MM
             number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if number and most < abs(value) < float("inf"):
-                raise refuse(
-                    list(row),
-                    f"such that {name} is from -{most} to {most}",
-                    "give [x, y, angle_deg] or [x, y, angle_deg, z] in mm and degrees",
-                    f"plates.placement[{index}]",
-                )
+                bound = f"such that {name} is from -{most} to {most}"
+                raise refuse(list(row), bound, f"{remedy} in mm and degrees", key)
     return rows
-
-
-Place = Annotated[tuple[float, ...], BeforeValidator(_as_tuple)]
 
 
 class PlateLayout:
@@ -79,15 +65,15 @@ Layout = Annotated[str, Named(PLATE_LAYOUTS)]
 class Row(Table):
     """A further row of plates: what is not given is as in ``[plates]``."""
 
-    count: int | None = Field(default=None, ge=0, le=MAX_PLATES, description=_AS_PLATES)
-    length_mm: float | None = Field(default=None, ge=0.05, le=200, description=_AS_PLATES)
-    angle_deg: float | None = Field(default=None, ge=-180, le=180, description=_AS_PLATES)
-    pitch_mm: float | None = Field(default=None, ge=0.01, le=200, description=_AS_PLATES)
-    cover_mm: float | None = Field(default=None, ge=0.01, le=500, description=_AS_PLATES)
-    offset_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
-    span_mm: float | None = Field(default=None, ge=0.1, le=500, description=_AS_PLATES)
-    span_offset_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
-    stagger_mm: float | None = Field(default=None, ge=-250, le=250, description=_AS_PLATES)
+    count: int | None = bounded(None, 0, MAX_PLATES, _AS_PLATES)
+    length_mm: float | None = bounded(None, 0.05, 200, _AS_PLATES)
+    angle_deg: float | None = bounded(None, -180, 180, _AS_PLATES)
+    pitch_mm: float | None = bounded(None, 0.01, 200, _AS_PLATES)
+    cover_mm: float | None = bounded(None, 0.01, 500, _AS_PLATES)
+    offset_mm: float | None = bounded(None, -250, 250, _AS_PLATES)
+    span_mm: float | None = bounded(None, 0.1, 500, _AS_PLATES)
+    span_offset_mm: float | None = bounded(None, -250, 250, _AS_PLATES)
+    stagger_mm: float | None = bounded(None, -250, 250, _AS_PLATES)
     along: Literal["x", "z"] | None = Field(default=None, description=_AS_PLATES)
     follow: Layout | None = Field(default=None, description=_AS_PLATES)
 
@@ -98,36 +84,19 @@ class Plates(Table):
     ``model`` says how the finite elements see them; what is built and cast stays the same.
     """
 
-    count: int = Field(default=15, ge=0, le=MAX_PLATES, description="0 allowed")
-    thickness_mm: float = Field(default=0.1, ge=0.005, le=10, description="in the section")
-    length_mm: float = Field(default=2.0, ge=0.05, le=200, description="in the section")
-    angle_deg: float = Field(
-        default=45.0, ge=-180, le=180, description="anticlockwise from the row's axis (+x)"
+    count: int = bounded(15, 0, MAX_PLATES, "0 allowed")
+    thickness_mm: float = bounded(0.1, 0.005, 10, "in the section")
+    length_mm: float = bounded(2.0, 0.05, 200, "in the section")
+    angle_deg: float = bounded(45.0, -180, 180, "anticlockwise from the row's axis (+x)")
+    pitch_mm: float = bounded(1.0, 0.01, 200, "between plate centres, along the row")
+    cover_mm: float = bounded(2.0, 0.01, 500, "plate centre below the surface, along y")
+    offset_mm: float = bounded(0.0, -250, 250, "of the row's middle, along the row")
+    span_mm: float | None = bounded(
+        None, 0.1, 500, "across the row (along z); absent: the full depth", example=8.0
     )
-    pitch_mm: float = Field(
-        default=1.0, ge=0.01, le=200, description="between plate centres, along the row"
-    )
-    cover_mm: float = Field(
-        default=2.0, ge=0.01, le=500, description="plate centre below the surface, along y"
-    )
-    offset_mm: float = Field(
-        default=0.0, ge=-250, le=250, description="of the row's middle, along the row"
-    )
-    span_mm: float | None = Field(
-        default=None,
-        ge=0.1,
-        le=500,
-        examples=[8.0],
-        description="across the row (along z); absent: the full depth",
-    )
-    span_offset_mm: float = Field(
-        default=0.0, ge=-250, le=250, description="of the plates' middles, across the row"
-    )
-    stagger_mm: float = Field(
-        default=0.0,
-        ge=-250,
-        le=250,
-        description="every second plate lies this far from its neighbours across the row",
+    span_offset_mm: float = bounded(0.0, -250, 250, "of the plates' middles, across the row")
+    stagger_mm: float = bounded(
+        0.0, -250, 250, "every second plate lies this far from its neighbours across the row"
     )
     along: Literal["x", "z"] = Field(
         default="x", description="x (feels shear in x) | z: the row runs along z, its plates span x"
@@ -137,18 +106,15 @@ class Plates(Table):
         description="level (cover along y) | turned (cover along the surface's normal, pitch along "
         "the surface, angle from its tangent) | bent (turned, and bent to the surface's curve)",
     )
-    hole_diameter_mm: float | None = Field(
-        default=None,
-        ge=0.05,
-        le=50,
-        examples=[0.6],
-        description="perforation, through which the rubber interlocks; absent: none",
+    hole_diameter_mm: float | None = bounded(
+        None,
+        0.05,
+        50,
+        "perforation, through which the rubber interlocks; absent: none",
+        example=0.6,
     )
-    hole_pitch_mm: float = Field(
-        default=_HOLE_PITCH_MM,
-        ge=0.1,
-        le=200,
-        description="between holes, along the plate's middle line",
+    hole_pitch_mm: float = bounded(
+        _HOLE_PITCH_MM, 0.1, 200, "between holes, along the plate's middle line"
     )
     material: str = Field(default="phosphor_bronze", description="a name known or in [materials]")
     rows: Many[Row] = Field(
@@ -159,7 +125,7 @@ class Plates(Table):
         "angle_deg, pitch_mm, cover_mm, offset_mm, span_mm, span_offset_mm, stagger_mm, along, "
         "follow; [[plates.rows]] tables say the same",
     )
-    placement: Annotated[Many[Place] | None, BeforeValidator(_three_or_four)] = Field(
+    placement: Annotated[Many[Many[float]] | None, BeforeValidator(_three_or_four)] = Field(
         default=None,
         max_length=MAX_PLATES,
         examples=[[[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]],
@@ -194,21 +160,14 @@ class Plates(Table):
                 "plates.rows",
             )
         for key, idle in (("along", "x"), ("follow", "level"), ("offset_mm", 0.0)):
-            value = getattr(self, key)
-            if self.placement is not None and value != idle:
-                yield refuse(
-                    value,
-                    f"{idle!r} where plates.placement is given",
-                    "remove it: plates.placement says where each plate lies",
-                    f"plates.{key}",
-                )
+            if self.placement is not None and getattr(self, key) != idle:
+                bound = f"{idle!r} where plates.placement is given"
+                remedy = "remove it: plates.placement says where each plate lies"
+                yield refuse_key(self, f"plates.{key}", bound, remedy)
         if self.hole_diameter_mm is None and self.hole_pitch_mm != _HOLE_PITCH_MM:
-            yield refuse(
-                self.hole_pitch_mm,
-                "absent where plates.hole_diameter_mm is not given",
-                "remove it or give plates.hole_diameter_mm",
-                "plates.hole_pitch_mm",
-            )
+            bound = "absent where plates.hole_diameter_mm is not given"
+            remedy = "remove it or give plates.hole_diameter_mm"
+            yield refuse_key(self, "plates.hole_pitch_mm", bound, remedy)
 
     @property
     def layout(self) -> PlateLayout:

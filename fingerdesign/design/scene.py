@@ -15,49 +15,40 @@ from fingerdesign.design.base import (
     Row3,
     Table,
     Whole,
+    bounded,
     holds,
     key_fields,
     own_keys,
     refuse,
     refuse_all,
+    refuse_key,
 )
 from fingerdesign.design.digest import content_digest
 from fingerdesign.runtime.registry import SCENE_OBJECTS
 from fingerdesign.shapes.objects import RigidObject, SceneShape
 
+_BOTH_FORCES = (
+    "a row of two numbers [normal, tangential]",
+    "give both forces in N; shear_z and twist are held at 0",
+)
 LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
 
 
-def _as_row(value: Any) -> Any:
-    return tuple(value) if isinstance(value, list) else value
-
-
-Row = Annotated[tuple[float, ...], BeforeValidator(_as_row)]
-
-
 def _two_to_four(rows: Any) -> Any:
     """Refuse rows of another length, each by its number."""
-    for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
-        if isinstance(row, (list, tuple)) and not 2 <= len(row) <= 4:
-            raise refuse(
-                list(row),
-                "a row of two to four numbers",
-                f"give {_COLUMNS}, cumulative",
-                f"path.increments_mm[{index}]",
-            )
-    return rows
+    bound = "a row of two to four numbers"
+    return _of_length(rows, (2, 3, 4), bound, f"give {_COLUMNS}, cumulative", "path.increments_mm")
 
 
 def _two(rows: Any) -> Any:
+    return _of_length(rows, (2,), *_BOTH_FORCES, "path.increments_N")
+
+
+def _of_length(rows: Any, lengths: tuple[int, ...], bound: str, remedy: str, key: str) -> Any:
     for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
-        if isinstance(row, (list, tuple)) and len(row) != 2:
-            raise refuse(
-                list(row),
-                "a row of two numbers [normal, tangential]",
-                "give both forces in N; shear_z and twist are held at 0",
-                f"path.increments_N[{index}]",
-            )
+        if isinstance(row, (list, tuple)) and len(row) not in lengths:
+            raise refuse(list(row), bound, remedy, f"{key}[{index}]")
     return rows
 
 
@@ -67,24 +58,15 @@ class SceneObject(Table):
     shape: Annotated[str, Named(SCENE_OBJECTS)] = Field(
         default="plane", description="plane | cylinder | sphere"
     )
-    radius_mm: float | None = Field(
-        default=None, ge=0.05, le=1e5, description="of a cylinder or sphere"
-    )
+    radius_mm: float | None = bounded(None, 0.05, 1e5, "of a cylinder or sphere")
     axis: Literal["x", "z"] = Field(
         default="z", description="a cylinder's direction before tilt and turn"
     )
-    tilt_deg: float = Field(
-        default=0.0, ge=-45, le=45, description="turned about z, anticlockwise seen from +z"
+    tilt_deg: float = bounded(0.0, -45, 45, "turned about z, anticlockwise seen from +z")
+    turn_deg: float = bounded(
+        0.0, -180, 180, "turned about y after the tilt: an edge, or a slope, of any direction"
     )
-    turn_deg: float = Field(
-        default=0.0,
-        ge=-180,
-        le=180,
-        description="turned about y after the tilt: an edge, or a slope, of any direction",
-    )
-    friction_coefficient: float = Field(
-        default=0.5, ge=0, le=10, description="Coulomb: tangential <= mu x normal"
-    )
+    friction_coefficient: float = bounded(0.5, 0, 10, "Coulomb: tangential <= mu x normal")
 
     @model_validator(mode="after")
     def _keys_fit_the_shape(self) -> Self:
@@ -106,12 +88,8 @@ class SceneObject(Table):
                 yield refuse(value, bound, remedy, f"object.{name}")
         for name, without in shape.idle(self):
             if getattr(self, name) != without:
-                yield refuse(
-                    getattr(self, name),
-                    f"{without} for this {self.shape}: it would change nothing",
-                    "remove it",
-                    f"object.{name}",
-                )
+                bound = f"{without} for this {self.shape}: it would change nothing"
+                yield refuse_key(self, f"object.{name}", bound, "remove it")
 
     @property
     def _shape(self) -> SceneShape:
@@ -148,14 +126,14 @@ key_fields(SceneObject, SCENE_OBJECTS)
 class ScenePath(Table):
     """The object's motion, or the forces it presses and pulls with, one increment a row."""
 
-    increments_mm: Annotated[Many[Row], BeforeValidator(_two_to_four)] = Field(
+    increments_mm: Annotated[Many[Many[float]], BeforeValidator(_two_to_four)] = Field(
         default=(),
         max_length=10_000,
         description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z], or "
         "[approach, shear, shear_z, twist_deg]: the object moves along -y, +x, +z and turns about "
         "+y; each is exactly one increment (times substeps)",
     )
-    increments_N: Annotated[Many[Row], BeforeValidator(_two)] = Field(
+    increments_N: Annotated[Many[Many[float]], BeforeValidator(_two)] = Field(
         default=(),
         max_length=10_000,
         description='with control = "force": rows of [normal, tangential] in N on the whole '
@@ -165,9 +143,7 @@ class ScenePath(Table):
         default="motion",
         description="motion: rows are displacements | force: rows are forces, the motion is found",
     )
-    substeps: int = Field(
-        default=1, ge=1, le=1000, description="cut each row in so many equal increments"
-    )
+    substeps: int = bounded(1, 1, 1000, "cut each row in so many equal increments")
 
     @property
     def rows(self) -> tuple[tuple[float, ...], ...]:
@@ -213,12 +189,7 @@ class ScenePath(Table):
     def _presses(self) -> Self:
         for index, row in enumerate(self.rows):
             if len(row) != 2:
-                raise refuse(
-                    list(row),
-                    "a row of two numbers [normal, tangential]",
-                    "give both forces in N; shear_z and twist are held at 0",
-                    f"{self.key}[{index}]",
-                )
+                raise refuse(list(row), *_BOTH_FORCES, f"{self.key}[{index}]")
             if row[0] < LEAST_FORCE_N:
                 raise refuse(
                     row[0],

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, Whole, holds, refuse, refuse_all
+from fingerdesign.design.base import Many, Table, Whole, bounded, holds, refuse, refuse_all
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
@@ -69,18 +69,11 @@ class Meta(Table):
 class Gages(Table):
     """The strain gage that each plate carries on one face or on both."""
 
-    length_mm: float = Field(
-        default=1.0, ge=0.01, le=200, description="averaged along the plate, centred on it"
+    length_mm: float = bounded(1.0, 0.01, 200, "averaged along the plate, centred on it")
+    width_mm: float = bounded(
+        1.0, 0.01, 500, "averaged across the plate (along z), centred on z_mm"
     )
-    width_mm: float = Field(
-        default=1.0,
-        ge=0.01,
-        le=500,
-        description="averaged across the plate (along z), centred on z_mm",
-    )
-    z_mm: float = Field(
-        default=0.0, ge=-250, le=250, description="the gage's middle, from its plate's middle"
-    )
+    z_mm: float = bounded(0.0, -250, 250, "the gage's middle, from its plate's middle")
     face: Literal["upper", "lower", "both"] = Field(
         default="both",
         description="upper (90 degrees anticlockwise from the plate's axis) | lower | both "

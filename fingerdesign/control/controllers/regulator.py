@@ -42,7 +42,7 @@ _NEAR = 0.9  # of the target: where the probe ends
 
 @dataclass(frozen=True)
 class RegulatorTable:
-    """``[grip.regulator]``: one set of parameters for all objects, and of its teaching."""
+    """Parameters of the stick-ratio regulator, one set for all objects, and of its teaching."""
 
     target: float = key(
         0.74,
