@@ -38,7 +38,7 @@ from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.netgen import start_mesher
-from fingerdesign.records.folder import result_folder
+from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, GripTrace, Result
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.lessons import with_estimator
@@ -124,7 +124,7 @@ def analyse_into(case: Case, out: Path, report: Report = lambda message: None) -
         report(f"forecast: {forecast_case(case)}")
     target = out / case.design.design.name
     clock = Clock()
-    with result_folder(target) as folder:
+    with RESULTS.written(target) as folder:
         try:
             report("building the solid")
             with clock.stage("geometry"):

@@ -10,7 +10,7 @@ import click
 
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.folder import refuse_foreign
+from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import ResultError
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
@@ -78,7 +78,7 @@ def _read(
             faults += error.faults
         target = out / case.design.design.name
         try:
-            refuse_foreign(target)
+            RESULTS.refuse_foreign(target)
             if out.exists() and not out.is_dir():
                 raise ResultError(f"{out} is a file")
         except ResultError as error:

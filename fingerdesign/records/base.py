@@ -79,11 +79,11 @@ def json_text(value: Any, indent: int = 2, ascii_only: bool = True) -> str:
 
 
 def csv_text(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    """A table as CSV; an empty cell where there is no value (None)."""
+    """A table as CSV; an empty cell where there is no value (None or NaN)."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(header)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
+    writer.writerows(["" if cell is None or cell != cell else cell for cell in row] for row in rows)
     return stream.getvalue()
 
 

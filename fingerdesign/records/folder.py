@@ -9,71 +9,113 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from fingerdesign.records.base import write_csv
 from fingerdesign.records.result import GripTrace, IncrementResult, PointStrain, Result, ResultError
 from fingerdesign.runtime.files import locked, take_place, whole_folder
 
 RESULT_FILE = "result.json"
-# What a result is made of: a folder that holds anything else is not replaced.
-PRODUCTS = ("result.json", "report.html", "*.csv", "fields_*.vtu", "*.step", "*.stl")
 
 
-@contextmanager
-def result_folder(target: Path | str) -> Iterator[Path]:
-    """A temporary folder beside ``target`` that takes its place when the block ends well.
+@dataclass(frozen=True)
+class RecordFolder:
+    """A kind of folder of files made together: written aside and renamed, so it is there whole or
+    not at all. What is not an older folder of the same kind is not replaced.
 
-    An older whole result (a folder with a result.json) is replaced, and is put back should the
-    renaming fail; an empty folder is too. Anything else in the way is a ResultError before any work
-    is done: what is not ours is not deleted. When the block raises, nothing is left.
+        VALIDATION = RecordFolder("validation", "validation.json", ("validation.json", "*.png"))
+        with VALIDATION.written(out / name) as folder:
+            ...
+
+    kind: what it is called; record: the file that it must hold; products: patterns of all it may.
+    filled: it is written into in place, and may hold folders, or not yet its record.
     """
-    target = Path(target).absolute()
-    refuse_foreign(target)
-    with _aside(target) as aside:
-        yield aside
-        if not (aside / RESULT_FILE).is_file():
-            raise ResultError(f"{target} was not written: it was made without {RESULT_FILE}")
-        with locked(target.with_name(f".{target.name}.lock")):
-            refuse_foreign(target)
-            _put(aside, target)
 
+    kind: str
+    record: str
+    products: tuple[str, ...]
+    filled: bool = False
 
-@contextmanager
-def _aside(target: Path) -> Iterator[Path]:
-    with ExitStack() as stack:
+    @contextmanager
+    def written(self, target: Path | str) -> Iterator[Path]:
+        """A temporary folder beside ``target`` that takes its place when the block ends well.
+
+        An older one is replaced, and put back should the renaming fail. Anything else in the way is
+        a ResultError before any work. When the block raises, nothing is left.
+        """
+        target = Path(target).absolute()
+        self.refuse_foreign(target)
+        with ExitStack() as stack:
+            try:
+                aside = stack.enter_context(whole_folder(target))
+            except OSError as error:
+                raise ResultError(f"cannot write beside {target}: {error}") from error
+            yield aside
+            if not (aside / self.record).is_file():
+                raise ResultError(f"{target} was not written: it was made without {self.record}")
+            with locked(target.with_name(f".{target.name}.lock")):
+                self.refuse_foreign(target)
+                try:
+                    take_place(aside, target)
+                except OSError as error:
+                    why = f"cannot put the result in place at {target}: {error}"
+                    raise ResultError(why) from error
+
+    def refuse_foreign(self, target: Path) -> None:
+        """ResultError where ``target`` is no place for such a folder: what is not ours stays."""
+        in_the_way = f"{target} is in the way and not a folder; choose another --out"
+        if target.is_symlink():
+            raise ResultError(in_the_way)
         try:
-            aside = stack.enter_context(whole_folder(target))
+            names = sorted(os.listdir(target))
+        except FileNotFoundError:
+            return
+        except NotADirectoryError as error:
+            raise ResultError(in_the_way) from error
         except OSError as error:
-            raise ResultError(f"cannot write beside {target}: {error}") from error
-        yield aside
+            raise ResultError(f"cannot look into {target}: {error}") from error
+        foreign = [name for name in names if self._foreign(target / name)]
+        if fault := self._fault(names, ", ".join(foreign[:5])):
+            raise ResultError(f"{target} holds {fault}")
+
+    def _fault(self, names: list[str], foreign: str) -> str:
+        """What is wrong with a folder of these names; empty where nothing is."""
+        if foreign:
+            return f"{foreign}, which is no {self.kind}; choose another --out"
+        if names and not self.filled and self.record not in names:
+            return (
+                f"{', '.join(names[:5])} but no {self.record}, so it is no older {self.kind}; "
+                "choose another --out"
+            )
+        return ""
+
+    def _foreign(self, path: Path) -> bool:
+        if not any(fnmatch.fnmatch(path.name, pattern) for pattern in self.products):
+            return True
+        return not self.filled and path.is_dir()
 
 
-def _put(aside: Path, target: Path) -> None:
-    try:
-        take_place(aside, target)
-    except OSError as error:
-        raise ResultError(f"cannot put the result in place at {target}: {error}") from error
+class _ResultFolder(RecordFolder):
+    """That of an analysis, beside which users keep files of their own."""
+
+    def _fault(self, names: list[str], foreign: str) -> str:
+        if names and self.record not in names:
+            return (
+                f"files but no {self.record}, so it is not an older result and is left alone; "
+                "choose another --out or move it away"
+            )
+        if foreign:
+            return (
+                f"{foreign} beside an older result; move what is not a result away, or choose "
+                "another --out"
+            )
+        return ""
 
 
-def write_result_folder(
-    target: Path | str,
-    result: Result,
-    grip_traces: Iterable[GripTrace] = (),
-    texts: dict[str, str] | None = None,
-) -> Path:
-    """Write a whole result folder at once: result.json, history.csv, grip_*.csv and other texts.
-
-    texts: file name -> content (report.html, say). For files made by other programs use
-    :func:`result_folder` and :func:`write_result_files`. Returns the folder.
-    """
-    with result_folder(target) as folder:
-        for name, text in (texts or {}).items():
-            (folder / name).write_text(text, encoding="utf-8")
-        write_result_files(folder, result, grip_traces)
-    return Path(target)
+RESULTS = _ResultFolder(
+    "result",
+    RESULT_FILE,
+    ("result.json", "report.html", "*.csv", "fields_*.vtu", "*.step", "*.stl"),
+)
 
 
 def write_result_files(folder: Path, result: Result, grip_traces: Iterable[GripTrace] = ()) -> None:
@@ -121,7 +163,7 @@ def write_history_csv(path: Path, result: Result) -> None:
         ]
         for number, row in enumerate(result.increments, start=1)
     )
-    _write_csv(path, header, rows)
+    write_csv(path, header, rows)
 
 
 def write_grip_csv(path: Path, trace: GripTrace) -> None:
@@ -144,16 +186,7 @@ def write_grip_csv(path: Path, trace: GripTrace) -> None:
     for plate in range(gages.shape[1]):
         columns[f"gage_{plate}_reading_microstrain"] = gages[:, plate]
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    _write_csv(path, ["step", *columns], ([i, *row] for i, row in enumerate(rows, start=1)))
-
-
-def _write_csv(path: Path, header: list[str], rows: Iterable[list[Any]]) -> None:
-    shown = ([None if _absent(cell) else cell for cell in row] for row in rows)
-    write_csv(path, header, shown)
-
-
-def _absent(cell: Any) -> bool:
-    return cell is None or (isinstance(cell, float) and bool(np.isnan(cell)))
+    write_csv(path, ["step", *columns], ([i, *row] for i, row in enumerate(rows, start=1)))
 
 
 def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
@@ -167,97 +200,3 @@ def _grip_names(traces: Iterable[GripTrace]) -> Iterator[tuple[str, GripTrace]]:
         yield f"{stem}.csv", trace
         if trace.without_rule is not None:
             yield f"{stem}_without_rule.csv", trace.without_rule
-
-
-def refuse_foreign(target: Path) -> None:
-    """ResultError where ``target`` is no place for a result: what is not ours is not deleted."""
-    try:
-        if target.is_symlink() or (target.exists() and not target.is_dir()):
-            raise ResultError(f"{target} is in the way and not a folder; choose another --out")
-        names = sorted(entry.name for entry in target.iterdir())
-        holds_result = RESULT_FILE in names and not (target / RESULT_FILE).is_dir()
-    except FileNotFoundError:
-        return
-    except OSError as error:
-        raise ResultError(f"cannot look into {target}: {error}") from error
-    if not names:
-        return
-    if not holds_result:
-        raise ResultError(
-            f"{target} holds files but no {RESULT_FILE}, so it is not an older result and is left "
-            "alone; choose another --out or move it away"
-        )
-    foreign = [
-        name for name in names if not any(fnmatch.fnmatch(name, pattern) for pattern in PRODUCTS)
-    ]
-    if foreign:
-        raise ResultError(
-            f"{target} holds {', '.join(foreign[:5])} beside an older result; move what is not a "
-            "result away, or choose another --out"
-        )
-
-
-# A folder of files made together: written aside and renamed, so it is there whole or not at all.
-#
-#     VALIDATION = RecordFolder("validation", "validation.json", ("validation.json", "*.png"))
-#     with VALIDATION.written(out / name) as folder:
-#         ...
-#
-# What is not an older folder of the same kind is not replaced. Results of analyses have a folder of
-# their own kind (result_folder.py).
-
-
-@dataclass(frozen=True)
-class RecordFolder:
-    """A kind of folder: what it is called, the file that it must hold, patterns of all it may.
-
-    filled: it is written into in place, and may hold folders, or not yet its record.
-    """
-
-    kind: str
-    record: str
-    products: tuple[str, ...]
-    filled: bool = False
-
-    @contextmanager
-    def written(self, target: Path | str) -> Iterator[Path]:
-        """A temporary folder beside ``target`` that takes its place when the block ends well.
-
-        An older one is replaced, and put back should the renaming fail. Anything else in the way is
-        a ResultError before any work. When the block raises, nothing is left.
-        """
-        target = Path(target).absolute()
-        self.refuse_foreign(target)
-        with _aside(target) as aside:
-            yield aside
-            if not (aside / self.record).is_file():
-                raise ResultError(f"{target} was not written: it was made without {self.record}")
-            self.refuse_foreign(target)
-            _put(aside, target)
-
-    def refuse_foreign(self, target: Path) -> None:
-        """ResultError where ``target`` is no place for such a folder."""
-        try:
-            if target.is_symlink() or (target.exists() and not target.is_dir()):
-                raise ResultError(f"{target} is in the way and not a folder; choose another --out")
-            names = sorted(os.listdir(target))
-        except FileNotFoundError:
-            return
-        except OSError as error:
-            raise ResultError(f"cannot look into {target}: {error}") from error
-        foreign = [name for name in names if self._foreign(target / name)]
-        if foreign:
-            raise ResultError(
-                f"{target} holds {', '.join(foreign[:5])}, which is no {self.kind}; choose another "
-                "--out"
-            )
-        if names and not self.filled and self.record not in names:
-            raise ResultError(
-                f"{target} holds {', '.join(names[:5])} but no {self.record}, so it is no older "
-                f"{self.kind}; choose another --out"
-            )
-
-    def _foreign(self, path: Path) -> bool:
-        if not any(fnmatch.fnmatch(path.name, pattern) for pattern in self.products):
-            return True
-        return not self.filled and path.is_dir()

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from fingerdesign.records.folder import refuse_foreign, result_folder
+from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import ResultError
 
 
 def write(target, text):
-    with result_folder(target) as folder:
+    with RESULTS.written(target) as folder:
         (folder / "result.json").write_text(json.dumps(text), encoding="utf-8")
 
 
@@ -67,7 +67,7 @@ def test_a_folder_that_cannot_be_listed_is_a_result_error(tmp_path, monkeypatch)
 
     monkeypatch.setattr(Path, "iterdir", refuse)
     with pytest.raises(ResultError, match="cannot look into"):
-        refuse_foreign(tmp_path)
+        RESULTS.refuse_foreign(tmp_path)
 
 
 def test_a_file_system_without_locks_loses_no_work(tmp_path, monkeypatch):

@@ -11,11 +11,7 @@ import pytest
 import fingerdesign.records.result as results
 from fingerdesign.errors import DesignError
 from fingerdesign.records.base import schema_text
-from fingerdesign.records.folder import (
-    read_result,
-    result_folder,
-    write_result_folder,
-)
+from fingerdesign.records.folder import RESULTS, read_result
 from fingerdesign.records.result import (
     GageResult,
     GripResult,
@@ -27,6 +23,7 @@ from fingerdesign.records.result import (
     Result,
     ResultError,
 )
+from tests.support.result_folders import write_result_folder
 
 SCHEMA = Path(results.__file__).parents[1] / "data" / "result.schema.json"
 
@@ -205,7 +202,7 @@ def test_interrupted_work_leaves_the_older_result_and_nothing_else(tmp_path):
     write_result_folder(tmp_path / "a", result())
 
     def interrupted():
-        with result_folder(tmp_path / "a") as folder:
+        with RESULTS.written(tmp_path / "a") as folder:
             (folder / "result.json").write_text("half", encoding="utf-8")
             raise KeyboardInterrupt
 
@@ -243,7 +240,7 @@ def test_a_foreign_folder_is_left_alone(tmp_path):
 
 def test_a_folder_without_result_json_does_not_appear(tmp_path):
     def without():
-        with result_folder(tmp_path / "a") as folder:
+        with RESULTS.written(tmp_path / "a") as folder:
             (folder / "history.csv").write_text("", encoding="utf-8")
 
     with pytest.raises(ResultError, match="without"):

@@ -5,7 +5,7 @@ import json
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.records.folder import write_result_folder
+from tests.support.result_folders import write_result_folder
 
 
 @pytest.fixture

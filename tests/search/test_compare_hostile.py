@@ -5,10 +5,10 @@ import json
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.folder import write_result_folder
 from fingerdesign.records.result import GripResult, MeshSummary, ModelSummary, Result
 from fingerdesign.search.compare.read import read_comparison
 from tests.support.any_outcomes import any_outcomes
+from tests.support.result_folders import write_result_folder
 
 GOOD = any_outcomes(3, failed=0.0)
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.records.folder import write_result_folder
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.search.compare.facts import Bound, Wanted
 from fingerdesign.search.compare.read import read_comparison
 from tests.support.any_outcomes import any_outcomes
+from tests.support.result_folders import write_result_folder
 
 MADE = any_outcomes(12)
 
