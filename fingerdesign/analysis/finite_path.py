@@ -7,13 +7,11 @@ areas are those of the deformed body.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fingerdesign.analysis.path import object_at_touch, targets
 from fingerdesign.arrays import Array
@@ -27,7 +25,6 @@ from fingerdesign.fem.finite.row import Follower, Row, facing, gage_lines, untou
 from fingerdesign.fem.model import body_of, candidate_facets, free_ends
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.runtime.progress import Report
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -53,64 +50,22 @@ class FiniteRow:
     residual: float
     balance: float
 
-    @property
-    def stick_ratio(self) -> float | None:
-        """Stick area over contact area; None without contact."""
-        return self.measures.stick_ratio
-
-    @property
-    def gages(self) -> Array:
-        """(plates, 2) plain strain, upper and lower face."""
-        return self.measures.gages
-
 
 @dataclass(frozen=True)
 class FiniteHistory:
-    """All rows, and what they cost: equations, contact nodes, seconds by stage."""
+    """All rows and the equations; by row, (k,) and on the deformed finger, what is read.
+
+    Forces N (normal > 0 in compression, tangential toward +x); contact_width mm along x at z = 0;
+    stick_ratio NaN without contact; gages (k, plates, 2) plain strain, upper and lower face.
+    """
 
     rows: tuple[FiniteRow, ...]
-    element: str
     dofs: int
-    contact_nodes: int
-    seconds: dict[str, float]
-
-    def _of(self, name: str) -> Array:
-        return np.array([getattr(row.measures, name) for row in self.rows], dtype=float)
-
-    @property
-    def normal_force(self) -> Array:
-        """(k,) N, > 0 in compression."""
-        return self._of("normal_force")
-
-    @property
-    def tangential_force(self) -> Array:
-        """(k,) N, on the finger toward +x."""
-        return self._of("tangential_force")
-
-    @property
-    def contact_width(self) -> Array:
-        """(k,) mm along x of the deformed finger, at z = 0."""
-        return self._of("contact_width")
-
-    @property
-    def stick_ratio(self) -> Array:
-        """(k,), NaN without contact."""
-        return self._of("stick_ratio")
-
-    @property
-    def peak_pressure(self) -> Array:
-        """(k,) MPa, force per deformed area."""
-        return self._of("peak_pressure")
-
-    @property
-    def gages(self) -> Array:
-        """(k, plates, 2) plain strain, upper and lower face."""
-        return np.array([row.gages for row in self.rows])
-
-    @property
-    def iterations(self) -> NDArray[np.int64]:
-        """(k,) contact problems solved for each row."""
-        return np.array([row.iterations for row in self.rows])
+    normal_force: Array
+    tangential_force: Array
+    contact_width: Array
+    stick_ratio: Array
+    gages: Array
 
 
 class FinitePathStopped(SolverError):
@@ -121,16 +76,13 @@ class FinitePathStopped(SolverError):
         self.rows = rows
 
 
-def finite_readings(
-    design: Design, mesh: Mesh, zone: Zone, scene: Scene, report: Report | None = None
-) -> FiniteHistory:
+def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteHistory:
     """Follow the scene's path on ``mesh`` (2-D: plane strain) with contact candidates in ``zone``.
 
     Raises DesignError for what finite strain does not know (sheets, linear elements, twist),
     ZoneExhausted where the contact outgrows the zone, FinitePathStopped where a row fails.
     """
     refuse_finite(design, scene)
-    start = time.perf_counter()
     lines = gage_lines(mesh, plate_frames(design), design.gages)
     contact = candidate_facets(mesh, zone.half_width, zone.half_depth)
     if not len(contact):
@@ -141,24 +93,22 @@ def finite_readings(
     face = facing(
         body, object_at_touch(scene.object, design.body), scene.object.friction_coefficient
     )
-    ready = time.perf_counter()
     rows: list[FiniteRow] = []
     path = scene.path
     try:
         for row in _follow(face, targets(path), path.substeps):
             strains = lines.strains(body.system.displacement(row.past.values))
             rows.append(_read(face, row, strains))
-            if report is not None:
-                report(f"row {len(rows)} of {len(path.rows)}: {row.iterations} iterations")
     except ZoneExhausted:
         raise
     except SolverError as error:
         where = f"row {len(rows) + 1} of {len(path.rows)} ({path.key}[{len(rows)}])"
         raise FinitePathStopped(f"{where}: {error}", tuple(rows)) from error
-    seconds = {"prepare": ready - start, "increments": time.perf_counter() - ready}
-    nodes = len(body.at_rest.trace.nodes)
-    element = body.system.body.element
-    return FiniteHistory(tuple(rows), element, body.system.dofs, nodes, seconds)
+    names = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
+    read = {
+        name: np.array([getattr(r.measures, name) for r in rows], dtype=float) for name in names
+    }
+    return FiniteHistory(tuple(rows), body.system.dofs, **read)
 
 
 def refuse_finite(design: Design, scene: Scene) -> None:

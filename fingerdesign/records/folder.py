@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import fnmatch
-import os
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -66,7 +65,7 @@ class RecordFolder:
         if target.is_symlink():
             raise ResultError(in_the_way)
         try:
-            names = sorted(os.listdir(target))
+            names = sorted(entry.name for entry in target.iterdir())
         except FileNotFoundError:
             return
         except NotADirectoryError as error:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 Pairs = list[Comparison]
+PairsOf = Callable[["Solves", bool], Pairs]
 
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
 RUBBER_FROM = 0.4
@@ -60,7 +61,20 @@ class Assumption:
     assumed: str
     better: str
     kind: Kind
-    pairs: Callable[[Solves, bool], Pairs]
+    pairs: PairsOf
+
+
+ASSUMPTIONS: list[Assumption] = []
+
+
+def _assumption(kind: Kind, title: str, assumed: str, better: str) -> Callable[[PairsOf], PairsOf]:
+    """Register a function as what compares for the assumption of its name."""
+
+    def registered(pairs: PairsOf) -> PairsOf:
+        ASSUMPTIONS.append(Assumption(pairs.__name__, title, assumed, better, kind, pairs))
+        return pairs
+
+    return registered
 
 
 def section_why_not(design: Design, scene: Scene) -> str | None:
@@ -103,7 +117,13 @@ def _along_z(reader: Reader) -> tuple[Place, ...] | None:
     )
 
 
-def _plane_strain(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "model",
+    "Plane strain",
+    "no strain along z: one section, times the depth",
+    "the same section in 3-D, read in the middle",
+)
+def plane_strain(solves: Solves, deep: bool) -> Pairs:
     _needs_section(solves)
     # The finger in space first: whatever is solved first pays for loading the libraries.
     truth = answer_of(solves.space(), "3-D")
@@ -111,7 +131,13 @@ def _plane_strain(solves: Solves, deep: bool) -> Pairs:
     return [compare("plane strain", flat, truth, solves.scene)]
 
 
-def _gage_depth_average(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "reading",
+    "Gages averaged over the depth",
+    "a gage as wide as its plate's whole span",
+    "the gage's own width, where it lies",
+)
+def gage_depth_average(solves: Solves, deep: bool) -> Pairs:
     """The mean over the plate's whole span against the gage's own width."""
     _needs_gages(solves.design)
     reader, gages, span = solves.reader(), solves.design.gages, _span(solves.design)
@@ -121,21 +147,17 @@ def _gage_depth_average(solves: Solves, deep: bool) -> Pairs:
     return [compare_gages(f"{span:g} mm wide for {gages.width_mm:g} mm", found, truth)]
 
 
-def _gage_point(solves: Solves, deep: bool) -> Pairs:
-    """The strain at the gage's middle against its mean over length and width."""
-    _needs_gages(solves.design)
-    reader, gages = solves.reader(), solves.design.gages
-    truth = _read(reader, f"mean over {gages.length_mm:g} x {gages.width_mm:g} mm")
-    small = {"length_mm": POINT * gages.length_mm, "width_mm": POINT * gages.width_mm}
-    found = replace(truth, name="a point", readings=reader.read(gages.model_copy(update=small)))
-    return [compare_gages("a point for the gage's face", found, truth)]
-
-
 def _read(reader: Reader, name: str) -> Answer:
     return replace(answer_of(reader.solved, name), readings=reader.own)
 
 
-def _plate_span(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "model",
+    "Plates of full span",
+    "plates that run through the whole depth",
+    "plates that end inside the body",
+)
+def plate_span(solves: Solves, deep: bool) -> Pairs:
     design = solves.design
     _needs_bonded(design)
     if not design.body.straight:
@@ -156,7 +178,13 @@ def _plate_span(solves: Solves, deep: bool) -> Pairs:
     return [_solved_pair(label, found, truth, solves)]
 
 
-def _small_strain(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "model",
+    "Small strain",
+    "linear elasticity on the body as it was cast",
+    "neo-Hookean rubber, equilibrium on the deformed body",
+)
+def small_strain(solves: Solves, deep: bool) -> Pairs:
     # Sheets are not known at finite strain: solid plates stand for them.
     plates: Plates | None = "solid" if solves.design.plates.model == "sheet" else None
     why = section_why_not(solves.design, solves.scene)
@@ -180,7 +208,8 @@ def nu_values(design: Design) -> tuple[float, float]:
     return max(0.0, round(given - NU_BAND, 6)), round(given + NU_BAND, 6)
 
 
-def _poissons_ratio(solves: Solves, deep: bool) -> Pairs:
+@_assumption("value", "Poisson's ratio of the rubber", "the design's value", "a likely other one")
+def poissons_ratio(solves: Solves, deep: bool) -> Pairs:
     name = solves.design.body.material
     given = solves.design.material_of("body").poissons_ratio
     key = f"materials.{name}.poissons_ratio"
@@ -188,7 +217,8 @@ def _poissons_ratio(solves: Solves, deep: bool) -> Pairs:
     return [_varied(f"nu {value:g} for {given:g}", {key: value}, solves) for value in values]
 
 
-def _youngs_modulus(solves: Solves, deep: bool) -> Pairs:
+@_assumption("value", "Young's modulus of the rubber", "the design's value", "20 % less or more")
+def youngs_modulus(solves: Solves, deep: bool) -> Pairs:
     name = solves.design.body.material
     given = solves.design.material_of("body").youngs_modulus_MPa
     key = f"materials.{name}.youngs_modulus_MPa"
@@ -196,7 +226,13 @@ def _youngs_modulus(solves: Solves, deep: bool) -> Pairs:
     return [_varied(f"E {value:g} for {given:g} MPa", {key: value}, solves) for value in values]
 
 
-def _sheets(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "model",
+    "Plates as sheets",
+    "plates of no thickness, with membrane and bending stiffness",
+    "solid plates",
+)
+def sheets(solves: Solves, deep: bool) -> Pairs:
     design = solves.design
     _needs_plates(design)
     if can_extrude(design) and can_be_sheets(design):
@@ -209,12 +245,40 @@ def _sheets(solves: Solves, deep: bool) -> Pairs:
     return [_solved_pair("plane strain", found, truth, solves)]
 
 
-def _plates_left_out(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "reading",
+    "Gages as points",
+    "the strain at the middle of the gage",
+    "its mean over the gage's length and width",
+)
+def gage_point(solves: Solves, deep: bool) -> Pairs:
+    """The strain at the gage's middle against its mean over length and width."""
+    _needs_gages(solves.design)
+    reader, gages = solves.reader(), solves.design.gages
+    truth = _read(reader, f"mean over {gages.length_mm:g} x {gages.width_mm:g} mm")
+    small = {"length_mm": POINT * gages.length_mm, "width_mm": POINT * gages.width_mm}
+    found = replace(truth, name="a point", readings=reader.read(gages.model_copy(update=small)))
+    return [compare_gages("a point for the gage's face", found, truth)]
+
+
+@_assumption(
+    "model",
+    "Plates left out",
+    "rubber where the plates are; gages read the rubber's strain",
+    "bonded plates",
+)
+def plates_left_out(solves: Solves, deep: bool) -> Pairs:
     _needs_plates(solves.design)
     return [_solved_pair("3-D", solves.space(plates="none"), _solid(solves), solves)]
 
 
-def _discretisation(solves: Solves, deep: bool) -> Pairs:
+@_assumption(
+    "model",
+    "This mesh is fine enough",
+    "the meshes that this table stands on",
+    "the next finer ones",
+)
+def discretisation(solves: Solves, deep: bool) -> Pairs:
     found = []
     if section_why_not(solves.design, solves.scene) is None:
         pair = solves.section(), solves.section(FINER_SECTION)
@@ -270,87 +334,3 @@ def _needs_gages(design: Design) -> None:
 
 def _span(design: Design) -> float:
     return min(frame.span for frame in plate_frames(design))
-
-
-ASSUMPTIONS: tuple[Assumption, ...] = (
-    Assumption(
-        "plane_strain",
-        "Plane strain",
-        "no strain along z: one section, times the depth",
-        "the same section in 3-D, read in the middle",
-        "model",
-        _plane_strain,
-    ),
-    Assumption(
-        "gage_depth_average",
-        "Gages averaged over the depth",
-        "a gage as wide as its plate's whole span",
-        "the gage's own width, where it lies",
-        "reading",
-        _gage_depth_average,
-    ),
-    Assumption(
-        "plate_span",
-        "Plates of full span",
-        "plates that run through the whole depth",
-        "plates that end inside the body",
-        "model",
-        _plate_span,
-    ),
-    Assumption(
-        "small_strain",
-        "Small strain",
-        "linear elasticity on the body as it was cast",
-        "neo-Hookean rubber, equilibrium on the deformed body",
-        "model",
-        _small_strain,
-    ),
-    Assumption(
-        "poissons_ratio",
-        "Poisson's ratio of the rubber",
-        "the design's value",
-        "a likely other one",
-        "value",
-        _poissons_ratio,
-    ),
-    Assumption(
-        "youngs_modulus",
-        "Young's modulus of the rubber",
-        "the design's value",
-        "20 % less or more",
-        "value",
-        _youngs_modulus,
-    ),
-    Assumption(
-        "sheets",
-        "Plates as sheets",
-        "plates of no thickness, with membrane and bending stiffness",
-        "solid plates",
-        "model",
-        _sheets,
-    ),
-    Assumption(
-        "gage_point",
-        "Gages as points",
-        "the strain at the middle of the gage",
-        "its mean over the gage's length and width",
-        "reading",
-        _gage_point,
-    ),
-    Assumption(
-        "plates_left_out",
-        "Plates left out",
-        "rubber where the plates are; gages read the rubber's strain",
-        "bonded plates",
-        "model",
-        _plates_left_out,
-    ),
-    Assumption(
-        "discretisation",
-        "This mesh is fine enough",
-        "the meshes that this table stands on",
-        "the next finer ones",
-        "model",
-        _discretisation,
-    ),
-)

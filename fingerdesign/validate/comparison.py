@@ -135,7 +135,7 @@ def _equal_force(found: Answer, truth: Answer, scene: Scene) -> Side:
     first, last, note = usable_rows(truth, scene)
     if last <= first:
         raise SolverError("no row of this path presses and still sticks somewhere")
-    kept = rows_of(truth.readings, slice(first, last))
+    kept = truth.readings.part(slice(first, last))
     rows = tuple(
         (float(n), float(t)) for n, t in zip(kept.normal_force, kept.tangential_force, strict=True)
     )
@@ -164,18 +164,6 @@ def usable_rows(truth: Answer, scene: Scene) -> tuple[int, int, str]:
     return first, last, "; ".join(notes)
 
 
-def rows_of(readings: Readings, part: slice | list[int]) -> Readings:
-    """The readings of some rows."""
-    return Readings(
-        readings.normal_force[part],
-        readings.tangential_force[part],
-        readings.contact_width[part],
-        readings.stick_ratio[part],
-        readings.gages[part],
-        readings.face,
-    )
-
-
 def _followed(
     found: Answer, truth: Readings, scene: Scene, path: ScenePath, left_out: int, note: str
 ) -> Side:
@@ -197,7 +185,7 @@ def _followed(
             reason = f"{_rows(lost)} that it cannot follow ({why})"
             note = f"{note}; {reason}" if note else reason
         same = FORCES if path.control == "force" else ()
-        return side_of(readings, truth.part(count), left_out + lost, note, same)
+        return side_of(readings, truth.part(slice(count)), left_out + lost, note, same)
     raise SolverError(f"it cannot follow even the first row: {why}")
 
 

@@ -7,15 +7,21 @@ and in plane strain too that of the finger in space where both are compared, on 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from fingerdesign.analysis.case import Case, fundamental_scene
-from fingerdesign.analysis.fidelity.models import Model, Sizes, Solved, design_for, solve
+from fingerdesign.analysis.fidelity.models import (
+    Model,
+    Solved,
+    design_for,
+    section_sizes,
+    solve,
+)
 from fingerdesign.analysis.fidelity.readings import MICRO, Readings
 from fingerdesign.analysis.fidelity.rungs import can_extrude, rung
 from fingerdesign.analysis.stages import zone_of
@@ -24,7 +30,7 @@ from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.runtime.progress import Report
-from fingerdesign.validate.comparison import Answer, rows_of
+from fingerdesign.validate.comparison import Answer
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import Dimension, Plates
@@ -32,6 +38,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design, Gages
 
 Values = Mapping[str, object]
+Made = TypeVar("Made", "Solved", "Answer")
 
 SPACE = (2.0, 3.0, 4.0, 6.0)  # the first whose forecast holds MOST_DOFS and MOST_NODES
 FINER_SPACE = 0.7  # of that: the next finer mesh
@@ -52,8 +59,7 @@ class Solves:
     design: Design
     scene: Scene
     report: Report = lambda message: None
-    _known: dict[str, Solved | FingerDesignError] = field(default_factory=dict)
-    _finite: dict[str, Answer | FingerDesignError] = field(default_factory=dict)
+    _known: dict[str, Any] = field(default_factory=dict)
     _reader: Reader | None = None
 
     @cached_property
@@ -64,8 +70,7 @@ class Solves:
         for scale in SPACE:
             model = rung(self.design, self.scene, "3-D", scale)
             own = design_for(self.design, model)
-            section = own.mesh.section.model_copy(update=_section_sizes(model.sizes))
-            mesh = own.mesh.model_copy(update={"section": section})
+            mesh = own.mesh.model_copy(update={"section": section_sizes(own, model)})
             own = own.model_copy(update={"mesh": mesh})
             case = Case(own, self.scene, grips=False)
             counts = count_model(case, zone_of(case, self.scene))
@@ -95,29 +100,27 @@ class Solves:
 
     def finite(self, solved: Solved) -> Answer:
         """The same mesh, zone and scene at finite strain."""
-        key = f"{solved.model}"
-        if key not in self._finite:
-            self.report(f"{solved.model.dimension} at finite strain")
-            try:
-                self._finite[key] = _finite_answer(solved)
-            except FingerDesignError as error:
-                self._finite[key] = error
-        known = self._finite[key]
-        if isinstance(known, FingerDesignError):
-            raise known
-        return known
+        words = f"{solved.model.dimension} at finite strain"
+        return self._kept(f"{solved.model}", words, lambda: _finite_answer(solved))
 
     def _get(
         self, dimension: Dimension, scale: float, values: Values, plates: Plates | None
     ) -> Solved:
-        key = f"{dimension} {scale} {sorted(values.items())} {plates}"
+        return self._kept(
+            f"{dimension} {scale} {sorted(values.items())} {plates}",
+            model_words(dimension, scale, values, plates),
+            lambda: self._solve(dimension, scale, values, plates),
+        )
+
+    def _kept(self, key: str, words: str, make: Callable[[], Made]) -> Made:
+        """What was made under a key, or failed to be, the first time."""
         if key not in self._known:
-            self.report(model_words(dimension, scale, values, plates))
+            self.report(words)
             try:
-                self._known[key] = self._solve(dimension, scale, values, plates)
+                self._known[key] = make()
             except FingerDesignError as error:
                 self._known[key] = error
-        known = self._known[key]
+        known: Made | FingerDesignError = self._known[key]
         if isinstance(known, FingerDesignError):
             raise known
         return known
@@ -171,7 +174,7 @@ class Reader:
     @property
     def own(self) -> Readings:
         """The model's own readings, of the same rows."""
-        return rows_of(self.solved.readings, self.rows)
+        return self.solved.readings.part(self.rows)
 
     def read(self, gages: Gages) -> Readings:
         """The readings with these gages. Raises DesignError where they leave the finger."""
@@ -195,8 +198,8 @@ def model_words(
     >>> model_words("3-D", 2.0, {"plates.span_mm": None, "plates.stagger_mm": 0.0})
     '3-D, elements 2 times the standard size, plates through the whole depth'
     """
-    said: list[str] = [dimension]
-    said += ["elements of the standard size" if scale == 1.0 else _elements(scale)]
+    size = "of the standard size" if scale == 1.0 else f"{scale:.2g} times the standard size"
+    said = [dimension, f"elements {size}"]
     for name, value in values.items():
         if name == "plates.span_mm":
             whole = value is None
@@ -205,22 +208,7 @@ def model_words(
             said += [f"Poisson's ratio {value:g}"]
         elif name.endswith(".youngs_modulus_MPa"):
             said += [f"Young's modulus {value:g} MPa"]
-    said += [_PLATES[plates]] if plates else []
-    return ", ".join(said)
-
-
-def _elements(scale: float) -> str:
-    return f"elements {scale:.2g} times the standard size"
-
-
-def _section_sizes(sizes: Sizes) -> dict[str, float]:
-    return {
-        "contact_size_mm": sizes.contact,
-        "plate_size_mm": sizes.plate,
-        "plate_end_size_mm": sizes.end,
-        "far_size_mm": sizes.far,
-        "gradation": sizes.gradation,
-    }
+    return ", ".join([*said, *([_PLATES[plates]] if plates else [])])
 
 
 def _meshed_as(model: Model, design: Design) -> Model:

@@ -2,15 +2,19 @@
 
 import pytest
 
-from fingerdesign.analysis.analysis import _choices
+from fingerdesign.analysis.analysis import CAVEATS, of_choices
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import parse_design, parse_scene
+from fingerdesign.report.page import said as sentence
 
 MOTION = parse_scene("path.increments_mm = [[0.1, 0.0]]")
 
 
 def warned(text, scene=MOTION, fidelity="3d"):
-    return _choices(Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity), scene)
+    case = Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity)
+    return [
+        sentence(CAVEATS, name, **values)[0] for name, values in of_choices(case, scene).items()
+    ]
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ def test_errors_are_relative_to_what_the_contract_says():
 
 def test_paths_of_other_lengths_are_not_compared():
     with pytest.raises(ValueError, match="2 and 1 rows"):
-        errors(path(), path().part(1))
+        errors(path(), path().part(slice(1)))
 
 
 def test_a_finger_without_gages_has_no_gage_error():

@@ -9,7 +9,7 @@ from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast.elements import count_space
-from fingerdesign.analysis.forecast.forecast import forecast, forecast_case, forecasts
+from fingerdesign.analysis.forecast.forecast import forecast_case, forecasts
 from fingerdesign.analysis.stages import condense, make_mesh, zone_of
 from fingerdesign.checks.load import load_design, parse_design, with_values
 from fingerdesign.checks.starter import find_scene, shipped_path
@@ -99,7 +99,7 @@ def test_finer_costs_more(fidelity, values, keys, monkeypatch, tmp_path):
         size = table[key.rpartition(".")[2]]
         sizes = (size, 0.5 * size, 0.25 * size)
         found = [
-            forecast(with_values(design, {f"mesh.{key}": each}), None, fidelity, MACHINE)
+            forecast_case(Case(with_values(design, {f"mesh.{key}": each}), None, fidelity), MACHINE)
             for each in sizes
         ]
         assert found[0].dofs < found[1].dofs < found[2].dofs
@@ -110,16 +110,16 @@ def test_finer_costs_more(fidelity, values, keys, monkeypatch, tmp_path):
 
 def test_more_is_requested_more_is_predicted():
     design = shipped("narrow")
-    slow = forecast(design, None, "plane-strain", Machine(30.0, 55.0, 2))
-    reported = forecast(design, None, "plane-strain", MACHINE)
+    slow = forecast_case(Case(design, None, "plane-strain"), Machine(30.0, 55.0, 2))
+    reported = forecast_case(Case(design, None, "plane-strain"), MACHINE)
     assert slow.total_s == pytest.approx(2.0 * reported.total_s)
-    alone = forecast(design, find_scene("fundamental"), "plane-strain", MACHINE)
+    alone = forecast_case(Case(design, find_scene("fundamental"), "plane-strain"), MACHINE)
     assert "grips" in reported.seconds
     assert "grips" not in alone.seconds
     assert alone.total_s < reported.total_s
     swept = shipped("narrow", SWEPT)
-    half = forecast(swept, find_scene("fundamental"), "3d", MACHINE)
-    whole = forecast(swept, find_scene("twist"), "3d", MACHINE)
+    half = forecast_case(Case(swept, find_scene("fundamental"), "3d"), MACHINE)
+    whole = forecast_case(Case(swept, find_scene("twist"), "3d"), MACHINE)
     assert half.half
     assert not whole.half
     assert 1.6 < whole.elements / half.elements < 2.2

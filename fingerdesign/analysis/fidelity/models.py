@@ -225,7 +225,7 @@ def _solve_in(
 
 
 def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
-    sizes = _section_sizes(design, model)
+    sizes = section_sizes(design, model)
     if model.dimension == "plane strain":
         return mesh_section(design, zone.half_width, sizes)
     if design.mesh.mesher == "extrude":
@@ -233,7 +233,8 @@ def _mesh(design: Design, model: Model, zone: Zone, symmetric: bool) -> Mesh:
     return make_mesh(design, "3d", zone, symmetric)
 
 
-def _section_sizes(design: Design, model: Model) -> SectionMesh:
+def section_sizes(design: Design, model: Model) -> SectionMesh:
+    """The keys of ``[mesh.section]`` that the model asks for."""
     sizes = model.sizes
     return design.mesh.section.model_copy(
         update={

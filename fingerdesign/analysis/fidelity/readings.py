@@ -8,7 +8,7 @@ absolute, gage strains relative to the largest reading of their row.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,16 +52,10 @@ class Readings:
         flat = gage_readings(self.gages.reshape(-1, 2) / MICRO, self.face)
         return np.asarray(flat).reshape(shape)
 
-    def part(self, rows: int) -> Readings:
-        """The first ``rows`` of them."""
-        return Readings(
-            self.normal_force[:rows],
-            self.tangential_force[:rows],
-            self.contact_width[:rows],
-            self.stick_ratio[:rows],
-            self.gages[:rows],
-            self.face,
-        )
+    def part(self, rows: slice | list[int]) -> Readings:
+        """Some of the rows."""
+        every = {name: value[rows] for name, value in vars(self).items() if name != "face"}
+        return replace(self, **every)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ class Counts:
     corners: float
     dofs: float
     contact_nodes: float
-    kept: float
+    kept: float = 0.0
     layers: int = 0
     half: bool = False
     known: bool = False
@@ -74,11 +74,9 @@ def count_model(case: Case, zone: Zone) -> Counts:
 def _plane_strain(case: Case, zone: Zone) -> Counts:
     design = case.design
     plan = count_section(design, zone.half_width, section_sizes(design, zone.half_width))
-    held = 2.0 * plan.base_edges + 1.0
     element = element_of(design)
-    dofs = 2.0 * (plan.nodes - held) + (plan.corners if element == "mixed" else 0.0)
-    if element == "P1":
-        dofs = 2.0 * (plan.corners - plan.base_edges)
+    held = plan.base_edges if element == "P1" else 2.0 * plan.base_edges + 1.0
+    free = (plan.corners if element == "P1" else plan.nodes) - held
     return Counts(
         dimension=2,
         mesher="netgen",
@@ -86,9 +84,8 @@ def _plane_strain(case: Case, zone: Zone) -> Counts:
         elements=plan.triangles,
         nodes=plan.nodes,
         corners=plan.corners,
-        dofs=dofs,
+        dofs=2.0 * free + (plan.corners if element == "mixed" else 0.0),
         contact_nodes=plan.contact_edges + 1.0,
-        kept=0.0,
     )
 
 
@@ -104,13 +101,13 @@ def _extruded(case: Case, zone: Zone) -> Counts:
     if mirrors_in_z(design) and not case.symmetric:
         planes = 2 * planes - 1
     nodes, corners = plan.nodes * (2 * layers + 1), plan.corners * (layers + 1)
-    held = (2.0 * plan.base_edges + 1.0) * (2 * layers + 1)
     element = element_of(design)
-    dofs = 3.0 * (nodes - held) + (corners if element == "mixed" else 0.0)
     if element == "P1":
-        dofs = 3.0 * (corners - (plan.base_edges + 1.0) * (layers + 1))
-    if case.symmetric:
-        dofs -= plan.corners if element == "P1" else plan.nodes
+        flat, held = plan.corners, (plan.base_edges + 1.0) * (layers + 1)
+    else:
+        flat, held = plan.nodes, (2.0 * plan.base_edges + 1.0) * (2 * layers + 1)
+    dofs = 3.0 * ((corners if element == "P1" else nodes) - held)
+    dofs += corners if element == "mixed" else 0.0
     return Counts(
         dimension=3,
         mesher="extrude",
@@ -118,9 +115,8 @@ def _extruded(case: Case, zone: Zone) -> Counts:
         elements=3.0 * plan.triangles * layers,
         nodes=nodes,
         corners=corners,
-        dofs=dofs,
+        dofs=dofs - (flat if case.symmetric else 0.0),
         contact_nodes=(plan.contact_edges + 1.0) * planes,
-        kept=0.0,
         layers=layers,
         half=case.symmetric,
     )
@@ -170,7 +166,6 @@ def _space(case: Case, zone: Zone) -> Counts:
         corners=corners,
         dofs=dofs,
         contact_nodes=plan.contact_nodes,
-        kept=0.0,
         half=case.symmetric,
     )
 
@@ -194,7 +189,6 @@ def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
         corners=len(corners),
         dofs=dofs,
         contact_nodes=len(np.unique(facets[:, : mesh.dimension])),
-        kept=0.0,
         half=mesh.symmetric,
         known=True,
     )

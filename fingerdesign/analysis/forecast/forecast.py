@@ -1,6 +1,6 @@
 """The forecast: size, memory and time of an analysis, before anything is built.
 
-    forecast(design, scene, "3d").memory_MB
+    forecast_case(Case(design, scene, "3d")).memory_MB
 
 Counts of elements come from the same size fields that the meshers are given (elements.py), what
 they cost from fitted laws and this machine's measured speed (runtime/machine.py).
@@ -235,35 +235,15 @@ class Forecast:
 
     def as_dict(self) -> dict[str, object]:
         """Plain values, units in the keys."""
+        names = ("fidelity", "half", "mesher", "element", "elements", "dofs", "contact_nodes")
         return {
-            "fidelity": self.fidelity,
-            "half": self.half,
-            "mesher": self.mesher,
-            "element": self.element,
-            "elements": self.elements,
-            "dofs": self.dofs,
-            "contact_nodes": self.contact_nodes,
+            **{name: getattr(self, name) for name in names},
             "memory_MB": round(self.memory_MB),
             "time_s": round(self.total_s, 1),
             "timings_s": {name: round(value, 2) for name, value in self.seconds.items()},
             "mesh_kept": self.mesh_kept,
             "words": self.words,
         }
-
-
-def forecast(
-    design: Design,
-    scene: Scene | None = None,
-    fidelity: str = "3d",
-    machine: Machine | None = None,
-) -> Forecast:
-    """What ``analyse`` of a sound design would take; scene None: the fundamental case with grips.
-
-    machine: its speed, by default this one's as measured within a day. Of 42 analyses, 10k to 250k
-    dofs, dofs were predicted within 1.5, memory within 1.3, time within 1.5 (``bench forecast``);
-    farthest off where the contact outgrew its zone and the model was made again.
-    """
-    return forecast_case(Case(design, scene, fidelity), machine)
 
 
 def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
@@ -282,7 +262,10 @@ def forecasts(design: Design, scene: Scene | None = None) -> list[Forecast]:
 def forecast_case(case: Case, machine: Machine | None = None) -> Forecast:
     """What ``pipeline.run`` and the report of a case would take.
 
-    ValueError for fidelity "auto": which models that will take is found while it works.
+    machine: its speed, by default this one's as measured within a day. Of 42 analyses, 10k to 250k
+    dofs, dofs were predicted within 1.5, memory within 1.3, time within 1.5 (``bench forecast``);
+    farthest off where the contact outgrew its zone and the model was made again. ValueError for
+    fidelity "auto": which models that will take is found while it works.
     """
     if case.fidelity not in ("plane-strain", "3d"):
         raise ValueError(f"fidelity {case.fidelity!r}: only plane-strain and 3d can be predicted")

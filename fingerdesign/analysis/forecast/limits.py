@@ -15,7 +15,6 @@ from fingerdesign.runtime import machine
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case
     from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 LEFT_MB = 256.0  # for everything else: of the free memory not to be used
 SMALL_MB = 1024.0  # never refused: what is not free now may be in a moment
@@ -66,8 +65,9 @@ def _remedy(case: Case, found: Forecast, free: float) -> tuple[str, float, str]:
     """A key of the mesh, its value and what to do: change it where that suffices, or several."""
     sizes = _sizes(case, found)
     key, value = next(iter(sizes.items()))
-    if found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
-        key, value, other, less = _coarsened(case, found)
+    best = _coarsened(case, found, sizes)
+    if best is not None and found.memory_MB <= _ONE_KEY * max(free, SMALL_MB):
+        key, value, other, less = best
         enough = (other, less) if _fits(less, free) else _further(case, key, value, other, free)
         if enough is not None:
             verb = "raise" if other > value else "lower"
@@ -120,18 +120,40 @@ def _sizes(case: Case, found: Forecast) -> dict[str, float]:
     return {f"mesh.{'section.' * flat}{name}": float(getattr(mesh, name)) for name in names}
 
 
+def _changed(case: Case, values: dict[str, float]) -> Forecast | None:
+    """The forecast with other keys of the mesh; None where there is no such design."""
+    try:
+        return forecast_case(replace(case, design=with_values(case.design, values)))
+    except (DesignError, MeshError, GeometryError):
+        return None
+
+
+def _coarsened(
+    case: Case, found: Forecast, sizes: dict[str, float]
+) -> tuple[str, float, float, Forecast] | None:
+    """The key of the mesh that saves most when it is changed by a factor of two: the key, its
+    value, the other value, and the forecast with that."""
+    others = {key: 2.0 * value for key, value in sizes.items()}
+    layers = case.design.mesh.layers
+    if found.mesher == "extrude" and layers > 1:
+        sizes, others = sizes | {"mesh.layers": layers}, others | {"mesh.layers": layers // 2}
+    tried = [
+        (key, sizes[key], other, less)
+        for key, other in others.items()
+        if (less := _changed(case, {key: other})) is not None
+    ]
+    return min(tried, key=lambda each: each[3].memory_MB, default=None)
+
+
 def _further(
     case: Case, key: str, value: float, other: float, free: float
 ) -> tuple[float, Forecast] | None:
     """A key's value that fits, changed by more than a factor of two, and the forecast; or None."""
     for doublings in range(1, _ALONE):
         new: float = other * 2**doublings if other > value else int(other) // 2**doublings
-        try:
-            less = forecast_case(replace(case, design=with_values(case.design, {key: new})))
-        except (DesignError, MeshError, GeometryError):
-            return None
-        if _fits(less, free):
-            return new, less
+        less = _changed(case, {key: new})
+        if less is None or _fits(less, free):
+            return None if less is None else (new, less)
     return None
 
 
@@ -144,39 +166,10 @@ def _all_coarsened(
     fewest = max(1, int(np.log2(found.memory_MB / max(free, SMALL_MB)) / 5.0))
     for doublings in range(fewest, _DOUBLINGS + 1):
         factor = 2**doublings
-        values: dict[str, float] = {key: factor * value for key, value in sizes.items()}
+        values = {key: factor * value for key, value in sizes.items()}
         fewer = case.design.mesh.layers // factor if found.mesher == "extrude" else 0
         for layers in (0, fewer) if fewer else (0,):
-            changed = values | ({"mesh.layers": layers} if layers else {})
-            try:
-                less = forecast_case(replace(case, design=with_values(case.design, changed)))
-            except (DesignError, MeshError, GeometryError):
-                return None
-            if _fits(less, free):
-                return factor, layers, less
+            less = _changed(case, values | ({"mesh.layers": layers} if layers else {}))
+            if less is None or _fits(less, free):
+                return None if less is None else (factor, layers, less)
     return None
-
-
-def _coarsened(case: Case, found: Forecast) -> tuple[str, float, float, Forecast]:
-    """The key of the mesh that saves most when it is changed by a factor of two: the key, its
-    value, the other value, and the forecast with that."""
-    flat = found.fidelity == "plane-strain"
-    mesh = case.design.mesh
-    names = [*_SIZES, *(["plate_end_size_mm"] if flat else [])]
-    names += ["layers"] if found.mesher == "extrude" and mesh.layers > 1 else []
-    tried = []
-    for name in names:
-        value = getattr(mesh.section if flat else mesh, name)
-        other = value // 2 if name == "layers" else 2.0 * value
-        coarser = replace(case, design=_changed(case.design, name, other, flat))
-        key = f"mesh.section.{name}" if flat else f"mesh.{name}"
-        tried.append((key, float(value), float(other), forecast_case(coarser)))
-    return min(tried, key=lambda each: each[3].memory_MB)
-
-
-def _changed(design: Design, name: str, value: float, flat: bool) -> Design:
-    """The design with another size of its mesh."""
-    mesh = design.mesh
-    changed = (mesh.section if flat else mesh).model_copy(update={name: value})
-    whole = mesh.model_copy(update={"section": changed}) if flat else changed
-    return design.model_copy(update={"mesh": whole})
