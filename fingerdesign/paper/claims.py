@@ -145,7 +145,7 @@ def _target(found: Remade) -> Measured:
     result = lift.ruled.result
     margin = result.safety_margin
     least = weight_per_finger(result.object_mass_g) / ROUTE_FRICTION
-    peak = float(found.route.normal_force.max()) / least
+    peak = float(found.route.forces[0].max()) / least
     verdict: Verdict = "no"
     if margin is not None and margin <= SAFE_MARGIN:
         verdict = "yes" if HUMAN_MARGIN[0] <= margin <= HUMAN_MARGIN[1] else "partly"

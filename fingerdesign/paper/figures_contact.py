@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,15 +78,8 @@ def rectangles_figure(turned: Rectangles) -> PaperFigure:
         drawn.set_title(f"{title}; drawn {scale:.{0 if scale >= 10.0 else 1}f} times")
         colours = [MUTED if pressed_only else _LOOK[s][0] for s in turned.status]
         hatches = ["" if pressed_only else _LOOK[s][1] for s in turned.status]
-        bars.bar(
-            number,
-            turned.angle[state],
-            color=colours,
-            hatch=hatches,
-            edgecolor=PAPER,
-            linewidth=0,
-            width=0.78,
-        )
+        look: dict[str, Any] = {"color": colours, "hatch": hatches, "edgecolor": PAPER}
+        bars.bar(number, turned.angle[state], width=0.78, linewidth=0, **look)
         bars.axhline(0.0, color=MUTED, lw=0.8)
         bars.set_ylabel("turned (degrees)")
         bars.xaxis.set_major_locator(whole_numbers(6))
@@ -118,17 +111,9 @@ def _draw_rectangles(
     ):
         colour, hatch = (OPEN_COLOUR, "") if plain else _LOOK[status]
         axes.add_patch(Polygon(corners, closed=True, fill=False, ec=GRID, lw=0.8))
-        axes.add_patch(
-            Polygon(
-                corners + scale * (step - mean),
-                closed=True,
-                facecolor=colour,
-                edgecolor=INK,
-                hatch=hatch,
-                alpha=0.75,
-                lw=0.9,
-            )
-        )
+        drawn = corners + scale * (step - mean)
+        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "hatch": hatch}
+        axes.add_patch(Polygon(drawn, closed=True, alpha=0.75, lw=0.9, **look))
     low, high = turned.corners.reshape(-1, 2).min(0), turned.corners.reshape(-1, 2).max(0)
     room = 0.45 * (high[1] - low[1])
     axes.set_xlim(low[0] - room, high[0] + room)
@@ -157,9 +142,8 @@ def steps_figure(increments: Sequence[IncrementResult]) -> PaperFigure:
     over.legend(loc="upper left", bbox_to_anchor=(0.3, 0.72))
     path.plot(normal, tangential, color=INK, marker="o", ms=4)
     for k in range(len(step)):
-        path.annotate(
-            str(k + 1), (normal[k], tangential[k]), textcoords="offset points", xytext=(-10, 1)
-        )
+        place = (normal[k], tangential[k])
+        path.annotate(str(k + 1), place, (-10, 1), textcoords="offset points")
     path.set(xlabel="F_n (N)", ylabel="F_t (N)", title="The same in the plane of Fig. 2")
     path.set_xlim(0.0, 1.1 * float(normal.max()))
     path.set_ylim(0.0, 1.1 * float(tangential.max()))

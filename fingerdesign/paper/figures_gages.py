@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 
+from fingerdesign.analysis.page.gage import shade_over
 from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
 from fingerdesign.records.result import STICK
 from fingerdesign.report.style import (
@@ -17,6 +18,7 @@ from fingerdesign.report.style import (
     SERIES,
     VERMILION,
     canvas,
+    points,
     small_multiples,
     spread,
     whole_numbers,
@@ -48,15 +50,8 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
     for axes, each in zip(panels, relations, strict=True):
         for k, (friction, colour) in enumerate(zip(each.frictions, colours, strict=True)):
             own = each.friction == friction
-            axes.plot(
-                each.area[own],
-                each.stick[own],
-                ls="none",
-                marker=marks[k % len(marks)],
-                ms=3.2,
-                color=colour,
-                label=f"μ = {friction:g}",
-            )
+            look = points(colour, marks[k % len(marks)], 3.2, f"μ = {friction:g}")
+            axes.plot(each.area[own], each.stick[own], **look)
         axes.set_xlabel("gage area A (mm)")
         axes.set_title(
             f"{_PATH_TITLES[each.path]}\nrank correlation {each.pooled_rank:.3f},\n"
@@ -94,15 +89,8 @@ def _draw_right_answers(depth: Axes, roc: Axes, places: Sequence[Verdicts]) -> N
         right = [100 * v.right for v in own]
         depth.plot(depths, right, color=colour, ls=dashes, marker=marker, label=f"rubber, {name}")
         gage = next(v for v in places if v.reading == plates and v.touching == touching)
-        depth.plot(
-            [gage.depth_mm],
-            [100 * gage.right],
-            color=colour,
-            marker="*",
-            ms=12,
-            ls="none",
-            label=f"plates, {name}",
-        )
+        look = points(colour, "*", 12, f"plates, {name}")
+        depth.plot([gage.depth_mm], [100 * gage.right], **look)
         depth.axhline(100 * gage.constant, color=colour, lw=0.9, ls=(0, (1, 2)))
         roc.plot(*gage.roc, color=colour, ls=dashes, label=f"plates, {name}: {gage.auc:.2f}")
 
@@ -127,14 +115,8 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
         (deep, "plates", VERMILION, "s"),
         (shallow, f"rubber, {skin:g} mm", GREEN, "^"),
     ):
-        by_gage.plot(
-            x,
-            100 * verdict.by_place,
-            color=colour,
-            marker=marker,
-            ms=4,
-            label=f"{name}, by gage",
-        )
+        right, label = 100 * verdict.by_place, f"{name}, by gage"
+        by_gage.plot(x, right, color=colour, marker=marker, ms=4, label=label)
     by_gage.set(xlabel="x of the gage (mm)", ylabel="right (%)", title="Under the contact")
     by_gage.set_ylim(-3, 103)
     for axes in (depth, roc, by_gage):
@@ -164,14 +146,7 @@ _PANELS = 4  # steps of the comparison of plates and rubber that are drawn
 def _draw_all_steps(spare: Axes, alike: Likeness) -> None:
     """Plates over rubber at all gages and steps, with the one slope."""
     slope = alike.overall_slope
-    spare.plot(
-        1e-3 * alike.shear.ravel(),
-        alike.membrane.ravel(),
-        ls="none",
-        marker="o",
-        ms=2.5,
-        color=GREEN,
-    )
+    spare.plot(1e-3 * alike.shear.ravel(), alike.membrane.ravel(), **points(GREEN, "o", 2.5))
     reach = np.array([alike.shear.min(), alike.shear.max()])
     spare.plot(1e-3 * reach, slope * reach, color=INK, lw=1.0)
     spare.set(xlabel="shear of rubber (1e-3)", ylabel="plates (microstrain)")
@@ -179,17 +154,10 @@ def _draw_all_steps(spare: Axes, alike: Likeness) -> None:
 
 
 def _likeness_rows(alike: Likeness) -> list[tuple[object, ...]]:
+    fields = (alike.membrane, alike.upper, alike.shear)
     return [
-        (
-            step + 1,
-            gage,
-            alike.x[gage],
-            alike.membrane[step, gage],
-            alike.upper[step, gage],
-            alike.shear[step, gage],
-        )
-        for step in range(len(alike.shear))
-        for gage in range(len(alike.x))
+        (step + 1, gage, alike.x[gage], *(field[step, gage] for field in fields))
+        for step, gage in np.ndindex(*alike.shear.shape)
     ]
 
 
@@ -200,18 +168,10 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
     figure = canvas(7.2, 4.6)
     panels = small_multiples(figure, len(chosen) + 1 + (len(chosen) + 1) % 2, 3)
     for axes, step in zip(panels, chosen, strict=False):
-        axes.plot(
-            alike.x, alike.membrane[step], color=BLUE, marker="o", ms=3, label="plates, both faces"
-        )
-        axes.plot(
-            alike.x,
-            slope * alike.shear[step],
-            color=VERMILION,
-            ls=(0, (6, 2)),
-            marker="s",
-            ms=3,
-            label="rubber's shear strain, scaled",
-        )
+        plates, rubber = "plates, both faces", "rubber's shear strain, scaled"
+        axes.plot(alike.x, alike.membrane[step], color=BLUE, marker="o", ms=3, label=plates)
+        look = points(VERMILION, "s", 3, rubber) | {"ls": (0, (6, 2))}
+        axes.plot(alike.x, slope * alike.shear[step], **look)
         axes.axhline(0.0, color=MUTED, lw=0.8)
         axes.set_title(f"step {step + 1}: r = {alike.correlation[step]:.2f}")
         axes.set_xlabel("x (mm)")
@@ -247,24 +207,14 @@ def likeness_figure(alike: Likeness) -> PaperFigure:
 
 
 def _response_rows(studies: Sequence[SlipStudy]) -> list[tuple[object, ...]]:
-    x = studies[0].gage_x_mm
-    return [
-        (
-            each.friction_coefficient,
-            step + 1,
-            gage,
-            x[gage],
-            each.response[step, gage],
-            each.response_raw[step, gage],
-            each.threshold,
-            each.gage_area_mm[step],
-            each.stick_length_mm[step],
-            each.stick_ratio[step],
-        )
-        for each in studies
-        for step in range(len(each.stick_ratio))
-        for gage in range(len(x))
-    ]
+    rows: list[tuple[object, ...]] = []
+    for each in studies:
+        facts = (each.gage_area_mm, each.stick_length_mm, each.stick_ratio)
+        for step, gage in np.ndindex(*each.response.shape):
+            place = (each.friction_coefficient, step + 1, gage, studies[0].gage_x_mm[gage])
+            read = (each.response[step, gage], each.response_raw[step, gage], each.threshold)
+            rows.append((*place, *read, *(fact[step] for fact in facts)))
+    return rows
 
 
 def responses_figure(
@@ -279,23 +229,17 @@ def responses_figure(
     figure = canvas(7.2, 0.8 + 1.85 * -(-count // 4))
     panels = small_multiples(figure, count, 4, sharex=True, sharey=True)
     x = study.gage_x_mm
-    fine = np.linspace(x[0], x[-1], 12 * (len(x) - 1) + 1)
     for step, axes in enumerate(panels):
         values = study.response[step]
         axes.plot(x, values, color=BLUE, marker="o", ms=2.8, label="this finger")
         axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
-        height = np.interp(fine, x, np.nan_to_num(values))
-        over = height > study.threshold
-        axes.fill_between(fine, study.threshold, height, where=over, color=BLUE, alpha=0.25, lw=0)
+        shade_over(axes, x, np.nan_to_num(values), study.threshold, fine=12)
         sticking = contact.points[contact.status[step] == STICK, 0]
         ends = [sticking.min(), sticking.max()] if len(sticking) else [np.nan, np.nan]
         axes.plot(ends, [0.0, 0.0], color=GREEN, lw=4, label="here the surface sticks")
-        axes.set_title(
-            f"step {step + 1}: A {study.gage_area_mm[step]:.1f}, "
-            f"stick {study.stick_length_mm[step]:.1f}",
-            fontsize=8,
-            fontweight="normal",
-        )
+        title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f}, "
+        title += f"stick {study.stick_length_mm[step]:.1f}"
+        axes.set_title(title, fontsize=8, fontweight="normal")
     top = float(np.nanmax(study.response)) if np.isfinite(study.response).any() else 1.0
     panels[0].set_ylim(-0.04 * top, 1.1 * max(top, study.threshold))
     for axes in panels[-4:]:

@@ -16,6 +16,7 @@ from fingerdesign.report.style import (
     SERIES,
     VERMILION,
     canvas,
+    points,
     small_multiples,
 )
 
@@ -28,25 +29,17 @@ if TYPE_CHECKING:
     from fingerdesign.records.result import GripTrace
 
 
-def _mark_target(axes: Axes, weight: float, mu: float) -> None:
+def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None) -> None:
     """The least forces that could hold the object."""
-    axes.plot(
-        [weight / mu],
-        [weight],
-        color=INK,
-        ls="none",
-        marker="x",
-        ms=8,
-        mew=1.8,
-        label="target (mg/2μ, mg/2)",
-    )
-    axes.annotate(
-        f"({weight / mu:.2f}, {weight:.2f}) N",
-        (weight / mu, weight),
-        textcoords="offset points",
-        xytext=(-4, 9),
-        ha="right",
-    )
+    axes.plot([weight / mu], [weight], **points(INK, "x", 8, label, mew=1.8))
+
+
+def _draw_limits(axes: Axes, weight: float, mu: float, reach: float) -> None:
+    """Where the object slips, and where it is held, up to a normal force of ``reach``."""
+    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
+    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    axes.set_xlim(0.0, reach)
+    axes.set_ylim(0.0, 1.35 * weight)
 
 
 def _route_rows(lift: Lift, route: Route) -> list[tuple[object, ...]]:
@@ -54,14 +47,12 @@ def _route_rows(lift: Lift, route: Route) -> list[tuple[object, ...]]:
     trace, free = lift.ruled.trace, lift.free.trace
     weight = trace.weight_per_finger_N
     rows: list[tuple[object, ...]] = [("target", 1, weight / lift.friction, weight)]
-    for name, normal, tangential in (
-        ("paper", trace.normal_force, trace.tangential_force),
-        ("never_holding", free.normal_force, free.tangential_force),
-        ("squeeze", route.normal_force, route.tangential_force),
+    for name, forces in (
+        ("paper", trace.forces),
+        ("never_holding", free.forces),
+        ("squeeze", route.forces),
     ):
-        rows += [
-            (name, k + 1, n, t) for k, (n, t) in enumerate(zip(normal, tangential, strict=True))
-        ]
+        rows += [(name, k + 1, *both) for k, both in enumerate(forces.T)]
     return rows
 
 
@@ -71,35 +62,23 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     weight, mu = trace.weight_per_finger_N, lift.friction
     figure = canvas(7.2, 3.8)
     axes = figure.subplots()
-    squeezed = float(route.normal_force.max(initial=0.0)) * mu / weight
-    reach = 1.06 * max(
-        float(route.normal_force.max(initial=0.0)), float(trace.normal_force.max(initial=0.0))
-    )
+    most = [float(forces[0].max(initial=0.0)) for forces in (route.forces, trace.forces)]
+    reach, squeezed = 1.06 * max(most), most[0] * mu / weight
     axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.3, label="F_t = μ F_n: it slips")
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2: it lifts")
-    axes.plot(
-        free.normal_force,
-        free.tangential_force,
-        color=PURPLE,
-        ls=(0, (4, 2)),
-        lw=1.4,
-        label="never holding: " + ("slips" if lift.free.result.gross_slip else "lifts"),
-    )
-    axes.plot(
-        route.normal_force,
-        route.tangential_force,
-        color=VERMILION,
-        ls=(0, (6, 2, 1.5, 2)),
-        lw=1.4,
-        label="pressing first: " + ("slips" if route.slips else f"{squeezed:.1f} times the least"),
-    )
-    axes.plot(trace.normal_force, trace.tangential_force, color=BLUE, lw=2.0, label="paper's rule")
+    ends = "slips" if lift.free.result.gross_slip else "lifts"
+    label = f"never holding: {ends}"
+    axes.plot(*free.forces, color=PURPLE, ls=(0, (4, 2)), lw=1.4, label=label)
+    ends = "slips" if route.slips else f"{squeezed:.1f} times the least"
+    label = f"pressing first: {ends}"
+    axes.plot(*route.forces, color=VERMILION, ls=(0, (6, 2, 1.5, 2)), lw=1.4, label=label)
+    axes.plot(*trace.forces, color=BLUE, lw=2.0, label="paper's rule")
     mark_holds(axes, trace)
     if lift.free.result.gross_slip:
-        axes.plot(
-            free.normal_force[-1:], free.tangential_force[-1:], color=PURPLE, marker="X", ms=7
-        )
-    _mark_target(axes, weight, mu)
+        axes.plot(*free.forces[:, -1:], color=PURPLE, marker="X", ms=7)
+    _mark_target(axes, weight, mu, "target (mg/2μ, mg/2)")
+    words, place = f"({weight / mu:.2f}, {weight:.2f}) N", (weight / mu, weight)
+    axes.annotate(words, place, (-4, 9), textcoords="offset points", ha="right")
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, 1.35 * weight)
@@ -122,21 +101,13 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     figure = canvas(7.2, 4.2)
     axes = figure.subplots()
     weight = lifts[0].ruled.trace.weight_per_finger_N
-    reach = 1.05 * max(float(lift.ruled.trace.normal_force.max(initial=0.0)) for lift in lifts)
+    most = np.max([lift.ruled.trace.forces.max(axis=1, initial=0.0) for lift in lifts], axis=0)
+    reach, top = 1.05 * float(most[0]), 1.25 * max(weight, float(most[1]))
     marks = "osD^v<>Ph"
-    top = 1.25 * max(
-        weight, max(float(x.ruled.trace.tangential_force.max(initial=0.0)) for x in lifts)
-    )
     for k, (lift, colour) in enumerate(zip(lifts, shades(len(lifts)), strict=True)):
-        trace = lift.ruled.trace
+        marker, label = marks[k % len(marks)], f"μ = {lift.friction:g}"
         axes.plot(
-            trace.normal_force,
-            trace.tangential_force,
-            color=colour,
-            marker=marks[k % len(marks)],
-            ms=3.2,
-            lw=1.6,
-            label=f"μ = {lift.friction:g}",
+            *lift.ruled.trace.forces, color=colour, marker=marker, ms=3.2, lw=1.6, label=label
         )
         axes.plot([0, reach], [0, lift.friction * reach], color=colour, ls=":", lw=1.1)
         at = min(0.97 * reach, 0.97 * top / lift.friction)
@@ -169,48 +140,22 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
 
 def mark_slip(axes: Axes, trace: GripTrace) -> None:
     """A cross where the object slipped."""
-    axes.plot(
-        trace.normal_force[-1:],
-        trace.tangential_force[-1:],
-        color=INK,
-        marker="X",
-        ms=8,
-        ls="none",
-        zorder=5,
-        label="slipped",
-    )
+    axes.plot(*trace.forces[:, -1:], **points(INK, "X", 8, "slipped", zorder=5))
 
 
 def mark_holds(axes: Axes, trace: GripTrace) -> None:
     """Triangles where the rule begins to hold."""
-    starts = trace.hold_starts
-    if len(starts):
-        before = np.maximum(starts - 1, 0)  # the sample on which the rule decided
-        axes.plot(
-            trace.normal_force[before],
-            trace.tangential_force[before],
-            color=VERMILION,
-            markeredgecolor=PAPER,
-            markeredgewidth=0.6,
-            ls="none",
-            marker="^",
-            ms=7.5,
-            zorder=4,
-            label="rule holds",
-        )
+    before = np.maximum(trace.hold_starts - 1, 0)  # the sample on which the rule decided
+    if len(before):
+        look = points(VERMILION, "^", 7.5, "rule holds", zorder=4, mec=PAPER, mew=0.6)
+        axes.plot(*trace.forces[:, before], **look)
 
 
 def trace_rows(head: tuple[object, ...], trace: GripTrace) -> list[tuple[object, ...]]:
     """Rows of a data file, one a step: ``head``, step, F_n, F_t, limit, stick ratio, A, hold."""
-    columns = (
-        trace.normal_force,
-        trace.tangential_force,
-        trace.limit,
-        trace.stick_ratio,
-        trace.gage_area_mm,
-        trace.hold.astype(int),
-    )
-    return [(*head, k + 1, *row) for k, row in enumerate(zip(*columns, strict=True))]
+    columns = (*trace.forces, trace.limit, trace.stick_ratio, trace.gage_area_mm)
+    steps = zip(*columns, trace.hold.astype(int), strict=True)
+    return [(*head, k + 1, *row) for k, row in enumerate(steps)]
 
 
 # Figure 12 of the paper: lifts on a rig with noise, and what noise does to them.
@@ -250,24 +195,14 @@ def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> No
     weight = grips[0].episode.trace.weight_per_finger_N
     furthest = max(float(each.episode.trace.normal_force.max(initial=0.0)) for each in grips)
     reach = 1.08 * max(weight / friction, furthest)
-    axes.plot([0, reach], [0, friction * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
-    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    _draw_limits(axes, weight, friction, reach)
     for each, (colour, dashes, _) in zip(grips, SERIES, strict=False):
         trace = each.episode.trace
-        axes.plot(
-            trace.normal_force,
-            trace.tangential_force,
-            color=colour,
-            ls=dashes,
-            lw=1.3,
-            label=f"seed {each.seed}",
-        )
+        axes.plot(*trace.forces, color=colour, ls=dashes, lw=1.3, label=f"seed {each.seed}")
         mark_holds(axes, trace)
         if each.outcome == "slipped":
             mark_slip(axes, trace)
-    axes.plot([weight / friction], [weight], color=INK, marker="x", ms=8, mew=1.8, ls="none")
-    axes.set_xlim(0.0, reach)
-    axes.set_ylim(0.0, 1.35 * weight)
+    _mark_target(axes, weight, friction)
 
 
 _MEASURED_COLUMNS = (
@@ -289,26 +224,11 @@ def _draw_rig(axes: Axes, rig: Rig, frictions: list[float], sample_noise: float)
             good = [_force(each) for each in grips if each.outcome == "lifted"]
             bad = [_force(each) for each in grips if each.outcome == "slipped"]
             at = place + 0.12 * (k - 0.5)
-            axes.plot([at] * len(good), good, color=colour, ls="none", marker=marker, ms=4.5)
-            axes.plot(
-                [at] * len(bad),
-                bad,
-                color=INK,
-                ls="none",
-                marker="X",
-                ms=7,
-                label="slipped",
-            )
+            axes.plot([at] * len(good), good, **points(colour, marker, 4.5))
+            axes.plot([at] * len(bad), bad, **points(INK, "X", 7, "slipped"))
             middles.append(float(np.median(good)) if good else np.nan)
-        axes.plot(
-            np.arange(len(levels)) + 0.12 * (k - 0.5),
-            middles,
-            color=colour,
-            ls=dashes,
-            marker=marker,
-            ms=4.5,
-            label=f"μ = {friction:g}",
-        )
+        x, label = np.arange(len(levels)) + 0.12 * (k - 0.5), f"μ = {friction:g}"
+        axes.plot(x, middles, color=colour, ls=dashes, marker=marker, ms=4.5, label=label)
     axes.set_xticks(
         range(len(levels)),
         ["none" if s is None else f"{sample_noise / s**0.5:.2g}\n({s:,})" for s in levels],

@@ -52,10 +52,10 @@ class Lift:
 
 @dataclass(frozen=True)
 class Route:
-    """A way to the weight that feels nothing: forces (k,) N; slips: it ended in complete slip."""
+    """A way to the weight that feels nothing: forces (2, k), normal and tangential, N; slips: it
+    ended in complete slip."""
 
-    normal_force: Array
-    tangential_force: Array
+    forces: Array
     slips: bool
 
 
@@ -92,8 +92,7 @@ def squeeze(case: PaperCase, friction: float = ROUTE_FRICTION) -> Route:
         slips = completely_slips(measures, 2)
         if slips or measures.tangential_force > weight:
             break
-    both = np.array(forces)
-    return Route(both[:, 0], both[:, 1], slips)
+    return Route(np.array(forces).T, slips)
 
 
 def _as_it_is(plant: Plant) -> Plant:

@@ -167,6 +167,11 @@ class GripTrace:
         return np.asarray(self.friction_coefficient * self.normal_force)
 
     @property
+    def forces(self) -> Array:
+        """Normal and tangential force, (2, steps), N."""
+        return np.stack([self.normal_force, self.tangential_force])
+
+    @property
     def hold_starts(self) -> IntArray:
         """The steps at which the rule begins to hold, from 0."""
         return np.flatnonzero(np.diff(self.hold.astype(int), prepend=0) == 1)

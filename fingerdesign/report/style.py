@@ -120,6 +120,13 @@ def canvas(width: float = 7.2, height: float = 3.0) -> Canvas:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+def points(
+    colour: Any, marker: str, size: float, label: str | None = None, **more: Any
+) -> dict[str, Any]:
+    """What ``plot`` is told of points that no line joins."""
+    return {"color": colour, "marker": marker, "ms": size, "label": label, "ls": "none", **more}
+
+
 def to_svg(figure: Canvas, key: str, alternative: str) -> str:
     """The figure as one inline <svg>: see :func:`inlined`."""
     stream = io.StringIO()

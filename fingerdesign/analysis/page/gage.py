@@ -22,6 +22,7 @@ from fingerdesign.report.style import (
     VERMILION,
     ReportFigure,
     canvas,
+    points,
     small_multiples,
     spread,
 )
@@ -91,58 +92,23 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
 
 
 def _draw_path(axes: Axes, trace: GripTrace) -> None:
-    normal, tangential = trace.normal_force, trace.tangential_force
-    weight, mu = trace.weight_per_finger_N, trace.friction_coefficient
-    free = trace.without_rule
-    reach = max(float(normal.max()), weight / mu) * 1.08
-    axes.plot(
-        [0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="slip limit F_t = μ F_n"
-    )
+    weight, mu, free = trace.weight_per_finger_N, trace.friction_coefficient, trace.without_rule
+    reach = max(float(trace.normal_force.max()), weight / mu) * 1.08
+    limit = "slip limit F_t = μ F_n"
+    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label=limit)
     axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
     if free is not None:
-        axes.plot(
-            free.normal_force,
-            free.tangential_force,
-            color=PURPLE,
-            ls=(0, (4, 2)),
-            lw=1.2,
-            label="without the rule",
-        )
-    axes.plot(normal, tangential, color=BLUE, lw=1.8, label="grip")
-    starts = trace.hold_starts
-    if len(starts):
-        axes.plot(
-            normal[starts],
-            tangential[starts],
-            color=VERMILION,
-            ls="none",
-            marker="^",
-            ms=5,
-            label="hold begins",
-        )
-    axes.plot(
-        [weight / mu],
-        [weight],
-        color=INK,
-        ls="none",
-        marker="x",
-        ms=7,
-        mew=1.6,
-        label="least force (mg/2μ, mg/2)",
-    )
+        axes.plot(*free.forces, color=PURPLE, ls=(0, (4, 2)), lw=1.2, label="without the rule")
+    axes.plot(*trace.forces, color=BLUE, lw=1.8, label="grip")
+    if len(starts := trace.hold_starts):
+        axes.plot(*trace.forces[:, starts], **points(VERMILION, "^", 5, "hold begins"))
+    least = points(INK, "x", 7, "least force (mg/2μ, mg/2)", mew=1.6)
+    axes.plot([weight / mu], [weight], **least)
     if trace.lift_step is not None:
-        axes.plot(
-            [normal[trace.lift_step]],
-            [tangential[trace.lift_step]],
-            color=GREEN,
-            ls="none",
-            marker="*",
-            ms=11,
-            label="lifted",
-        )
+        axes.plot(*trace.forces[:, [trace.lift_step]], **points(GREEN, "*", 11, "lifted"))
     axes.set_title(f"μ = {mu:g}, {trace.object_mass_g:g} g")
     axes.set_xlim(0, reach)
-    axes.set_ylim(0, 1.15 * max(weight, float(tangential.max())))
+    axes.set_ylim(0, 1.15 * max(weight, float(trace.tangential_force.max())))
 
 
 def _shade_holds(axes: Axes, trace: GripTrace) -> None:
@@ -224,19 +190,12 @@ def _draw_strains(axes: Axes, x: np.ndarray, values: np.ndarray, chosen: list[in
         axes.set_ylim(-1.0, 1.0)
 
 
-def _shade_over(axes: Axes, x: Array, over: Array, threshold: float) -> None:
+def shade_over(axes: Axes, x: Array, over: Array, threshold: float, fine: int = 8) -> None:
     """Fill what of the curve is over the threshold."""
-    fine = np.linspace(x[0], x[-1], 8 * (len(x) - 1) + 1)
-    height = np.interp(fine, x, over)
-    axes.fill_between(
-        fine,
-        threshold,
-        height,
-        where=height > threshold,
-        color=BLUE,
-        alpha=0.25,
-        lw=0,
-    )
+    places = np.linspace(x[0], x[-1], fine * (len(x) - 1) + 1)
+    height = np.interp(places, x, over)
+    above = height > threshold
+    axes.fill_between(places, threshold, height, where=above, color=BLUE, alpha=0.25, lw=0)
 
 
 def response_figure(study: SlipStudy) -> ReportFigure:
@@ -253,11 +212,10 @@ def response_figure(study: SlipStudy) -> ReportFigure:
         axes.plot(x, study.response_raw[step], color=MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw")
         axes.plot(x, over, color=BLUE, marker="o", ms=2.8, label="compensated")
         axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
-        _shade_over(axes, x, over, study.threshold)
+        shade_over(axes, x, over, study.threshold)
         title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f},"
-        axes.set_title(
-            f"{title} stick {study.stick_length_mm[step]:.1f} mm", fontsize=7.5, fontweight="normal"
-        )
+        title += f" stick {study.stick_length_mm[step]:.1f} mm"
+        axes.set_title(title, fontsize=7.5, fontweight="normal")
     finite = study.response[np.isfinite(study.response)]
     # The raw curve may be far above while F_n grows; the scale is that of what is judged.
     top = max(float(finite.max(initial=0.0)), study.threshold)
