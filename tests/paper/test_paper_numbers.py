@@ -231,9 +231,9 @@ def test_lifts_by_the_rule_and_two_other_routes(case):
     assert not high.free.result.gross_slip
     route = squeeze(case)
     least = 0.5 * 9.80665e-3 * 500.0 / ROUTE_FRICTION
-    assert route.normal_force.max() == pytest.approx(SQUEEZE * least, rel=0.03)
+    assert route.forces[0].max() == pytest.approx(SQUEEZE * least, rel=0.03)
     assert not route.slips
-    assert route.tangential_force[-1] > ROUTE_FRICTION * least
+    assert route.forces[1][-1] > ROUTE_FRICTION * least
 
 
 def test_a_squeeze_that_is_not_enough_slips(case):
