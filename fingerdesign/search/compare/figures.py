@@ -21,10 +21,10 @@ from fingerdesign.report.page import macros
 
 DIGITS = 4  # significant: a drawing is a thousand points wide
 STATUS = "#/."  # stick, slip, open
-_WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
+WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
 # Colours, lines and marks, as Plotly has them. "grips": one look a friction, in colour, dashes and
 # marker, so that no one is needed; "looks": what the page's own charts have in common.
-LOOKS: dict[str, Any] = json.loads((_WORDS.parent / "looks.json").read_text(encoding="utf-8"))
+LOOKS: dict[str, Any] = json.loads((WORDS.parent / "looks.json").read_text(encoding="utf-8"))
 
 Figure = dict[str, Any]
 
@@ -283,4 +283,4 @@ def _spread(values: Sequence[float]) -> list[float | int | None]:
 
 
 def _sentence(name: str, /, **values: Any) -> str:
-    return str(getattr(macros(_WORDS), name)(**values)).strip()
+    return str(getattr(macros(WORDS), name)(**values)).strip()

@@ -5,18 +5,26 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, fields
+from dataclasses import asdict, replace
 from html import escape
 from pathlib import Path
 from typing import Any
 
 from fingerdesign.errors import all_shown, shown
-from fingerdesign.records.outcome import Outcome, designs_csv, grips_csv, increments_csv
-from fingerdesign.report.page import content_policy, digest, packed, plotly_script, rendered
+from fingerdesign.records.outcome import Outcome, Traces, designs_csv, grips_csv, increments_csv
+from fingerdesign.report.page import (
+    content_policy,
+    digest,
+    packed,
+    plotly_script,
+    rendered,
+    sentences,
+)
 from fingerdesign.report.table import Table, value_text
 from fingerdesign.search.compare.facts import StudyFacts, why_not
 from fingerdesign.search.compare.figures import (
     LOOKS,
+    WORDS,
     contact_figure,
     forces_figure,
     frictions_of,
@@ -50,12 +58,7 @@ READINGS = {
     "approach_mm": "approach (mm)",
     "shear_mm": "shear (mm)",
 }
-_FIDELITY = {
-    "plane-strain": "plane strain",
-    "3d": "three dimensions",
-    "auto": "chosen by tolerance",
-}
-_HEAVY = frozenset({"design", "traces", "grips", "schema_version"})
+_HEAVY: dict[str, Any] = {"design": {}, "traces": Traces(), "grips": (), "schema_version": 0}
 
 
 def page_data(
@@ -144,28 +147,11 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
             "readings": {key: rounded(getattr(traces, key)) for key in READINGS},
             "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
             "status": [runs(row) for row in traces.status],
-            "belief": _belief(outcome),
+            "belief": [line.split("\t") for line in sentences(WORDS, "belief", outcome)],
             "mind": [*outcome.validity.sentences, *outcome.warnings],
         }
     )
     return found
-
-
-def _belief(outcome: Outcome) -> list[tuple[str, str]]:
-    """How far the numbers may be believed: what, and how far."""
-    flat, mesh = outcome.validity.plane_strain_error, outcome.validity.mesh_error
-    return [
-        ("Computed in", _FIDELITY.get(outcome.fidelity, outcome.fidelity or "not known")),
-        (
-            "Plane strain overstates the normal force by",
-            "not used" if outcome.fidelity == "3d" else _percent(flat),
-        ),
-        ("Error from the mesh", _percent(mesh)),
-    ]
-
-
-def _percent(share: float | None) -> str:
-    return "not estimated" if share is None else f"{100 * share:.2g} %"
 
 
 def script_json(value: Any) -> str:
@@ -179,39 +165,14 @@ def script_json(value: Any) -> str:
 
 
 def _light(outcome: Outcome) -> dict[str, Any]:
-    kept = {
-        item.name: getattr(outcome, item.name)
-        for item in fields(outcome)
-        if item.name not in _HEAVY
-    }
-    kept["failure"] = None if outcome.failure is None else asdict(outcome.failure)
-    kept["validity"] = asdict(outcome.validity)
-    cleaned: dict[str, Any] = all_shown(kept)
+    kept = asdict(replace(outcome, **_HEAVY))
+    cleaned: dict[str, Any] = all_shown({k: v for k, v in kept.items() if k not in _HEAVY})
     return cleaned
 
 
 TEMPLATES = Path(__file__).parent / "templates"
 
 SCRIPTS = ("page.js", "table.js", "charts.js", "views.js")
-# Name, what it holds, the file of the page it is made from, and how.
-DOWNLOADS = (
-    ("designs.csv", "a row a design: values, metrics, errors, digest, failure", "designs.csv", ""),
-    (
-        "outcomes.jsonl",
-        "a line of JSON a design: everything, contact maps too",
-        "outcomes.jsonl",
-        "",
-    ),
-    (
-        "increments.csv",
-        "a row an increment of each design: motion, forces, stick, gages",
-        "increments.csv",
-        "",
-    ),
-    ("grips.csv", "a row a step of each grip: forces, and how it ended", "grips.csv", ""),
-    ("outcomes.json", "the same as outcomes.jsonl as one JSON list", "outcomes.jsonl", "list"),
-    ("designs_shown.csv", "the rows that the table shows now", "designs.csv", "shown"),
-)
 MOST_TICK = 14  # characters of a text beside an axis
 MOST_AXES = 5  # of values, and of metrics, that the lines of all designs begin with
 TOGETHER = 16  # designs whose heavy parts are unpacked together
@@ -248,28 +209,26 @@ def compare_html(
     return rendered(
         TEMPLATES / "compare.html.j2",
         name=shown(facts.name),
-        data=_safe(script_json(data)),
+        data=script_json(data),
         details=list(_details(outcomes)),
         together=TOGETHER,
         archives={name: packed(text) for name, text in _files(outcomes)},
         designs=data["designs"],
         summary=summary(outcomes, facts, found),
-        chosen=found.chosen,
         table=table,
         axes=_first_axes(outcomes, table, facts),
-        lines=_first_lines(table),
+        lines=[*table.places("values")[:MOST_AXES], *table.places("metrics")[:MOST_AXES]],
         references=reference,
         readings=READINGS,
-        downloads=DOWNLOADS,
         answer=[shown(each) for each in answer],
         notes=[shown(note) for note in notes],
         search_tables=tables,
         failures=_failures(outcomes),
         record=_record(outcomes, facts),
-        page_style=_safe((TEMPLATES / "compare.css").read_text(encoding="utf-8")),
-        scripts=_safe(scripts),
+        page_style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
+        scripts=scripts,
         plotly=plotly,
-        policy=_safe(content_policy(digest(scripts), plotly_digest)),
+        policy=content_policy(digest(scripts), plotly_digest),
     )
 
 
@@ -325,15 +284,6 @@ def _first_axes(
     return (order[0], order[min(1, len(order) - 1)]) if order else None
 
 
-def _first_lines(table: DesignTable) -> list[int]:
-    """The columns whose axes the lines of all designs begin with."""
-    found = []
-    for kind in ("values", "metrics"):
-        some = [place for place, column in enumerate(table.columns) if column.path[0] == kind]
-        found += some[:MOST_AXES]
-    return found
-
-
 def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
     """The heavy parts of TOGETHER designs at a time, packed lists of JSON."""
     frictions = frictions_of(outcomes)
@@ -380,10 +330,3 @@ def _record(outcomes: Sequence[Outcome], facts: StudyFacts) -> Table:
     total = sum(outcome.seconds for outcome in outcomes)
     rows.append(("time of all designs", f"{total:.0f} s"))
     return Table("record", "The record", ("what", "value"), tuple(rows), frozenset({0, 1}))
-
-
-def _safe(text: str) -> Any:
-    """Text of the program's own, or that no browser runs: it needs no escaping."""
-    from markupsafe import Markup
-
-    return Markup(text)

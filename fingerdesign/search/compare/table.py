@@ -57,6 +57,10 @@ class DesignTable:
         """The first of them, and every objective."""
         return [k for k, each in enumerate(self.columns) if k < FIRST_COLUMNS or each.wanted]
 
+    def places(self, kind: str) -> list[int]:
+        """Numbers of the columns that are "values", "metrics" or another part of a design."""
+        return [k for k, each in enumerate(self.columns) if each.path[0] == kind]
+
 
 def design_table(
     outcomes: Sequence[Outcome], facts: StudyFacts, found: Recommendation
