@@ -10,7 +10,7 @@ import pytest
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.optimise.confirm import Optimised, confirm, hypervolume, judged
-from fingerdesign.search.optimise.optimise import Search, optimise
+from fingerdesign.search.optimise.optimise import Search, refuse_aimless, searched
 from fingerdesign.search.optimise.page import verdict, write_optimised
 from fingerdesign.search.optimise.trials import ABSENT, JournalError, Trials, reported
 from fingerdesign.search.run.evaluate import Job, failed
@@ -61,6 +61,12 @@ class Evaluator:
 @pytest.fixture(autouse=True)
 def _evaluators(monkeypatch):
     monkeypatch.syspath_prepend(Path(__file__).parents[1] / "support")
+
+
+def optimise(search, journal, evaluator, trials=None):
+    refuse_aimless(search.study)
+    with Trials(search.study, search.base, journal) as kept:
+        return searched(search, kept, evaluator, trials)
 
 
 def values_of(tried):

@@ -9,8 +9,9 @@ on which worker is quicker, nor on interruptions.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 
 BATCH = 8  # keeps 2 to 4 cores busy; what it learns from is that much older
 
+# Jobs to their outcomes, in order (run.run_jobs on a cluster); what is stored costs nothing.
 Evaluator = Callable[[Sequence[Planned]], Sequence[Outcome]]
-"""Jobs to their outcomes, in order (run.run_jobs on a cluster); what is stored costs nothing."""
 
 
 @dataclass(frozen=True)
@@ -56,23 +57,6 @@ class Search:
         return planned_variant(self.study, variant, self.scenes)
 
 
-def optimise(
-    search: Search,
-    journal: Path,
-    evaluated: Evaluator,
-    trials: int | None = None,
-    batch: int = BATCH,
-    report: Callable[[int, int], None] = lambda done, of: None,
-) -> tuple[Tried, ...]:
-    """As :func:`searched`, of the trials that the file ``journal`` keeps, freed at the end.
-
-    Raises DesignError too for a journal of another study, JournalError.
-    """
-    refuse_aimless(search.study)
-    with Trials(search.study, search.base, journal) as kept:
-        return searched(search, kept, evaluated, trials, batch, report)
-
-
 def searched(
     search: Search,
     kept: Trials,
@@ -84,11 +68,9 @@ def searched(
     """All trials of the study, those of earlier runs too, in order.
 
     kept: the trials on disk, open, and closed to other processes as long as the caller holds them;
-    trials: how many in all (None: the study's). tell: how many are done, and of how many. Raises
-    DesignError for a study without objectives, JournalError, and whatever ``evaluated`` raises: run
-    again, it goes on.
+    trials: how many in all (None: the study's). report: how many are done, and of how many. Raises
+    JournalError, and whatever ``evaluated`` raises: run again, it goes on.
     """
-    refuse_aimless(search.study)
     most = search.study.optimise.trials if trials is None else trials
     found: dict[int, Tried] = {}
     while True:
@@ -135,21 +117,12 @@ def _evaluated(search: Search, trials: Sequence[Trial], evaluated: Evaluator) ->
 
 
 def reference_plan(search: Search, fidelity: str | None = None) -> list[Job]:
-    """The jobs of the study's base itself: what trials are to beat."""
-    from dataclasses import replace
-
-    name = reference_name(search.study)
-    design = with_values(search.base, {"design.name": name})
+    """The jobs of the study's base itself, named reference-BASE: what trials are to beat."""
+    stem = re.sub(r"[^A-Za-z0-9_-]", "-", Path(search.study.study.base).stem)[:50]
+    design = with_values(search.base, {"design.name": f"reference-{stem}"})
     values = {key: value_of(design, key) for key in search.study.parameters if "/" not in key}
     known = {key: value for key, value in values.items() if value is not None}
-    plan = planned_variant(search.study, Variant(0, name, known, design), search.scenes)
+    variant = Variant(0, design.design.name, known, design)
+    plan = planned_variant(search.study, variant, search.scenes)
     jobs = [job for job in plan if isinstance(job, Job)]
     return [replace(job, fidelity=fidelity or job.fidelity) for job in jobs]
-
-
-def reference_name(study: Study) -> str:
-    """The reference's name among the outcomes."""
-    import re
-
-    stem = re.sub(r"[^A-Za-z0-9_-]", "-", Path(study.study.base).stem)[:50]
-    return f"reference-{stem}"

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,21 +34,6 @@ ABSENT = 1e9  # the loss reported where there is none: finite, as Optuna wants i
 _FAILED, _MOST_EXCESS = "failed", 1e6
 
 
-def distributions(study: Study) -> dict[str, Any]:
-    """By key, what Optuna draws from: a list is a choice, a range its numbers."""
-    return {key: _distribution(parameter) for key, parameter in study.parameters.items()}
-
-
-def values_of(study: Study, drawn: Mapping[str, Any]) -> dict[str, Choice]:
-    """The studied keys' values: what was drawn, to six digits where it is a fraction."""
-    return {key: _value(parameter, drawn[key]) for key, parameter in study.parameters.items()}
-
-
-def directions(study: Study) -> list[str]:
-    """minimize or maximize, of each objective."""
-    return [f"{each.direction}imize" for each in study.objectives]
-
-
 def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], dict[str, float]]:
     """Objectives, and constraints (above 0: broken), of a trial's outcomes: the worst scene's.
 
@@ -59,18 +44,14 @@ def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], di
         found = [outcome.metrics.get(wanted.metric) for outcome in outcomes]
         known = [value for value in found if value is not None]
         if len(known) < len(found) or any(each.status != "ok" for each in outcomes):
-            return _infeasible(study)
+            worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
+            return worst, {_FAILED: 1.0} | dict.fromkeys(study.constraints, _MOST_EXCESS)
         values.append(max(known) if wanted.direction == "min" else min(known))
     broken = {
         name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
         for name, bound in study.constraints.items()
     }
     return values, {_FAILED: 0.0} | broken
-
-
-def _infeasible(study: Study) -> tuple[list[float], dict[str, float]]:
-    worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
-    return worst, {_FAILED: 1.0} | dict.fromkeys(study.constraints, _MOST_EXCESS)
 
 
 def _distribution(parameter: Range | tuple[Choice, ...]) -> Any:
@@ -124,8 +105,9 @@ class Trials:
     def __init__(self, study: Study, base: Design, journal: Path) -> None:
         self._study, self._path = study, journal
         self._identity = _identity(study, base)
-        self._space = distributions(study)
+        self._space = {key: _distribution(each) for key, each in study.parameters.items()}
         self._lock, self._stack = journal.with_name(f".{journal.name}.lock"), ExitStack()
+        self._directions = [f"{each.direction}imize" for each in study.objectives]
         self._trials: Any = None
 
     def __enter__(self) -> Self:
@@ -174,7 +156,7 @@ class Trials:
         from optuna.trial import TrialState, create_trial
 
         # The sampler writes its notes into a copy: the journal takes whole trials alone.
-        copy = optuna.create_study(directions=directions(self._study))
+        copy = optuna.create_study(directions=self._directions)
         copy.add_trials(self._trials.get_trials())
         try:
             for _ in range(count):
@@ -188,9 +170,10 @@ class Trials:
 
     def report(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
         """Keep what came of a trial: its objectives, and its constraints (above 0: broken)."""
-        index = number - 1
+        from optuna.trial import Trial as Handle  # constraints are reported by it
+
         try:
-            trial = self._handle(index)
+            trial = Handle(self._trials, self._every()[number - 1]._trial_id)
             for name, excess in broken.items():
                 if name not in trial.constraints:  # reported by a process that was killed at it
                     trial.set_constraint(name, excess)
@@ -203,7 +186,8 @@ class Trials:
         return found
 
     def _trial(self, frozen: Any) -> Trial:
-        return Trial(frozen.number + 1, values_of(self._study, frozen.params))
+        drawn, parameters = frozen.params, self._study.parameters.items()
+        return Trial(frozen.number + 1, {key: _value(each, drawn[key]) for key, each in parameters})
 
     def _sampler(self, index: int) -> Any:
         """What draws the trial of that number, from 0: its seed is the trial's own."""
@@ -215,12 +199,6 @@ class Trials:
             n_startup_trials=RANDOM_TRIALS,
             multivariate=True,
         )
-
-    def _handle(self, index: int) -> Any:
-        """The trial as Optuna wants constraints to be reported."""
-        from optuna.trial import Trial as Handle
-
-        return Handle(self._trials, self._every()[index]._trial_id)
 
     def _storage(self) -> Any:
         import optuna
@@ -259,7 +237,7 @@ class Trials:
             storage=self._storage(),
             sampler=optuna.samplers.RandomSampler(),
             study_name=_NAME,
-            directions=directions(self._study),
+            directions=self._directions,
         )
 
     def _failed(self, error: OSError) -> JournalError:
