@@ -22,9 +22,9 @@ import numpy as np
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import Forces, solve_forces
+from fingerdesign.contact.path import Forces, follow, solve_forces
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.estimator import LAGS
 from fingerdesign.control.signals import gage_readings
@@ -168,7 +168,7 @@ def eliminate(learner: QuickLearner, gages: int, pool: Executor, report: Report)
     without: tuple[Errors, ...] = ()
     while kept:
         report(f"ranking gages: {len(kept)} left of {gages}")
-        rest = [_less(kept, each) for each in kept]
+        rest = [tuple(k for k in kept if k != each) for each in kept]
         found = list(pool.map(learner.errors, rest))
         without = without or tuple(found)
         cheapest = np.argsort([each.both for each in found], kind="stable")
@@ -194,10 +194,6 @@ def layouts(gage_x: Array, count: int) -> dict[str, Kept]:
         name: tuple(sorted(int(order[k]) for k in places))
         for name, places in (("spread", even), ("middle", near), ("ends", ends))
     }
-
-
-def _less(kept: Sequence[int], gage: int) -> Kept:
-    return tuple(k for k in kept if k != gage)
 
 
 GRIPS = 600
@@ -365,16 +361,8 @@ def _counts(
         kept = sets[count]
         quick = work.elimination.sets.get(kept) or work.learner.errors(kept)
         found = taught[count][1] if count in taught else None
-        counts.append(
-            Count(
-                kept,
-                quick.stick,
-                quick.used,
-                None if found is None else found.stick,
-                None if found is None else found.used,
-                None if found is None else found.stick_spread,
-            )
-        )
+        known = (found.stick, found.used, found.stick_spread) if found else (None, None, None)
+        counts.append(Count(kept, quick.stick, quick.used, *known))
     return tuple(counts), taught[sampled.gages][0]
 
 
@@ -431,10 +419,6 @@ def _noise_levels(
 
 
 def _pressings(problem: ContactProblem, max_approach: float) -> tuple[Pressing, ...]:
-    state, found = ContactState.untouched(problem), []
-    for share in _PRESSED:
-        increment = solve_increment(problem, state, Motion(share * max_approach, 0.0))
-        state = increment.state
-        reported = measure(problem, increment)
-        found.append(Pressing(reported.normal_force, 0.5 * reported.contact_width))
-    return tuple(found)
+    motions = [Motion(share * max_approach, 0.0) for share in _PRESSED]
+    found = [step.measures for step in follow(problem, motions)]
+    return tuple(Pressing(each.normal_force, 0.5 * each.contact_width) for each in found)

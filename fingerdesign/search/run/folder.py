@@ -7,15 +7,15 @@ report.html  the designs compared
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.summary import versions
 from fingerdesign.errors import cell_text
-from fingerdesign.records.base import csv_text
+from fingerdesign.records.base import csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.search.compare.facts import bounds_of, wanted_of
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from fingerdesign.search.study.file import Study
 
 REPORT_FILE = "report.html"
-FILES = (*(STUDY_FILE, "study.toml", OUTCOMES_FILE, "outcomes.csv", "failures.csv", REPORT_FILE),)
+FILES = (STUDY_FILE, "study.toml", OUTCOMES_FILE, "outcomes.csv", "failures.csv", REPORT_FILE)
 FOLDER = RecordFolder("study", STUDY_FILE, FILES)
 
 
@@ -45,19 +45,18 @@ def write_study(
     record = study_record(study, outcomes) | (more or {})
     lines = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     texts = {
-        STUDY_FILE: json.dumps(record, indent=2, allow_nan=False) + "\n",
+        STUDY_FILE: json_text(record),
         "study.toml": source,
         OUTCOMES_FILE: lines,
         "outcomes.csv": designs_csv(outcomes),
         "failures.csv": failures_csv(outcomes),
     }
     for name, text in texts.items():
-        _write(folder / name, text)
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
     found = read_comparison([folder])  # what `compare` will say of it
-    from dataclasses import replace
-
     facts = replace(found.facts, sources=())  # a folder that is gone once it is renamed
-    _write(folder / REPORT_FILE, compare_html(found.outcomes, facts))
+    page = compare_html(found.outcomes, facts)
+    (folder / REPORT_FILE).write_text(page, encoding="utf-8", newline="\n")
     return found
 
 
@@ -71,11 +70,7 @@ def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
         "schema_version": 1,
         "name": study.name,
         "digest": study.digest(),
-        "base": table.base,
-        "sampling": table.sampling,
-        "count": table.count,
-        "seed": table.seed,
-        "fidelity": table.fidelity,
+        **{key: getattr(table, key) for key in ("base", "sampling", "count", "seed", "fidelity")},
         "tolerance": table.tolerance if table.fidelity == "auto" else None,
         "scenes": list(table.scenes),
         "fixed": study.fixed,
@@ -97,23 +92,15 @@ def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 def failures_csv(outcomes: Sequence[Outcome]) -> str:
     """A row a failed outcome: its kind, its cause in a sentence, its values."""
-    failed = [outcome for outcome in outcomes if outcome.failure is not None]
-    keys = list(dict.fromkeys(key for outcome in failed for key in outcome.values))
-    rows = []
-    for outcome in failed:
-        assert outcome.failure is not None
-        values = [outcome.values.get(key, "") for key in keys]
-        rows.append(
-            [
-                *(cell_text(outcome.name), cell_text(outcome.scene), outcome.failure.kind),
-                cell_text(outcome.failure.sentence),
-                *(cell_text(each) if isinstance(each, str) else each for each in values),
-                outcome.digest,
-            ]
-        )
-    head = ["name", "scene", "kind", "cause", *(cell_text(key) for key in keys), "digest"]
-    return csv_text(head, rows)
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8", newline="\n")
+    failed = [(each, each.failure) for each in outcomes if each.failure is not None]
+    keys = list(dict.fromkeys(key for outcome, _ in failed for key in outcome.values))
+    rows = (
+        [
+            *(outcome.name, outcome.scene, failure.kind, failure.sentence),
+            *(outcome.values.get(key, "") for key in keys),
+            outcome.digest,
+        ]
+        for outcome, failure in failed
+    )
+    texts = ([cell_text(cell) if isinstance(cell, str) else cell for cell in row] for row in rows)
+    return csv_text(map(cell_text, ("name", "scene", "kind", "cause", *keys, "digest")), texts)

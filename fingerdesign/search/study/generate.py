@@ -11,8 +11,6 @@ design is made, so an interrupted run goes on.
 
 from __future__ import annotations
 
-import contextlib
-import json
 import re
 import shutil
 import threading
@@ -24,7 +22,7 @@ from typing import TYPE_CHECKING
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError, cell_text
-from fingerdesign.records.base import csv_text
+from fingerdesign.records.base import csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.files import BusyError, locked, write_whole
@@ -151,14 +149,17 @@ def generate(
     """
     refuse_foreign(study, target)
     target.mkdir(parents=True, exist_ok=True)
-    with _alone(target):
-        _clear_abandoned(target)
-        found = []
-        for made in _all_made(study, chosen, target, cad, workers):
-            found.append(made)
-            report(made, len(found))
-        found.sort(key=lambda each: each.variant.number)
-        _write_lists(study, found, target, whole)
+    found: list[Made] = []
+    try:
+        with locked(target / _LOCK, wait=False):
+            _clear_abandoned(target)
+            for made in _all_made(study, chosen, target, cad, workers):
+                found.append(made)
+                report(made, len(found))
+            found.sort(key=lambda each: each.variant.number)
+            _write_lists(study, found, target, whole)
+    except BusyError:
+        raise ResultError(f"{target} is being written by another process") from None
     return tuple(found)
 
 
@@ -171,8 +172,7 @@ def _write_lists(study: Study, found: Sequence[Made], target: Path, whole: bool)
     keys = list(study.parameters)
     write_whole(target / VARIANTS, variants_csv(keys, [(made.variant, made.cad) for made in found]))
     write_whole(target / INVALID, invalid_csv(keys, [made.variant for made in found]))
-    record = json.dumps(_record(study, found), indent=2, allow_nan=False)
-    write_whole(target / RECORD, f"{record}\n")
+    write_whole(target / RECORD, json_text(_record(study, found)))
 
 
 def _all_made(
@@ -269,17 +269,6 @@ def _variant_folders(study: Study, target: Path) -> list[Path]:
     return sorted(each for each in target.iterdir() if pattern.fullmatch(each.name))
 
 
-@contextlib.contextmanager
-def _alone(target: Path) -> Iterator[None]:
-    """ResultError while another process writes into ``target``; its lock ends with it."""
-    with contextlib.ExitStack() as stack:
-        try:
-            stack.enter_context(locked(target / _LOCK, wait=False))
-        except BusyError:
-            raise ResultError(f"{target} is being written by another process") from None
-        yield
-
-
 def _clear_abandoned(target: Path) -> None:
     """Remove what a run that was killed has left half-written; no other is at work."""
     for place in [each for pattern in _UNFINISHED for each in target.glob(pattern)]:
@@ -290,16 +279,14 @@ def _clear_abandoned(target: Path) -> None:
 
 
 def _record(study: Study, found: Sequence[Made]) -> dict[str, object]:
-    table = study.study
+    table, invalid = study.study, sum(made.variant.design is None for made in found)
     return {
         "schema_version": 1,
         "name": study.name,
         "digest": study.digest(),
-        "sampling": table.sampling,
-        "count": table.count,
-        "seed": table.seed,
-        "variants": sum(made.variant.design is not None for made in found),
-        "invalid": sum(made.variant.design is None for made in found),
+        **{key: getattr(table, key) for key in ("sampling", "count", "seed")},
+        "variants": len(found) - invalid,
+        "invalid": invalid,
         "cad_failed": sum(made.failed for made in found),
         "versions": versions(),
     }
