@@ -24,6 +24,7 @@ from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import (
     bare_opposite,
     condense,
+    in_wide_zone,
     make_mesh,
     one_thread,
     recover_fields,
@@ -32,7 +33,6 @@ from fingerdesign.analysis.stages import (
     zone_of,
 )
 from fingerdesign.cad.solid_process import write_finger_cad
-from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.zone import Zone
@@ -46,8 +46,6 @@ from fingerdesign.sensing.lessons import with_estimator
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-
-_WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
 
 def analyse(design: Design, scene: Scene | None = None, fidelity: str = "3d") -> Result:
@@ -68,15 +66,15 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
     clock = Clock() if clock is None else clock
     zone = zone_of(case, scene)
     notes: list[str] = []
-    while True:
-        try:
-            return _run_in_zone(case, scene, zone, clock, notes, report)
-        except ZoneExhausted as exhausted:
-            if zone.fills(case.design):
-                raise
-            zone = zone.widened(_WIDEN, case.design)
-            notes.append(f"candidate zone widened to {zone}: {exhausted}")
-            report(notes[-1])
+
+    def work(zone: Zone) -> Analysis:
+        return _run_in_zone(case, scene, zone, clock, notes, report)
+
+    def note(message: str) -> None:
+        notes.append(message)
+        report(message)
+
+    return in_wide_zone(case.design, zone, work, note)
 
 
 def _run_in_zone(

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from fingerdesign.mesh.types import Mesh
 
 
+Made = TypeVar("Made")
+_WIDEN = 1.4  # a candidate zone that the contact has outgrown
 STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside the scene's own
 
 
@@ -49,6 +51,23 @@ def zone_of(case: Case, scene: Scene) -> Zone:
         grips = candidate_zone(case.design, scene.object, reach)
         zone = max(zone, grips, key=lambda each: each.half_width)
     return zone
+
+
+def in_wide_zone(
+    design: Design,
+    zone: Zone,
+    work: Callable[[Zone], Made],
+    note: Callable[[str], None] = lambda message: None,
+) -> Made:
+    """What ``work`` makes in the zone, or in a wider one where the contact outgrows it."""
+    while True:
+        try:
+            return work(zone)
+        except ZoneExhausted as exhausted:
+            if zone.fills(design):
+                raise
+            zone = zone.widened(_WIDEN, design)
+            note(f"candidate zone widened to {zone}: {exhausted}")
 
 
 def make_mesh(design: Design, fidelity: str, zone: Zone, symmetric: bool = True) -> Mesh:

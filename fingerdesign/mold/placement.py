@@ -31,9 +31,8 @@ from numpy.typing import NDArray
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.path import follow_path, object_at_touch
-from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.arrays import Array, IntArray
-from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
@@ -187,7 +186,6 @@ _LEAST_SHARE = 0.1  # of a change that the mesh cannot follow whole
 # A mesh twice as coarse as [mesh.section] says gives what finer ones do: turned plates change
 # maeno2000's readings by 0.1366 (rms) at factors 2, 1 and 0.6, others by within 2 % of each other.
 _COARSER, _GRADATION = 2.0, 0.3
-_WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
 
 def placement_effect(design: Design, plan: MoldPlan, sizes: SectionMesh | None = None) -> Effect:
@@ -283,13 +281,11 @@ def _measured(
     scene = scene_for(design)
     zone = zone_of(Case(design, scene, grips=False, fields=False), scene)
     off = np.array([tolerances(design, plan, frame.index) for frame in frames])
-    while True:
-        try:
-            return _in_zone(design, frames, off, zone, scene, sizes)
-        except ZoneExhausted:
-            if zone.fills(design):
-                raise
-            zone = zone.widened(_WIDEN, design)
+
+    def work(zone: Zone) -> Effect:
+        return _in_zone(design, frames, off, zone, scene, sizes)
+
+    return in_wide_zone(design, zone, work)
 
 
 def _in_zone(

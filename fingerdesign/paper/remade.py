@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import fundamental_scene
 from fingerdesign.analysis.path import contact_history, increment_result
-from fingerdesign.analysis.stages import one_thread, zone_of
+from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
 from fingerdesign.control.slip_study import slip_studies
@@ -179,7 +178,6 @@ Report = Callable[[str, float], None]
 
 SOFT_MATERIAL = "polyimide"  # of designs/sensitive.toml: gages that answer 50 times as much
 _FACES = {"both": "both faces read", "upper": "upper face read", "lower": "lower face read"}
-_WIDEN = 1.4  # a candidate zone that the contact has outgrown
 
 
 @dataclass(frozen=True)
@@ -204,16 +202,12 @@ def remake(
     scene = fundamental_scene()
     case = check_case(design, scene)
     zone = zone_of(case, scene)
-    while True:
-        try:
-            with one_thread():
-                found = _remade(case_in(design, scene, zone, report), zone, scene, report, effort)
-            break
-        except ZoneExhausted:
-            if zone.fills(design):
-                raise
-            zone = zone.widened(_WIDEN, design)
-            report(f"widening the contact zone to {zone}", 0.0)
+
+    def work(zone: Zone) -> Remade:
+        with one_thread():
+            return _remade(case_in(design, scene, zone, report), zone, scene, report, effort)
+
+    found = in_wide_zone(design, zone, work, lambda message: report(message, 0.0))
     found = replace(found, seconds=time.perf_counter() - start)
     return replace(found, claims=claims_of(found))
 

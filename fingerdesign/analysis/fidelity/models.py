@@ -14,14 +14,13 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.case import Case, Clock
 from fingerdesign.analysis.fidelity.readings import Readings, readings_of
 from fingerdesign.analysis.path import follow_path, object_at_touch
-from fingerdesign.analysis.stages import condense, make_mesh, one_thread, zone_of
+from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.errors import MeshError, SolverError
+from fingerdesign.errors import MeshError
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
@@ -37,8 +36,6 @@ if TYPE_CHECKING:
 
 Dimension = Literal["plane strain", "3-D"]
 Plates = Literal["solid", "sheet", "none"]
-
-_WIDEN, _WIDENINGS = 1.4, 6  # a candidate zone that the contact has outgrown
 
 
 @dataclass(frozen=True)
@@ -156,16 +153,12 @@ def solve(design: Design, scene: Scene, model: Model, zone: Zone | None = None) 
     zone: of contact candidates, where more than the scene's own path is to be followed.
     """
     case = Case(design, scene, fields=False, grips=False)
-    zone = zone_of(case, scene) if zone is None else zone
-    seconds: dict[str, float] = {}
-    for _ in range(_WIDENINGS):
-        try:
-            return _solve_in(design, scene, model, zone, case.symmetric, seconds)
-        except ZoneExhausted:
-            if zone.fills(design):
-                raise
-            zone = zone.widened(_WIDEN, design)
-    raise SolverError(f"the contact outgrew a candidate zone of {zone} again and again")
+    clock = Clock()
+
+    def work(zone: Zone) -> Solved:
+        return _solve_in(design, scene, model, zone, case.symmetric, clock)
+
+    return in_wide_zone(design, zone_of(case, scene) if zone is None else zone, work)
 
 
 class InTurn:
@@ -190,24 +183,19 @@ def _solve_in(
     model: Model,
     zone: Zone,
     symmetric: bool,
-    seconds: dict[str, float],
+    clock: Clock,
 ) -> Solved:
     own = design_for(design, model)
-    start = time.perf_counter()
-    mesh = _mesh(own, model, zone, symmetric and not model.whole)
-    _add(seconds, "mesh", time.perf_counter() - start)
+    with clock.stage("mesh"):
+        mesh = _mesh(own, model, zone, symmetric and not model.whole)
     start = time.perf_counter()
     built = condense(own, mesh, zone, scene)
-    total = time.perf_counter() - start
-    _add(seconds, "assemble", built.timings["assemble"])
-    _add(seconds, "condense", total - built.timings["assemble"])
-    start = time.perf_counter()
-    rigid = object_at_touch(scene.object, own.body)
-    problem = contact_problem(built.reduced, rigid, scene.object.friction_coefficient)
-    try:
+    assembled, total = built.timings["assemble"], time.perf_counter() - start
+    clock.add({"assemble": assembled, "condense": total - assembled})
+    with clock.stage("increments"):
+        rigid = object_at_touch(scene.object, own.body)
+        problem = contact_problem(built.reduced, rigid, scene.object.friction_coefficient)
         steps = _follow(own, scene, problem)
-    finally:
-        _add(seconds, "increments", time.perf_counter() - start)
     return Solved(
         design=own,
         scene=scene,
@@ -220,7 +208,7 @@ def _solve_in(
         steps=steps,
         dofs=built.dofs,
         contact_nodes=built.reduced.nodes,
-        seconds=seconds,
+        seconds=clock.seconds,
     )
 
 
@@ -250,7 +238,3 @@ def section_sizes(design: Design, model: Model) -> SectionMesh:
 def _follow(design: Design, scene: Scene, problem: ContactProblem) -> list[Step]:
     with one_thread():
         return follow_path(problem, scene, design)
-
-
-def _add(seconds: dict[str, float], stage: str, more: float) -> None:
-    seconds[stage] = seconds.get(stage, 0.0) + more
