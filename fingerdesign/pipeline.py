@@ -38,8 +38,9 @@ from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import mesher_of
 from fingerdesign.mesh.section.netgen import start_mesher
+from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.folder import RESULTS
-from fingerdesign.records.result import GripResult, GripTrace, Result
+from fingerdesign.records.result import GripResult, Result
 from fingerdesign.runtime.progress import Report
 from fingerdesign.sensing.lessons import with_estimator
 

@@ -10,8 +10,8 @@ import click
 
 from fingerdesign.checks.starter import find_design, find_scene
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULTS
-from fingerdesign.records.result import ResultError
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:

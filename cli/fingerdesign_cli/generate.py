@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 from fingerdesign.search.study.file import read_study, study_path
 from fingerdesign.search.study.generate import generate as write_variants
 from fingerdesign.search.study.generate import reasons, refuse_foreign

@@ -11,7 +11,7 @@ from fingerdesign.checks.load import judge_design, judge_scene
 from fingerdesign.checks.starter import design_text, scene_text
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 
 if TYPE_CHECKING:
     from fingerdesign.checks.load import Judged

@@ -9,7 +9,7 @@ import click
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 from fingerdesign.validate.advice import NONE, spread_cell
 from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, print_table, progress

@@ -19,12 +19,8 @@ from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.mesh.make import mesh_finger
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.records.result import (
-    FieldHistory,
-    GripResult,
-    GripTrace,
-    SlipStudy,
-)
+from fingerdesign.records.arrays import FieldHistory, GripTrace, SlipStudy
+from fingerdesign.records.result import GripResult
 
 if TYPE_CHECKING:
     from fingerdesign.control.estimator import GripEstimator

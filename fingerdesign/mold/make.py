@@ -35,9 +35,8 @@ from fingerdesign.mold.products.flat_pattern import flat_patterns
 from fingerdesign.mold.products.notes import unknown_effect
 from fingerdesign.mold.products.three_mf import laid_out, write_3mf
 from fingerdesign.mold.record import RECORD_FILE, MoldData, Products, mold_record
-from fingerdesign.records.base import json_text
+from fingerdesign.records.base import ResultError, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.files import DAY_S, keep_request, sweep_abandoned, swept
 from fingerdesign.runtime.isolate import Job, ProcessError, beside, call
 

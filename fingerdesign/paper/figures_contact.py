@@ -8,7 +8,7 @@ import numpy as np
 
 from fingerdesign.analysis.page.contact import STATUS_NAMES, status_bars, touched_reach
 from fingerdesign.paper.figures import PaperFigure, paper_figure
-from fingerdesign.records.result import OPEN, SLIP, STICK
+from fingerdesign.records.arrays import OPEN, SLIP, STICK
 from fingerdesign.report.style import (
     BLUE,
     GRID,
@@ -28,7 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fingerdesign.paper.rectangles import Rectangles
-    from fingerdesign.records.result import ContactHistory, IncrementResult
+    from fingerdesign.records.arrays import ContactHistory
+    from fingerdesign.records.result import IncrementResult
 
 _LOOK = {"stick": (BLUE, ""), "slip": (VERMILION, "////"), "open": (OPEN_COLOUR, "")}
 _DRAWN_TURN = 14.0  # degrees: how far the most turned rectangle of a panel is drawn

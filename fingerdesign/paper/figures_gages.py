@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from fingerdesign.analysis.page.gage import shade_over
 from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
-from fingerdesign.records.result import STICK
+from fingerdesign.records.arrays import STICK
 from fingerdesign.report.style import (
     BLUE,
     GREEN,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from fingerdesign.paper.places import Likeness, Verdicts
     from fingerdesign.paper.relation import Relation
-    from fingerdesign.records.result import ContactHistory, SlipStudy
+    from fingerdesign.records.arrays import ContactHistory, SlipStudy
 
 
 # What the gages tell of sticking: one relation for every friction? each of the surface near it?

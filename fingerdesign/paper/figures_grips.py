@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from fingerdesign.paper.lifts import Lift, Measured, Rig, Route
-    from fingerdesign.records.result import GripTrace
+    from fingerdesign.records.arrays import GripTrace
 
 
 def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None) -> None:

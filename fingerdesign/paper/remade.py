@@ -56,7 +56,7 @@ from fingerdesign.paper.lifts import (
 from fingerdesign.paper.places import gage_verdicts, likeness, rubber_verdicts
 from fingerdesign.paper.rectangles import rectangles
 from fingerdesign.paper.relation import make_bench, relation
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import rendered
 from fingerdesign.report.style import house_style
 from fingerdesign.runtime.files import move_into, whole_folder

@@ -44,6 +44,7 @@ SCHEMAS = {
     "mold": ("fingerdesign.mold.record:MoldData", "A finger's mold (fingerdesign mold)"),
 }
 closed = with_config(ConfigDict(extra="forbid"))  # all keys of the type, and no others
+strict = with_config(ConfigDict(extra="forbid", strict=True))  # nor another type for a value
 DATA = Path(__file__).resolve().parents[1] / "data"
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

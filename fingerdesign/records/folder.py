@@ -9,8 +9,9 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from fingerdesign.records.base import write_csv
-from fingerdesign.records.result import GripTrace, IncrementResult, PointStrain, Result, ResultError
+from fingerdesign.records.arrays import GripTrace
+from fingerdesign.records.base import ResultError, write_csv
+from fingerdesign.records.result import IncrementResult, PointStrain, Result
 from fingerdesign.runtime.files import locked, take_place, whole_folder
 
 RESULT_FILE = "result.json"

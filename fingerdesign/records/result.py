@@ -1,63 +1,23 @@
 """What an analysis found: the content of ``result.json`` and the arrays that its report needs.
 
 Units stand in the names: mm, N, MPa, s; strains are microstrain (1e-6), tension positive. Forces
-are those on the finger: normal > 0 in compression, tangential > 0 toward +x. numpy and the standard
-library only (pydantic is imported where JSON is read).
-"""
+are those on the finger: normal > 0 in compression, tangential > 0 toward +x."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.records.arrays import (
-    OPEN,
-    SLIP,
-    STICK,
-    ContactHistory,
-    FieldHistory,
-    GageLayout,
-    GripTrace,
-    SlipStudy,
-)
-from fingerdesign.records.base import ResultError, json_text
-
-if TYPE_CHECKING:
-    pass
-
-__all__ = [
-    "OPEN",
-    "SCHEMA_VERSION",
-    "SLIP",
-    "STAGES",
-    "STICK",
-    "ContactHistory",
-    "FieldHistory",
-    "GageLayout",
-    "GageResult",
-    "GripResult",
-    "GripTrace",
-    "IncrementResult",
-    "LadderSummary",
-    "MeshSummary",
-    "ModelSummary",
-    "PointStrain",
-    "Result",
-    "ResultError",
-    "SlipStudy",
-    "SlipStudySummary",
-    "TriedModel",
-]
+from fingerdesign.records.base import json_text, strict
 
 SCHEMA_VERSION = 1
 STAGES = ("geometry", "mesh", "assemble", "condense", "increments", "grips", "report")
 
-_STRICT = {"extra": "forbid", "strict": True}  # what pydantic holds a file to
 
-
+@strict
 @dataclass(frozen=True)
 class ModelSummary:
     """The mechanical model: how large it is and why it is the one that was used.
@@ -65,8 +25,6 @@ class ModelSummary:
     symmetry: True for the half z >= 0 of a finger that mirrors in z = 0.
     reasons: sentences, one for each choice that the program made by itself.
     """
-
-    __pydantic_config__ = _STRICT
 
     dimension: Literal[2, 3]
     element: str
@@ -76,6 +34,7 @@ class ModelSummary:
     reasons: tuple[str, ...] = ()
 
 
+@strict
 @dataclass(frozen=True)
 class MeshSummary:
     """The mesh and how far it is from the CAD solid; volume errors are relative, unsigned.
@@ -84,8 +43,6 @@ class MeshSummary:
     triangles. worst_plate_volume_error: None without plates.
     """
 
-    __pydantic_config__ = _STRICT
-
     mesher: str
     elements: int
     min_dihedral_deg: float
@@ -93,14 +50,13 @@ class MeshSummary:
     worst_plate_volume_error: float | None
 
 
+@strict
 @dataclass(frozen=True)
 class GageResult:
     """One plate's gage, microstrain, tension positive.
 
     membrane = (upper + lower) / 2, bending = (upper - lower) / 2; reading: that of ``gages.face``.
     """
-
-    __pydantic_config__ = _STRICT
 
     plate: int
     upper: float
@@ -110,11 +66,10 @@ class GageResult:
     reading: float
 
 
+@strict
 @dataclass(frozen=True)
 class PointStrain:
     """Strain at one readout point, microstrain; xy, xz and yz are engineering shear."""
-
-    __pydantic_config__ = _STRICT
 
     xx: float
     yy: float
@@ -124,6 +79,7 @@ class PointStrain:
     yz: float
 
 
+@strict
 @dataclass(frozen=True)
 class IncrementResult:
     """One row of the path, solved and checked. Forces are those on the finger, whole.
@@ -134,8 +90,6 @@ class IncrementResult:
     width is taken at z = 0. residual: the contact solver's own, as it defines it. force_z_N: on the
     finger, > 0 toward +z; twist_moment_Nmm: on the finger about +y through x = z = 0.
     """
-
-    __pydantic_config__ = _STRICT
 
     approach_mm: float
     shear_mm: float
@@ -157,6 +111,7 @@ class IncrementResult:
     twist_moment_Nmm: float = 0.0
 
 
+@strict
 @dataclass(frozen=True)
 class GripResult:
     """One grip: two like fingers, each with F_t = m g / 2 once the object is lifted.
@@ -168,8 +123,6 @@ class GripResult:
     rule slips completely; None if that was not tried. steps: control steps after the
     preload. ending: a sentence, why the grip ended.
     """
-
-    __pydantic_config__ = _STRICT
 
     controller: str
     friction_coefficient: float
@@ -188,6 +141,7 @@ class GripResult:
     ending: str = ""
 
 
+@strict
 @dataclass(frozen=True)
 class SlipStudySummary:
     """How well the gage area followed the stick area at one friction coefficient (Fig. 8).
@@ -197,8 +151,6 @@ class SlipStudySummary:
     less than force_floor_N.
     """
 
-    __pydantic_config__ = _STRICT
-
     friction_coefficient: float
     rank_correlation: float | None
     rank_correlation_raw: float | None
@@ -206,12 +158,11 @@ class SlipStudySummary:
     force_floor_N: float
 
 
+@strict
 @dataclass(frozen=True)
 class TriedModel:
     """A rung of the fidelity ladder. error_estimates: by quantity, parts of one; None where nothing
     stood to judge it by (normal_force, tangential_force, stick_ratio, gage)."""
-
-    __pydantic_config__ = _STRICT
 
     name: str
     dimension: Literal[2, 3]
@@ -222,6 +173,7 @@ class TriedModel:
     why: str
 
 
+@strict
 @dataclass(frozen=True)
 class LadderSummary:
     """How --fidelity auto came to its model: the last one tried that stands in ``chosen``.
@@ -229,8 +181,6 @@ class LadderSummary:
     reached: the greatest of error_estimates is at most the tolerance; why_ended: a sentence where
     it is not.
     """
-
-    __pydantic_config__ = _STRICT
 
     tolerance: float
     reached: bool
@@ -240,6 +190,7 @@ class LadderSummary:
     models: tuple[TriedModel, ...]
 
 
+@strict
 @dataclass(frozen=True)
 class Result:
     """The record of one analysis; ``to_json`` is the content of ``result.json``.
@@ -249,8 +200,6 @@ class Result:
     source did not give. timings_s: seconds by stage, 0 for a stage that was not run. ladder: with
     --fidelity auto only; fidelity is then that of the model chosen.
     """
-
-    __pydantic_config__ = _STRICT
 
     design: str
     scene: str

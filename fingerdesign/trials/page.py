@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerdesign.control.roster import ControllerKind
-from fingerdesign.records.result import GripTrace
+from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report.page import captioned, rendered, sentences
 from fingerdesign.report.style import (
     BLUE,

@@ -25,9 +25,8 @@ from fingerdesign.control.plants.plant import weight_per_finger
 from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.records.base import closed, json_text
+from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
-from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool

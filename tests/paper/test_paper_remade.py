@@ -16,7 +16,7 @@ from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import CLAIMS, claims_of
 from fingerdesign.paper.figures import paper_figure
 from fingerdesign.paper.remade import ORDER, paper_figures
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 from fingerdesign.report.style import canvas, house_style
 
 QUICK = paper_remade.Effort(frictions=(0.2, 0.3, 0.5, 1.0), samples=(100,), seeds=1)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULTS
-from fingerdesign.records.result import ResultError
 
 
 def write(target, text):

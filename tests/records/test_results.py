@@ -10,18 +10,17 @@ import pytest
 
 import fingerdesign.records.result as results
 from fingerdesign.errors import DesignError
-from fingerdesign.records.base import schema_text
+from fingerdesign.records.arrays import GripTrace
+from fingerdesign.records.base import ResultError, schema_text
 from fingerdesign.records.folder import RESULTS, read_result
 from fingerdesign.records.result import (
     GageResult,
     GripResult,
-    GripTrace,
     IncrementResult,
     MeshSummary,
     ModelSummary,
     PointStrain,
     Result,
-    ResultError,
 )
 from tests.support.result_folders import write_result_folder
 

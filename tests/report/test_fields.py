@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.analysis.page.fields import centroid_strain, write_fields
-from fingerdesign.records.result import FieldHistory
+from fingerdesign.records.arrays import FieldHistory
 
 
 def bent(mesh):

@@ -19,7 +19,7 @@ from fingerdesign.analysis.page.contact import (
 )
 from fingerdesign.analysis.page.gage import area_figure, paths_figure, response_figure, rule_figure
 from fingerdesign.analysis.page.page import report_figures
-from fingerdesign.records.result import OPEN, SLIP, STICK
+from fingerdesign.records.arrays import OPEN, SLIP, STICK
 from fingerdesign.report.style import COLOURS, house_style
 
 

@@ -9,7 +9,7 @@ from fingerdesign.analysis.page.gage import plate_rows, strain_figure
 from fingerdesign.analysis.page.picture import gage_quads, plate_boxes, region_of
 from fingerdesign.analysis.page.words import finger_words
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.records.result import GageLayout
+from fingerdesign.records.arrays import GageLayout
 from fingerdesign.report.style import house_style
 
 GAGES = GageLayout(1.0, 0.6, 0.2, "both")

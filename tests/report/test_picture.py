@@ -16,7 +16,7 @@ from fingerdesign.analysis.page.picture import (
     surface_of,
 )
 from fingerdesign.errors import PictureError
-from fingerdesign.records.result import FieldHistory, GageLayout
+from fingerdesign.records.arrays import FieldHistory, GageLayout
 
 
 def enclosed_volume(surface):

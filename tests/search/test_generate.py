@@ -14,7 +14,7 @@ import pytest
 from fingerdesign import load_design
 from fingerdesign.cad.export import check_whole_step
 from fingerdesign.errors import GeometryError
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 from fingerdesign.search.study import generate as generating
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.generate import generate, reasons

@@ -10,14 +10,10 @@ from fingerdesign.analysis.case import Case
 from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory, GripTrace
 from fingerdesign.records.result import (
-    OPEN,
-    SLIP,
-    STICK,
-    ContactHistory,
     GageResult,
     GripResult,
-    GripTrace,
     IncrementResult,
     MeshSummary,
     ModelSummary,

@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.errors import DesignError
+from fingerdesign.records.base import ResultError
 from fingerdesign.records.outcome import Failure, Outcome
-from fingerdesign.records.result import ResultError
 from fingerdesign.search.compare.read import read_comparison
 from fingerdesign.search.run.folder import FILES, FOLDER, failures_csv, write_study
 from fingerdesign.search.run.run import Job, planned, study_scenes

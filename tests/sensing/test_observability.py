@@ -14,7 +14,7 @@ from fingerdesign_cli.main import main
 from fingerdesign.control.estimator import FingerCurves, Moment, feature_count, features
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError
 from fingerdesign.report.page import macros
 from fingerdesign.sensing import model as grip_model
 from fingerdesign.sensing.learners import (

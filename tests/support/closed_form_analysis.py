@@ -11,21 +11,23 @@ from scipy.stats import spearmanr
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh, quadratic
-from fingerdesign.records.result import (
+from fingerdesign.records.arrays import (
     OPEN,
     SLIP,
     STICK,
     ContactHistory,
     FieldHistory,
     GageLayout,
+    GripTrace,
+    SlipStudy,
+)
+from fingerdesign.records.result import (
     GageResult,
     GripResult,
-    GripTrace,
     IncrementResult,
     MeshSummary,
     ModelSummary,
     Result,
-    SlipStudy,
 )
 
 RADIUS, DEPTH, MODULUS = 20.0, 10.0, 4.96 / (1 - 0.49**2)

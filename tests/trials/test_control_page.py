@@ -8,7 +8,7 @@ import pytest
 from fingerdesign_cli.trials import _show
 
 from fingerdesign.control.metrics import JudgedGrip
-from fingerdesign.records.result import GripTrace
+from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.grid import ControlGrid, Tug

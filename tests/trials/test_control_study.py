@@ -17,8 +17,7 @@ from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError, SolverError
-from fingerdesign.records.base import json_schema
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import JournalError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study

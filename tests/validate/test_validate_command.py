@@ -12,8 +12,7 @@ from fingerdesign_cli.validate import _cells
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.checks.load import parse_design
 from fingerdesign.errors import SolverError
-from fingerdesign.records.base import json_schema
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.validate.assumptions import ASSUMPTIONS
 from fingerdesign.validate.record import Side, Spread
 from fingerdesign.validate.run import FOLDER, untested_row, validate

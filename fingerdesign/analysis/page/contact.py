@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.analysis.page.words import FIGURES, force_controlled, leaves_section
-from fingerdesign.records.result import OPEN, SLIP, STICK, ContactHistory, Result
+from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
+from fingerdesign.records.result import Result
 from fingerdesign.report.page import captioned
 from fingerdesign.report.style import (
     BLUE,

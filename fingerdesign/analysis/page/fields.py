@@ -8,7 +8,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
-from fingerdesign.records.result import FieldHistory
+from fingerdesign.records.arrays import FieldHistory
 
 STRAINS = ("xx", "yy", "zz", "xy", "xz", "yz")
 _CELL_NAMES = {2: "triangle6", 3: "tetra10"}  # their mid-edge nodes stand in our order

@@ -10,7 +10,8 @@ import numpy as np
 from fingerdesign.analysis.page.words import FIGURES, GOOD_CORRELATION, UNDEFINED
 from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.records.result import GripTrace, Result, SlipStudy
+from fingerdesign.records.arrays import GripTrace, SlipStudy
+from fingerdesign.records.result import Result
 from fingerdesign.report.page import captioned
 from fingerdesign.report.style import (
     BLUE,

@@ -19,7 +19,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.result import OPEN, FieldHistory, GageLayout
+from fingerdesign.records.arrays import OPEN, FieldHistory, GageLayout
 from fingerdesign.report.page import said
 from fingerdesign.runtime.isolate import ProcessError, beside
 

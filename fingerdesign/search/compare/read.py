@@ -13,6 +13,7 @@ from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.records.base import ResultError
 from fingerdesign.records.folder import RESULT_FILE, read_result
 from fingerdesign.records.outcome import (
     Failure,
@@ -24,7 +25,7 @@ from fingerdesign.records.outcome import (
     bounded,
     refuse_endless,
 )
-from fingerdesign.records.result import GripResult, Result, ResultError
+from fingerdesign.records.result import GripResult, Result
 from fingerdesign.search.compare.facts import (
     Bound,
     StudyFacts,

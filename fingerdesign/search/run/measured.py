@@ -15,14 +15,9 @@ from fingerdesign.analysis.stages import one_thread
 from fingerdesign.errors import SolverError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
+from fingerdesign.records.arrays import OPEN, SLIP, ContactHistory
 from fingerdesign.records.outcome import GripOutcome, Numbers, Traces, bounded
-from fingerdesign.records.result import (
-    OPEN,
-    SLIP,
-    ContactHistory,
-    GripResult,
-    IncrementResult,
-)
+from fingerdesign.records.result import GripResult, IncrementResult
 from fingerdesign.report.style import spread
 from fingerdesign.sensing.stick_error import Listening, stick_error
 

@@ -22,9 +22,8 @@ from typing import TYPE_CHECKING
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design
 from fingerdesign.errors import DesignError, Fault, GeometryError, cell_text
-from fingerdesign.records.base import csv_text, json_text
+from fingerdesign.records.base import ResultError, csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.records.result import ResultError
 from fingerdesign.runtime.files import BusyError, locked, write_whole
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.pool import Pool

@@ -15,8 +15,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.picture import Badge, Exploded, exploded_job
-from fingerdesign.records.base import DATA, json_schema, schema_text
-from fingerdesign.records.result import ResultError
+from fingerdesign.records.base import DATA, ResultError, json_schema, schema_text
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
 FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0.5 mm")
