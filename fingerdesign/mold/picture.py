@@ -28,14 +28,18 @@ COLOURS = {
 
 @dataclass(frozen=True)
 class Shown:
-    """One thing in the picture: its triangles, how far it is moved, its look, its number."""
+    """One thing in the picture: its triangles, how far it is moved, its look."""
 
     name: str
     mesh: PartMesh
-    move: tuple[float, float, float]
     colour: str
-    opacity: float
-    number: int | None
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    opacity: float = 1.0
+
+    @property
+    def points(self) -> Array:
+        """Its vertices where it is drawn."""
+        return np.asarray(self.mesh.vertices + np.array(self.move))
 
 
 @dataclass(frozen=True)
@@ -64,27 +68,17 @@ def numbered(meshes: MoldMeshes) -> dict[str, int]:
 
 def exploded_parts(meshes: MoldMeshes) -> tuple[Shown, ...]:
     """All that is drawn. The finger (rubber, plates, a core that is inside) stays in its place."""
-    low, high = np.array(meshes.low), np.array(meshes.high)
-    size = high - low
-    numbers = numbered(meshes)
-    shown = []
-    for part in meshes.parts:
-        move, colour = _moved(part, size), _colour(part)
-        shown.append(Shown(part.name, part, move, colour, 1.0, numbers[part.name]))
-    shown += [Shown(p.name, p, (0.0, 0.0, 0.0), COLOURS["plate"], 1.0, None) for p in meshes.plates]
-    rubber = meshes.rubber
-    shown.append(Shown("rubber", rubber, (0.0, 0.0, 0.0), COLOURS["rubber"], 0.3, None))
-    return tuple(shown)
+    size = np.array(meshes.high) - np.array(meshes.low)
+    return (
+        *(Shown(part.name, part, _colour(part), _moved(part, size)) for part in meshes.parts),
+        *(Shown(plate.name, plate, COLOURS["plate"]) for plate in meshes.plates),
+        Shown("rubber", meshes.rubber, COLOURS["rubber"], opacity=0.3),
+    )
 
 
 def exploded_job(meshes: MoldMeshes, time_limit_s: float = TIME_LIMIT_S) -> Job:
     """The drawing process; enter it to start, and give it to :func:`exploded_of`."""
-    shown = exploded_parts(meshes)
-    things = [(each.mesh.vertices + np.array(each.move), each.mesh.triangles) for each in shown]
-    looks = [
-        {"name": s.name, "colour": s.colour, "opacity": s.opacity, "move": s.move} for s in shown
-    ]
-    return beside(draw_exploded, looks, things, time_s=time_limit_s)
+    return beside(draw_exploded, exploded_parts(meshes), time_s=time_limit_s)
 
 
 def exploded_of(job: Job, meshes: MoldMeshes) -> Exploded:
@@ -140,20 +134,14 @@ TOWARD = (-0.72, 0.52, 1.0)  # the camera: in front, to the left, above
 EDGE, TRAIL = "#2f3a44", "#8a8f96"
 
 
-def draw_exploded(
-    looks: list[dict[str, Any]], things: list[tuple[Any, Any]]
-) -> tuple[bytes, dict[str, tuple[float, float]]]:
+def draw_exploded(things: tuple[Shown, ...]) -> tuple[bytes, dict[str, tuple[float, float]]]:
     """The picture as PNG, and by name a place in it where a thing is seen, shares from the left and
-    the top; what nothing is seen of has none.
-
-    looks: name, colour, opacity and move of each thing; things: its points, moved, and triangles.
-    pyvista's errors pass.
-    """
-    view = View.of(np.vstack([points for points, _ in things]))
-    plotter, png = _drawn(looks, things, view), io.BytesIO()
+    the top; what nothing is seen of has none. pyvista's errors pass."""
+    view = View.of(np.vstack([thing.points for thing in things]))
+    plotter, png = _drawn(things, view), io.BytesIO()
     plotter.screenshot(png, transparent_background=True)
     plotter.close()
-    return png.getvalue(), _seen(looks, things, view)
+    return png.getvalue(), _seen(things, view)
 
 
 class View:
@@ -199,36 +187,28 @@ class View:
         return np.column_stack([0.5 + 0.5 * across, 0.5 - 0.5 * (offset @ self.up) / depth])
 
 
-def _drawn(looks: list[dict[str, Any]], things: list[tuple[Any, Any]], view: View) -> Any:
+def _drawn(things: tuple[Shown, ...], view: View) -> Any:
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=SIZE)
     plotter.enable_anti_aliasing("ssaa")
     plotter.enable_depth_peeling(6)
-    for look, (points, triangles) in zip(looks, things, strict=True):
-        solid = _surface(points, triangles)
-        plotter.add_mesh(
-            *(solid,),
-            color=look["colour"],
-            opacity=look["opacity"],
-            smooth_shading=False,
-            ambient=0.22,
-        )
+    for thing in things:
+        solid, look = _surface(thing), {"color": thing.colour, "opacity": thing.opacity}
+        plotter.add_mesh(solid, **look, smooth_shading=False, ambient=0.22)
         edges = solid.extract_feature_edges(feature_angle=25, manifold_edges=False)
         if edges.n_cells:
             plotter.add_mesh(edges, color=EDGE, line_width=1.2)
-        move = np.array(look["move"])
+        move = np.array(thing.move)
         if np.linalg.norm(move) > 0.0:  # from its place to where it is drawn
-            middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+            middle = 0.5 * (thing.points.min(axis=0) + thing.points.max(axis=0))
             plotter.add_mesh(pyvista.Line(middle - move, middle), color=TRAIL, line_width=1.5)
     _aimed(plotter, view)
     plotter.add_axes(color=TRAIL, line_width=3, viewport=(0.0, 0.0, 0.12, 0.16))
     return plotter
 
 
-def _seen(
-    looks: list[dict[str, Any]], things: list[tuple[Any, Any]], view: View
-) -> dict[str, tuple[float, float]]:
+def _seen(things: tuple[Shown, ...], view: View) -> dict[str, tuple[float, float]]:
     """Where each thing is seen best: the middle of the largest disc of it that nothing covers."""
     import pyvista
     from scipy.ndimage import distance_transform_edt
@@ -237,20 +217,20 @@ def _seen(
     plotter = pyvista.Plotter(off_screen=True, window_size=(width, height))
     plotter.disable_anti_aliasing()
     plotter.set_background("white")
-    for k, (look, thing) in enumerate(zip(looks, things, strict=True)):
-        if look["opacity"] == 1.0:  # what is translucent covers nothing
+    for k, thing in enumerate(things):
+        if thing.opacity == 1.0:  # what is translucent covers nothing
             colour = tuple((k + 1) >> shift & 255 for shift in (16, 8, 0))
-            plotter.add_mesh(_surface(*thing), color=colour, lighting=False)
+            plotter.add_mesh(_surface(thing), color=colour, lighting=False)
     _aimed(plotter, view)
     image = plotter.screenshot(return_img=True).astype(np.int64)
     plotter.close()
     number = (image[..., 0] << 16) + (image[..., 1] << 8) + image[..., 2] - 1
     places = {}
-    for k, look in enumerate(looks):
+    for k, thing in enumerate(things):
         inside = distance_transform_edt(np.pad(number == k, 1))[1:-1, 1:-1]
         if inside.max() >= 2.0:
             row, column = np.unravel_index(inside.argmax(), inside.shape)
-            places[look["name"]] = (
+            places[thing.name] = (
                 round((float(column) + 0.5) / width, 4),
                 round((float(row) + 0.5) / height, 4),
             )
@@ -264,8 +244,9 @@ def _aimed(plotter: Any, view: View) -> None:
     plotter.reset_camera_clipping_range()
 
 
-def _surface(points: Any, triangles: Any) -> Any:
+def _surface(thing: Shown) -> Any:
     import pyvista
 
+    triangles = thing.mesh.triangles
     faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
-    return pyvista.PolyData(points, faces=faces)
+    return pyvista.PolyData(thing.points, faces=faces)

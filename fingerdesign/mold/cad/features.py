@@ -27,7 +27,7 @@ from fingerdesign.cad.kernel import (
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mold.cad.parting import AXIS, direction
+from fingerdesign.mold.cad.parting import AXIS, across, direction, prism_of
 from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
 from fingerdesign.mold.plan.extent import extent_of, seam_height
 from fingerdesign.mold.plan.plan import (
@@ -86,10 +86,10 @@ def core_room(body: Body, scale: float, half_depth: float) -> cq.Solid:
     core = moved.core
     assert core is not None
     low = 0.0 if core.bottom_mm == 0.0 else core.bottom_mm
-    floor = low - _BEYOND_MM if low == 0.0 else low
+    floor = low - BEYOND_MM if low == 0.0 else low
     z = 0.5 * (core.depth_mm if core.depth_mm is not None else body.depth_mm)
     if z > half_depth - 1e-6:
-        z += _BEYOND_MM
+        z += BEYOND_MM
     x = 0.5 * core.width_mm
     return box((-x, floor, -z), (x, min(low + core.height_mm, bounds.ymax + 1.0), z))
 
@@ -105,9 +105,8 @@ def _flat(frame: PlateFrame, legs: list[Leg]) -> cq.Solid:
     v = 0.5 * frame.thickness
     corners = [frame.to_space(frame.from_local(s, -v), w)[0] for s, w in outline]
     upward = frame.direction(frame.normal)
-    turn = float(np.sign(_area(outline)))
-    first, second = frame.direction(frame.axis), _span_direction(frame)
-    face_normal = turn * np.cross(first, second)
+    across = np.eye(3)[2 if frame.along == "x" else 0]
+    face_normal = np.cross(frame.direction(frame.axis), across)
     holes = [
         circle(frame.to_space(frame.from_local(h.s, -v), h.w)[0], -face_normal, h.radius)
         for h in frame.holes
@@ -152,17 +151,6 @@ def _without_idle(corners: list[tuple[float, float]]) -> list[tuple[float, float
             return kept
 
 
-def _area(corners: list[tuple[float, float]]) -> float:
-    x, y = np.array(corners).T
-    return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-
-
-def _span_direction(frame: PlateFrame) -> Array:
-    """Unit direction in space along which the span grows."""
-    ends = [frame.to_space(frame.centre, across)[0] for across in (0.0, 1.0)]
-    return np.asarray(ends[1] - ends[0])
-
-
 def _bent_leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
     """A leg of a bent plate: a strip of the same bent sheet beyond the plate's end."""
     radius = float(frame.bend_radius or 0.0)
@@ -186,7 +174,6 @@ def _bent_leg(frame: PlateFrame, leg: Leg) -> cq.Solid:
 # Importing this module loads the CAD kernel.
 
 STEEP = 0.5  # fall of a wall's top, mm per mm, from which its edge at a window is cut level
-_BEYOND_MM = 1.0  # how far a tool reaches out of what it cuts
 _UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -198,7 +185,7 @@ def slot_tools(plan: MoldPlan, planned: SidePlan) -> Iterator[tuple[str, cq.Soli
     """
     side = planned.side
     sheets = comb_names(side, planned.holding)
-    reach = (plan.reach_x if side.endswith("x") else plan.reach_z) + _BEYOND_MM
+    reach = (plan.reach_x if side.endswith("x") else plan.reach_z) + BEYOND_MM
     for slot in planned.slots:
         if not sheets:
             yield from ((wall_name(side), tool) for tool in _opening_tools(slot, 0.0, reach))
@@ -224,30 +211,29 @@ def _opening_tools(slot: Slot, shift: float, reach: float) -> Iterator[cq.Solid]
     """A slot's rectangle, and the round relief for the leads at its end."""
     yield slot_solid(slot, shift, reach)
     if slot.relief:
-        away, across = direction(slot.side), np.eye(3)[2 - AXIS[slot.side[1]]]
+        away = direction(slot.side)
         place, y = slot.relief_centre
-        foot = place * across + y * _UP + shift * upper_side(slot)
+        foot = place * across(slot.side) + y * _UP + shift * upper_side(slot)
         yield cq.Solid.makeCylinder(0.5 * slot.relief, reach, cq.Vector(*foot), cq.Vector(*away))
 
 
 def upper_side(slot: Slot) -> Array:
     """Unit vector across a slot, toward the upper side of its plate."""
-    across = np.eye(3)[2 - AXIS[slot.side[1]]]
     angle = np.radians(slot.angle_deg)
-    return np.asarray(-np.sin(angle) * across + np.cos(angle) * _UP)
+    return np.asarray(-np.sin(angle) * across(slot.side) + np.cos(angle) * _UP)
 
 
 def slot_solid(slot: Slot, shift: float, reach: float) -> cq.Solid:
     """A slot's rectangle, moved by ``shift`` toward the upper side, drawn out from the mid-plane:
     it is cut out of one part alone."""
-    away, across = direction(slot.side), np.eye(3)[2 - AXIS[slot.side[1]]]
+    away, level = direction(slot.side), across(slot.side)
     angle = np.radians(slot.angle_deg)
-    along = np.cos(angle) * across + np.sin(angle) * _UP
+    along = np.cos(angle) * level + np.sin(angle) * _UP
     upward = upper_side(slot)
-    centre = slot.place * across + slot.y * _UP + shift * upward
+    centre = slot.place * level + slot.y * _UP + shift * upward
     s, v = 0.5 * slot.length * along, 0.5 * slot.width * upward
     corners = [centre - s - v, centre + s - v, centre + s + v, centre - s + v]
-    return extruded(flat_face(polygon(corners)), reach * away)
+    return prism_of(corners, reach * away)
 
 
 def window_tools(
@@ -271,10 +257,11 @@ def window_tools(
 
 def _opening(plan: MoldPlan, side: Side, low: float, high: float, bottom: float) -> cq.Solid:
     """The box above ``bottom`` between two places, from the mid-plane out of the block."""
-    away, across = direction(side), np.eye(3)[2 - AXIS[side[1]]]
     reach = plan.reach_x if side.endswith("x") else plan.reach_z
-    one = low * across + bottom * _UP
-    other = (reach + _BEYOND_MM) * away + high * across + (plan.top + _BEYOND_MM) * _UP
+    one = low * across(side) + bottom * _UP
+    other = (
+        (reach + BEYOND_MM) * direction(side) + high * across(side) + (plan.top + BEYOND_MM) * _UP
+    )
     return box(np.minimum(one, other).tolist(), np.maximum(one, other).tolist())
 
 
@@ -419,30 +406,31 @@ def _cylinder(diameter: float, foot: Array, way: Array, length: float) -> cq.Sol
 
 def rib(key: Key, side: Side) -> cq.Solid:
     """A key: a rib along the side's direction, its long sides leaning by its draft."""
-    away = direction(side)
-    start, end = sorted((float(np.array(key.low) @ away), float(np.array(key.high) @ away)))
-    return _between(key, side, 0.0, -ROOT_MM, key.high[1], start, end)
+    return _between(key, side, 0.0, -ROOT_MM, key.high[1], *_ends(key, side))
 
 
 def groove(key: Key, side: Side) -> cq.Solid:
     """A key's groove: the rib with the clearance, and open inward, so that the wall can slide off
     along its draw."""
-    away = direction(side)
-    end = max(float(np.array(key.low) @ away), float(np.array(key.high) @ away)) + key.clearance
+    end = _ends(key, side)[1] + key.clearance
     return _between(key, side, key.clearance, -BEYOND_MM, key.high[1] + key.clearance, 0.0, end)
+
+
+def _ends(key: Key, side: Side) -> list[float]:
+    """Distances outward at which a key begins and ends."""
+    return sorted(float(np.array(corner) @ direction(side)) for corner in (key.low, key.high))
 
 
 def _between(
     key: Key, side: Side, more: float, bottom: float, top: float, start: float, end: float
 ) -> cq.Solid:
     """The key's section, ``more`` wider all round, drawn from ``start`` to ``end`` outward."""
-    away, across = direction(side), 2 - AXIS[side[1]]
-    unit = np.eye(3)[across]
+    away, axis = direction(side), 2 - AXIS[side[1]]
     lean = np.tan(np.radians(key.draft_deg))
     wider = more * float(np.hypot(1.0, lean))  # across the leaning side
-    left, right = key.low[across] - wider, key.high[across] + wider
+    left, right = key.low[axis] - wider, key.high[axis] + wider
     corners = [
-        start * away + place * unit + height * _UP
+        start * away + place * across(side) + height * _UP
         for place, height in (
             (left + lean * bottom, bottom),
             (right - lean * bottom, bottom),
@@ -450,7 +438,7 @@ def _between(
             (left + lean * top, top),
         )
     ]
-    return extruded(flat_face(polygon(corners)), (end - start) * away)
+    return prism_of(corners, (end - start) * away)
 
 
 def _base_hole(hole: BaseHole, base: float) -> cq.Solid:
@@ -477,9 +465,9 @@ def _pilot(hole: BaseHole, height: float) -> cq.Solid:
 
 def _core_pin(plan: MoldPlan, pin: CorePin, clearance: float) -> cq.Solid:
     """The hole of a core pin, from its tip out of the block, with the clearance all round."""
-    away, across = direction(pin.side), 2 - AXIS[pin.side[1]]
+    away = direction(pin.side)
     reach = plan.reach_x if pin.side.endswith("x") else plan.reach_z
     start = pin.tip - clearance
-    foot = start * away + pin.place * np.eye(3)[across] + pin.y * _UP
+    foot = start * away + pin.place * across(pin.side) + pin.y * _UP
     diameter = pin.diameter + 2.0 * clearance
     return _cylinder(diameter, foot, away, reach + BEYOND_MM - start)

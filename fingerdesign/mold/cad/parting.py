@@ -47,6 +47,11 @@ def direction(side: Side) -> Array:
     return found
 
 
+def across(side: Side) -> Array:
+    """The level unit vector (3,) along a side, +x or +z."""
+    return np.asarray(np.eye(3)[2 - AXIS[side[1]]])
+
+
 @dataclass(frozen=True)
 class FlatSide:
     """One flat side of an outline.

@@ -23,7 +23,7 @@ from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.extent import Extent
 from fingerdesign.mold.plan.plan import BaseHole, CorePin, Limits, MoldPlan, Side, SidePlan
-from fingerdesign.mold.plan.slots import core_in_mold, openings_corners
+from fingerdesign.mold.plan.slots import core_in_mold, openings_of
 
 Kind = Literal["gate", "riser", "vent", "lock", "screw"]
 
@@ -296,7 +296,7 @@ def _places(
     room = 0.5 * hole + limits.wall_mm
     free = {sign: np.ones(len(places), dtype=bool) for sign in (1.0, -1.0)}
     for planned in sides:
-        for low, high, bottom, top in _side_openings(planned):
+        for low, high, bottom, top in openings_of(planned):
             if not (bottom - room < y < top + room):
                 continue
             for sign, fits in free.items():
@@ -308,21 +308,6 @@ def _places(
         if fits.any():
             return [sign * float(places[fits][0])]
     return []
-
-
-def _side_openings(planned: SidePlan) -> list[tuple[float, float, float, float]]:
-    """Rectangles (low, high, bottom, top) of a side's window or slots."""
-    if planned.window is not None:
-        low, high, bottom = planned.window
-        return [(low, high, bottom, np.inf)]
-    if not planned.slots:
-        return []
-    corners = openings_corners(planned.slots)
-    least, most = corners.min(axis=1), corners.max(axis=1)
-    return [
-        (float(a[0]), float(b[0]), float(a[1]), float(b[1]))
-        for a, b in zip(least, most, strict=True)
-    ]
 
 
 def _fault(design: Design, height: float, limits: Limits) -> Fault:

@@ -16,7 +16,16 @@ from fingerdesign.arrays import Array
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-from fingerdesign.mold.plan.plan import JOINED_MM, LEAD_SIDES, Holding, Leg, Limits, Side, Slot
+from fingerdesign.mold.plan.plan import (
+    JOINED_MM,
+    LEAD_SIDES,
+    Holding,
+    Leg,
+    Limits,
+    Side,
+    SidePlan,
+    Slot,
+)
 
 # Where plates and their legs lie in mold space, as frames: numbers only.
 #
@@ -127,15 +136,6 @@ def sheets_thickness(design: Design, holding: Holding, limits: Limits) -> float:
     return limits.wall_mm if holding == "jig" else 0.0
 
 
-def opening_sizes(
-    design: Design, holding: Holding, limits: Limits, bar: PlateFrame
-) -> tuple[float, float]:
-    """Length and width of the slot of a leg whose section ``bar`` just holds, mm."""
-    play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
-    width = max(bar.thickness + play, least_slot(design, holding, limits))
-    return bar.length + play, width
-
-
 def relief_diameter(
     design: Design, holding: Holding, limits: Limits, side: Side, width: float, thickness: float
 ) -> float:
@@ -174,7 +174,8 @@ def stock_shim(play: float) -> float:
 def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, leg: Leg) -> Slot:
     """The slot of a leg whose section ``bar`` just holds; the leads' hole lies on the side away
     from the contact surface."""
-    length, width = opening_sizes(design, holding, limits, bar)
+    play = design.mold.comb.clearance_mm if holding == "comb" else 2.0 * limits.clearance_mm
+    width = max(bar.thickness + play, least_slot(design, holding, limits))
     relief = relief_diameter(design, holding, limits, leg.side, width, bar.thickness)
     return Slot(
         plate=leg.plate,
@@ -182,7 +183,7 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
         place=float(bar.place),
         y=float(bar.y),
         angle_deg=bar.angle_deg,
-        length=length,
+        length=bar.length + play,
         width=width,
         wire=design.mold.wire_mm if relief else 0.0,
         shim=stock_shim(width - bar.thickness) if holding == "slots" else 0.0,
@@ -222,6 +223,15 @@ def openings_corners(slots: Sequence[Slot]) -> Array:
         if slot.relief
     ]
     return np.concatenate([corners, *squares])
+
+
+def openings_of(planned: SidePlan) -> list[tuple[float, float, float, float]]:
+    """Rectangles (low, high, bottom, top) of a side's window, or of its slots."""
+    if planned.window is not None:
+        return [(*planned.window, math.inf)]
+    corners = openings_corners(planned.slots)
+    rows = np.hstack([corners.min(axis=1), corners.max(axis=1)])[:, [0, 2, 1, 3]]
+    return [(low, high, bottom, top) for low, high, bottom, top in rows.tolist()]
 
 
 def _relief_gaps(

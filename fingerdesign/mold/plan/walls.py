@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.mold.plan.extent import Extent
 from fingerdesign.mold.plan.plan import CorePin, Limits, Plug, Side, SidePlan
-from fingerdesign.mold.plan.slots import openings_corners
+from fingerdesign.mold.plan.slots import openings_of
 
 # Where fasteners stand beside the finger: columns beyond its side, depths beyond its corner; mm.
 #
@@ -192,15 +192,8 @@ class Walls:
     def obstacles(self, side: Side) -> tuple[Obstacle, ...]:
         """The windows, slots and core pins of one side's wall."""
         planned = next(each for each in self.sides if each.side == side)
-        found = []
-        if planned.window is not None:
-            low, high, bottom = planned.window
-            found.append(Obstacle(low, high, bottom, np.inf, True))
-        elif planned.slots:
-            for corners in openings_corners(planned.slots):
-                (low, bottom), (high, top) = corners.min(axis=0), corners.max(axis=0)
-                ends = (float(low), float(high))
-                found.append(Obstacle(*ends, float(bottom), float(top), False))
+        open_ = planned.window is not None
+        found = [Obstacle(*bounds, open_) for bounds in openings_of(planned)]
         for pin in self.core_pins:
             if pin.side == side:
                 r = 0.5 * pin.diameter

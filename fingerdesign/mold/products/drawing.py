@@ -154,17 +154,8 @@ ROUND = 12  # corners of a polygon that may stand for a circle
 STRAIGHT = 1e-7  # mm; a point this near the line between its neighbours adds nothing
 
 
-@dataclass(frozen=True)
-class Outline:
-    """What is cut around (n, 2), polygons cut out of it, and round holes (x, y, radius)."""
-
-    around: Array
-    openings: tuple[Array, ...]
-    circles: tuple[tuple[float, float, float], ...]
-
-
-def sheet_outline(part: PartMesh, side: Side) -> Outline:
-    """Outline, openings and round holes of a sheet that lies across a side's direction.
+def comb_sheet(part: PartMesh, side: Side) -> Sheet:
+    """A comb or jig as cut, from the triangles of its flat face across a side's direction.
 
     Drawn as (x, y) for the sides +z and -z (seen from +z), as (z, y) for +x and -x (seen from -x).
     GeometryError where the flat face is not one piece, or where outline times thickness is not the
@@ -190,7 +181,7 @@ def sheet_outline(part: PartMesh, side: Side) -> Outline:
     outline, openings = loops[0], tuple(loops[1:])
     area = polygon_area(outline) - sum(polygon_area(loop) for loop in openings)
     thickness = float(np.ptp(part.vertices[:, axis]))
-    border = sum(_length(loop) for loop in loops)
+    border = sum(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum() for p in loops)
     # A chord cuts off that much at most; single precision moves both faces by half a step each.
     rounding = float(np.spacing(np.float32(np.abs(part.vertices[:, axis]).max()))) / thickness
     allowed = max(part.chord, 1e-6) * border + (rounding + 1e-6) * area
@@ -201,7 +192,10 @@ def sheet_outline(part: PartMesh, side: Side) -> Outline:
         )
     rounds = {k: circle for k, loop in enumerate(openings) if (circle := as_circle(loop))}
     polygons = tuple(loop for k, loop in enumerate(openings) if k not in rounds)
-    return Outline(outline, polygons, tuple(rounds.values()))
+    seen = "x to the right, seen from +z" if axis == 2 else "z to the right, seen from -x"
+    cut = f"{len(polygons)} openings, {len(rounds)} round holes"
+    text = (f"{part.name}: 1 of {thickness:g} mm sheet, {cut}", f"{seen}, y up")
+    return Sheet(part.name, outline, polygons, tuple(rounds.values()), text=text)
 
 
 def as_circle(points: Array) -> tuple[float, float, float] | None:
@@ -243,10 +237,6 @@ def border_loops(triangles: IntArray, name: str) -> list[list[int]]:
             at = follows.pop(at)
         loops.append(loop)
     return loops
-
-
-def _length(points: Array) -> float:
-    return float(np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1).sum())
 
 
 def _without_straight_points(points: Array) -> Array:
@@ -302,14 +292,3 @@ def plate_sheet(pattern: FlatPattern) -> Sheet:
         bends=bends,
         text=tuple(text),
     )
-
-
-def comb_sheet(part: PartMesh, side: Side) -> Sheet:
-    """A comb or jig as cut, from its triangles."""
-    found = sheet_outline(part, side)
-    axis = 2 if side.endswith("z") else 0
-    thick = float(np.ptp(part.vertices[:, axis]))
-    seen = "x to the right, seen from +z" if axis == 2 else "z to the right, seen from -x"
-    cut = f"{len(found.openings)} openings, {len(found.circles)} round holes"
-    text = (f"{part.name}: 1 of {thick:g} mm sheet, {cut}", f"{seen}, y up")
-    return Sheet(part.name, found.around, found.openings, found.circles, text=text)

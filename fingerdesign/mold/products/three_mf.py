@@ -8,7 +8,7 @@ from __future__ import annotations
 import locale
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +65,7 @@ def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
         wide, deep, _ = each.size
         if x > 0.0 and x + wide > limit:
             x, y, row = 0.0, y + row + GAP_MM, 0.0
-        placed.append(_at(each, x, y))
+        placed.append(replace(each, place=(x, y)))
         x, row = x + wide + GAP_MM, max(row, deep)
     return tuple(placed)
 
@@ -117,10 +117,6 @@ def _turn_down(normal: Array) -> Array:
     x, y, z = axis
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + skew + skew @ skew / (1.0 + cosine))
-
-
-def _at(posed: Posed, x: float, y: float) -> Posed:
-    return Posed(posed.name, posed.vertices, posed.triangles, (x, y), posed.flat_area, posed.down)
 
 
 DECIMALS = 6  # nm: finer than single precision, in which the format's library holds vertices

@@ -11,8 +11,8 @@ from fingerdesign.mold.products.drawing import (
     Sheet,
     as_circle,
     border_loops,
+    comb_sheet,
     polygon_area,
-    sheet_outline,
     write_dxf,
 )
 
@@ -43,9 +43,9 @@ def comb(axis="z", thickness=0.3, volume=None):
 
 @pytest.mark.parametrize(("axis", "side"), [("z", "+z"), ("z", "-z"), ("x", "+x"), ("x", "-x")])
 def test_outline_and_opening_of_a_sheet(axis, side):
-    found = sheet_outline(comb(axis), side)
-    assert len(found.around) == 4
-    assert polygon_area(found.around) == pytest.approx(80.0)
+    found = comb_sheet(comb(axis), side)
+    assert len(found.outline) == 4
+    assert polygon_area(found.outline) == pytest.approx(80.0)
     assert [polygon_area(each) for each in found.openings] == pytest.approx([8.0])
     assert found.circles == ()
 
@@ -61,7 +61,7 @@ def test_a_round_hole_is_distinguished_from_a_slot():
 
 def test_an_outline_that_is_not_the_solid_is_refused():
     with pytest.raises(GeometryError, match="comb_front: its outline times its thickness"):
-        sheet_outline(comb(volume=20.0), "+z")
+        comb_sheet(comb(volume=20.0), "+z")
 
 
 def test_a_border_that_meets_itself_is_refused():
