@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.extent import Extent
-from fingerdesign.mold.plan.plan import BaseHole, CorePin, Limits, MoldPlan, Side, SidePlan
+from fingerdesign.mold.plan.plan import BaseHole, CorePin, Limits, MoldPlan, Side, SidePlan, refusal
 from fingerdesign.mold.plan.slots import core_in_mold, openings_of
 
 Kind = Literal["gate", "riser", "vent", "lock", "screw"]
@@ -134,13 +133,7 @@ def _openings(
 
 def _no_room(design: Design, key: str, value: float, limits: Limits, what: str) -> Fault:
     core = design.body.core is not None and design.body.core.bottom_mm == 0.0
-    beside = "core, vents" if core else "vents"
-    bound = (
-        f"of {what} with room on the finger's base: even {at_most(limits.hole_mm)} mm, the least "
-        f"hole of '{limits.name}', is too wide beside {beside} and walls of {limits.wall_mm:g} mm"
-    )
-    remedy = "take a process with smaller holes (mold.limits.hole_mm), or a wider finger"
-    return Fault(key, value, bound, f"{remedy} or narrower core" if core else remedy)
+    return refusal("no_hole", key, value, what=what, limits=limits, core=core)
 
 
 def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
@@ -316,12 +309,6 @@ def _fault(design: Design, height: float, limits: Limits) -> Fault:
     pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
     least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
     if height < least:
-        bound = (
-            f"at least {at_least(least)} for a mold: a pin of {pin:g} mm holds the core, with "
-            f"{_WEB_MM:g} mm of core above and below its hole"
-        )
-        remedy = "thicken it or stand it on the base (body.core.bottom_mm = 0)"
-        return Fault("body.core.height_mm", core.height_mm, bound, remedy)
-    bound = "where pins through the walls reach the core clear of the plates' slots and windows"
-    remedy = "move it away from them or stand it on the base (body.core.bottom_mm = 0)"
-    return Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy)
+        of = {"least": least, "pin": pin, "web": _WEB_MM}
+        return refusal("thin_core", "body.core.height_mm", core.height_mm, **of)
+    return refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm)

@@ -9,15 +9,15 @@ from dataclasses import replace
 import numpy as np
 
 from fingerdesign.checks.design import is_sound
-from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.faults import at_least
 from fingerdesign.design.mold import Comb, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
 from fingerdesign.mold.plan import slots
-from fingerdesign.mold.plan.leg_room import Fixture, Room, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.leg_room import Fixture, crossing_legs, least_gap_mm, leg_gaps
 from fingerdesign.mold.plan.legs import fixture_of
-from fingerdesign.mold.plan.plan import SIDES, Holding, Leg
+from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, refusal
 from fingerdesign.mold.plan.slots import leg_bar
 
 CLOSE = 2e-6  # mm; rounding
@@ -89,23 +89,19 @@ def no_web(fixture: Fixture, worst: Web) -> Fault:
     """The fault of two slots between which no web can stand."""
     design = fixture.design
     holding, one, two, distance, web = worst
-    between = "they overlap" if distance == 0.0 else f"{distance:.3g}"
-    own = "mold.comb.web_mm" if holding == "comb" else "mold.limits.feature_mm"
-    least = slots.least_slot(design, holding, fixture.limits)
-    bound = (
-        f"such that webs of {own} = {web:g} mm stand between slots of at least "
-        f"{least:g} mm (plates {one} and {two}: {between})"
-    )
     row = row_of(design, two)
     same = any(frame.index == one for frame in row.frames)
     key, value = row.blame(two, "pitch_mm" if same else "cover_mm")
-    return Fault(key, value, bound, _wider(design, row, holding, same, one, key))
+    of = {"holding": holding, "one": one, "two": two, "distance": distance, "web": web}
+    least = slots.least_slot(design, holding, fixture.limits)
+    changes = _wider(design, row, holding, same, one, key)
+    return refusal("no_web", key, value, least=least, changes=changes, **of)
 
 
 def _wider(
     design: Design, row: PlateRow, holding: Holding, same: bool, other: int, key: str
-) -> str:
-    """The remedy of slots that lack webs: changes that were tried."""
+) -> list[str]:
+    """The remedies of slots that lack webs: changes that were tried."""
 
     def holds(trial: Design, thorough: bool = False) -> bool:
         return worst_web(fixture_of(trial, thorough)) is None
@@ -132,7 +128,7 @@ def _wider(
         mold = design.mold.model_copy(update={name: value})
         if holds(design.model_copy(update={"mold": mold}), thorough=True):
             found.append(words)
-    return " or ".join(found) or "space the plates out, or lower plates.count"
+    return found
 
 
 def demanded(design: Design, worst: Web | None, high: tuple[Leg, float] | None) -> Fault | None:
@@ -151,16 +147,9 @@ def demanded(design: Design, worst: Web | None, high: tuple[Leg, float] | None) 
             if value is None or name not in table.model_fields_set:
                 continue
             most = _most(design, where, name, float(value))
-            if most is None:
-                continue
-            if worst is not None:
-                why = f"webs stand between the slots of plates {worst[1]} and {worst[2]}"
-            else:
-                assert high is not None
-                why = f"plate {high[0].plate}'s slot stays below the contact surface"
-            key = f"mold.{where}.{name}"
-            remedy = "lower it, or space the plates out by plates.pitch_mm and plates.cover_mm"
-            return Fault(key, value, f"at most {at_most(most)}, such that {why}", remedy)
+            if most is not None:
+                of = {"most": most, "worst": worst, "high": high}
+                return refusal("too_much", f"mold.{where}.{name}", value, **of)
     return None
 
 
@@ -209,8 +198,7 @@ def _leg_width(design: Design) -> list[Fault]:
     lengths = [row.table.length_mm for row in plate_rows(design)]
     if given is None or not lengths or given <= min(lengths):
         return []
-    bound = f"at most plates.length_mm = {min(lengths):g}"
-    return [Fault("mold.leg_mm", given, bound, "narrow the legs, or remove it")]
+    return [refusal("wide_legs", "mold.leg_mm", given, least=min(lengths))]
 
 
 def _crossings(fixture: Fixture) -> list[Fault]:
@@ -231,9 +219,8 @@ def _crossings(fixture: Fixture) -> list[Fault]:
         return []
     plate, what, distance = reported
     key, value = row_of(design, plate).blame(plate, "cover_mm")
-    near = "cross them" if distance == 0.0 else f"come within {distance:.3g}"
-    bound = f"such that legs stay {least:g} mm from {what} (those of plate {plate} {near})"
-    return [Fault(key, value, bound, "move the rows apart, or the plates out of the legs' way")]
+    of = {"least": least, "what": what, "plate": plate, "distance": distance}
+    return [refusal("crossing_legs", key, value, **of)]
 
 
 def _draft(fixture: Fixture, leg: Leg, nearest: float) -> Fault | None:
@@ -241,20 +228,9 @@ def _draft(fixture: Fixture, leg: Leg, nearest: float) -> Fault | None:
     draft = fixture.room.greatest_draft(leg.side, nearest)
     if draft is None:
         return None
-    bound = (
-        f"at most {math.floor(100.0 * draft) / 100.0:g}, such that the seam beside the contact "
-        f"insert, which ends short of plate {leg.plate}'s legs, stays outside "
-        f"{_zone(fixture.room, leg)}"
-    )
-    remedy = "lower it, or lower mold.insert_mm"
-    return Fault("mold.draft_deg", fixture.design.mold.draft_deg, bound, remedy)
-
-
-def _zone(room: Room, leg: Leg) -> str:
-    zone = room.zone(leg.side)
-    if not math.isfinite(zone):
-        return "the contact zone, which reaches the body's ends"
-    return f"the contact zone and its margin, |{leg.side[1]}| = {zone:.3g}"
+    zone, most = fixture.room.zone(leg.side), math.floor(100.0 * draft) / 100.0
+    key, value = "mold.draft_deg", fixture.design.mold.draft_deg
+    return refusal("seam_in_contact", key, value, most=most, leg=leg, zone=zone)
 
 
 def _too_high(fixture: Fixture, leg: Leg, nearest: float) -> Fault:
@@ -265,17 +241,12 @@ def _too_high(fixture: Fixture, leg: Leg, nearest: float) -> Fault:
     def holds(trial: Design) -> bool:
         return worst_exit(fixture_of(trial, thorough=False)) is None
 
-    remedy = "lower the plates, mold.contact_margin_mm or grip.max_approach_mm"
+    deeper = None
     if not row.placed:
         cover = row.table.cover_mm
         deeper = least_value(design, key, cover, cover + row.frames[0].y, holds)
-        if deeper is not None:
-            remedy = f"raise {key} to at least {deeper:g}"
-    bound = (
-        f"such that legs' slots stay {room.web:g} mm below the contact surface, or leave the "
-        f"finger beyond the seam outside {_zone(room, leg)} (plate {leg.plate}'s: {nearest:.3g})"
-    )
-    return Fault(key, value, bound, remedy)
+    of = {"leg": leg, "zone": room.zone(leg.side), "room": room, "nearest": nearest}
+    return refusal("high_legs", key, value, key=key, deeper=deeper, **of)
 
 
 def _jig(fixture: Fixture) -> list[Fault]:
@@ -286,13 +257,8 @@ def _jig(fixture: Fixture) -> list[Fault]:
         turns = [slot.angle_deg for slot in openings]
         worst = int(np.argmax(np.abs(np.array(turns) - turns[0])))
         if abs(turns[worst] - turns[0]) > _ONE_ANGLE:
-            bound = (
-                "'comb' or 'slots' where the plates of a side differ in angle: a jig clamps all of "
-                f"them by one shift (plates {openings[0].plate} and {openings[worst].plate}: "
-                f"{turns[0]:.4g} and {turns[worst]:.4g} degrees)"
-            )
-            remedy = "change it, or set plates.follow = 'level' with one angle"
-            return [Fault("mold.plate_fixture", "jig", bound, remedy)]
+            both = {"one": openings[0], "two": openings[worst]}
+            return [refusal("jig_of_angles", "mold.plate_fixture", "jig", **both)]
     return []
 
 
@@ -319,22 +285,14 @@ def _blocked(fixture: Fixture, corner: float | None) -> list[Fault]:
     if sunk[worst] > CLOSE:
         plate = loose[worst].plate
         key, value = row_of(design, plate).blame(plate, "cover_mm")
-        bound = (
-            f"such that legs' slots stay {room.web:g} mm above the base "
-            f"(plate {plate}'s: {float(openings.bottom[worst]):.3g})"
-        )
-        found.append(Fault(key, value, bound, "raise the plates: lower it"))
+        of = {"web": room.web, "plate": plate, "bottom": float(openings.bottom[worst])}
+        found.append(refusal("low_slots", key, value, **of))
     into = room.blocked([leg.side for leg in loose], openings, exits)
     worst = int(np.argmax(into))
     if into[worst] > CLOSE:
         leg = loose[worst]
         row = row_of(design, leg.plate)
         key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
-        wall, other = ("end", "side") if leg.side.endswith("z") else ("side", "end")
-        bound = (
-            f"such that legs leave through the {wall} walls (those of plate {leg.plate} would run "
-            f"through the {other} walls, which are drawn across them: they meet at |z| = "
-            f"{room.corner:.3g}, {into[worst]:.3g} from there)"
-        )
-        found.append(Fault(key, value, bound, "move the plates inward: lower it or the count"))
+        deep = float(into[worst])
+        found.append(refusal("legs_in_walls", key, value, leg=leg, corner=room.corner, into=deep))
     return found

@@ -14,12 +14,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
+from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.mold import Mold
 from fingerdesign.design.schema import Design
+from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.report.page import macros
 
 # What a process holds, and how heavy silicones are: typical values; measure yours.
 #
@@ -94,6 +98,16 @@ def density_of(design: Design) -> float:
     if design.mold.density_g_cm3 is not None:
         return design.mold.density_g_cm3
     return DENSITIES_G_CM3.get(design.body.material, _ANY_SILICONE_G_CM3)
+
+
+_REFUSALS = Path(__file__).parents[1] / "templates" / "refusals.j2"
+
+
+def refusal(words: str, key: str, value: object, /, **of: object) -> Fault:
+    """A fault of a key whose bound and remedy templates/refusals.j2 says, ``of`` some numbers."""
+    text = getattr(macros(_REFUSALS), words)(of, at_least, at_most)
+    bound, _, remedy = " ".join(text.split()).partition(" -> ")
+    return Fault(key, value, bound, remedy)
 
 
 Side = Literal["+z", "-z", "+x", "-x"]
