@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import textwrap
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -51,7 +52,7 @@ def check(designs: tuple[Path, ...], scene_file: Path | None, quiet: bool, as_js
         else:
             summary = summarise(found.value, sound_scene)
             summaries.append(summary)
-            known = summary.as_dict() if wrong is None else {}  # forecast for the scene asked for
+            known = asdict(summary) if wrong is None else {}  # forecast for the scene asked for
             doubts = _notes(found.value)
             ahead = forecasts(found.value, sound_scene) if wrong is None else []
             costs += [(summary.name, each) for each in ahead]
@@ -135,7 +136,7 @@ def _show(summaries: list[Summary], scene: str) -> None:
     rows = [
         [
             "\n".join([*textwrap.wrap(item.name, room), item.body, "; ".join(item.rows) or "bare"]),
-            number(item.least_cover_mm),
+            number(item.least_surface_mm),
             number(item.least_gap_mm),
             number(item.least_side_mm),
             number(item.least_base_mm),

@@ -14,7 +14,7 @@ from fingerdesign.checks.load import without_plates
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.path import Step
 from fingerdesign.contact.problem import ContactProblem, contact_problem
-from fingerdesign.control.episode import run_grips
+from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.slip_study import slip_studies as study
 from fingerdesign.layout.zone import Zone, candidate_zone, greatest_approach
 from fingerdesign.mesh.make import mesh_finger
@@ -129,7 +129,8 @@ def run_all_grips(
     """
     grip = design.grip
     frictions, mass = grip.friction_coefficients, grip.object_mass_g
-    return run_grips(problem, design, frictions, mass, plates, opposite, estimator)
+    episodes = run_episodes(problem, design, frictions, mass, plates, opposite, estimator)
+    return [(episode.result, episode.trace) for episode in episodes]
 
 
 def recover_fields(model: FiniteElementModel, steps: list[Step]) -> FieldHistory:

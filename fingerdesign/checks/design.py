@@ -14,6 +14,7 @@ from fingerdesign.checks.body import body_faults, sound_outline
 from fingerdesign.checks.placing import placing_findings
 from fingerdesign.checks.spacing import spacing_findings
 from fingerdesign.design.faults import at_least, at_most
+from fingerdesign.design.grip import lifting_tugs
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 
 # Faults between the keys of ``[grip]`` that say what is gripped, and with what hardware.
 
-_GRAVITY = 9.80665  # m/s^2
 _LEAST_GAGES = 2
 _BENCH_SHEAR = 0.05  # of the preload: what the bench shears by (control/calibration.py)
 
@@ -87,32 +87,13 @@ def _twice_faults(grip: Grip) -> list[Fault]:
 
 def _upward_faults(grip: Grip) -> list[Fault]:
     """Tugs that lift the object out of the fingers, wherever something else begins beside them."""
-    begins = [each.step_after_lift for each in grip.tugs]
-    begins += [each.step_after_lift for each in grip.weight_changes]
     faults = []
-    for k, tug in enumerate(grip.tugs):
-        last = tug.step_after_lift + tug.duration_steps - 1
-        steps = [step for step in begins if tug.step_after_lift <= step <= last]
-        least = min((_weight(grip, step) for step in steps), default=0.0)
-        if tug.extra_force_N < 0.0 and least < 0.0:
-            bound = f"no more upward than the weight allows, {-tug.extra_force_N + least:.3g} N"
-            remedy = "tug less, or lift a heavier object"
-            key = f"grip.tugs[{k}].extra_force_N"
-            faults.append(Fault(key, tug.extra_force_N, bound, remedy))
+    for k, least in lifting_tugs(grip.object_mass_g, grip.tugs, grip.weight_changes):
+        force = grip.tugs[k].extra_force_N
+        bound = f"no more upward than the weight allows, {-force + least:.3g} N"
+        remedy = "tug less, or lift a heavier object"
+        faults.append(Fault(f"grip.tugs[{k}].extra_force_N", force, bound, remedy))
     return faults
-
-
-def _weight(grip: Grip, step: int) -> float:
-    """What pulls at the object ``step`` control steps after the lift, N."""
-    changes = [each for each in grip.weight_changes if each.step_after_lift <= step]
-    last = max(changes, key=lambda each: each.step_after_lift, default=None)
-    mass = grip.object_mass_g if last is None else last.object_mass_g
-    tugs = (
-        tug.extra_force_N
-        for tug in grip.tugs
-        if tug.step_after_lift <= step < tug.step_after_lift + tug.duration_steps
-    )
-    return 1e-3 * _GRAVITY * mass + sum(tugs)
 
 
 def _dead_gage_faults(design: Design) -> list[Fault]:

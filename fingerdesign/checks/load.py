@@ -9,6 +9,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -50,12 +51,12 @@ class Judged(Generic[_Found]):
 
 def load_design(path: str | Path) -> Design:
     """Read a design file. Raises :class:`DesignError` with every fault found in it."""
-    return parse_design(_read(Path(path)), str(path), Path(path).parent)
+    return parse_design(read_text(path), str(path), Path(path).parent)
 
 
 def load_scene(path: str | Path) -> Scene:
     """Read a scene file. Raises :class:`DesignError` with every fault found in it."""
-    return parse_scene(_read(Path(path)), str(path))
+    return parse_scene(read_text(path), str(path))
 
 
 def parse_design(text: str, source: str = "", folder: Path | None = None) -> Design:
@@ -108,8 +109,9 @@ def dump_design(design: Design) -> str:
     return tomlkit.dumps(dict(ordered))
 
 
-def _read(path: Path) -> str:
-    """Return a file's text; what cannot be read is a fault of the input."""
+def read_text(file: str | Path) -> str:
+    """Return a file's text. Raises :class:`DesignError` where it cannot be read."""
+    path = Path(file)
     try:
         if path.exists() and not path.is_file() and not path.is_dir():
             bound = "an ordinary file"
@@ -122,8 +124,7 @@ def _read(path: Path) -> str:
         return content.decode("utf-8-sig")
     except (OSError, ValueError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
-        fault = Fault("file", str(path), "a readable TOML file", f"{why}")
-        raise DesignError([fault]) from None
+        raise DesignError([Fault("file", str(path), "a readable TOML file", f"{why}")]) from None
 
 
 def _toml(text: str, source: str) -> dict[str, Any]:
@@ -171,11 +172,6 @@ def judge_scene(text: str, source: str = "") -> Judged[Scene]:
     return _validated(Scene, _toml(text, source))
 
 
-def read_text(path: str | Path) -> str:
-    """Return a file's text. Raises :class:`DesignError` where it cannot be read."""
-    return _read(Path(path))
-
-
 def _judged_design(data: dict[str, Any], folder: Path | None) -> Judged[Design]:
     known = resolved(resolved_file(data, folder or Path.cwd()), folder)
     found = _validated(Design, known.data)
@@ -198,13 +194,10 @@ def _assumed_faults(design: Design) -> list[Fault]:
     faults = []
     for index, key in enumerate(design.assumed):
         if key not in known:
-            from difflib import get_close_matches
-
             near = get_close_matches(key, known, 1, 0.6)
             remedy = f"did you mean '{near[0]}'?" if near else "remove it"
-            faults.append(
-                Fault(f"assumed[{index}]", shown(key), "the dotted key of a value", remedy)
-            )
+            bound = "the dotted key of a value"
+            faults.append(Fault(f"assumed[{index}]", shown(key), bound, remedy))
     return faults
 
 

@@ -266,7 +266,8 @@ def _span_culprit(row: PlateRow, half: float) -> str:
 def _round(design: Design, row: PlateRow) -> list[Finding]:
     """Plates of a revolved body that leave its round section."""
     allowed = 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
-    reach = _radii(row)
+    groups = [clearance.plate_points(frame) for frame in row.frames]
+    reach = np.array([np.hypot(points[:, 0], points[:, 2]).max() for points in groups])
     worst = int(np.argmax(reach))
     if reach[worst] <= allowed + CLOSE:
         return []
@@ -298,12 +299,6 @@ def _round(design: Design, row: PlateRow) -> list[Finding]:
     )
     over = float(reach[worst] - allowed)
     return [Finding(key, value, bound, over, changes, "shorten the row or narrow the plates")]
-
-
-def _radii(row: PlateRow) -> Array:
-    """How far each plate reaches from the axis of a revolved body, (plates,)."""
-    groups = [clearance.plate_points(frame) for frame in row.frames]
-    return np.array([np.hypot(points[:, 0], points[:, 2]).max() for points in groups])
 
 
 def wall_findings(design: Design, row: PlateRow) -> list[Finding]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
+from difflib import get_close_matches
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -17,9 +19,6 @@ from fingerdesign.errors import DesignError, Fault
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
-
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
 
 SCHEMA_FILE = "design.schema.json"
 _HEAD = f"""\
@@ -36,6 +35,7 @@ _SCENE_HEAD = f"""\
 # a path needs its rows. `fingerdesign check DESIGN --scene FILE` names every fault at once.
 # Axes: x tangential, y normal (base at y = 0, crest toward +y), z along the plates, middle z = 0.
 """
+_NONE: Mapping[str, Any] = {}
 _SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
 _SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
 
@@ -56,12 +56,14 @@ def _names(folder: Traversable) -> tuple[str, ...]:
 def _text(folder: Traversable, name: str, key: str) -> str:
     known = _names(folder)
     if name not in known:
-        import difflib
-
-        near = difflib.get_close_matches(name, known, 1)
-        remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-        raise DesignError([Fault(key, name, f"one of {', '.join(known)}", remedy)])
+        bound = f"one of {', '.join(known)}"
+        raise DesignError([Fault(key, name, bound, _nearest(name, known, "choose one of them"))])
     return (folder / f"{name}.toml").read_text("utf-8")
+
+
+def _nearest(name: str, known: tuple[str, ...], otherwise: str) -> str:
+    near = get_close_matches(name, known, 1)
+    return f"did you mean {near[0]}?" if near else otherwise
 
 
 def shipped_designs() -> tuple[str, ...]:
@@ -119,10 +121,7 @@ def _file_or_shipped(path: Path, folder: Traversable, kind: str) -> str:
         return (folder / f"{name}.toml").read_text("utf-8")
     if path.exists():
         return read_text(path)
-    import difflib
-
-    near = difflib.get_close_matches(path.stem, known, 1)
-    remedy = f"there is no such file; {f'did you mean {near[0]}?' if near else 'check the path'}"
+    remedy = f"there is no such file; {_nearest(path.stem, known, 'check the path')}"
     bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
     raise DesignError([Fault("file", name, bound, remedy)])
 
@@ -150,15 +149,9 @@ def starter_scene_text(source: str | None = None) -> str:
 
 def _all_scene_keys() -> str:
     scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
-    tables = []
-    for table in Scene.model_fields:
-        values = getattr(scene, table)
-        lines = [f"[{table}]"]
-        for key, info in type(values).model_fields.items():
-            off = "# " if key in _SCENE_EXAMPLES else ""
-            value = _SCENE_EXAMPLES.get(key, getattr(values, key))
-            lines.append(_line(key, value, info.description or "", off))
-        tables.append("\n".join([*lines, ""]))
+    tables = [
+        _table(name, getattr(scene, name), examples=_SCENE_EXAMPLES) for name in Scene.model_fields
+    ]
     return "\n".join([_SCENE_HEAD, *tables])
 
 
@@ -195,24 +188,28 @@ def _all_keys(name: str) -> str:
     return "\n".join([_HEAD, *tops, "", *tables])
 
 
-def _table(title: str, table: BaseModel, without: AbstractSet[str] = frozenset()) -> str:
+def _table(
+    title: str,
+    table: BaseModel,
+    without: AbstractSet[str] = frozenset(),
+    examples: Mapping[str, Any] = _NONE,
+) -> str:
+    """A table with every key; those that are absent stand as comments, by their examples."""
     lines, inner = [f"[{title}]"], []
     for key, info in type(table).model_fields.items():
-        value = getattr(table, key)
+        value, meaning = getattr(table, key), info.description or ""
         if key in without:
             continue
         optional = _table_of(info.annotation)
         if hasattr(value, "model_fields_set"):
             inner.append(_table(f"{title}.{key}", value))
         elif optional is not None and value is None:
-            inner.append(_example(f"{title}.{key}", optional, info.description or ""))
-        elif value == () and info.examples:
-            lines.append(_line(key, info.examples[0], info.description or "", off="# "))
-        elif value is None:
-            example = info.examples[0] if info.examples else 0.0
-            lines.append(_line(key, example, info.description or "", off="# "))
+            inner.append(_example(f"{title}.{key}", optional, meaning))
+        elif key in examples or value is None or (value == () and info.examples):
+            shown = examples.get(key, info.examples[0] if info.examples else 0.0)
+            lines.append(_line(key, shown, meaning, off="# "))
         else:
-            lines.append(_line(key, value, info.description or ""))
+            lines.append(_line(key, value, meaning))
     return "\n".join([*lines, "", *inner])
 
 

@@ -248,19 +248,3 @@ def run_episodes(
             )
         episodes.append(episode)
     return episodes
-
-
-def run_grips(
-    problem: ContactProblem,
-    design: Design,
-    friction_coefficients: Iterable[float],
-    object_mass_g: float,
-    plates: Sequence[int] | None = None,
-    opposite: ContactProblem | None = None,
-    estimator: GripEstimator | None = None,
-) -> list[tuple[GripResult, GripTrace]]:
-    """Results and traces of :func:`run_episodes`; in plane strain and in 3-D alike."""
-    episodes = run_episodes(
-        problem, design, friction_coefficients, object_mass_g, plates, opposite, estimator
-    )
-    return [(episode.result, episode.trace) for episode in episodes]

@@ -160,7 +160,11 @@ def make_controller(
     if kind.knows is not None and (friction is None or mass_g is None):
         raise ValueError(f"{name} must be given the object's friction and mass")
     if kind.trained and estimator is None:
-        raise DesignError([untrained_fault(name)])
+        bound = (
+            "a controller that needs no training, where no estimator taught on this design is given"
+        )
+        remedy = "teach one first, or choose another controller"
+        raise DesignError([Fault("grip.controller", name, bound, remedy)])
     return kind.make(grip, own_values(grip, kind), Object(friction, mass_g, estimator))
 
 
@@ -175,13 +179,3 @@ def own_table(grip: Grip, table: type[_Own]) -> _Own:
     kind = next(kind for kind in CONTROLLERS.kinds() if kind.table is table)
     own: _Own = own_values(grip, kind)
     return own
-
-
-def untrained_fault(name: str) -> Fault:
-    """Why there is no trained controller without an estimator."""
-    return Fault(
-        "grip.controller",
-        name,
-        "a controller that needs no training, where no estimator taught on this design is given",
-        "teach one first, or choose another controller",
-    )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 from pydantic_core import PydanticCustomError
@@ -22,7 +22,6 @@ from fingerdesign.design.base import (
     key_fields,
     own_keys,
     refuse,
-    refuse_all,
     refuse_key,
 )
 from fingerdesign.runtime.registry import BODIES
@@ -198,11 +197,6 @@ class Body(Table):
         if not isinstance(data, Mapping) or data.get("shape") != "revolved":
             return data
         return {"depth_mm": data.get("width_mm", 20.0), **data}
-
-    @model_validator(mode="after")
-    def _keys_fit_the_shape(self) -> Self:
-        refuse_all(self._misfits())
-        return self
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that the shape lacks or has no use for."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Literal
 
 from pydantic import Field
@@ -33,6 +34,40 @@ class WeightChange(Table):
 
     step_after_lift: int = Field(ge=1, le=100_000, description="1 is the next after the lift")
     object_mass_g: float = Field(gt=0, le=1e5, description="its mass from then on")
+
+
+GRAVITY = 9.80665  # m/s^2
+
+
+def pull_at(
+    step: int, mass_g: float, tugs: Iterable[Tug], changes: Iterable[WeightChange]
+) -> float:
+    """What pulls at the object ``step`` control steps after the lift, N; a weight's changes in
+    their order in time."""
+    extra = 0.0
+    for change in sorted(changes, key=lambda each: each.step_after_lift):
+        mass_g = change.object_mass_g if change.step_after_lift <= step else mass_g
+    for tug in tugs:
+        if 0 <= step - tug.step_after_lift < tug.duration_steps:
+            extra += tug.extra_force_N
+    return 1e-3 * GRAVITY * mass_g + extra
+
+
+def lifting_tugs(
+    mass_g: float, tugs: Sequence[Tug], changes: Sequence[WeightChange]
+) -> Iterator[tuple[int, float]]:
+    """Every tug that lifts the object out of the fingers, by its number, and what then pulls at the
+    object at the least, N (below 0).
+
+    The force changes where something begins; between it can only return.
+    """
+    begins = [tug.step_after_lift for tug in tugs] + [each.step_after_lift for each in changes]
+    for number, tug in enumerate(tugs):
+        last = tug.step_after_lift + tug.duration_steps - 1
+        during = [step for step in begins if tug.step_after_lift <= step <= last]
+        least = min(pull_at(step, mass_g, tugs, changes) for step in during)
+        if tug.extra_force_N < 0.0 and least < 0.0:
+            yield number, least
 
 
 class HardwareTable(Table):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Named, Table, bounded, refuse_all, refuse_key, table_fields
+from fingerdesign.design.base import Named, Table, bounded, refuse_key, table_fields
 from fingerdesign.errors import Fault
 from fingerdesign.runtime.registry import MESHERS
 
@@ -53,11 +53,6 @@ class MeshOptions(Table):
     time_limit_s: float = bounded(120.0, 1, 36_000, "for one attempt of the mesher")
     attempts: int = bounded(4, 1, 20, "before the mesher gives up")
     section: SectionMesh = Field(default_factory=SectionMesh)
-
-    @model_validator(mode="after")
-    def _file_where_it_is_read(self) -> Self:
-        refuse_all(self._misfits())
-        return self
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """A file where none is read, or none where one is."""

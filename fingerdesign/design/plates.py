@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Named, Table, bounded, refuse, refuse_all, refuse_key
+from fingerdesign.design.base import Many, Named, Table, bounded, refuse, refuse_key
 from fingerdesign.runtime.registry import PLATE_LAYOUTS
 
 if TYPE_CHECKING:
@@ -137,11 +137,6 @@ class Plates(Table):
         description="solid | sheet (membrane and bending at the mid-surface) | none (gages stay, "
         "plates are left out of the model)",
     )
-
-    @model_validator(mode="after")
-    def _placed_one_way(self) -> Self:
-        refuse_all(self._misfits())
-        return self
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that do not go together."""

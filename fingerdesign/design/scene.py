@@ -20,7 +20,6 @@ from fingerdesign.design.base import (
     key_fields,
     own_keys,
     refuse,
-    refuse_all,
     refuse_key,
 )
 from fingerdesign.design.digest import content_digest
@@ -67,11 +66,6 @@ class SceneObject(Table):
         0.0, -180, 180, "turned about y after the tilt: an edge, or a slope, of any direction"
     )
     friction_coefficient: float = bounded(0.5, 0, 10, "Coulomb: tangential <= mu x normal")
-
-    @model_validator(mode="after")
-    def _keys_fit_the_shape(self) -> Self:
-        refuse_all(self._misfits())
-        return self
 
     def _misfits(self) -> Iterator[PydanticCustomError]:
         """Keys that the shape lacks or has no use for."""

@@ -10,12 +10,12 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from fingerdesign.design.base import Many, Table, Whole, bounded, holds, refuse, refuse_all
+from fingerdesign.design.base import Many, Table, Whole, bounded, holds, refuse
 from fingerdesign.design.body import Body, Core, StepFile
 from fingerdesign.design.digest import content_digest
 from fingerdesign.design.grip import Grip
@@ -131,10 +131,8 @@ class Design(Whole):
                 wanted.append(name)
         return {**data, "materials": {name: _completed(name, given.get(name)) for name in wanted}}
 
-    @model_validator(mode="after")
-    def _names_exist(self) -> Self:
-        refuse_all(unknown_materials(self))
-        return self
+    def _misfits(self) -> Iterator[PydanticCustomError]:
+        return unknown_materials(self)
 
     @property
     def extruded(self) -> bool:

@@ -98,7 +98,9 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     """
     _check_sound(body)
     trace = contact_trace(body.mesh.points, body.contact, body.thickness)
-    trace = _onto_exact_surface(trace, body.project)
+    if body.project is not None:  # gaps are measured from the exact surface
+        points = body.project(trace.surface.points)
+        trace = replace(trace, surface=replace(trace.surface, points=points))
     size = trace.operator.shape[0]
     loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
     scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
@@ -205,7 +207,7 @@ def reduced_model(
     body, trace = condensed.body, condensed.trace
     mesh, nodes = body.mesh, len(trace.nodes)
     where = mesh.points[trace.nodes]
-    locked = _locked(body, trace)
+    locked = body.fixed.reshape(mesh.points.shape)[trace.nodes]  # no motion of their own
     if locked.all():
         raise SolverError("every contact node is held: none can yield to a contact force")
     compliance = condensed.compliance.copy()
@@ -261,21 +263,6 @@ def facing_compliance(body: Body, finger: ReducedModel) -> Array:
     compliance[locked] = 0.0
     compliance[:, locked] = 0.0
     return compliance
-
-
-def _onto_exact_surface(
-    trace: ContactTrace, project: Callable[[Array], Array] | None
-) -> ContactTrace:
-    """The trace with its quadrature points moved onto the exact surface."""
-    if project is None:
-        return trace
-    return replace(trace, surface=replace(trace.surface, points=project(trace.surface.points)))
-
-
-def _locked(body: Body, trace: ContactTrace) -> BoolArray:
-    """Components (m, dim) of contact nodes that have no motion of their own."""
-    held = body.fixed.reshape(body.mesh.points.shape)[trace.nodes]
-    return np.asarray(held)
 
 
 def _decouple(compliance: Array, locked: BoolArray) -> None:

@@ -169,32 +169,26 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
     displacements, the second a Gauss rule along the face. ``gages.length_mm`` is measured on that
     face. Across the width it is a Gauss rule about the plate's middle + z_mm.
     """
-    rows = [
-        _gage_row(mesh, frame, gages, side * frame.thickness)
-        for frame in frames
-        for side in (0.5, -0.5)
-    ]
-    if not rows:
-        return sp.csr_matrix((0, mesh.points.size))
-    return sp.vstack(rows, format="csr")
+    rows = []
+    for frame in frames:
+        for side in (0.5, -0.5):
+            points, vectors = _gage_places(mesh, frame, gages, side * frame.thickness)
+            parts = [
+                sp.csr_matrix(vector) @ displacement_rows(mesh, point, frame.index + 1)
+                for point, vector in zip(points, vectors, strict=True)
+            ]
+            rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
+    return _stacked(mesh, rows)
+
+
+def _stacked(mesh: Mesh, rows: list[sp.csr_matrix]) -> sp.csr_matrix:
+    return sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
 
 
 def gage_heights(gages: Gages) -> tuple[Array, Array]:
     """Gauss points across a gage's width, mm from its plate's middle, and their shares (sum 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     return gages.z_mm + 0.5 * gages.width_mm * nodes, 0.5 * weights
-
-
-def _gage_row(mesh: Mesh, frame: PlateFrame, gages: Gages, v: float) -> sp.csr_matrix:
-    """Row (1, n dim): mean strain of one gage on the face at ``v`` (mm, along the normal)."""
-    places, shares = gage_shares(frame, gages.length_mm, v)
-    where = frame.from_local(places, v)
-    if mesh.dimension == 2:
-        return _sum_of_displacements(mesh, where, shares, frame.index + 1)
-    offsets, weights = gage_heights(gages)
-    points = np.vstack([frame.to_space(where, frame.middle + offset) for offset in offsets])
-    vectors = np.vstack([weight * frame.direction(shares) for weight in weights])
-    return _sum_of_displacements(mesh, points, vectors, frame.index + 1)
 
 
 def gage_shares(frame: PlateFrame, length: float, v: float) -> tuple[Array, Array]:
@@ -220,21 +214,6 @@ def _outward(frame: PlateFrame, s: float) -> Array:
     return np.array([-along[1], along[0]])
 
 
-def _sum_of_displacements(mesh: Mesh, points: Array, vectors: Array, prefer: int) -> sp.csr_matrix:
-    """Row (1, n dim): sum of the displacements at points (k, dim), each times its vector (k, dim).
-
-    In a half model what lies at z < 0 is the mirror image of what lies at z > 0.
-    """
-    if mesh.symmetric:
-        turned = np.where(points[:, 2:] < 0.0, [1.0, 1.0, -1.0], 1.0)
-        points, vectors = points * turned, vectors * turned
-    parts = [
-        sp.csr_matrix(vector) @ displacement_rows(mesh, point, prefer)
-        for point, vector in zip(points, vectors, strict=True)
-    ]
-    return sp.csr_matrix(sum(parts[1:], parts[0]))
-
-
 # What gages on sheets read: the stretch of the slot's faces, on which they are bonded.
 #
 # And the strain inside such a plate, where a point is asked for: linear between its faces'.
@@ -249,7 +228,7 @@ def sheet_gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> s
     rows = []
     for frame in frames:
         sheet = sheet_of(mesh, frame)
-        points, vectors = _gage_places(mesh, frame, gages)
+        points, vectors = _gage_places(mesh, frame, gages, 0.0)
         places = places_on(frame, points)
         for face in (sheet.nodes, sheet.nodes_below):
             parts = [
@@ -257,16 +236,17 @@ def sheet_gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> s
                 for place, vector in zip(places, vectors, strict=True)
             ]
             rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
-    if not rows:
-        return sp.csr_matrix((0, mesh.points.size))
-    return sp.vstack(rows, format="csr")
+    return _stacked(mesh, rows)
 
 
-def _gage_places(mesh: Mesh, frame: PlateFrame, gages: Gages) -> tuple[Array, Array]:
-    """Points (k, dim) on the mid-surface, and the vectors (k, dim), 1/mm, whose products with a
-    face's displacements there add up to the gage's strain; in a half model z < 0 is mirrored."""
-    along, shares = gage_shares(frame, gages.length_mm, 0.0)
-    where = frame.from_local(along, 0.0)
+def _gage_places(mesh: Mesh, frame: PlateFrame, gages: Gages, v: float) -> tuple[Array, Array]:
+    """Points (k, dim) on the face at ``v`` (mm, along the normal), and the vectors (k, dim), 1/mm,
+    whose products with the displacements there add up to the gage's strain.
+
+    In a half model what lies at z < 0 is the mirror image of what lies at z > 0.
+    """
+    along, shares = gage_shares(frame, gages.length_mm, v)
+    where = frame.from_local(along, v)
     if mesh.dimension == 2:
         return where, shares
     offsets, weights = gage_heights(gages)

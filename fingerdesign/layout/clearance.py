@@ -53,7 +53,7 @@ def cover_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:
 def surface_clearances(body: Body, points: Array) -> Array:
     """How far points (n, 3) lie below the contact surface, (n,), mm; negative above it."""
     if body.shape == "step":
-        return _step_clearances(body, points)
+        return _to_faces(body, ("contact",), points)
     profile = profile_of(body)
     x, y, z = points.T
     above = np.maximum(y, body.kind.axis(body))  # the surface lies above its axis
@@ -84,11 +84,6 @@ def _dense(frame: PlateFrame) -> Array:
         for side in (-1.0, 1.0)
     ]
     return np.vstack(faces)
-
-
-def _step_clearances(body: Body, points: Array) -> Array:
-    """Depths below a STEP body's contact faces; negative above them; NaN: nowhere."""
-    return _to_faces(body, ("contact",), points)
 
 
 def wall_clearances(body: Body, frames: tuple[PlateFrame, ...]) -> Array:

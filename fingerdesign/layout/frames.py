@@ -281,13 +281,9 @@ def holes_of(plates: Plates, middle: float, span: float) -> tuple[Hole, ...]:
 def _height(body: Body, row: Plates, place: Array, middle: float) -> Array:
     with np.errstate(invalid="ignore"):
         if row.along == "x":
-            return surface_height(body, place, _section_at(body, middle))
+            # The section whose surface a row keeps its cover from: the crest's.
+            return surface_height(body, place, 0.0 if body.step is None else middle)
         return surface_height(body, middle, place)
-
-
-def _section_at(body: Body, middle: float) -> float:
-    """z of the section whose surface a row along x keeps its cover from: the crest's."""
-    return 0.0 if body.shape != "step" else middle
 
 
 @plate_layout("level", place=1)

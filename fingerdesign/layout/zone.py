@@ -6,7 +6,7 @@ A forecast, no result: one too narrow is refused by the solver (ZoneExhausted) a
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -80,14 +80,17 @@ DEFAULT_APPROACH_MM = 0.1  # of the fundamental case
 
 @dataclass(frozen=True)
 class Summary:
-    """What ``fingerdesign check`` shows of a sound design; clearances are None without plates."""
+    """What ``fingerdesign check`` shows of a sound design; clearances are None without plates.
+
+    least_surface_mm: of the plates' nearest points, not their middles as plates.cover_mm.
+    """
 
     name: str
     digest: str
     body: str
     plates: int
     rows: tuple[str, ...]
-    least_cover_mm: float | None
+    least_surface_mm: float | None
     least_gap_mm: float | None
     least_side_mm: float | None
     least_base_mm: float | None
@@ -96,14 +99,6 @@ class Summary:
     volume_mm3: float
     plates_volume_mm3: float
     extruded: bool
-
-    def as_dict(self) -> dict[str, object]:
-        """Return the fields by name; ``least_cover_mm``, of the plates' nearest points, not their
-        middles as plates.cover_mm, as ``least_surface_mm``."""
-        return {
-            "least_surface_mm" if name == "least_cover_mm" else name: value
-            for name, value in asdict(self).items()
-        }
 
 
 def body_words(body: Body) -> str:
@@ -151,7 +146,7 @@ def summarise(design: Design, scene: Scene | None = None) -> Summary:
         body=body_words(body),
         plates=plates.number,
         rows=tuple(row_words(row) for row in plate_rows(design)),
-        least_cover_mm=cover,
+        least_surface_mm=cover,
         least_gap_mm=gap,
         least_side_mm=side,
         least_base_mm=base,

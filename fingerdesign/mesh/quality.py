@@ -306,6 +306,8 @@ def assess(mesh: Mesh, design: Design, requested: AskedSizes | None = None) -> Q
     straight = cell_volumes(mesh.points, cells)
     inverted = (straight <= 0.0) | (ratio <= 0.0)
     fit = volumes_by_region(mesh, design)
+    in_space = "half z >= 0" if mesh.symmetric else "whole"
+    modelled = "section" if mesh.dimension == 2 else in_space
     return QualityReport(
         mesher=mesh.mesher,
         dimension=mesh.dimension,
@@ -330,7 +332,7 @@ def assess(mesh: Mesh, design: Design, requested: AskedSizes | None = None) -> Q
             for name, rows in parts_of(mesh, design).items()
             if rows.any()
         },
-        modelled=_modelled(mesh),
+        modelled=modelled,
         size_ratio=size_ratios(mesh, design, requested) if requested is not None else {},
         size_reasons=list(requested.reasons) if requested is not None else [],
         attempts=int(mesh.notes["attempts"]) if "attempts" in mesh.notes else None,
@@ -343,12 +345,6 @@ def assess(mesh: Mesh, design: Design, requested: AskedSizes | None = None) -> Q
         worst=_worst(mesh, least),
         remarks=import_words(mesh),
     )
-
-
-def _modelled(mesh: Mesh) -> str:
-    if mesh.dimension == 2:
-        return "section"
-    return "half z >= 0" if mesh.symmetric else "whole"
 
 
 def _percentiles(values: Array, which: tuple[int, ...]) -> dict[str, float]:

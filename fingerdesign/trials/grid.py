@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerdesign.control.plants.lift import Disturbance
-from fingerdesign.control.plants.plant import GRAVITY
+from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import CONTROLLERS
 

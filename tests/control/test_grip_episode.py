@@ -6,7 +6,7 @@ import pytest
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.episode import Bounds, run_episode, run_episodes, run_grips
+from fingerdesign.control.episode import Bounds, run_episode, run_episodes
 from fingerdesign.control.plants.plant import (
     CondensedPlant,
     Truth,
@@ -176,7 +176,8 @@ def test_the_rule_on_the_half_plane(half_plane, design):
 
 def test_run_grips_gives_results_with_their_traces(half_plane, design):
     short = with_values(design, {"grip.max_steps": 5})
-    ((result, trace),) = run_grips(half_plane, short, [0.4], 200.0)
+    (episode,) = run_episodes(half_plane, short, [0.4], 200.0)
+    result, trace = episode.result, episode.trace
     assert (result.friction_coefficient, trace.object_mass_g) == (0.4, 200.0)
     assert not result.lifted
     assert trace.lift_step is None

@@ -3,10 +3,17 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant, WeightChange
-from fingerdesign.control.plants.plant import GRAVITY, CondensedPlant, is_lifted, press
+from fingerdesign.control.plants.lift import Disturbance, LiftPlant
+from fingerdesign.control.plants.plant import CondensedPlant, is_lifted, press
+from fingerdesign.design.grip import GRAVITY, WeightChange
 
 MASS = 200.0
+
+
+def heavier(step, mass):
+    return WeightChange(step_after_lift=step, object_mass_g=mass)
+
+
 HALF = 0.5e-3 * GRAVITY * MASS
 
 
@@ -102,7 +109,7 @@ def test_a_tug_that_friction_carries_does_not(half_plane):
 
 def test_a_heavier_object_slips_where_a_lighter_one_is_held(half_plane):
     for mass, kept in ((210.0, True), (2000.0, False)):
-        plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[WeightChange(2, mass)]))
+        plant = raised(LiftPlant(half_plane, "upper", MASS, disturbances=[heavier(2, mass)]))
         plant.move(0.05, 0.0)
         assert plant.truth().lifted
         plant.move(0.05, 0.0)
@@ -160,7 +167,7 @@ def test_slip_takes_energy_and_gives_none(half_plane):
 
 def test_the_same_moves_give_the_same_samples(half_plane):
     def history():
-        tugs = [Disturbance(2, 1.0, 3), WeightChange(4, 150.0)]
+        tugs = [Disturbance(2, 1.0, 3), heavier(4, 150.0)]
         plant = raised(LiftPlant(half_plane, "both", MASS, disturbances=tugs))
         return [plant.move(0.002, 0.001).readings for _ in range(8)]
 
@@ -213,13 +220,13 @@ def test_what_cannot_be_is_refused(half_plane):
             LiftPlant(half_plane, "upper", mass)
     with pytest.raises(ValueError, match="out of the fingers"):
         LiftPlant(half_plane, "upper", MASS, disturbances=[Disturbance(1, -3.0)])
-    lighter_by_then = [Disturbance(1, -1.5, 10), WeightChange(5, 100.0)]
+    lighter_by_then = [Disturbance(1, -1.5, 10), heavier(5, 100.0)]
     with pytest.raises(ValueError, match="out of the fingers"):
         LiftPlant(half_plane, "upper", MASS, disturbances=lighter_by_then)
-    with pytest.raises(ValueError, match="steps after the lift"):
+    with pytest.raises(ValueError, match="step_after_lift"):
         Disturbance(0, 1.0)
     with pytest.raises(ValueError, match="mass"):
-        WeightChange(1, 0.0)
+        heavier(1, 0.0)
 
 
 def test_in_three_dimensions_too(bump):

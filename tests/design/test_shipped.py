@@ -217,7 +217,7 @@ def test_summary():
     assert np.isclose(summary.plates_volume_mm3, 15 * 2 * 0.1 * 10)
     assert summary.approach_mm == 0.1
     none = summarise(parse_design('design.name = "a"\nplates.count = 0'))
-    assert none.least_cover_mm is None
+    assert none.least_surface_mm is None
     assert none.least_gap_mm is None
 
 

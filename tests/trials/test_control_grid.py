@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.control.plants.lift import LiftPlant
-from fingerdesign.control.plants.plant import GRAVITY
+from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError
 from fingerdesign.trials.grid import Cell, ControlGrid, Tug, refuse, seed_of
 

@@ -131,9 +131,9 @@ def _checked(candidate: Candidate) -> Candidate:
         summary = summarise(design_of(candidate, coarse=True))
     except DesignError as error:
         return replace(candidate, refused="; ".join(fault.key for fault in error.faults))
-    assert summary.least_cover_mm is not None
+    assert summary.least_surface_mm is not None
     assert summary.least_gap_mm is not None
-    if summary.least_cover_mm < LEAST_COVER_MM:
+    if summary.least_surface_mm < LEAST_COVER_MM:
         return replace(candidate, refused="cover too thin")
     if summary.least_gap_mm < LEAST_GAP_MM:
         return replace(candidate, refused="plates too close")

@@ -32,8 +32,9 @@ from fingerdesign.contact.increment import ContactState, Increment, Workspace, s
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.plants.plant import GRAVITY, Truth
+from fingerdesign.control.plants.plant import Truth
 from fingerdesign.control.signals import Sample, gage_readings
+from fingerdesign.design.grip import Tug, WeightChange, lifting_tugs, pull_at
 
 # Two fingers that hold one rigid object between them, moved alike (numpy only).
 #
@@ -206,37 +207,19 @@ class _Between:
         return Trial(float(pulled + opposed), float(slope), float(normal), limit)
 
 
-@dataclass(frozen=True)
-class Disturbance:
+class Disturbance(Tug):
     """A tug at the lifted object: ``extra_force_N`` toward +x (down), or up where negative.
 
     It acts from move ``step_after_lift`` after the one that lifted (1 is the next), for
-    ``duration_steps`` moves.
+    ``duration_steps`` moves. Raises ValueError on numbers that cannot be.
     """
 
-    step_after_lift: int
-    extra_force_N: float
-    duration_steps: int = 1
-
-    def __post_init__(self) -> None:
-        if self.step_after_lift < 1 or self.duration_steps < 1:
-            raise ValueError("a tug begins 1 or more steps after the lift and lasts 1 or more")
-        if not isfinite(self.extra_force_N):
-            raise ValueError(f"a tug of {self.extra_force_N} N is not finite")
-
-
-@dataclass(frozen=True)
-class WeightChange:
-    """The lifted object has another mass from move ``step_after_lift`` after the lift on."""
-
-    step_after_lift: int
-    object_mass_g: float
-
-    def __post_init__(self) -> None:
-        if self.step_after_lift < 1:
-            raise ValueError("the weight changes 1 or more steps after the lift")
-        if not (isfinite(self.object_mass_g) and self.object_mass_g > 0.0):
-            raise ValueError(f"a mass of {self.object_mass_g} g must be over 0")
+    def __init__(self, step_after_lift: int, extra_force_N: float, duration_steps: int = 1) -> None:
+        super().__init__(
+            step_after_lift=step_after_lift,
+            extra_force_N=extra_force_N,
+            duration_steps=duration_steps,
+        )
 
 
 class LiftPlant:
@@ -255,7 +238,7 @@ class LiftPlant:
         face: str,
         object_mass_g: float,
         opposite: ContactProblem | None = None,
-        disturbances: Sequence[Disturbance | WeightChange] = (),
+        disturbances: Sequence[Tug | WeightChange] = (),
     ) -> None:
         if not (isfinite(object_mass_g) and object_mass_g > 0.0):
             raise ValueError(f"a mass of {object_mass_g} g must be over 0")
@@ -264,8 +247,13 @@ class LiftPlant:
             MirrorPair(problem) if opposite is None else UnlikePair(problem, opposite)
         )
         self._mass = object_mass_g
-        self._disturbances = tuple(disturbances)
-        self._check_tugs()
+        self._tugs = [each for each in disturbances if isinstance(each, Tug)]
+        self._changes = [each for each in disturbances if isinstance(each, WeightChange)]
+        for number, _ in lifting_tugs(object_mass_g, self._tugs, self._changes):
+            raise ValueError(
+                f"a tug of {self._tugs[number].extra_force_N:g} N lifts the object out of the "
+                "fingers; tug less, or use a heavier object"
+            )
         self._closing = self._hand = 0.0
         self._since_lift: int | None = None  # moves since the first lift
         self._lifted = False
@@ -320,15 +308,7 @@ class LiftPlant:
 
     def weight(self, step_after_lift: int) -> float:
         """What pulls at the object toward +x that many moves after the lift, N."""
-        mass, extra = self._mass, 0.0
-        if step_after_lift > 0:
-            for each in sorted(self._disturbances, key=lambda each: each.step_after_lift):
-                since = step_after_lift - each.step_after_lift
-                if isinstance(each, WeightChange):
-                    mass = each.object_mass_g if since >= 0 else mass
-                elif 0 <= since < each.duration_steps:
-                    extra += each.extra_force_N
-        return 1e-3 * GRAVITY * mass + extra
+        return pull_at(step_after_lift, self._mass, self._tugs, self._changes)
 
     def _find(self, closing: float, hand: float, weight: float) -> tuple[Held, bool, bool]:
         """What the fingers do now, whether the object hangs, whether it has dropped."""
@@ -347,18 +327,3 @@ class LiftPlant:
         if standing.carried <= weight:
             return standing, False, False
         return self._fingers.hang(closing, weight, hand), True, False
-
-    def _check_tugs(self) -> None:
-        tugs = [each for each in self._disturbances if isinstance(each, Disturbance)]
-        changes = [each for each in self._disturbances if isinstance(each, WeightChange)]
-        for tug in tugs:
-            last = tug.step_after_lift + tug.duration_steps - 1
-            begins = [each.step_after_lift for each in tugs]
-            begins += [each.step_after_lift for each in changes]
-            # The force changes where something begins; between it can only return.
-            during = [step for step in begins if tug.step_after_lift <= step <= last]
-            if any(self.weight(step) < 0.0 for step in during):
-                raise ValueError(
-                    f"a tug of {tug.extra_force_N:g} N lifts the object out of the fingers; "
-                    "tug less, or use a heavier object"
-                )

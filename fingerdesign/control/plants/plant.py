@@ -11,6 +11,7 @@ from fingerdesign.contact.increment import ContactState, Workspace, solve_increm
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import Sample, gage_readings
+from fingerdesign.design.grip import GRAVITY
 
 if TYPE_CHECKING:
     pass
@@ -166,8 +167,6 @@ class RememberedPlant:
 
 
 # The verdict on a grip, from the plant's truth: lifted, slipped, and with what margin.
-
-GRAVITY = 9.80665  # m/s^2
 
 
 def weight_per_finger(object_mass_g: float) -> float:

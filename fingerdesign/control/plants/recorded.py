@@ -236,7 +236,11 @@ def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> T
     _refuse(faults, source)
     rows = np.array([row for row, _ in lines], dtype=np.int64)
     column = dict(zip(header, table.T, strict=True))
-    faults = _lifted_faults(column, rows)
+    faults = [
+        _cell(int(row), "lifted", f"{value:g}", "0 or 1", "say which")
+        for row, value in zip(rows, column.get("lifted", ()), strict=False)
+        if value not in (0.0, 1.0)
+    ]
     _refuse(faults + list(unit_faults(column, rows)), source)
     readings = table[:, [header.index(name) for name in _gages_of(header)]]
     lifted = column["lifted"] > 0.0 if "lifted" in column else None
@@ -336,15 +340,6 @@ def _numbers(
                 remedy = "the sensor gave nothing: cut the trace there"
                 faults.append(_cell(row, name, cell, "a finite number", remedy))
     return table, faults
-
-
-def _lifted_faults(column: dict[str, Array], rows: NDArray[np.int64]) -> list[Fault]:
-    def wrong() -> Iterator[Fault]:
-        for row, value in zip(rows, column.get("lifted", ()), strict=False):
-            if value not in (0.0, 1.0):
-                yield _cell(int(row), "lifted", f"{value:g}", "0 or 1", "say which")
-
-    return list(wrong())
 
 
 def _cell(row: int, column: str, value: object, bound: str, remedy: str) -> Fault:

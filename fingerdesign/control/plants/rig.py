@@ -17,7 +17,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.plants.lift import Disturbance, LiftPlant, WeightChange
+from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import HardwareTable
@@ -200,12 +200,10 @@ class Rig:
         if self.grip.plant == "finger":
             return CondensedPlant(problem, self.face)
         other = self.opposite
-        events = [Disturbance(**tug.model_dump()) for tug in self.grip.tugs]
-        changes = [WeightChange(**each.model_dump()) for each in self.grip.weight_changes]
         return LiftPlant(
             problem,
             self.face,
             object_mass_g,
             None if other is None else other.with_friction(friction_coefficient),
-            [*events, *changes],
+            [*self.grip.tugs, *self.grip.weight_changes],
         )

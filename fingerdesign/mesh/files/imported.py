@@ -299,7 +299,10 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     besides = np.vstack([np.zeros((0, 3), dtype=np.int64), *slots.values()])
     faces = boundary_facets(places, corners, regions, carriers, besides)
     named = _named_facets(found, faces, path)
-    mesh = Mesh(*_nodes(found), regions, {}, "file", half)
+    nodes = places, found.cells
+    if not found.quadratic:
+        nodes = quadratic(places, found.cells)
+    mesh = Mesh(*nodes, regions, {}, "file", half)
     if design.body.core is not None:
         mesh = replace(mesh, region_names={design.core_region: "core"})
     check_places(mesh, design, path)
@@ -360,12 +363,6 @@ def _named_facets(found: NamedMesh, faces: BoundaryFacets, path: Path) -> dict[s
         if name not in given and own.any():
             named[name] = outer[own]
     return named
-
-
-def _nodes(found: NamedMesh) -> tuple[Array, IntArray]:
-    if found.quadratic:
-        return found.points, found.cells
-    return quadratic(found.points, found.cells)
 
 
 def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:

@@ -209,8 +209,14 @@ def mesh_section(
         add_sheets(outline, frames, design.gages.length_mm, sizes, design.body)
     else:
         add_plates(outline, frames, design.gages.length_mm, sizes)
-    points, triangles, regions = _netgen(outline, float(design.mesh.time_limit_s))
-    points, triangles, regions = _drop_unused(points, triangles, regions)
+    try:
+        limit = float(design.mesh.time_limit_s)
+        points, triangles, domains = run_netgen(outline.as_dict(), limit)
+    except MeshError as error:
+        raise MeshError(
+            f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
+        ) from error
+    points, triangles, regions = _drop_unused(points, triangles, domains - BODY)
     _check_areas(design, () if sheets else frames, points, triangles, regions)
     if sheets:
         end_size = sizes.plate_end_size_mm
@@ -228,17 +234,6 @@ def mesh_section(
 def core_name(design: Design) -> dict[int, str]:
     """The region's name that a core adds to a mesh."""
     return {} if design.body.core is None else {design.core_region: "core"}
-
-
-def _netgen(outline: Outline, time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
-    """Points, triangles and their regions (see types.Mesh), made in a process of its own."""
-    try:
-        points, triangles, domains = run_netgen(outline.as_dict(), time_limit_s)
-    except MeshError as error:
-        raise MeshError(
-            f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
-        ) from error
-    return points, triangles, domains - BODY
 
 
 def _drop_unused(
