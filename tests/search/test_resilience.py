@@ -21,6 +21,8 @@ from pathlib import Path
 import psutil
 import pytest
 
+from fingerdesign.runtime.isolate import Worker
+
 STUDY = """
 [study]
 name = "many"
@@ -101,7 +103,8 @@ class Place:
     def undisturbed(self):
         """The outcomes of a run with a store of its own."""
         cache = str(self.folder / "other")
-        run = self.sweep("--workers", "2", out="other", FINGERDESIGN_CACHE=cache, EVALUATED="")
+        changes = {"FINGERDESIGN_CACHE": cache, "EVALUATED": "", "EVALUATOR_SECONDS": "0"}
+        run = self.sweep("--workers", "2", out="other", **changes)
         assert ended(run)[0] == 0
         return self.outcomes("other")
 
@@ -352,20 +355,36 @@ def anything(said):
 
 def test_no_scheduler_is_an_error(place):
     place.study(count=2)
-    code, _, err = ended(place.sweep("--scheduler", "tcp://127.0.0.1:1"))
-    assert code == 1
-    assert err.startswith("failed: no Dask scheduler answers at tcp://127.0.0.1:1: ")
-    assert len(err.splitlines()) == 1
-    for said in (b"", b"HTTP/1.0 400 Bad Request\r\n\r\n", struct.pack("<Q", 2) + b"\xff\xff"):
-        with anything(said) as address:
-            code, _, err = ended(place.sweep("--scheduler", address))
-        assert (code, len(err.splitlines())) == (1, 1), err
-        assert err.startswith("failed: ")
-        assert "Dask scheduler" in err
-    code, _, err = ended(place.sweep("--scheduler", "nonsense://x"))
-    assert code == 2
-    assert err.startswith("--scheduler = nonsense://x: must be an address")
-    (place.folder / "scheduler.json").write_text("{")
-    code, _, err = ended(place.sweep("--scheduler", "scheduler.json"))
-    assert code == 2
-    assert err.startswith("--scheduler = scheduler.json: must be a file that a Dask scheduler")
+
+    def said(address):
+        code, written = worker.call(
+            "tests.support.calls:command",
+            ("sweep", "many.toml", "--out", "out", "--json", "--scheduler", address),
+            time_s=PATIENCE_S,
+        )
+        assert len(written.splitlines()) == 1, written
+        return code, written
+
+    with Worker(folder=place.folder) as worker:
+        code, written = said("tcp://127.0.0.1:1")
+        assert code == 1
+        assert written.startswith("failed: no Dask scheduler answers at tcp://127.0.0.1:1: ")
+        for answer in (
+            b"",
+            b"HTTP/1.0 400 Bad Request\r\n\r\n",
+            struct.pack("<Q", 2) + b"\xff\xff",
+        ):
+            with anything(answer) as address:
+                code, written = said(address)
+            assert code == 1
+            assert written.startswith("failed: ")
+            assert "Dask scheduler" in written
+        code, written = said("nonsense://x")
+        assert code == 2
+        assert written.startswith("--scheduler = nonsense://x: must be an address")
+        (place.folder / "scheduler.json").write_text("{")
+        code, written = said("scheduler.json")
+        assert code == 2
+        assert written.startswith(
+            "--scheduler = scheduler.json: must be a file that a Dask scheduler"
+        )
