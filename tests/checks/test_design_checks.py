@@ -16,7 +16,7 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
 
-QUICK = settings(max_examples=80, derandomize=True, deadline=None)
+QUICK = settings(max_examples=40, derandomize=True, deadline=None)
 
 
 def design_of(**tables):

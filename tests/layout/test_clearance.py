@@ -12,7 +12,7 @@ from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, s
 from fingerdesign.layout.gaps import least_gap
 from fingerdesign.mold.plan.slots import pair_distances
 
-QUICK = settings(max_examples=100, derandomize=True, deadline=None)
+QUICK = settings(max_examples=50, derandomize=True, deadline=None)
 NUMBER = st.floats(-3, 3)
 
 

@@ -23,11 +23,6 @@ from fingerdesign.records.arrays import OPEN, SLIP, STICK
 from fingerdesign.report.style import COLOURS, house_style
 
 
-@pytest.fixture(scope="module")
-def figures(plane_strain):
-    return report_figures(plane_strain)
-
-
 def flat(figures):
     return [figure for section in figures.values() for figure in section]
 
@@ -150,8 +145,8 @@ def test_noise_is_neither_drawn_nor_said(plane_strain):
         assert not re.search(r"e-1\d|-0\.0+\b|-0 ", figure.alternative), figure.key
 
 
-def test_peak_pressure_in_3d_is_that_of_the_middle(solid):
-    figures = {figure.key: figure for figure in flat(report_figures(solid))}
+def test_peak_pressure_in_3d_is_that_of_the_middle(solid_figures):
+    figures = {figure.key: figure for figure in flat(solid_figures)}
     assert "the pressure on the mid-plane z = 0 peaks" in figures["tractions"].alternative
     assert ">open</text>" in figures["status"].image
     assert "without making this page" in figures["time"].reading

@@ -9,9 +9,10 @@ import pytest
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import page as html_module
-from fingerdesign.analysis.page.page import report_html, write_report
+from fingerdesign.analysis.page.page import report_html
 from fingerdesign.errors import PictureError
 from fingerdesign.records.result import PointStrain
+from tests.support.browser import Browser, chromium
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}
 
@@ -52,12 +53,12 @@ class Page(HTMLParser):
         self.words += data
 
 
-@pytest.fixture(scope="module")
-def text(plane_strain):
+@pytest.fixture
+def text(plane_strain, drawn_before):
     return report_html(plane_strain, picture=False)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def page(text):
     return Page(text)
 
@@ -123,12 +124,19 @@ def test_failed_analysis_says_what_failed(failed):
     assert "svg" not in page.tags
 
 
-def test_pictures_are_inside(solid, tmp_path):
-    path = write_report(solid, tmp_path)
-    page = Page(path.read_text(encoding="utf-8"))
+def test_pictures_are_inside(solid_report):
+    page = Page(solid_report.read_text(encoding="utf-8"))
     assert page.tags.count("img") == 2
     assert "The finger deformed as in increment 8" in page.words
-    assert path.stat().st_size < 3_000_000
+    assert solid_report.stat().st_size < 3_000_000
+
+
+@pytest.mark.skipif(chromium() is None, reason="no chromium on this machine")
+def test_it_opens_in_silence(solid_report, tmp_path):
+    with Browser(solid_report, tmp_path) as browser:
+        assert browser.console == browser.requests == []
+        assert browser.evaluate("document.querySelectorAll('svg').length") == 12
+        assert "deformed as in increment 8" in browser.evaluate("document.body.innerText")
 
 
 def test_scene_points_and_half_are_on_the_page(solid):
@@ -147,6 +155,7 @@ def test_scene_points_and_half_are_on_the_page(solid):
     assert {"table-points", "table-scene"} <= set(page.ids)
 
 
+@pytest.mark.usefixtures("drawn_before")
 def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch):
     def broken(self):
         raise PictureError("the drawing process failed (ended by signal 11)")
