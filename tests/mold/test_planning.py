@@ -46,6 +46,7 @@ def test_what_cannot_be_made_is_refused_with_key_bound_and_remedy(values, key):
     found = {fault.key: fault for fault in mold_faults(design)}
     assert key in found
     assert found[key].remedy
+    assert "->" not in str(found[key])
     assert any(character.isdigit() for character in found[key].bound)
 
 

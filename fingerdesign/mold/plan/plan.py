@@ -106,7 +106,7 @@ _REFUSALS = Path(__file__).parents[1] / "templates" / "refusals.j2"
 def refusal(words: str, key: str, value: object, /, **of: object) -> Fault:
     """A fault of a key whose bound and remedy templates/refusals.j2 says, ``of`` some numbers."""
     text = getattr(macros(_REFUSALS), words)(of, at_least, at_most)
-    bound, _, remedy = " ".join(text.split()).partition(" -> ")
+    bound, remedy = (" ".join(part.split()) for part in text.split("-> "))
     return Fault(key, value, bound, remedy)
 
 
