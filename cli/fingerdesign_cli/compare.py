@@ -11,10 +11,9 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE
 from fingerdesign.records.outcome import designs_csv
 from fingerdesign.runtime.files import write_whole
-from fingerdesign.search.compare.facts import GOALS, Wanted, why_not
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
-from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.recommend import GOALS, Wanted, recommend, why_not
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign_cli.terminal import print_json, print_table
@@ -22,9 +21,8 @@ from fingerdesign_cli.terminal import print_json, print_table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fingerdesign.search.compare.facts import Wanted
     from fingerdesign.search.compare.read import Comparison
-    from fingerdesign.search.compare.recommend import Recommendation
+    from fingerdesign.search.compare.recommend import Recommendation, Wanted
 
 NEAR = 0.5  # of a name that was meant
 

@@ -18,7 +18,7 @@ from fingerdesign.checks.load import read_text
 from fingerdesign.search.compare.recommend import recommend
 from fingerdesign.search.compare.words import summary
 from fingerdesign.search.optimise.confirm import Optimised, confirm
-from fingerdesign.search.optimise.optimise import BATCH, Search, refuse_aimless, searched
+from fingerdesign.search.optimise.optimise import BATCH, Search, Trials, refuse_aimless, searched
 from fingerdesign.search.optimise.page import FOLDER as SEARCH_FOLDER
 from fingerdesign.search.optimise.page import (
     confirmed_table,
@@ -27,7 +27,6 @@ from fingerdesign.search.optimise.page import (
     verdict,
     write_optimised,
 )
-from fingerdesign.search.optimise.trials import Trials
 from fingerdesign.search.run.cluster import Cluster
 from fingerdesign.search.run.folder import FOLDER, write_study
 from fingerdesign.search.run.run import TRANSIENT, Store, planned, run_jobs, study_scenes

@@ -10,7 +10,7 @@ import click
 
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.sensing.observability import observe, refuse
-from fingerdesign.sensing.page import FOLDER, write_observability
+from fingerdesign.sensing.record import FOLDER, write_observability
 from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import print_json, print_table, progress
 

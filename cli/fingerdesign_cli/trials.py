@@ -11,7 +11,7 @@ import click
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.trials.grid import ControlGrid, refuse
+from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
 from fingerdesign.trials.replay import replay_trace
 from fingerdesign.trials.tune import RECORD_FILE

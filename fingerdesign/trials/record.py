@@ -12,7 +12,7 @@ from typing_extensions import TypedDict
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip, Share, Summary, summarise
 from fingerdesign.records.base import Count, Size, closed, csv_text
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, ControlGrid
+from fingerdesign.trials.bench import GOOD_AMPLIFIER, ControlGrid
 
 if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace

@@ -32,8 +32,7 @@ from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.sensing.lessons import estimator_faults, lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
+from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
     CSV_FILE,

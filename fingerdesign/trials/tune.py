@@ -26,8 +26,7 @@ from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
+from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.run import VARIED, hardware_of
 from fingerdesign.trials.tuning import (
     BUDGET,

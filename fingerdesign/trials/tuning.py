@@ -37,8 +37,7 @@ from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell
+from fingerdesign.trials.bench import FRICTIONS, GOOD_AMPLIFIER, MASSES_G, Cell, GripBench
 
 Values = Mapping[str, float]
 Report = Callable[[str, float], None]

@@ -9,10 +9,9 @@ from dataclasses import replace
 
 import pytest
 
-from fingerdesign.search.compare.facts import Bound, Wanted
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.recommend import Bound, Wanted, recommend
 from tests.support.any_outcomes import any_outcomes
 from tests.support.browser import Browser, BrowserError, chromium
 

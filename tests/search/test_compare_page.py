@@ -10,10 +10,9 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.compare.facts import Bound, Wanted
 from fingerdesign.search.compare.page import compare_html, script_json
 from fingerdesign.search.compare.read import facts_of
-from fingerdesign.search.compare.recommend import recommend
+from fingerdesign.search.compare.recommend import Bound, Wanted, recommend
 from fingerdesign.search.compare.words import summary
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 

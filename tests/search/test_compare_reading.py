@@ -7,8 +7,8 @@ import pytest
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.result import GripResult, Result
-from fingerdesign.search.compare.facts import Bound, Wanted
 from fingerdesign.search.compare.read import read_comparison
+from fingerdesign.search.compare.recommend import Bound, Wanted
 from tests.support.any_outcomes import any_outcomes
 from tests.support.result_folders import write_result_folder
 

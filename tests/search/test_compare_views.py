@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.records.outcome import Traces
-from fingerdesign.search.compare.facts import Wanted
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
+from fingerdesign.search.compare.recommend import Wanted
 from tests.support.any_outcomes import HOSTILE, any_outcomes
 from tests.support.browser import Browser, chromium
 

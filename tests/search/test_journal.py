@@ -3,7 +3,7 @@
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.search.optimise.trials import Trials
+from fingerdesign.search.optimise.optimise import Trials
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design
 

@@ -10,9 +10,16 @@ import pytest
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
 from fingerdesign.search.optimise.confirm import Optimised, confirm, hypervolume, judged
-from fingerdesign.search.optimise.optimise import Search, refuse_aimless, searched
+from fingerdesign.search.optimise.optimise import (
+    ABSENT,
+    JournalError,
+    Search,
+    Trials,
+    refuse_aimless,
+    reported,
+    searched,
+)
 from fingerdesign.search.optimise.page import verdict, write_optimised
-from fingerdesign.search.optimise.trials import ABSENT, JournalError, Trials, reported
 from fingerdesign.search.run.evaluate import Job, failed
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design

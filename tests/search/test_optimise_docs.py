@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from fingerdesign.search.optimise.trials import RANDOM_TRIALS
+from fingerdesign.search.optimise.optimise import RANDOM_TRIALS
 from fingerdesign.search.study.file import read_study
 
 ROOT = Path(__file__).parents[2]

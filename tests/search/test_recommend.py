@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.compare.facts import Bound, Wanted, why_not
-from fingerdesign.search.compare.recommend import dominated, recommend
+from fingerdesign.search.compare.recommend import Bound, Wanted, dominated, recommend, why_not
 from tests.support.any_outcomes import any_outcomes
 
 LEAST_ERROR, LEAST_COST = Wanted("stick_error", "min"), Wanted("cost", "min")

@@ -32,11 +32,11 @@ from fingerdesign.sensing.observability import (
     observe_grips,
     option_faults,
 )
-from fingerdesign.sensing.page import (
+from fingerdesign.sensing.record import (
     FOLDER,
+    WORDS,
     write_observability,
 )
-from fingerdesign.sensing.record import WORDS
 from fingerdesign.sensing.teach import Settings, finger_curves, random_grip_paths
 
 GAGES = 5

@@ -8,7 +8,7 @@ import pytest
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError
-from fingerdesign.trials.grid import Cell, ControlGrid, Tug, refuse, seed_of
+from fingerdesign.trials.bench import Cell, ControlGrid, Tug, refuse, seed_of
 
 
 def test_the_standard_grid_is_the_issues():

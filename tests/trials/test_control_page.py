@@ -11,7 +11,7 @@ from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
-from fingerdesign.trials.grid import ControlGrid, Tug
+from fingerdesign.trials.bench import ControlGrid, Tug
 from fingerdesign.trials.page import (
     _draw_paths,
     answers,

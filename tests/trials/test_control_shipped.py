@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from fingerdesign.checks.starter import find_design
-from fingerdesign.trials.grid import ControlGrid
+from fingerdesign.trials.bench import ControlGrid
 from fingerdesign.trials.run import study_control
 
 pytestmark = pytest.mark.slow

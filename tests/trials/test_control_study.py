@@ -21,8 +21,7 @@ from fingerdesign.records.base import ResultError, json_schema
 from fingerdesign.runtime.journal import JournalError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import Cell, ControlGrid, Tug
+from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug
 from fingerdesign.trials.record import COLUMNS
 from fingerdesign.trials.run import (
     FOLDER,

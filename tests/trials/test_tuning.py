@@ -17,8 +17,7 @@ from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.journal import JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import tune as tune_study
-from fingerdesign.trials.bench import GripBench
-from fingerdesign.trials.grid import FRICTIONS, MASSES_G, Cell, ControlGrid, seed_of
+from fingerdesign.trials.bench import FRICTIONS, MASSES_G, Cell, ControlGrid, GripBench, seed_of
 from fingerdesign.trials.tune import (
     Kept,
     best_values,

@@ -130,9 +130,9 @@ def write_comparison(found: Comparisons, folder: Path) -> list[Path]:
 
 
 def _page(designs: int, deep: bool) -> str:
-    from fingerdesign.search.compare.facts import Bound, Wanted
     from fingerdesign.search.compare.page import compare_html
     from fingerdesign.search.compare.read import facts_of
+    from fingerdesign.search.compare.recommend import Bound, Wanted
 
     outcomes = any_outcomes(designs, deep=deep)
     wanted = (Wanted("stick_error", "min"), Wanted("cost", "min"))

@@ -21,7 +21,6 @@ from fingerdesign.report.page import (
     sentences,
 )
 from fingerdesign.report.table import Table, value_text
-from fingerdesign.search.compare.facts import StudyFacts, why_not
 from fingerdesign.search.compare.figures import (
     LOOKS,
     WORDS,
@@ -34,7 +33,7 @@ from fingerdesign.search.compare.figures import (
     shape_figure,
 )
 from fingerdesign.search.compare.geometry import packed_geometry
-from fingerdesign.search.compare.recommend import Recommendation, recommend
+from fingerdesign.search.compare.recommend import Recommendation, StudyFacts, recommend, why_not
 from fingerdesign.search.compare.table import (
     DIGEST_SHOWN,
     Column,

@@ -26,7 +26,7 @@ from fingerdesign.records.outcome import (
     refuse_endless,
 )
 from fingerdesign.records.result import GripResult, Result
-from fingerdesign.search.compare.facts import (
+from fingerdesign.search.compare.recommend import (
     Bound,
     StudyFacts,
     Wanted,

@@ -1,4 +1,4 @@
-"""Which of the outcomes to take: the Pareto front, and the finger nearest to the best of all.
+"""What is wanted of a finger, and which of the outcomes to take: the nearest to the best of all.
 
 Compromise programming (P. L. Yu, A class of solutions for group decision problems, Management
 Science 19, 1973): each objective is scaled by its range over the front, 0 its best and 1 its worst;
@@ -10,16 +10,191 @@ otherwise reads the front.
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+from typing_extensions import TypedDict
 
 from fingerdesign.arrays import Array
+from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import closed
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.compare.facts import Bound, Wanted
+from fingerdesign.search.study.metrics import METRICS, Goal
+
+if TYPE_CHECKING:
+    from fingerdesign.search.study.file import Study
+
+
+# What a comparison must know beside the outcomes: what is wanted, and of which study they are.
+
+GOALS = ("min", "max")
+# Without objectives of the user's, the first of these that the outcomes have, up to three.
+USUAL_OBJECTIVES = ("stick_error", "grip_success", "peak_ratio", "least_margin", "cost")
+MOST_USUAL = 3
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """An objective: a metric, and which end of it is better."""
+
+    metric: str
+    goal: Goal
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A constraint: what a metric must at least, and at most, be; None: no bound."""
+
+    metric: str
+    at_least: float | None = None
+    at_most: float | None = None
+
+    def holds(self, outcome: Outcome) -> bool:
+        """Whether the outcome has the metric, within the bound."""
+        value = outcome.metrics.get(self.metric)
+        return (
+            value is not None
+            and (self.at_least is None or value >= self.at_least)
+            and (self.at_most is None or value <= self.at_most)
+        )
+
+    def broken_by(self, outcome: Outcome) -> str:
+        """What of the outcome breaks the bound, and by how much; "" where it holds."""
+        value = outcome.metrics.get(self.metric)
+        if value is None:
+            return f"no {self.metric}, asked is {self.words}"
+        if self.at_least is not None and value < self.at_least:
+            requested, away = f"at least {self.at_least:g}", self.at_least - value
+        elif self.at_most is not None and value > self.at_most:
+            requested, away = f"at most {self.at_most:g}", value - self.at_most
+        else:
+            return ""
+        return f"{self.metric} {value:.4g}, asked is {requested} (off by {away:.2g})"
+
+    @property
+    def words(self) -> str:
+        """As "cost <= 40"."""
+        low = "" if self.at_least is None else f"{self.at_least:g} <= "
+        high = "" if self.at_most is None else f" <= {self.at_most:g}"
+        return f"{low}{self.metric}{high}"
+
+
+@dataclass(frozen=True)
+class MetricFacts:
+    """A metric: its unit ("" where none), which end is better (None: neither), a sentence."""
+
+    name: str
+    unit: str = ""
+    better: Goal | None = None
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class StudyFacts:
+    """The study: a name to head the page, what is wanted, and what repeats it.
+
+    assumed_objectives: the user named none. record: further facts, name -> text (sampling, seed,
+    digest of the study, ...). sources: where the outcomes were read.
+    """
+
+    name: str
+    objectives: tuple[Wanted, ...] = ()
+    constraints: tuple[Bound, ...] = ()
+    metrics: tuple[MetricFacts, ...] = ()
+    assumed_objectives: bool = False
+    record: dict[str, str] = field(default_factory=dict)
+    sources: tuple[str, ...] = ()
+
+
+def known_metrics(outcomes: Iterable[Outcome]) -> tuple[MetricFacts, ...]:
+    """Facts of every metric that an outcome has: of those known here first, in their order."""
+    found = dict.fromkeys(name for outcome in outcomes for name in outcome.metrics)
+    known = [
+        MetricFacts(name, metric.unit, metric.better, metric.words)
+        for name, metric in METRICS.items()
+        if name in found
+    ]
+    return (*known, *(MetricFacts(name) for name in found if name not in METRICS))
+
+
+def wanted_of(study: Study) -> tuple[Wanted, ...]:
+    """The objectives of a study's file."""
+    return tuple(Wanted(each.metric, each.direction) for each in study.objectives)
+
+
+def bounds_of(study: Study) -> tuple[Bound, ...]:
+    """The constraints of a study's file."""
+    return tuple(
+        Bound(name, each.at_least, each.at_most) for name, each in study.constraints.items()
+    )
+
+
+def usual_objectives(metrics: Iterable[MetricFacts], outcomes: Iterable[Outcome]) -> list[Wanted]:
+    """What a finger is wanted for where nobody said: of metrics that every good outcome has."""
+    by_name = {metric.name: metric for metric in metrics}
+    good = [outcome for outcome in outcomes if outcome.status == "ok"]
+    found = []
+    for name in USUAL_OBJECTIVES:
+        metric = by_name.get(name)
+        if metric is None or metric.better is None:
+            continue
+        values = [outcome.metrics.get(name) for outcome in good]
+        if values and None not in values:
+            found.append(Wanted(name, metric.better))
+    return found[:MOST_USUAL]
+
+
+def why_not(
+    outcome: Outcome, objectives: Iterable[Wanted], constraints: Iterable[Bound]
+) -> tuple[str, ...]:
+    """Why an analysed outcome is not feasible: each objective it lacks, each bound it breaks."""
+    if outcome.status != "ok":
+        return ()
+    lacking = [
+        f"no {each.metric}, an objective"
+        for each in objectives
+        if outcome.metrics.get(each.metric) is None
+    ]
+    return (*lacking, *filter(None, (bound.broken_by(outcome) for bound in constraints)))
+
+
+@closed
+class _Ends(TypedDict, total=False):
+    at_least: float | None
+    at_most: float | None
+
+
+def read_objectives(found: Any, source: str) -> tuple[Wanted, ...]:
+    """Objectives of a record's JSON, a list of {metric, goal}; DesignError for any other."""
+    read: list[Wanted] = _read(
+        list[Wanted], found, "objectives", "{metric, goal = min or max}", source
+    )
+    return tuple(read)
+
+
+def read_constraints(found: Any, source: str) -> tuple[Bound, ...]:
+    """Constraints of a record's JSON, {metric: {at_least, at_most}}; DesignError for any other."""
+    bound = "{at_least, at_most} of numbers"
+    read: dict[str, _Ends] = _read(dict[str, _Ends], found, "constraints", bound, source)
+    return tuple(Bound(name, **ends) for name, ends in read.items())
+
+
+def _read(kind: Any, found: Any, key: str, bound: str, source: str) -> Any:
+    try:
+        return TypeAdapter(kind).validate_json(json.dumps(found), strict=True)
+    except ValidationError as error:
+        place = error.errors()[0]["loc"]
+        value = found[place[0]] if place else found
+        where = f"{key}.{place[0]}" if place and isinstance(found, dict) else key
+        fault = Fault(where, str(value)[:200], bound, "run the study again")
+        raise DesignError([fault], source) from error
+
 
 LEAST_DEEP = 2  # 3-D outcomes that are enough to choose among
 

@@ -10,8 +10,7 @@ from typing import Any, Literal
 from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.report.table import value_text
-from fingerdesign.search.compare.facts import StudyFacts
-from fingerdesign.search.compare.recommend import Recommendation
+from fingerdesign.search.compare.recommend import Recommendation, StudyFacts
 
 NONE = "–"
 DIGITS = 4  # significant, of a column's largest value

@@ -13,8 +13,7 @@ from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.report.page import sentences
 from fingerdesign.report.table import Table
-from fingerdesign.search.compare.facts import StudyFacts, Wanted
-from fingerdesign.search.compare.recommend import Recommendation
+from fingerdesign.search.compare.recommend import Recommendation, StudyFacts, Wanted
 from fingerdesign.search.compare.table import name_and_unit
 
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"

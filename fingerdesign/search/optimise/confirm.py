@@ -19,9 +19,15 @@ from fingerdesign.arrays import Array
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.report.page import sentences
 from fingerdesign.search.compare.recommend import dominated
-from fingerdesign.search.optimise.optimise import Evaluator, Search, Tried, reference_plan
+from fingerdesign.search.optimise.optimise import (
+    Evaluator,
+    Search,
+    Trial,
+    Tried,
+    reference_plan,
+    reported,
+)
 from fingerdesign.search.optimise.sensitivity import Sensitivity, sensitivities
-from fingerdesign.search.optimise.trials import Trial, reported
 from fingerdesign.search.run.evaluate import Job
 
 if TYPE_CHECKING:

@@ -9,25 +9,291 @@ on which worker is quicker, nor on interruptions.
 
 from __future__ import annotations
 
+import hashlib
+import os
 import re
+import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.optimise.trials import Trial, Trials, reported
+from fingerdesign.runtime.files import BusyError, locked
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned_variant
+from fingerdesign.search.study.file import Choice, Limits, Optimise, Range, Study
+from fingerdesign.search.study.metrics import METRICS_VERSION
 from fingerdesign.search.study.values import value_of
 from fingerdesign.search.study.variants import Variant, variant_of
+from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
+    from fingerdesign.records.outcome import Outcome
     from fingerdesign.search.study.file import Study
+
+
+# Trials on disk: Optuna's study in a journal, which an interrupted optimisation goes on from.
+#
+# What is drawn for a trial hangs on the study's seed, the trial's number and the trials that were
+# reported before it, so that one that was interrupted ends as one that was not. One process at a
+# time writes a journal; the work itself is done in parallel by the evaluator.
+
+ABSENT = 1e9  # the loss reported where there is none: finite, as Optuna wants it; never a result
+_FAILED, _MOST_EXCESS = "failed", 1e6
+
+
+def reported(study: Study, outcomes: Sequence[Outcome]) -> tuple[list[float], dict[str, float]]:
+    """Objectives, and constraints (above 0: broken), of a trial's outcomes: the worst scene's.
+
+    What failed or misses an objective is infeasible; its objectives are the worst there are.
+    """
+    values = []
+    for wanted in study.objectives:
+        found = [outcome.metrics.get(wanted.metric) for outcome in outcomes]
+        known = [value for value in found if value is not None]
+        if len(known) < len(found) or any(each.status != "ok" for each in outcomes):
+            worst = [ABSENT if each.direction == "min" else -ABSENT for each in study.objectives]
+            return worst, {_FAILED: 1.0} | dict.fromkeys(study.constraints, _MOST_EXCESS)
+        values.append(max(known) if wanted.direction == "min" else min(known))
+    broken = {
+        name: min(max(bound.excess(each.metrics.get(name)) for each in outcomes), _MOST_EXCESS)
+        for name, bound in study.constraints.items()
+    }
+    return values, {_FAILED: 0.0} | broken
+
+
+def _distribution(parameter: Range | tuple[Choice, ...]) -> Any:
+    from optuna.distributions import CategoricalDistribution, FloatDistribution, IntDistribution
+
+    if not isinstance(parameter, Range):
+        return CategoricalDistribution(parameter)
+    low, step, log = parameter.low, parameter.step, parameter.log
+    levels = parameter.levels
+    high = parameter.high if levels is None else low + (step or 1) * (levels - 1)
+    if parameter.whole:
+        return IntDistribution(int(low), int(high), log=log, step=int(step or 1))
+    return FloatDistribution(float(low), float(high), log=log, step=step)
+
+
+def _value(parameter: Range | tuple[Choice, ...], drawn: Any) -> Choice:
+    if not isinstance(parameter, Range):
+        choice: Choice = drawn
+        return choice
+    if parameter.whole:
+        return int(drawn)
+    digits = 6 if parameter.levels is None else 10
+    value = float(f"{drawn:.{digits}g}")
+    return min(max(value, float(parameter.low)), float(parameter.high))
+
+
+_NAME, _IDENTITY = "trials", "identity"
+_FIRST = b'{"op_code":'
+RANDOM_TRIALS = 20  # before the sampler learns from what it has seen
+
+
+class JournalError(FingerDesignError):
+    """The trials cannot be kept, or another process is at them."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A trial that was drawn: its number, from 1, and the values of the studied keys."""
+
+    number: int
+    values: dict[str, Choice]
+
+
+class Trials:
+    """The trials of one study in the file ``journal``. A context manager.
+
+    Raises DesignError where the file holds the trials of another study, JournalError where it
+    cannot be written or another process has it open.
+    """
+
+    def __init__(self, study: Study, base: Design, journal: Path) -> None:
+        self._study, self._path = study, journal
+        self._identity = _identity(study, base)
+        self._space = {key: _distribution(each) for key, each in study.parameters.items()}
+        self._lock, self._stack = journal.with_name(f".{journal.name}.lock"), ExitStack()
+        self._directions = [f"{each.direction}imize" for each in study.objectives]
+        self._trials: Any = None
+
+    def __enter__(self) -> Self:
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._stack.enter_context(locked(self._lock, wait=False))
+            self._path.open("ab").close()
+            # Optuna's own lock, that a killed process leaves for half a minute.
+            Path(f"{self._path}.lock").unlink(missing_ok=True)
+            if not _journal(self._path):
+                raise self._other("it is no journal of trials")
+            self._kept()  # refused before anything is written
+            _cut(self._path)
+            self._trials = self._kept() or self._begun()
+            if _IDENTITY not in self._trials.user_attrs:
+                self._trials.set_user_attr(_IDENTITY, self._identity)
+        except BaseException as error:
+            self._stack.close()
+            if isinstance(error, BusyError):
+                words = f"{self._path} is being written by another process"
+                raise JournalError(words) from error
+            if isinstance(error, OSError):
+                raise self._failed(error) from error
+            raise
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._stack.close()
+
+    def drawn(self) -> tuple[Trial, ...]:
+        """All trials that were drawn, in order."""
+        return tuple(self._trial(each) for each in self._every())
+
+    def waiting(self) -> tuple[Trial, ...]:
+        """Those of them that nothing was reported of yet."""
+        return tuple(self._trial(each) for each in self._every() if not each.state.is_finished())
+
+    def draw(self, count: int) -> None:
+        """Draw further trials; each is one line of the journal, so it is there whole or not."""
+        import optuna
+        from optuna.trial import TrialState, create_trial
+
+        # The sampler writes its notes into a copy: the journal takes whole trials alone.
+        copy = optuna.create_study(directions=self._directions)
+        copy.add_trials(self._trials.get_trials())
+        try:
+            for _ in range(count):
+                copy.sampler = self._sampler(len(copy.get_trials(deepcopy=False)))
+                drawn = copy.ask(self._space).params
+                self._trials.add_trial(
+                    create_trial(state=TrialState.RUNNING, params=drawn, distributions=self._space)
+                )
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def report(self, number: int, values: Sequence[float], broken: dict[str, float]) -> None:
+        """Keep what came of a trial: its objectives, and its constraints (above 0: broken)."""
+        from optuna.trial import Trial as Handle  # constraints are reported by it
+
+        try:
+            trial = Handle(self._trials, self._every()[number - 1]._trial_id)
+            for name, excess in broken.items():
+                if name not in trial.constraints:  # reported by a process that was killed at it
+                    trial.set_constraint(name, excess)
+            self._trials.tell(trial, list(values))
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def _every(self) -> list[Any]:
+        found: list[Any] = self._trials.get_trials(deepcopy=False)
+        return found
+
+    def _trial(self, frozen: Any) -> Trial:
+        drawn, parameters = frozen.params, self._study.parameters.items()
+        return Trial(frozen.number + 1, {key: _value(each, drawn[key]) for key, each in parameters})
+
+    def _sampler(self, index: int) -> Any:
+        """What draws the trial of that number, from 0: its seed is the trial's own."""
+        from optuna.samplers import TPESampler
+
+        seeds = f"{self._study.study.seed} {index}".encode()
+        return TPESampler(
+            seed=int.from_bytes(hashlib.sha256(seeds).digest()[:4]),
+            n_startup_trials=RANDOM_TRIALS,
+            multivariate=True,
+        )
+
+    def _storage(self) -> Any:
+        import optuna
+        from optuna.storages import JournalStorage
+        from optuna.storages.journal import JournalFileBackend
+
+        optuna.logging.set_verbosity(optuna.logging.WARNING)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", optuna.exceptions.ExperimentalWarning)
+            return JournalStorage(JournalFileBackend(str(self._path)))
+
+    def _kept(self) -> Any:
+        """The journal's study, nothing written; None where no whole line is in it yet."""
+        import optuna
+
+        if not _lines(self._path):
+            return None
+        try:
+            sampler = optuna.samplers.RandomSampler()
+            found = optuna.load_study(study_name=_NAME, storage=self._storage(), sampler=sampler)
+            drawn = found.get_trials(deepcopy=False)
+            kept = found.user_attrs.get(_IDENTITY)
+        except (OSError, MemoryError):
+            raise
+        except Exception as error:  # Optuna asserts what its own lines hold
+            why = type(error).__name__
+            raise self._other(f"it is no journal of trials ({why})") from error
+        if kept != self._identity and (kept is not None or drawn):
+            raise self._other("it holds trials of another study, base or version")
+        return found
+
+    def _begun(self) -> Any:
+        import optuna
+
+        return optuna.create_study(
+            storage=self._storage(),
+            sampler=optuna.samplers.RandomSampler(),
+            study_name=_NAME,
+            directions=self._directions,
+        )
+
+    def _failed(self, error: OSError) -> JournalError:
+        return JournalError(f"the trials cannot be kept in {self._path}: {error}")
+
+    def _other(self, why: str) -> DesignError:
+        bound = "the trials of this study"
+        remedy = f"{why}: choose another --out, or delete the file to begin anew"
+        return DesignError([Fault("--out", self._path, bound, remedy)])
+
+
+def _identity(study: Study, base: Design) -> str:
+    """What must be the same for trials to go on: not how many, how they are confirmed or limits."""
+    decides = study.model_copy(update={"optimise": Optimise(), "limits": Limits()})
+    reported = (decides.digest(), base.digest(), __version__, f"metrics {METRICS_VERSION}")
+    return hashlib.sha256("\n".join(reported).encode()).hexdigest()
+
+
+def _journal(path: Path) -> bool:
+    """Whether a file is empty or begins as a journal does, be it only in part."""
+    with path.open("rb") as stream:
+        begun = stream.read(len(_FIRST))
+    return _FIRST.startswith(begun)
+
+
+def _lines(path: Path) -> bool:
+    """Whether a file has a whole line."""
+    with path.open("rb") as stream:
+        return stream.readline().endswith(b"\n")
+
+
+def _cut(path: Path) -> None:
+    """Take away the line that a killed process or a full disk left without an end."""
+    with path.open("r+b") as stream:
+        content = stream.read()
+        whole = content.rfind(b"\n") + 1
+        if whole < len(content):
+            stream.truncate(whole)
+            stream.flush()
+            os.fsync(stream.fileno())
+
 
 BATCH = 8  # keeps 2 to 4 cores busy; what it learns from is that much older
 

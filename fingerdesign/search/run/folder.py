@@ -18,9 +18,9 @@ from fingerdesign.errors import cell_text
 from fingerdesign.records.base import csv_text, json_text
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, designs_csv
-from fingerdesign.search.compare.facts import bounds_of, wanted_of
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
+from fingerdesign.search.compare.recommend import bounds_of, wanted_of
 
 if TYPE_CHECKING:
     from fingerdesign.search.compare.read import Comparison
