@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.analysis.page.words import FIGURES
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
@@ -26,59 +26,8 @@ from fingerdesign.runtime.isolate import ProcessError, beside
 if TYPE_CHECKING:
     from fingerdesign.analysis.analysis import Analysis
 
-# Surfaces to look at, out of a mesh: of the body and of each plate (numpy only).
-#
-# A section (plane strain) is drawn as the finger that it stands for: extruded over the body's
-# depth. A half model is mirrored in z = 0.
-
 _LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
 _BENT_PIECES = 6
-_OUTWARD_SIDES = ((0, 1), (1, 2), (2, 0))
-_OUTWARD_FACES = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
-
-
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """Triangles in space.
-
-    points (n, 3) mm; triangles (t, 3), looking outward; nodes (n,): the mesh node of each point.
-    """
-
-    points: Array
-    triangles: IntArray
-    nodes: IntArray
-
-
-def surface_of(mesh: Mesh, chosen: NDArray[np.bool_], depth_mm: float) -> Surface:
-    """The boundary of the chosen cells, (c,), as flat triangles between corner nodes."""
-    cells = mesh.corners[chosen]
-    if mesh.dimension == 2:
-        return _extruded(mesh.points, cells, depth_mm)
-    facets = boundary(cells)
-    if mesh.symmetric:  # the cut itself is no surface of the finger
-        facets = facets[np.abs(mesh.points[facets][..., 2]).max(axis=1) > 1e-6]
-    nodes, triangles = np.unique(facets, return_inverse=True)
-    triangles = triangles.reshape(facets.shape)
-    points = mesh.points[nodes]
-    if mesh.symmetric:
-        mirrored = points * np.array([1.0, 1.0, -1.0])
-        flipped = triangles[:, ::-1] + len(points)
-        points = np.concatenate([points, mirrored])
-        triangles, nodes = np.concatenate([triangles, flipped]), np.tile(nodes, 2)
-    return Surface(points, triangles, nodes)
-
-
-def boundary(cells: IntArray) -> IntArray:
-    """Facets of one cell only, looking outward: (b, 2) of triangles, (b, 3) of tetrahedra.
-
-    The cells must be positively oriented.
-    """
-    sides = _OUTWARD_SIDES if cells.shape[1] == 3 else _OUTWARD_FACES
-    facets = np.concatenate([cells[:, list(side)] for side in sides])
-    _, first, count = np.unique(
-        np.sort(facets, axis=1), axis=0, return_index=True, return_counts=True
-    )
-    return np.asarray(facets[first[count == 1]])
 
 
 def gage_quads(plates: tuple[PlateFrame, ...], gages: GageLayout) -> Array:
@@ -99,32 +48,6 @@ def gage_quads(plates: tuple[PlateFrame, ...], gages: GageLayout) -> Array:
     return np.array(quads, dtype=float).reshape(-1, 4, 3)
 
 
-def plate_boxes(plates: tuple[PlateFrame, ...]) -> Surface:
-    """The plates as they are cast, from their frames alone; holes are left out."""
-    points, triangles, count = [], [], 0
-    for plate in plates:
-        ring = plate.outline()
-        n = len(ring)
-        flat = np.array([[k, k + 1, n - 2 - k] for k in range(n // 2 - 1)])
-        other = np.array([[k, n - 2 - k, n - 1 - k] for k in range(n // 2 - 1)])
-        cap = np.concatenate([flat, other])
-        k = np.arange(n)
-        after = np.roll(k, -1)
-        walls = np.concatenate(
-            [np.stack([k, after, after + n], 1), np.stack([k, after + n, k + n], 1)]
-        )
-        points += [plate.to_space(ring, w) for w in (plate.low, plate.high)]
-        whole = np.concatenate([cap[:, ::-1], cap + n, walls])
-        if plate.along == "z":  # (z, y) against x is the other hand
-            whole = whole[:, ::-1]
-        triangles.append(whole + count)
-        count += 2 * n
-    none = np.zeros(0, dtype=np.int64)
-    if not points:
-        return Surface(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), none)
-    return Surface(np.concatenate(points), np.concatenate(triangles), np.zeros(count, dtype=int))
-
-
 def region_of(mesh: Mesh, name: str) -> NDArray[np.bool_]:
     """Which cells (c,) are of the region ``name``, or of any plate: "plates"."""
     named = {number: mesh.region_name(number) for number in np.unique(mesh.regions).tolist()}
@@ -133,17 +56,6 @@ def region_of(mesh: Mesh, name: str) -> NDArray[np.bool_]:
     else:
         chosen = [number for number, each in named.items() if each == name]
     return np.asarray(np.isin(mesh.regions, chosen))
-
-
-def _extruded(points: Array, cells: IntArray, depth: float) -> Surface:
-    nodes, triangles = np.unique(cells, return_inverse=True)
-    triangles = triangles.reshape(cells.shape)
-    flat, n = points[nodes], len(nodes)
-    ends = [np.column_stack([flat, np.full(n, z)]) for z in (-0.5 * depth, 0.5 * depth)]
-    a, b = boundary(triangles).T
-    walls = np.concatenate([np.stack([a, b, b + n], 1), np.stack([a, b + n, a + n], 1)])
-    whole = np.concatenate([triangles[:, ::-1], triangles + n, walls])
-    return Surface(np.concatenate(ends), whole, np.tile(nodes, 2))
 
 
 TIME_LIMIT_S = 60.0  # the pictures take 2 to 4 s; a software renderer on a busy machine far longer
@@ -204,25 +116,31 @@ class PictureJob:
 
 
 def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
-    """All that the worker draws, as arrays; fills ``words`` with what each picture shows."""
+    """All that the worker draws, as arrays; fills ``words`` with what each picture shows.
+
+    A section (plane strain) is drawn as the finger that it stands for: extruded over the body's
+    depth. A half model is mirrored in z = 0.
+    """
     mesh = analysis.mesh
     if mesh is None:
         raise PictureError("there is no mesh to draw")
-    everything = np.ones(len(mesh.cells), dtype=bool)
-    body = surface_of(mesh, everything, analysis.depth_mm)
-    arrays: dict[str, Any] = {"body_points": body.points, "body_triangles": body.triangles}
-    count = len(analysis.plates)
     solid, core = region_of(mesh, "plates"), region_of(mesh, "core")
-    if solid.any():
-        plates = surface_of(mesh, solid, analysis.depth_mm)
-        count = len(set(mesh.regions[solid].tolist()))
-    else:  # sheets, or left out: drawn as they are cast
-        plates = plate_boxes(analysis.plates)
-    if len(plates.triangles):
-        arrays |= {"plate_points": plates.points, "plate_triangles": plates.triangles}
-    if core.any():
-        drawn = surface_of(mesh, core, analysis.depth_mm)
-        arrays |= {"core_points": drawn.points, "core_triangles": drawn.triangles}
+    arrays: dict[str, Any] = {
+        "points": mesh.points,
+        "cells": mesh.corners,
+        "plates": solid,
+        "core": core,
+        "depth": analysis.depth_mm if mesh.dimension == 2 else 0.0,
+        "half": mesh.symmetric,
+        "rings": [],
+    }
+    count = len(set(mesh.regions[solid].tolist()))
+    if not solid.any():  # sheets, or left out: drawn as they are cast
+        count = len(analysis.plates)
+        arrays["rings"] = [
+            tuple(plate.to_space(plate.outline(), end) for end in (plate.low, plate.high))
+            for plate in analysis.plates
+        ]
     if analysis.gages is not None and analysis.plates:
         arrays["gages"] = gage_quads(analysis.plates, analysis.gages)
     touched = _contact_zone(analysis)
@@ -236,7 +154,7 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
         touched=bool(touched),
     )
     if analysis.fields is not None and len(analysis.fields.increments):
-        moved, shown = _moved(mesh, analysis.fields, body)
+        moved, shown = _moved(mesh, analysis.fields)
         if moved is None:
             words["inside"] += f" {shown}"
         else:
@@ -244,22 +162,20 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
     return arrays
 
 
-def _moved(mesh: Mesh, fields: FieldHistory, body: Surface) -> tuple[Array | None, str]:
-    """Displacement of the body's surface points in the last field, None if it is next to nothing;
-    and words for it."""
+def _moved(mesh: Mesh, fields: FieldHistory) -> tuple[Array | None, str]:
+    """Displacement (n, 3) of the corner nodes in the last field, 0 of the others, None if it is
+    next to nothing; and words for it."""
     last = fields.displacement[-1]
     if len(last) != len(mesh.points):
         raise PictureError("the displacement field does not belong to the mesh")
-    moved = np.zeros_like(body.points)
-    moved[:, : last.shape[1]] = last[body.nodes]
-    if mesh.symmetric:
-        moved[body.points[:, 2] < 0, 2] *= -1.0
-    size = np.linalg.norm(moved, axis=1)
+    corners = np.unique(mesh.corners)
+    moved = np.zeros((len(last), 3))
+    moved[corners, : last.shape[1]] = last[corners]
+    most = float(np.linalg.norm(moved, axis=1).max())
     number = fields.increments[-1] + 1
-    if size.max() < UNMOVED_MM:
+    if most < UNMOVED_MM:
         return None, f"There is no picture of it deformed: in increment {number} nothing moves it."
-    (words,) = said(FIGURES, "deformed", number=number, most=size.max())
-    return moved, words
+    return moved, said(FIGURES, "deformed", number=number, most=most)[0]
 
 
 def _contact_zone(analysis: Analysis) -> dict[str, Any]:
@@ -308,34 +224,36 @@ def _inside(scene: dict[str, Any]) -> Any:
     import pyvista
 
     plotter = _plotter()
-    body = _triangles(scene["body_points"], scene["body_triangles"])
+    body = surface(scene)
     plotter.add_mesh(body, color=BODY, opacity=0.28, smooth_shading=False)
     _add_outline(plotter, body)
     if "zone_points" in scene:
         # Just above the body, or the two would flicker into each other.
-        zone = _triangles(scene["zone_points"] + [0.0, 0.02, 0.0], scene["zone_triangles"])
+        triangles = scene["zone_triangles"]
+        faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
+        zone = pyvista.PolyData(scene["zone_points"] + [0.0, 0.02, 0.0], faces)
         zone["touched"] = scene["zone_touched"].astype(float)
         zone = zone.clip_scalar("touched", value=0.5, invert=False)
         if zone.n_cells:
             plotter.add_mesh(zone, color=ZONE, opacity=0.45, show_scalar_bar=False)
-    if "core_points" in scene:
-        core = _triangles(scene["core_points"], scene["core_triangles"])
+    if scene["core"].any():
+        core = surface(scene, scene["core"])
         plotter.add_mesh(core, color=CORE, opacity=0.55, smooth_shading=False, ambient=0.2)
         _add_outline(plotter, core, "#3d5135")
-    if "plate_points" in scene:
-        plates = _triangles(scene["plate_points"], scene["plate_triangles"])
+    for plates in [surface(scene, scene["plates"])] if scene["plates"].any() else cast(scene):
         plotter.add_mesh(plates, color=PLATE, smooth_shading=False, ambient=0.25)
         _add_outline(plotter, plates, "#5f3d14")
     for quad in scene.get("gages", ()):
         gage = pyvista.PolyData(quad, faces=[4, 0, 1, 2, 3])
         plotter.add_mesh(gage, color=GAGE, ambient=0.5)
-    return _look(plotter, scene["body_points"])
+    return _look(plotter, body.points)
 
 
 def _deformed(scene: dict[str, Any]) -> Any:
     plotter = _plotter()
-    body = _triangles(scene["body_points"] + scene["moved"], scene["body_triangles"])
-    body["moved by (mm)"] = np.linalg.norm(scene["moved"], axis=1)
+    rest, body = surface(scene), surface(scene)
+    body.points += body["moved"]
+    body["moved by (mm)"] = np.linalg.norm(body["moved"], axis=1)
     plotter.add_mesh(
         body,
         scalars="moved by (mm)",
@@ -345,8 +263,41 @@ def _deformed(scene: dict[str, Any]) -> Any:
         diffuse=0.55,
         show_scalar_bar=False,  # the page draws it, in the page's own ink
     )
-    _add_outline(plotter, _triangles(scene["body_points"], scene["body_triangles"]))
-    return _look(plotter, scene["body_points"])
+    _add_outline(plotter, rest)
+    return _look(plotter, rest.points)
+
+
+def surface(scene: dict[str, Any], chosen: Any = slice(None)) -> Any:
+    """The surface of the whole finger's chosen cells, flat triangles between corner nodes."""
+    import pyvista
+
+    points, cells = scene["points"], scene["cells"][chosen]
+    flat = points.shape[1] == 2
+    kind = pyvista.CellType.TRIANGLE if flat else pyvista.CellType.TETRA
+    places = np.column_stack([points, np.full(len(points), -0.5 * scene["depth"])][: 1 + flat])
+    halves = []
+    for side in (1.0, -1.0) if scene["half"] else (1.0,):
+        grid = pyvista.UnstructuredGrid({kind: cells}, places * [1.0, 1.0, side])
+        if "moved" in scene:
+            grid["moved"] = scene["moved"] * [1.0, 1.0, side]
+        halves.append(grid)
+    # Where the halves meet their facets are inner ones: the cut is no surface of the finger.
+    found = pyvista.merge(halves).extract_surface() if scene["half"] else grid.extract_surface()
+    found.clear_cell_data()
+    return found.extrude((0.0, 0.0, scene["depth"]), capping=True).triangulate() if flat else found
+
+
+def cast(scene: dict[str, Any]) -> list[Any]:
+    """The plates as they are cast, from their outlines alone; holes are left out."""
+    import pyvista
+
+    return [
+        pyvista.PolyData(near, [len(near), *range(len(near))])
+        .triangulate()
+        .extrude(far[0] - near[0], capping=True)
+        .triangulate()
+        for near, far in scene["rings"]
+    ]
 
 
 def _plotter() -> Any:
@@ -387,10 +338,3 @@ def _add_outline(plotter: Any, solid: Any, colour: str = "#5b7386") -> None:
     edges = solid.clean().extract_feature_edges(feature_angle=25, manifold_edges=False)
     if edges.n_cells:
         plotter.add_mesh(edges, color=colour, line_width=1.6)
-
-
-def _triangles(points: Any, triangles: Any) -> Any:
-    import pyvista
-
-    faces = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
-    return pyvista.PolyData(points, faces=faces)
