@@ -42,7 +42,7 @@ from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
 
 from fingerdesign.arrays import Array
-from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks
+from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks, refused
 from fingerdesign.cad.step_shape import (
     INTEGRALS,
     TURNS,
@@ -51,7 +51,6 @@ from fingerdesign.cad.step_shape import (
     moved,
     parts,
     read_solid,
-    refused,
     volume_of,
 )
 from fingerdesign.runtime.files import scratch
@@ -349,6 +348,7 @@ def _nurbs(surface: Any, bounds: tuple[float, float, float, float], name: str) -
     if misfit > NURBS_MISFIT_MM:
         kind = type(surface).__name__.removeprefix("Geom_")
         raise refused(
+            "file",
             name,
             f"of surfaces that NURBS render within {NURBS_MISFIT_MM:g} mm",
             f"one ({kind}) is missed by {misfit:.1e} mm; convert it into NURBS in your CAD",

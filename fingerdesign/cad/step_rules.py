@@ -23,7 +23,7 @@ _TOLD = 8  # faces named in a fault
 
 
 def refused(key: str, value: object, bound: str, remedy: str) -> DesignError:
-    """The error of one fault of a rule."""
+    """The error of one fault of a file or rule."""
     return DesignError([Fault(f"body.step.{key}", value, bound, remedy)])
 
 

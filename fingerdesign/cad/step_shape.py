@@ -25,9 +25,8 @@ from OCP.TopExp import TopExp_Explorer
 from OCP.TopoDS import TopoDS
 
 from fingerdesign.arrays import Array
-from fingerdesign.errors import DesignError, Fault
+from fingerdesign.cad.step_rules import refused
 
-FILE = "body.step.file"
 MOST_FACES = 2000  # every node of a mesh asks each face near it
 INTEGRALS = 1e-10  # relative error of volumes and areas
 
@@ -42,11 +41,6 @@ TURNS = {
 }
 
 
-def refused(value: object, bound: str, remedy: str, key: str = FILE) -> DesignError:
-    """The error of one fault."""
-    return DesignError([Fault(key, value, bound, remedy)])
-
-
 def parts(shape: Any, kind: Any, *outside_of: Any) -> Iterator[Any]:
     """Sub-shapes of a kind (not those within another kind), with their orientation."""
     explorer = TopExp_Explorer(shape, kind, *outside_of)
@@ -59,33 +53,39 @@ def read_solid(path: str, name: str) -> Any:
     """The one valid, closed solid that a STEP file holds, in mm. DesignError says what is wrong."""
     reader = STEPControl_Reader()
     if reader.ReadFile(path) != IFSelect_RetDone:
-        raise refused(name, "a STEP file", "the CAD kernel cannot read it; export it again as STEP")
+        raise refused(
+            "file", name, "a STEP file", "the CAD kernel cannot read it; export it again as STEP"
+        )
     reader.TransferRoots()
     shape = reader.OneShape()
     export = "export the finger's body alone, as one solid"
     if shape is None or shape.IsNull():
-        raise refused(name, "a STEP file with a solid", f"there is no shape in it; {export}")
+        raise refused(
+            "file", name, "a STEP file with a solid", f"there is no shape in it; {export}"
+        )
     solids = list(parts(shape, TopAbs_SOLID))
     sheets = sum(1 for _ in parts(shape, TopAbs_SHELL, TopAbs_SOLID))
     sheets += sum(1 for _ in parts(shape, TopAbs_FACE, TopAbs_SHELL))
     if len(solids) != 1 or sheets:
         found = f"it holds {len(solids)} solids and {sheets} open surfaces"
-        raise refused(name, "a STEP file of one solid", f"{found}; {export}")
+        raise refused("file", name, "a STEP file of one solid", f"{found}; {export}")
     solid = TopoDS.Solid_s(solids[0])
     faces = sum(1 for _ in parts(solid, TopAbs_FACE))
     if faces > MOST_FACES:
         remedy = f"it has {faces}; simplify it, or convert a faceted body into surfaces"
-        raise refused(name, f"a body of at most {MOST_FACES} faces", remedy)
+        raise refused("file", name, f"a body of at most {MOST_FACES} faces", remedy)
     open_shell = any(not BRep_Tool.IsClosed_s(shell) for shell in parts(solid, TopAbs_SHELL))
     if open_shell or not faces:
-        raise refused(name, "a closed solid", f"its surface has gaps; close them and {export}")
+        raise refused(
+            "file", name, "a closed solid", f"its surface has gaps; close them and {export}"
+        )
     if not BRepCheck_Analyzer(solid).IsValid():
         remedy = "the CAD kernel finds faces or edges that do not fit; mend it in your CAD"
-        raise refused(name, "a valid solid", remedy)
+        raise refused("file", name, "a valid solid", remedy)
     if volume_of(solid) < 0.0:
         BRepLib.OrientClosedSolid_s(solid)
     if not volume_of(solid) > 0.0:
-        raise refused(name, "a solid with a volume", f"it encloses nothing; {export}")
+        raise refused("file", name, "a solid with a volume", f"it encloses nothing; {export}")
     return solid
 
 

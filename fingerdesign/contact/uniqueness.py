@@ -21,8 +21,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, Increment, solve_increment
-from fingerdesign.contact.laws import OPEN, SLIP
-from fingerdesign.contact.newton import ActiveInverse, classify, newton, slip_system
+from fingerdesign.contact.newton import newton
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.errors import SolverError
@@ -46,7 +45,7 @@ def other_solutions(
     Searched from nothing, from all-sticking and frictionless answers, from complete slip in
     ``starts`` directions or random mixtures, in the plane along as many paths of pivots, and
     between the answers found; several times ``starts`` times the cost of an increment. An empty
-    list does not prove uniqueness; solution_index may prove the contrary.
+    list does not prove uniqueness.
     """
     known = solve_increment(problem, state, motion) if known is None else known
     found = [known]
@@ -73,29 +72,6 @@ def other_solutions(
                 if result.converged:
                     look(result.multiplier)
     return found[1:]
-
-
-def solution_index(problem: ContactProblem, increment: Increment) -> int:
-    """Sign (1, -1) of the determinant of the laws linearised at an answer; 0 where singular.
-
-    -1 proves that there are at least two more answers; 1 proves nothing. Signs at an answer where
-    a node is just about to change its status are one-sided and may mislead.
-    """
-    dim = problem.shape[1]
-    motion = np.column_stack([increment.gap, increment.slip_increment])
-    rho = (0.05 / problem.self_compliance)[:, None]
-    friction = problem.friction_coefficient
-    status, trial = classify(increment.multiplier, motion, rho, friction)
-    closed = np.flatnonzero(status != OPEN)
-    if not len(closed):
-        return 1
-    inverse = ActiveInverse.of(problem.compliance, closed, dim)
-    sliding = np.flatnonzero(status[inverse.nodes] == SLIP)
-    if not len(sliding):
-        return 1
-    # The closed nodes' compliance is positive definite: the sign is that of the slips' system.
-    system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
-    return int(np.linalg.slogdet(system.matrix)[0])
 
 
 def _differ(one: Increment, other: Increment) -> bool:

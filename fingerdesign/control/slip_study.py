@@ -212,15 +212,6 @@ def slip_study(
     )
 
 
-def correlation_at(study: SlipStudy, threshold: float) -> float | None:
-    """The compensated rank correlation that another threshold gives, with the stick length."""
-    change = np.diff(study.tangential_force, prepend=0.0)
-    floor = study.force_floor_N
-    area = gage_areas(study.gage_x_mm, study.response, threshold, change, floor)
-    used = np.logical_or.accumulate(np.abs(change) >= floor) & np.isfinite(study.stick_ratio)
-    return rank_correlation(area[used], study.stick_length_mm[used])
-
-
 def rank_correlation(first: Array, second: Array) -> float | None:
     """Spearman's rank correlation, ties given their mean rank; None where one never changes.
 

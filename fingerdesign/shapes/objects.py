@@ -156,21 +156,10 @@ def touching(
 # What a scene's table says of each.
 
 
-class ObjectTable(Protocol):
-    """The keys of ``[object]`` that every kind may read; a kind's own stand beside them."""
-
-    @property
-    def radius_mm(self) -> float | None: ...
-    @property
-    def axis(self) -> str: ...
-    @property
-    def tilt_deg(self) -> float: ...
-    @property
-    def turn_deg(self) -> float: ...
-
-
 class SceneShape:
     """A kind of object, as a scene's table asks for it; a new one says at least ``make``.
+
+    ``table``: ``[object]``, of which every kind may read radius_mm, axis, tilt_deg and turn_deg.
 
     What is not said is as of an object of which nothing is known: no two sections alike, no mirror
     plane, as wide a contact as under a flat one.
@@ -214,20 +203,20 @@ class ScenePlane(SceneShape):
 
     flat = True
 
-    def make(self, table: ObjectTable) -> RigidObject:
+    def make(self, table: Any) -> RigidObject:
         tilt = math.radians(table.tilt_deg)
         normal = np.array([math.sin(tilt), -math.cos(tilt), 0.0])
         return Plane(0.0, _turned(normal, math.radians(table.turn_deg)))
 
-    def idle(self, table: ObjectTable) -> Iterator[tuple[str, str | float]]:
+    def idle(self, table: Any) -> Iterator[tuple[str, str | float]]:
         yield "axis", "z"
         if not table.tilt_deg:
             yield "turn_deg", 0.0
 
-    def plane_in_z(self, table: ObjectTable) -> bool:
+    def plane_in_z(self, table: Any) -> bool:
         return not table.tilt_deg or _half_turns(table)
 
-    def mirrors_in_z(self, table: ObjectTable) -> bool:
+    def mirrors_in_z(self, table: Any) -> bool:
         return not table.tilt_deg or _half_turns(table)
 
 
@@ -237,27 +226,27 @@ class SceneCylinder(SceneShape):
 
     needs = ("radius_mm",)
 
-    def make(self, table: ObjectTable) -> RigidObject:
+    def make(self, table: Any) -> RigidObject:
         tilt = math.radians(table.tilt_deg)
         along_x = np.array([math.cos(tilt), math.sin(tilt), 0.0])
         axis = along_x if table.axis == "x" else np.array([0.0, 0.0, 1.0])
         radius = float(table.radius_mm or 0.0)
         return Cylinder(0.0, radius, _turned(axis, math.radians(table.turn_deg)))
 
-    def curvature(self, table: ObjectTable) -> Array:
+    def curvature(self, table: Any) -> Array:
         turn = math.radians(table.turn_deg)
         along_x, along_z = [math.cos(turn), -math.sin(turn)], [math.sin(turn), math.cos(turn)]
         axis = np.array(along_x if table.axis == "x" else along_z)
         return np.asarray(1.0 / float(table.radius_mm or 0.0) * (np.eye(2) - np.outer(axis, axis)))
 
-    def idle(self, table: ObjectTable) -> Iterator[tuple[str, str | float]]:
+    def idle(self, table: Any) -> Iterator[tuple[str, str | float]]:
         if table.axis == "z":
             yield "tilt_deg", 0.0
 
-    def plane_in_z(self, table: ObjectTable) -> bool:
+    def plane_in_z(self, table: Any) -> bool:
         return _half_turns(table) and table.axis != "x"
 
-    def mirrors_in_z(self, table: ObjectTable) -> bool:
+    def mirrors_in_z(self, table: Any) -> bool:
         return _half_turns(table)
 
     def words(self, keys: Mapping[str, object]) -> str:
@@ -270,22 +259,22 @@ class SceneSphere(SceneShape):
 
     needs = ("radius_mm",)
 
-    def make(self, table: ObjectTable) -> RigidObject:
+    def make(self, table: Any) -> RigidObject:
         return Sphere(0.0, float(table.radius_mm or 0.0))
 
-    def curvature(self, table: ObjectTable) -> Array:
+    def curvature(self, table: Any) -> Array:
         return np.asarray(np.eye(2) * (1.0 / float(table.radius_mm or 0.0)))
 
-    def idle(self, table: ObjectTable) -> Iterator[tuple[str, str | float]]:
+    def idle(self, table: Any) -> Iterator[tuple[str, str | float]]:
         return iter([("axis", "z"), ("tilt_deg", 0.0), ("turn_deg", 0.0)])
 
-    def mirrors_in_z(self, table: ObjectTable) -> bool:
+    def mirrors_in_z(self, table: Any) -> bool:
         return True
 
 
-def _half_turns(table: ObjectTable) -> bool:
+def _half_turns(table: Any) -> bool:
     """Whether the turn is none, or half a turn, or several."""
-    half_turns = table.turn_deg / 180.0
+    half_turns = float(table.turn_deg) / 180.0
     return half_turns == round(half_turns)
 
 

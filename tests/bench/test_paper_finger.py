@@ -13,7 +13,7 @@ from fingerdesign_bench.studies import paper_finger_bench as bench
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.load import load_design, load_scene, parse_design, parse_scene
-from fingerdesign.control.slip_study import correlation_at, slip_studies
+from fingerdesign.control.slip_study import slip_studies
 from fingerdesign.errors import FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height
 
@@ -172,5 +172,7 @@ def test_the_correlation_at_the_studys_own_threshold_is_the_studys(shipped):
     design = space.design_of(shipped.candidate, coarse=True)
     problem = study.build_problem(design, shipped.candidate.approach)
     (only,) = slip_studies(problem, shipped.rows, "both", (0.5,))
-    assert correlation_at(only, only.threshold) == pytest.approx(only.rank_correlation, abs=1e-12)
-    assert correlation_at(only, 1e9) is None
+    assert study.correlation_at(only, only.threshold) == pytest.approx(
+        only.rank_correlation, abs=1e-12
+    )
+    assert study.correlation_at(only, 1e9) is None

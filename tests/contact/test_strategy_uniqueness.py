@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact.increment import ContactState, solve_increment
+from fingerdesign.contact.laws import OPEN, SLIP
+from fingerdesign.contact.newton import ActiveInverse, classify, slip_system
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.contact.uniqueness import other_solutions, solution_index
+from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
 
@@ -37,6 +39,29 @@ def one_node(friction):
         depth=1.0,
     )
     return contact_problem(model, Plane(0.0), friction)
+
+
+def solution_index(problem, increment):
+    """Sign (1, -1) of the determinant of the laws linearised at an answer; 0 where singular.
+
+    -1 proves that there are at least two more answers; 1 proves nothing. Signs at an answer where
+    a node is just about to change its status are one-sided and may mislead.
+    """
+    dim = problem.shape[1]
+    motion = np.column_stack([increment.gap, increment.slip_increment])
+    rho = (0.05 / problem.self_compliance)[:, None]
+    friction = problem.friction_coefficient
+    status, trial = classify(increment.multiplier, motion, rho, friction)
+    closed = np.flatnonzero(status != OPEN)
+    if not len(closed):
+        return 1
+    inverse = ActiveInverse.of(problem.compliance, closed, dim)
+    sliding = np.flatnonzero(status[inverse.nodes] == SLIP)
+    if not len(sliding):
+        return 1
+    # The closed nodes' compliance is positive definite: the sign is that of the slips' system.
+    system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
+    return int(np.linalg.slogdet(system.matrix)[0])
 
 
 @pytest.mark.parametrize(("friction", "several"), [(0.3, False), (1.0, False), (2.0, True)])

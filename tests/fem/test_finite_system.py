@@ -15,7 +15,6 @@ from fingerdesign.fem.finite.body import finite_body, finite_system
 from fingerdesign.fem.finite.elements import (
     Inverted,
     deformation,
-    first_piola,
     second_piola,
     second_piola_change,
 )
@@ -84,6 +83,13 @@ def test_stiffness_is_the_derivative_of_the_forces(dim, element):
         change = system.forces(values + step * way) - system.forces(values - step * way)
         wanted = change[system.free] / (2.0 * step)
         assert np.abs(matrix @ way[system.free] - wanted).max() < 1e-7 * np.abs(wanted).max()
+
+
+def first_piola(at, shear, pressure):
+    """P (..., d, d), MPa, for a pressure p (...), -lame ln J where it is none of its own."""
+    across = np.swapaxes(at.inverse, -1, -2)
+    shear, both = np.asarray(shear), np.asarray(shear + np.asarray(pressure))
+    return np.asarray(shear[..., None, None] * at.gradient - both[..., None, None] * across)
 
 
 def energy(displacement_gradient, first, shear):

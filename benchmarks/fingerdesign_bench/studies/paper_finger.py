@@ -32,7 +32,12 @@ from fingerdesign.checks.starter import shipped_text
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
-from fingerdesign.control.slip_study import THRESHOLD_FRACTION, correlation_at, slip_studies
+from fingerdesign.control.slip_study import (
+    THRESHOLD_FRACTION,
+    gage_areas,
+    rank_correlation,
+    slip_studies,
+)
 from fingerdesign.errors import DesignError, FingerDesignError, SolverError
 from fingerdesign.layout.frames import crest_height
 from fingerdesign.layout.zone import contact_half_width, summarise
@@ -325,3 +330,12 @@ def _slips(stick_ratio: float | None) -> bool:
 def _number(correlation: float | None) -> float:
     """An area that never changes says nothing: as bad as one that does the opposite."""
     return -1.0 if correlation is None else correlation
+
+
+def correlation_at(study: SlipStudy, threshold: float) -> float | None:
+    """The compensated rank correlation that another threshold gives, with the stick length."""
+    change = np.diff(study.tangential_force, prepend=0.0)
+    floor = study.force_floor_N
+    area = gage_areas(study.gage_x_mm, study.response, threshold, change, floor)
+    used = np.logical_or.accumulate(np.abs(change) >= floor) & np.isfinite(study.stick_ratio)
+    return rank_correlation(area[used], study.stick_length_mm[used])

@@ -65,13 +65,6 @@ def deformation(displacement_gradient: Array) -> Deformation:
     return Deformation(gradient, np.asarray(np.linalg.inv(gradient), dtype=float), np.log(volume))
 
 
-def first_piola(at: Deformation, shear: Array | float, pressure: Array | float) -> Array:
-    """P (..., d, d), MPa, for a pressure p (...), -lame ln J where it is none of its own."""
-    across = np.swapaxes(at.inverse, -1, -2)
-    shear, both = np.asarray(shear), np.asarray(shear + np.asarray(pressure))
-    return np.asarray(shear[..., None, None] * at.gradient - both[..., None, None] * across)
-
-
 def second_piola(at: Deformation, first: Array, shear: Array) -> Array:
     """S = F^-1 P (..., d, d), MPa, with p = -lame ln J; first and shear (...) MPa."""
     both = shear - first * at.log_volume
