@@ -246,8 +246,11 @@ def measured(case: PaperCase, samples: int | None, seed: int) -> list[Measured]:
     hardware = Hardware(stage_step_mm=_STAGE_STEP_MM)
     resting = calibrating = hardware
     if samples is not None:
-        noisy = replace(
-            hardware, gage_noise_microstrain=SAMPLE_NOISE, force_noise_N=SAMPLE_FORCE_NOISE
+        noisy = hardware.model_copy(
+            update={
+                "gage_noise_microstrain": SAMPLE_NOISE,
+                "force_noise_N": SAMPLE_FORCE_NOISE,
+            }
         )
         resting = noisy.at_rest(samples)
         calibrating = noisy.at_rest(max(samples, _CALIBRATION_SAMPLES))

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign.search.compare.read import read_outcomes
+from fingerdesign.search.compare.read import read_comparison
 from tests.support.any_outcomes import any_outcomes
 
 MADE = any_outcomes(12)
@@ -31,7 +31,7 @@ def test_page_csv_and_outcomes(study, tmp_path, capsys):
     assert "program's own choice" not in said
     assert "<title>study: fingers compared</title>" in out.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
-    assert read_outcomes([lines]) == MADE
+    assert read_comparison([lines]).outcomes == MADE
     assert sorted(path.name for path in out.parent.iterdir()) == ["page.html"]
 
 
@@ -64,7 +64,7 @@ def test_wrong_input_is_named(study, tmp_path, capsys, more, named):
 def test_nothing_of_the_study_is_written_over(study, tmp_path, capsys, where):
     assert main(["compare", str(study), "--out", str(tmp_path / where)]) == 2
     assert "choose another" in capsys.readouterr().err
-    assert read_outcomes([study]) == MADE
+    assert read_comparison([study]).outcomes == MADE
 
 
 def test_the_page_is_an_html_file(study, tmp_path, capsys):
