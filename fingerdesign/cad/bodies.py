@@ -3,8 +3,10 @@
 The section of layout/profile.py, drawn along z (arc, block), turned about the line along x through
 the dome's centre (dome) or about y (revolved). Its rounded or chamfered edges are pieces of that
 section, so every surface is a plane, a cylinder, a cone, a sphere or a circle revolved, with the
-radius that the design says: no fillet of the kernel's is among them. Importing this module loads
-the CAD kernel.
+radius that the design says: no fillet of the kernel's is among them. What is bonded into the body
+is drawn by its plate's frame (layout/frames.py): a perforated flat plate is its holed face drawn
+through the thickness; a bent one is an annular sector drawn along its span, out of which straight
+round holes are cut along the normal at their middle. Importing this module loads the CAD kernel.
 """
 
 from __future__ import annotations
@@ -33,23 +35,10 @@ from fingerdesign.cad.kernel import (
 from fingerdesign.design.step import outline_file
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.layout.profile import (
-    Piece,
-    Profile,
-    profile_of,
-)
+from fingerdesign.layout.profile import Piece, Profile, profile_of
 
 if TYPE_CHECKING:
-    import cadquery as cq
-
     from fingerdesign.design.body import Body, StepFile
-
-
-# What is bonded into the body: plates (flat or bent, perforated, along x or z) and the core.
-#
-# A plate's frame says all (layout/frames.py). A perforated flat plate is its holed face drawn
-# through the thickness; a bent one is an annular sector drawn along its span, out of which straight
-# round holes are cut along the normal at their middle. Importing this module loads the CAD kernel.
 
 
 def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:
@@ -273,12 +262,7 @@ def _turned_down(section: list[Line | Arc], axis: float) -> list[Line | Arc]:
 
 
 def step_outline(step: StepFile) -> cq.Solid:
-    """The body's solid, turned and moved, for the CAD kernel (which this loads).
-
-    GeometryError where what was kept cannot be read any more.
-    """
-    import cadquery as cq
-
+    """The body's solid, turned and moved. GeometryError where what was kept cannot be read."""
     kept = outline_file(step)
     try:
         shape = cq.Shape.importBrep(str(kept))

@@ -18,7 +18,6 @@ from OCP.BRepAdaptor import BRepAdaptor_Surface
 from OCP.BRepBuilderAPI import BRepBuilderAPI_Copy
 from OCP.BRepMesh import BRepMesh_IncrementalMesh
 from OCP.GeomAbs import GeomAbs_SurfaceType
-from OCP.GeomAPI import GeomAPI_ProjectPointOnSurf
 from OCP.gp import gp_Pnt, gp_Pnt2d
 from OCP.IMeshTools import IMeshTools_Parameters
 from OCP.ShapeAnalysis import ShapeAnalysis_Surface
@@ -46,14 +45,10 @@ if TYPE_CHECKING:
 # directly, on a copy. It does not keep its word on doubly curved faces either: on tori (domes,
 # rounded edges of revolved bodies) the chord was up to 3.2 times the tolerance, and up to 1.7 times
 # where it was reported to look at every surface. So the chord is measured here, and the kernel
-# asked again for less. Importing this module loads the CAD kernel.
-
-# How far triangles lie from the CAD face they stand for. Importing this loads the CAD kernel.
+# asked again for less.
 
 # Shares of a triangle's corners at which its distance to the face is looked at.
 LOOKS = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1 / 3, 1 / 3, 1 / 3]])
-# The kernel keeps the chord on these: it is 0, or curved in one direction only.
-SIMPLE = (GeomAbs_SurfaceType.GeomAbs_Plane, GeomAbs_SurfaceType.GeomAbs_Cylinder)
 
 
 @dataclass(frozen=True)
@@ -64,29 +59,6 @@ class Patch:
     points: Array
     triangles: IntArray
     parameters: Array | None
-
-
-def keeps_chord(patch: Patch, tolerance_mm: float) -> bool:
-    """Whether the triangles' edges and middles lie within a tolerance of the face.
-
-    At the same parameters the face is at least as far as its nearest point (much farther at the
-    poles of a sphere), so only places that look too far are projected onto it.
-    """
-    surface = BRepAdaptor_Surface(patch.face)
-    if surface.GetType() in SIMPLE:
-        return True
-    flat = np.einsum("lk,tkd->tld", LOOKS, patch.points[patch.triangles])
-    suspects = np.ones(flat.shape[:2], dtype=bool)
-    if patch.parameters is not None:
-        uv = np.einsum("lk,tkd->tld", LOOKS, patch.parameters[patch.triangles])
-        on = np.array([surface.Value(u, v).Coord() for u, v in uv.reshape(-1, 2).tolist()])
-        suspects = np.linalg.norm(on.reshape(flat.shape) - flat, axis=2) > tolerance_mm
-    whole = BRep_Tool.Surface_s(patch.face)
-    for place in flat[suspects].tolist():
-        foot = GeomAPI_ProjectPointOnSurf(gp_Pnt(*place), whole)
-        if foot.NbPoints() == 0 or foot.LowerDistance() > tolerance_mm:
-            return False
-    return True
 
 
 def largest_chord(patch: Patch) -> float:
@@ -126,30 +98,20 @@ TRIES = (0.95, 0.75, 0.5, 0.25, 0.1)
 def triangulate(
     shapes: Iterable[cq.Shape], chord_tolerance_mm: float, angle_rad: float = 0.3
 ) -> tuple[Array, IntArray]:
-    """Triangulate shapes together: faces that they share come once, and fit their neighbours.
-
-    Returns vertices (n, 3) without duplicates and triangles (t, 3), counter-clockwise from outside
-    the shape that a face was first met in. GeometryError where the kernel yields no triangles or
-    does not keep within ``chord_tolerance_mm`` of a face.
-    """
-    return _joined(_close_patches(shapes, chord_tolerance_mm, angle_rad))
+    """Vertices and triangles of shapes, as :func:`triangulate_measured`."""
+    return triangulate_measured(shapes, chord_tolerance_mm, angle_rad)[:2]
 
 
 def triangulate_measured(
     shapes: Iterable[cq.Shape], chord_tolerance_mm: float, angle_rad: float = 0.3
 ) -> tuple[Array, IntArray, float]:
-    """As ``triangulate``, and the greatest distance found between triangles and faces, mm.
+    """Triangulate shapes together: faces that they share come once, and fit their neighbours.
 
-    It is looked at in the middles of the triangles and of their edges.
+    Returns vertices (n, 3) without duplicates, triangles (t, 3), counter-clockwise from outside the
+    shape that a face was first met in, and the greatest distance found between triangles and faces,
+    mm, looked at in the middles of the triangles and of their edges. GeometryError where the kernel
+    yields no triangles or does not keep within ``chord_tolerance_mm`` of a face.
     """
-    patches = _close_patches(shapes, chord_tolerance_mm, angle_rad)
-    return *_joined(patches), max(largest_chord(patch) for patch in patches)
-
-
-def _close_patches(
-    shapes: Iterable[cq.Shape], chord_tolerance_mm: float, angle_rad: float
-) -> list[Patch]:
-    """Triangles of each face within the tolerance of it, asked for again until they are."""
     if not (np.isfinite(chord_tolerance_mm) and chord_tolerance_mm > 0.0):
         raise GeometryError(f"chord tolerance {chord_tolerance_mm} mm must be above 0")
     builder, compound = BRep_Builder(), TopoDS_Compound()
@@ -158,8 +120,9 @@ def _close_patches(
         builder.Add(compound, shape.wrapped)
     for share in TRIES:
         patches = list(_patches(compound, share * chord_tolerance_mm, angle_rad))
-        if all(keeps_chord(patch, chord_tolerance_mm) for patch in patches):
-            return patches
+        chord = max(largest_chord(patch) for patch in patches)
+        if chord <= chord_tolerance_mm:
+            return *_joined(patches), chord
     raise GeometryError(
         f"the CAD kernel's triangles leave a face by more than {chord_tolerance_mm:g} mm"
     )
@@ -294,10 +257,8 @@ def write_cad(
     """Write finger.step, finger.stl (the outside), body.stl and, where there are any, plates.stl
     and core.stl: parts that touch each other are files of their own.
 
-    Returns the paths by file name. The solid must be whole, not a half.
+    Returns the paths by file name.
     """
-    if solid.half:
-        raise GeometryError("CAD files are of the whole finger; build the solid with half=False")
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     files = {"finger.step": write_step(solid, folder / "finger.step")}

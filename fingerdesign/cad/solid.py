@@ -14,107 +14,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import cadquery as cq
-import numpy as np
 from OCP.BOPAlgo import BOPAlgo_Builder
-from OCP.BOPTools import BOPTools_AlgoTools3D
-from OCP.gp import gp_Pnt, gp_Pnt2d
-from OCP.IntTools import IntTools_Context
 from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from fingerdesign.cad.bodies import core_solid, outline_solid, plate_solid
 from fingerdesign.cad.kernel import volume_of
-from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import check_volume, core_volume, outline_volume, plate_volume
 
 if TYPE_CHECKING:
-    from fingerdesign.design.body import Body, StepFile
     from fingerdesign.design.schema import Design
-
-
-# Names of a finger's faces: base, contact, side, end, symmetry, plate_0, ..., core.
-#
-# The faces of the plain outline are named, where every one is whole; what the fuse made of each
-# keeps its name. Importing this module loads the CAD kernel.
-
-FACE_NAMES = ("base", "contact", "side", "end", "symmetry")
-NEAR_MM = 1e-5  # positions of flat faces are exact to the kernel's 1e-7
-
-
-def named_faces(
-    body: Body, outline: cq.Solid, parts: Fused, half: bool
-) -> dict[str, tuple[cq.Face, ...]]:
-    """The outside of body, plates and core by name, and all faces of each plate and the core.
-
-    GeometryError where the outline lacks a face that its shape must have.
-    """
-    whole = outline.Faces()
-    names = step_face_names(body.step, whole, half) if body.step is not None else None
-    names = names or [face_name(body, face, half) for face in whole]
-    wanted = face_names(body, half) if body.step is None else ("base", "contact", *names)
-    named: dict[str, list[cq.Face]] = {name: [] for name in wanted}
-    for name, pieces in zip(names, parts.outer, strict=True):
-        if name not in named:
-            raise GeometryError(f"a face of the body was taken for its {name!r} face: it has none")
-        named[name] += pieces
-    for name, faces in named.items():
-        if not faces:
-            raise GeometryError(f"no face of the body was recognised as its {name!r} face")
-    inserts = {name: solid.Faces() for name, solid in parts.inserts.items()}
-    return {name: tuple(faces) for name, faces in (named | inserts).items()}
-
-
-def face_names(body: Body, half: bool) -> tuple[str, ...]:
-    """The names that the outside of a parametric body has."""
-    lacking = set() if half else {"symmetry"}
-    if body.kind.turned:
-        lacking.add("end")
-    return tuple(name for name in FACE_NAMES if name not in lacking)
-
-
-def face_name(body: Body, face: cq.Face, half: bool) -> str:
-    """Name of one face of a parametric body's outline; what is none of the others is contact."""
-    if face.geomType() == "CYLINDER" and body.kind.turned:
-        return "side"
-    if face.geomType() != "PLANE":
-        return "contact"
-    bounds = face.BoundingBox(1e-7)
-    if bounds.ylen < NEAR_MM and abs(bounds.ymin) < NEAR_MM:
-        return "base"
-    if half and _in_symmetry_plane(face):
-        return "symmetry"
-    if bounds.xlen < NEAR_MM and abs(abs(bounds.xmin) - 0.5 * body.width_mm) < NEAR_MM:
-        return "side"
-    if bounds.zlen < NEAR_MM and abs(abs(bounds.zmin) - 0.5 * body.depth_mm) < NEAR_MM:
-        return "end"
-    return "contact"
-
-
-def step_face_names(step: StepFile, faces: list[cq.Face], half: bool) -> list[str]:
-    """Names of the faces of a STEP body's outline (of its half), as the rules of its table say.
-
-    Each goes by a place in its middle, where exactly one of the file's faces is near.
-    """
-    places = []
-    for face in faces:
-        place, uv = gp_Pnt(), gp_Pnt2d()
-        if BOPTools_AlgoTools3D.PointInFace_s(face.wrapped, place, uv, IntTools_Context()) != 0:
-            raise GeometryError("the CAD kernel found no place within a face of body.step")
-        places.append(place.Coord())
-    names = [str(name) for name in step_facts(step).names(np.array(places))]
-    cut = [half and _in_symmetry_plane(face) for face in faces]
-    return ["symmetry" if own else name for own, name in zip(cut, names, strict=True)]
-
-
-def _in_symmetry_plane(face: cq.Face) -> bool:
-    bounds = face.BoundingBox(1e-7)
-    return bool(face.geomType() == "PLANE" and bounds.zlen < NEAR_MM and abs(bounds.zmin) < NEAR_MM)
-
-
-# Body and inserts made conformal: OpenCASCADE's general fuse, and what became of each part.
-#
-# Importing this module loads the CAD kernel.
 
 
 @dataclass(frozen=True)
@@ -123,13 +33,10 @@ class Fused:
 
     body     what the inserts leave of the outline
     inserts  by name, each one solid inside the outline
-    outer    each face of the outline, in its own order, as the pieces that the inserts' ends make
-             of it (itself where none ends in it)
     """
 
     body: cq.Solid
     inserts: dict[str, cq.Solid]
-    outer: tuple[tuple[cq.Face, ...], ...]
 
 
 def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
@@ -139,7 +46,7 @@ def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
     inserts cut the body in pieces, or where the kernel fails.
     """
     if not inserts:
-        return Fused(outline, {}, tuple((face,) for face in outline.Faces()))
+        return Fused(outline, {})
     fuse = BOPAlgo_Builder()
     for shape in (outline, *inserts.values()):
         fuse.AddArgument(shape.wrapped)
@@ -157,9 +64,7 @@ def fused(outline: cq.Solid, inserts: dict[str, cq.Solid]) -> Fused:
     rest = [piece for number, piece in inside.items() if number not in taken]
     if len(rest) != 1:
         raise GeometryError(f"the inserts cut the body into {len(rest)} pieces; one is wanted")
-    outer = tuple(tuple(_images(fuse, face)) for face in outline.Faces())
-    found = {name: inside[own[0]] for name, own in pieces.items()}
-    return Fused(rest[0], found, outer)
+    return Fused(rest[0], {name: inside[own[0]] for name, own in pieces.items()})
 
 
 def said(name: str) -> str:
@@ -193,16 +98,12 @@ class Solid:
     plates   the plates, in the order of the frames, sharing their faces with ``body``
     core     the rigid core, sharing its faces with ``body``; None without one
     outline  body, plates and core as one solid, without the faces between them
-    faces    the outside by name ("base", "contact" with the edges, "side", "end" but of a revolved
-             body, and "symmetry" of a half), ends of plates and core that lie in it included; and
-             "plate_0", ..., "core": all faces of each
     half     True: only z >= 0
     """
 
     body: cq.Solid
     plates: tuple[cq.Solid, ...]
     outline: cq.Solid
-    faces: dict[str, tuple[cq.Face, ...]]
     half: bool
     core: cq.Solid | None = None
 
@@ -233,7 +134,6 @@ def build_solid(
         plates = {f"plate_{frame.index}": plate_solid(frame, half) for frame in frames}
         core = {} if design.body.core is None else {"core": core_solid(design.body, half)}
         parts = fused(outline, plates | core)
-        faces = named_faces(design.body, outline, parts, half)
     except GeometryError:
         raise
     except Exception as error:  # the kernel throws its own kinds
@@ -241,8 +141,8 @@ def build_solid(
             f"the CAD kernel failed to build {design.design.name}: {error}"
         ) from error
     _check_volumes(design, half, frames, outline, parts)
-    inserts = [parts.inserts[name] for name in plates]
-    return Solid(parts.body, tuple(inserts), outline, faces, half, parts.inserts.get("core"))
+    inserts = tuple(parts.inserts[name] for name in plates)
+    return Solid(parts.body, inserts, outline, half, parts.inserts.get("core"))
 
 
 def _check_volumes(

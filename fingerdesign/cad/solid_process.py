@@ -8,10 +8,10 @@ Importing this module loads no CAD kernel.
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pydantic_core import to_json
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import DesignError, GeometryError
@@ -26,35 +26,23 @@ if TYPE_CHECKING:
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
 
 
-@dataclass(frozen=True)
-class FingerTriangles:
-    """A finger's faces as triangles at one chord tolerance; vertices (n, 3) in mm.
-
-    vertices, triangles              of elastomer, plates and core: faces that they share come once
-    outer_vertices, outer_triangles  of the closed outside alone, wound outward
-    """
-
-    vertices: Array
-    triangles: IntArray
-    outer_vertices: Array
-    outer_triangles: IntArray
-
-
 def finger_triangles(
     design: Design,
     chord_tolerance_mm: float,
     half: bool = False,
     frames: tuple[PlateFrame, ...] | None = None,
     time_limit_s: float = TIME_LIMIT_S,
-) -> FingerTriangles:
+) -> tuple[tuple[Array, IntArray], tuple[Array, IntArray]]:
     """Build a finger (its half z >= 0) and triangulate it; arguments as of ``build_solid``.
 
+    Vertices (n, 3), mm, and triangles of elastomer, plates and core, faces that they share once;
+    then those of the closed outside alone, wound outward.
     GeometryError where it cannot be built, or where the kernel crashes or exceeds the time limit;
     then the request is kept, and the message says where.
     """
     request = (chord_tolerance_mm, half, frames)
-    found = _built("fingerdesign.cad.export:build_triangles", time_limit_s, design, *request)
-    return FingerTriangles(*found)
+    whole = _built("fingerdesign.cad.export:build_triangles", time_limit_s, design, *request)
+    return whole[:2], whole[2:]
 
 
 def write_finger_cad(
@@ -83,16 +71,10 @@ def _built(function: str, time_limit_s: float, design: Design, *request: Any) ->
         whole = {
             "design": design.model_dump(mode="json"),
             "function": function,
-            "given": [_plain(each) for each in request],
+            "given": request,
         }
-        kept = keep_request("solid", "request.json", json.dumps(whole))
+        kept = keep_request("solid", "request.json", to_json(whole).decode())
         raise GeometryError(
             f"the CAD kernel did not build {design.design.name}: {error}; the request is kept as "
             f"{kept}"
         ) from error
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, tuple):
-        return [asdict(frame) for frame in value]
-    return str(value) if isinstance(value, Path) else value

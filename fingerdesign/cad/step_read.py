@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,8 @@ from OCP.GProp import GProp_GProps
 from OCP.ShapeUpgrade import ShapeUpgrade_ShapeConvertToBezier
 from OCP.TopAbs import TopAbs_EDGE, TopAbs_FACE, TopAbs_FORWARD, TopAbs_REVERSED
 from OCP.TopoDS import TopoDS
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from fingerdesign.arrays import Array
 from fingerdesign.cad.step_rules import check_body, check_mirror, named, on_base, picks, refused
@@ -57,10 +60,6 @@ from fingerdesign.runtime.files import scratch
 from fingerdesign.shapes.faces import Border, CadFace, arrays_of
 from fingerdesign.shapes.nurbs import Nurbs
 from fingerdesign.shapes.quadrics import Cone, Plane, Shape, Sphere, Torus
-
-# Where a face of a CAD solid ends, as pieces that numpy computes with.
-#
-# Importing this module loads the CAD kernel.
 
 PIECES = 600  # of a face's border
 LEAST_PIECES = 24  # of a curved edge: 1e-7 mm on a quarter circle of 0.5 mm
@@ -165,10 +164,6 @@ def edge_samples(curve: Any, number: int) -> tuple[Array, Array]:
     return places, slopes
 
 
-# Which faces of a CAD solid join without an edge, and where a face's middle is.
-#
-# Importing this module loads the CAD kernel.
-
 SMOOTH_DEG = 12.0  # over an edge of 1 mm that is 0.1 mm, ten times a mesher's envelope
 
 
@@ -184,17 +179,7 @@ def middle(face: Any, area: float) -> Array:
 
 def groups(solid: Any, faces: Sequence[Any], found: Sequence[CadFace]) -> list[int]:
     """A number for each face; equal for faces that join smoothly or lie in one plane."""
-    label = list(range(len(faces)))
-
-    def root(number: int) -> int:
-        while label[number] != number:
-            number = label[number]
-        return number
-
-    def join(first: int, second: int) -> None:
-        first, second = sorted((root(first), root(second)))
-        label[second] = first
-
+    joined: list[tuple[int, int]] = []
     owners: dict[int, list[tuple[Any, int]]] = {}
     for number, face in enumerate(faces):
         for edge in parts(face, TopAbs_EDGE):
@@ -203,15 +188,13 @@ def groups(solid: Any, faces: Sequence[Any], found: Sequence[CadFace]) -> list[i
     for bucket in owners.values():
         for k, (edge, first) in enumerate(bucket):
             for other, second in bucket[k + 1 :]:
-                apart = first != second and root(first) != root(second)
-                if apart and edge.IsSame(other) and _smooth(edge, found[first], found[second]):
-                    join(first, second)
+                both = first != second and edge.IsSame(other)
+                if both and _smooth(edge, found[first], found[second]):
+                    joined.append((first, second))
     flat = [number for number, face in enumerate(found) if isinstance(face.shape, Plane)]
-    for k, first in enumerate(flat):
-        for second in flat[k + 1 :]:
-            if _coplanar(found[first], found[second]):
-                join(first, second)
-    return [root(number) for number in range(len(faces))]
+    joined += [pair for pair in combinations(flat, 2) if _coplanar(*(found[k] for k in pair))]
+    graph = coo_array((np.ones(len(joined)), np.reshape(joined, (-1, 2)).T), (len(faces),) * 2)
+    return [int(label) for label in connected_components(graph, directed=False)[1]]
 
 
 def _smooth(edge: Any, first: CadFace, second: CadFace) -> bool:
@@ -222,12 +205,11 @@ def _smooth(edge: Any, first: CadFace, second: CadFace) -> bool:
 
 
 def _coplanar(first: CadFace, second: CadFace) -> bool:
-    a, b = first.shape, second.shape
-    assert isinstance(a, Plane)
-    assert isinstance(b, Plane)
-    one, other = first.sign * a.direction, second.sign * b.direction
-    flush = abs(first.sign * a.offset - second.sign * b.offset) < 1e-6
-    return bool(one @ other > 1.0 - 1e-12 and flush)
+    """Whether two flat faces lie in one plane and look the same way."""
+    origin = np.zeros((1, 3))
+    turn = float((first.normal(origin) @ second.normal(origin).T)[0, 0])
+    flush = abs(float((first.distance(origin) - second.distance(origin))[0])) < 1e-6
+    return turn > 1.0 - 1e-12 and flush
 
 
 NURBS_MISFIT_MM = 1e-6  # between a surface and the NURBS made of it; exact but for offset surfaces

@@ -23,7 +23,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.runtime.files import keep_request
 from fingerdesign.runtime.isolate import ProcessError, call
-from fingerdesign.shapes.faces import CadFace, faces_of, nearest, top_height
+from fingerdesign.shapes.faces import CadFace, faces_of, top_height
 
 if TYPE_CHECKING:
     from fingerdesign.design.body import StepFile
@@ -89,11 +89,6 @@ class StepFacts:
         lines, back = np.unique(np.column_stack([x[known], z[known]]), axis=0, return_inverse=True)
         found[known] = top_height(self.contact, *lines.T)[back.reshape(-1)]
         return found
-
-    def names(self, points: Array) -> NDArray[np.str_]:
-        """Name (n,) of the face nearest to each point (n, 3)."""
-        names = np.array([face.name for face in self.faces])
-        return np.asarray(names[nearest(self.faces, points)[0]])
 
 
 def _lowest(face: CadFace) -> float:

@@ -77,11 +77,6 @@ def test_step_is_an_assembly_of_named_parts(design_of, tmp_path):
         assert volume_of(read) == pytest.approx(volume_of(part), rel=1e-7)
 
 
-def test_a_half_is_not_exported(design_of, tmp_path):
-    with pytest.raises(GeometryError, match="whole finger"):
-        write_cad(build_solid(design_of("arc"), half=True), tmp_path)
-
-
 def test_holes_and_wrong_winding_are_found():
     points, triangles = triangulate([cq.Workplane().box(1, 1, 1).val()], 0.01)
     check_watertight("box", points, triangles)

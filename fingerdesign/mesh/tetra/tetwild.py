@@ -247,17 +247,11 @@ def _attempted(
     scaled = sizes.scaled(attempt.size_factor)
     field = size_field(design, way.sized, scaled, *zone)
     most = max(int(MOST_ELEMENTS_RATIO * _expected(design, field, symmetric)), FEW_ELEMENTS)
-    cad = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
-    outside = (cad.outer_vertices, cad.outer_triangles)
+    parts, outside = finger_triangles(design, chord_mm(design.body), symmetric, way.meshed)
     check_closed(*outside)
     epsilon = attempt.envelope * envelope_mm(design, way.meshed)
-    points, tets = run_tetwild(
-        cad.vertices,
-        cad.triangles,
-        field,
-        replace(attempt, envelope=epsilon),
-        float(design.mesh.time_limit_s),
-    )
+    limit = float(design.mesh.time_limit_s)
+    points, tets = run_tetwild(*parts, field, replace(attempt, envelope=epsilon), limit)
     mesh = finish(design, way, points, tets, outside, symmetric, replace(field, sizes=scaled), most)
     if len(mesh.cells) > most:
         raise MeshError(f"{len(mesh.cells)} tetrahedra, and at most {most} were to be expected")
