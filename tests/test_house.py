@@ -99,6 +99,23 @@ def test_importing_the_package_is_light():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
+def test_files_with_registries_may_be_imported_first():
+    """A registry loads the files of its kinds by name, which the imports read above do not show."""
+    rooms = {"control", "design", "layout", "shapes"}
+    names = [name for name in modules() if room(name) in rooms]
+    code = """
+import importlib, sys
+for name in sys.argv[1:]:
+    for known in [each for each in sys.modules if each.startswith("fingerdesign")]:
+        del sys.modules[known]
+    importlib.import_module(name)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code, *names], check=False, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_file_is_one_idea_and_a_folder_can_be_looked_through():
     files = [*(ROOT / "fingerdesign").rglob("*.py"), *(ROOT / "cli").rglob("*.py")]
     for path in files:

@@ -192,5 +192,4 @@ class Grip(Table):
 
 
 # The tables of the controllers, ``[grip.NAME]``, each from the file that holds its controller.
-CONTROLLERS.load()
 table_fields(Grip, CONTROLLERS, before="seed")

@@ -24,6 +24,7 @@ from fingerdesign.design.mold import Mold
 from fingerdesign.design.plates import Plates, Row
 from fingerdesign.design.scene import Scene
 from fingerdesign.materials import MATERIALS
+from fingerdesign.runtime.registry import CONTROLLERS
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
 
@@ -35,6 +36,10 @@ __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row
 
 NAME_PATTERN = r"^[A-Za-z0-9_-]([A-Za-z0-9._-]{0,62}[A-Za-z0-9_-])?$"
 
+
+# Controllers register their ``[grip.NAME]`` tables; they stand above this floor and take ``[grip]``
+# itself, so that it is here that they are loaded, before a whole design is defined.
+CONTROLLERS.load()
 
 # Names that no file or folder can have on Windows, whatever follows a dot.
 _RESERVED = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)

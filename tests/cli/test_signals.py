@@ -13,7 +13,7 @@ from fingerdesign.errors import FingerDesignError
 
 @pytest.fixture(autouse=True)
 def _signals_as_before(monkeypatch):
-    monkeypatch.setattr(cli_main, "_asked_to_end", [])
+    monkeypatch.setattr(cli_main, "_end_requested", [])
     monkeypatch.setattr(cli_main, "_ending", [])
     numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     before = {number: signal.getsignal(number) for number in numbers}
