@@ -26,7 +26,7 @@ def meshes():
 
 @pytest.fixture(scope="module")
 def fine():
-    return line_contact(0.0125)
+    return line_contact(0.0175)
 
 
 def order(errors):
