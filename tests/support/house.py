@@ -6,7 +6,7 @@ python tests/support/house.py --picture FILE     the floors as a picture
 
 import argparse
 import ast
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -132,6 +132,27 @@ def inside_functions():
     return [e for e in imports() if e.inside and not e.source.startswith("fingerdesign_bench")]
 
 
+def long_functions(most=60):
+    """Functions of the wheel with more lines than that, as module:line."""
+    found = []
+    for name, path in wheel().items():
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            function = isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+            if function and node.end_lineno - node.lineno >= most:
+                found.append(f"{name}:{node.lineno} {node.end_lineno - node.lineno + 1}")
+    return found
+
+
+def wheel():
+    """The modules that are shipped."""
+    return {m: p for m, p in modules().items() if not m.startswith("fingerdesign_bench")}
+
+
+def count_lines(folder, ending):
+    """Lines of the files below a folder whose names end so."""
+    return sum(len(p.read_text("utf-8").splitlines()) for p in (ROOT / folder).rglob(ending))
+
+
 def draw(path):
     """The floors as a picture: each folder is as wide as it has lines."""
     from matplotlib.figure import Figure
@@ -164,9 +185,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--picture", type=Path, metavar="FILE")
     picture = parser.parse_args().picture
-    wheel = {m: p for m, p in modules().items() if not m.startswith("fingerdesign_bench")}
-    lines = sum(len(path.read_text("utf-8").splitlines()) for path in wheel.values())
-    print(f"{len(wheel)} files and {lines} lines in the wheel, {len(FLOORS)} floors")
+    python = count_lines("fingerdesign", "*.py") + count_lines("cli", "*.py")
+    fullest = Counter(path.parent for path in wheel().values()).most_common(1)[0]
+    print(f"{len(wheel())} files and {python} lines in the wheel, {len(FLOORS)} floors")
+    print(f"{fullest[1]} files in the fullest folder, {fullest[0].relative_to(ROOT)}")
+    print(f"{count_lines('tests', '*.py')} lines of tests")
+    print(f"{count_lines('fingerdesign', '*.js')} lines of JavaScript")
+    print(f"{len(long_functions())} functions of more than 60 lines")
     print(f"{len(inside_functions())} names imported inside functions")
     print(f"{len(against_the_order())} imports against the order, {len(circles())} circles")
     if picture:
