@@ -42,7 +42,7 @@ from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.folder import RESULTS
 from fingerdesign.records.result import GripResult, Result
 from fingerdesign.runtime.progress import Report
-from fingerdesign.sensing.lessons import with_estimator
+from fingerdesign.sensing.training import with_estimator
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene

@@ -82,7 +82,7 @@ def estimator_for(design: Design, path: Path | None) -> GripEstimator | None:
     """As :func:`read_estimator`; DesignError too for one that was taught on another design."""
     if path is None:
         return None
-    from fingerdesign.sensing.lessons import estimator_faults
+    from fingerdesign.sensing.training import estimator_faults
 
     estimator = read_estimator(path)
     faults = estimator_faults(design, estimator)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
     from fingerdesign.sensing.record import Observability
-    from fingerdesign.sensing.teach import Lesson
+    from fingerdesign.sensing.teach import TrainingResult
 
 
 # ``fingerdesign teach``: an estimator of the stick ratio for a design's gages, for a rig too.
@@ -27,35 +28,35 @@ def teach(
 ) -> int:
     """Teach the estimator that the regulator grips by, on DESIGN's own model."""
     design, _ = read_case(design_file)
-    from fingerdesign.sensing.lessons import at_noise, lesson_for, lesson_text
+    from fingerdesign.sensing.training import training_result_for, training_text
 
     name = design.design.name
     kind = RecordFolder("lesson", "lesson.json", ("lesson.json", "estimator.json"))
     refuse_foreign(kind, out / name)
     with kind.written(out / name) as folder, progress(name, quiet) as show:
-        lesson = lesson_for(design, report=lambda reported: show(reported, 0.0), workers=workers)
-        lesson = at_noise(lesson, noise)
-        record = {k: v for k, v in json.loads(lesson_text(lesson)).items() if k != "estimator"}
-        (folder / "estimator.json").write_text(lesson.estimator.to_json(), encoding="utf-8")
+        result = training_result_for(design, None, lambda said: show(said, 0.0), workers)
+        result = replace(result, estimator=result.estimator.at_noise(noise))
+        record = {k: v for k, v in json.loads(training_text(result)).items() if k != "estimator"}
+        (folder / "estimator.json").write_text(result.estimator.to_json(), encoding="utf-8")
         (folder / "lesson.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
         show("writing", 1.0)
     if as_json:
         print_json({"design": name, **record})
     elif not quiet:
-        _show_errors(lesson, name, out / name)
+        _show_errors(result, name, out / name)
     return 0
 
 
-def _show_errors(lesson: Lesson, name: str, folder: Path) -> None:
+def _show_errors(result: TrainingResult, name: str, folder: Path) -> None:
     rows = [
         [f"{noise:g}", f"{stick:.3f}", f"{used:.3f}"]
         for noise, stick, used in zip(
-            lesson.noises, lesson.stick_errors, lesson.used_errors, strict=True
+            result.noises, result.stick_errors, result.used_errors, strict=True
         )
     ]
     columns = ["noise, microstrain", "stick ratio", "friction in use"]
     print_table(f"{name}: errors (RMS) on grips that were not taught", columns, rows)
-    click.echo(f"{lesson.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
+    click.echo(f"{result.samples} samples were taught; {folder / 'estimator.json'} is for a rig")
 
 
 def gages(

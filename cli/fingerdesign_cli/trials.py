@@ -10,6 +10,7 @@ import click
 
 from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
+from fingerdesign.records.base import plain
 from fingerdesign.records.folder import RecordFolder
 from fingerdesign.trials.bench import ControlGrid, refuse
 from fingerdesign.trials.page import answers
@@ -20,8 +21,7 @@ from fingerdesign_cli.options import CONTROLLER_NAMES
 from fingerdesign_cli.terminal import cores, print_json, print_table, progress
 
 if TYPE_CHECKING:
-    from fingerdesign.control.metrics import Summary
-    from fingerdesign.trials.record import ControlStudy
+    from fingerdesign.trials.record import ControlStudy, Summary
     from fingerdesign.trials.replay import Replay
 
 
@@ -142,7 +142,7 @@ def _show_replay(found: Replay, folder: Path) -> None:
     ]
     title = f"{found.design}, rows {record['first_row']} to {record['last_row']} of {found.trace}"
     print_table(title, ["", "the rig", found.controller], rows)
-    click.echo(f"holds: {found.holds}")
+    click.echo(f"holds: {found.record()['holds']}")
     if record["least_stick_ratio_told"] is not None:
         least, most = number("least_stick_ratio_told"), number("most_friction_used_told")
         click.echo(f"told: stick ratio down to {least}, friction used up to {most}")
@@ -194,7 +194,7 @@ def study_control(
         write_study(found, folder)
     journal.unlink(missing_ok=True)
     if as_json:
-        print_json(found.data)
+        print_json(plain(found.data))
     elif not quiet:
         _show(found, target)
     return 0
@@ -252,7 +252,7 @@ def _show(found: ControlStudy, folder: Path) -> None:
 
 
 def _shares(name: str, reported: Summary) -> list[str]:
-    low, high = reported.success.interval or (0.0, 1.0)
+    low, high = reported.success.low or 0.0, reported.success.high or 1.0
     return [
         name,
         _number(reported.success.rate, 1, 100.0),

@@ -40,7 +40,7 @@ class Change:
 
 
 @dataclass(frozen=True)
-class Finding:
+class Misplacement:
     """A fault, by how much (``over``, mm), and how its remedies are found, should it be
     reported."""
 
@@ -65,9 +65,9 @@ class Finding:
         return Fault(self.key, self.value, self.bound, " or ".join(words) or self.otherwise)
 
 
-def worst_by_key(findings: Iterable[Finding]) -> list[Finding]:
+def worst_by_key(findings: Iterable[Misplacement]) -> list[Misplacement]:
     """One finding a key, the worst."""
-    kept: dict[str, Finding] = {}
+    kept: dict[str, Misplacement] = {}
     for finding in findings:
         if finding.key not in kept or finding.over > kept[finding.key].over:
             kept[finding.key] = finding
@@ -137,7 +137,7 @@ def row_reach(body: Body, table: Plates) -> float:
     return float(abs(table.offset_mm) + row + 0.5 * own)
 
 
-def side_findings(design: Design, row: PlateRow) -> list[Finding]:
+def side_findings(design: Design, row: PlateRow) -> list[Misplacement]:
     """A row whose plates come too near to the sides, or lie where the surface has ended."""
     axis, wide, half, *_ = limits(design.body, row)
     reach, allowed = side_reaches(row), half - LEAST_CLEARANCE_MM
@@ -189,13 +189,15 @@ def side_findings(design: Design, row: PlateRow) -> list[Finding]:
         f"(plate {frame.index} reaches {reported})"
     )
     over = float(min(reach[worst], 1e6)) - allowed
-    return [Finding(key, value, bound, over, changes, "move the plates inward or shorten them")]
+    return [
+        Misplacement(key, value, bound, over, changes, "move the plates inward or shorten them")
+    ]
 
 
 # Whether plates end where they may: with the body, or clear of its end faces and walls.
 
 
-def end_findings(design: Design, row: PlateRow) -> list[Finding]:
+def end_findings(design: Design, row: PlateRow) -> list[Misplacement]:
     """Plates whose span's ends pass the end faces, or leave a skin below the least over them."""
     *_, axis, deep, half = limits(design.body, row)
     if design.body.kind.turned:
@@ -235,7 +237,7 @@ def end_findings(design: Design, row: PlateRow) -> list[Finding]:
         otherwise = f"lower {key} to at most {at_most(2.0 * room)}"
     elif own_z and room > 0.5 * frame.span:
         otherwise = f"move it to |{axis}| <= {at_most(room - 0.5 * frame.span)}"
-    return [Finding(key, value, bound, float(over[worst]), changes, otherwise)]
+    return [Misplacement(key, value, bound, float(over[worst]), changes, otherwise)]
 
 
 def _excess(low: float, high: float, half: float) -> float:
@@ -263,7 +265,7 @@ def _span_culprit(row: PlateRow, half: float) -> str:
     return "stagger_mm" if stagger else "span_offset_mm"
 
 
-def _round(design: Design, row: PlateRow) -> list[Finding]:
+def _round(design: Design, row: PlateRow) -> list[Misplacement]:
     """Plates of a revolved body that leave its round section."""
     allowed = 0.5 * design.body.width_mm - LEAST_CLEARANCE_MM
     groups = [clearance.plate_points(frame) for frame in row.frames]
@@ -298,10 +300,10 @@ def _round(design: Design, row: PlateRow) -> list[Finding]:
         f"{allowed + LEAST_CLEARANCE_MM:g} (plate {frame.index} reaches {reach[worst]:.4g})"
     )
     over = float(reach[worst] - allowed)
-    return [Finding(key, value, bound, over, changes, "shorten the row or narrow the plates")]
+    return [Misplacement(key, value, bound, over, changes, "shorten the row or narrow the plates")]
 
 
-def wall_findings(design: Design, row: PlateRow) -> list[Finding]:
+def wall_findings(design: Design, row: PlateRow) -> list[Misplacement]:
     """Plates too near to the sides of a STEP body."""
     if design.body.shape != "step":
         return []
@@ -322,15 +324,15 @@ def wall_findings(design: Design, row: PlateRow) -> list[Finding]:
         f"(plate {frame.index}: {distances[worst]:.4g})"
     )
     over = LEAST_CLEARANCE_MM - float(distances[worst])
-    return [Finding(key, value, bound, over, list, "lower it or move the plates inward")]
+    return [Misplacement(key, value, bound, over, list, "lower it or move the plates inward")]
 
 
-def placing_findings(design: Design) -> list[Finding]:
+def placing_findings(design: Design) -> list[Misplacement]:
     """Every plate too near to a face of the body; one finding a key.
 
     A row whose plates reach the sides is not judged against the surface.
     """
-    found: list[Finding] = []
+    found: list[Misplacement] = []
     for number, row in enumerate(plate_rows(design)):
         beside = side_findings(design, row)
         found += beside
@@ -351,7 +353,7 @@ def _again(design: Design, number: int) -> PlateRow:
     return plate_rows(design)[number]
 
 
-def _cover(design: Design, row: PlateRow, number: int) -> list[Finding]:
+def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     distances = clearance.cover_clearances(design.body, row.frames)
     distances = np.where(np.isnan(distances), -np.inf, distances)
     worst = int(np.argmin(distances))
@@ -384,10 +386,10 @@ def _cover(design: Design, row: PlateRow, number: int) -> list[Finding]:
         f"(plate {frame.index}: {reported})"
     )
     over = LEAST_CLEARANCE_MM - float(distances[worst])
-    return [Finding(key, value, bound, over, changes, "move the plates inward")]
+    return [Misplacement(key, value, bound, over, changes, "move the plates inward")]
 
 
-def _base(design: Design, row: PlateRow) -> list[Finding]:
+def _base(design: Design, row: PlateRow) -> list[Misplacement]:
     heights = np.array([frame.outline()[:, 1].min() for frame in row.frames])
     worst = int(np.argmin(heights))
     short = LEAST_CLEARANCE_MM - float(heights[worst])
@@ -411,4 +413,4 @@ def _base(design: Design, row: PlateRow) -> list[Finding]:
         f"such that plates stay {LEAST_CLEARANCE_MM} mm above the base y = 0 "
         f"(plate {frame.index}: {heights[worst]:.4g})"
     )
-    return [Finding(key, value, bound, short, changes, "move the plates upward")]
+    return [Misplacement(key, value, bound, short, changes, "move the plates upward")]

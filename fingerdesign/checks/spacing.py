@@ -6,7 +6,7 @@ import numpy as np
 
 from fingerdesign.checks.placing import (
     Change,
-    Finding,
+    Misplacement,
     greatest,
     least,
     row_reach,
@@ -25,9 +25,9 @@ _MOST_PAIRS = 120  # of plates of two rows, for which a remedy is sought: about 
 _SHORTER = "shorten, thin or turn the plates, or lower plates.count"
 
 
-def spacing_findings(design: Design) -> list[Finding]:
+def spacing_findings(design: Design) -> list[Misplacement]:
     """Plates too near to each other, row by row and row against row; or to the core."""
-    found: list[Finding] = []
+    found: list[Misplacement] = []
     rows = plate_rows(design)
     for row in rows:
         found += _within(design, row)
@@ -52,7 +52,7 @@ def _bound(design: Design, gap: PlateGap) -> str:
     return f"such that plates stay {_least(design):g} mm (half a thickness) apart {_reported(gap)}"
 
 
-def _within(design: Design, row: PlateRow) -> list[Finding]:
+def _within(design: Design, row: PlateRow) -> list[Misplacement]:
     gap, wanted = least_gap(row.frames), _least(design)
     if gap is None or gap.distance >= wanted - 1e-9:
         return []
@@ -66,7 +66,7 @@ def _within(design: Design, row: PlateRow) -> list[Finding]:
         return [] if pitch is None else [Change.to(words, key, at_least(pitch))]
 
     short = wanted - gap.distance
-    return [Finding(key, value, _bound(design, gap), short, changes, _SHORTER)]
+    return [Misplacement(key, value, _bound(design, gap), short, changes, _SHORTER)]
 
 
 def _wider_pitch(design: Design, row: PlateRow) -> float | None:
@@ -95,7 +95,7 @@ def _wider_pitch(design: Design, row: PlateRow) -> float | None:
 
 def _between(
     design: Design, first: PlateRow, second: PlateRow, numbers: tuple[int, int]
-) -> list[Finding]:
+) -> list[Misplacement]:
     gap, wanted = least_gap(first.frames, second.frames), _least(design)
     if gap is None or gap.distance >= wanted - 1e-9:
         return []
@@ -126,10 +126,10 @@ def _between(
 
     short = wanted - gap.distance
     remedy = "move the rows apart"
-    return [Finding(key, value, _bound(design, gap), short, changes, remedy)]
+    return [Misplacement(key, value, _bound(design, gap), short, changes, remedy)]
 
 
-def _core(design: Design, row: PlateRow, number: int) -> list[Finding]:
+def _core(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     core = design.body.core
     if core is None:
         return []
@@ -169,4 +169,4 @@ def _core(design: Design, row: PlateRow, number: int) -> list[Finding]:
     )
     short = LEAST_CLEARANCE_MM - float(distances[worst])
     remedy = "move the plates away from [body.core]"
-    return [Finding(key, value, bound, short, changes, remedy)]
+    return [Misplacement(key, value, bound, short, changes, remedy)]

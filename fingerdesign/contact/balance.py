@@ -35,7 +35,7 @@ _STRAIGHT = 1e-9  # of the bracket: narrower than this it holds nothing more
 
 
 @dataclass(frozen=True)
-class Trial:
+class ForceSlope:
     """A force at some motion: ``value`` N and ``slope`` N/mm.
 
     scale: N, what the balance is accurate against. limit: +1 or -1 where going on that way changes
@@ -57,7 +57,7 @@ class OutOfReach(SolverError):
 
 
 def rising_root(
-    evaluate: Callable[[float], Trial | None],
+    evaluate: Callable[[float], ForceSlope | None],
     target: float,
     start: float,
     last: float,
@@ -99,7 +99,7 @@ def rising_root(
     raise SolverError("no motion was found that balances the forces: use smaller increments")
 
 
-class Trials:
+class Attempts:
     """Increments from one frozen state; each trial starts from the forces of the one before."""
 
     def __init__(
@@ -196,9 +196,9 @@ def solve_shear(
     """
     if not np.isfinite([approach, tangential]).all():
         raise SolverError(f"approach {approach} mm and force {tangential} N must be finite")
-    trials = Trials(problem, state, workspace)
+    trials = Attempts(problem, state, workspace)
 
-    def evaluate(shear: float) -> Trial | None:
+    def evaluate(shear: float) -> ForceSlope | None:
         if trials.at(approach, shear) is None:
             return None
         normal, carried = (float(force) for force in trials.forces())
@@ -206,7 +206,7 @@ def solve_shear(
             raise OutOfReach(0.0)
         near = abs(tangential - carried) <= _TOLERANCE * max(normal, abs(tangential))
         slope = 0.0 if near else float(trials.stiffness()[1, 1])
-        return Trial(carried, slope, normal, trials.limit())
+        return ForceSlope(carried, slope, normal, trials.limit())
 
     here = state.motion.shear
     begin = here if start is None else start

@@ -16,6 +16,7 @@ without shear, the finger hardly tells one friction from another.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.plants.plant import PlantMaker, press
 from fingerdesign.control.signals import NormalCalibration, response
 from fingerdesign.errors import SolverError
+
+if TYPE_CHECKING:
+    from fingerdesign.design.grip import Grip
 
 _SMALL_SHEAR = 0.05  # of the preload: F_t is then 2 % of F_n, far from slip at any usual friction
 
@@ -46,14 +50,23 @@ class Calibration:
         return float(self.full_stick.max())
 
 
-def calibrate(
-    make_plant: PlantMaker,
-    gage_x: Array,
-    preload: float,
-    approach_step: float,
-    max_approach: float,
-) -> Calibration:
-    """Run the two bench moves, each on a fresh plant; lengths in mm.
+@dataclass(frozen=True)
+class Bounds:
+    """What a grip may use: mm, mm, mm, control steps."""
+
+    preload: float
+    approach_step: float
+    max_approach: float
+    max_steps: int
+
+    @staticmethod
+    def of(grip: Grip) -> Bounds:
+        """As a design's ``[grip]`` table says."""
+        return Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+
+
+def calibrate(make_plant: PlantMaker, gage_x: Array, bounds: Bounds) -> Calibration:
+    """Run the two bench moves, each on a fresh plant.
 
     Raises SolverError where the plant fails, or where nothing is felt: no gages, no force.
     """
@@ -61,7 +74,7 @@ def calibrate(
         raise SolverError(
             f"the grip's rule needs at least 2 gages, the design has {len(gage_x)}; add plates"
         )
-    samples = list(press(make_plant(), max_approach, approach_step))
+    samples = list(press(make_plant(), bounds.max_approach, bounds.approach_step))
     forces = np.array([0.0, *(sample.normal_force for sample in samples)])
     if len(forces) < 2 or not (np.diff(forces) > 0.0).all():
         raise SolverError("pressed without shear, the normal force does not rise at every step")
@@ -69,8 +82,8 @@ def calibrate(
     normal = NormalCalibration(forces, np.array([untouched, *(s.readings for s in samples)]))
 
     plant = make_plant()
-    *_, pressed = press(plant, preload, approach_step)
-    shear = _SMALL_SHEAR * preload
+    *_, pressed = press(plant, bounds.preload, bounds.approach_step)
+    shear = _SMALL_SHEAR * bounds.preload
     sheared = plant.move(shear, 0.0)
     rise = sheared.tangential_force - pressed.tangential_force
     if not rise > 0.0:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.calibration import Calibration
+from fingerdesign.control.calibration import Bounds, Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.plants.plant import (
     Plant,
@@ -22,7 +22,7 @@ from fingerdesign.control.plants.plant import (
     safety_margin,
 )
 from fingerdesign.control.plants.rig import Rig
-from fingerdesign.control.roster import Command, Controller, make_controller
+from fingerdesign.control.roster import Command, Controller, holds, make_controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import SolverError
 from fingerdesign.records.arrays import GripTrace
@@ -39,16 +39,6 @@ _RAISE = 0.03  # mm a step: a tug at an object that barely hangs would only set 
 
 
 @dataclass(frozen=True)
-class Bounds:
-    """What a grip may use: mm, mm, mm, control steps."""
-
-    preload: float
-    approach_step: float
-    max_approach: float
-    max_steps: int
-
-
-@dataclass(frozen=True)
 class Episode:
     """One grip. ``reason`` is a sentence: why it ended as it did."""
 
@@ -58,14 +48,14 @@ class Episode:
     reason: str
 
 
+@dataclass
 class _Record:
-    """What happened, move by move; preload moves first."""
+    """What happened, move by move; preload moves first. lift: the step that lifted the object."""
 
-    def __init__(self) -> None:
-        self.samples: list[Sample] = []
-        self.truths: list[Truth] = []
-        self.commands: list[Command] = []
-        self.lift: int | None = None  # the first step at which the object is lifted
+    samples: list[Sample] = field(default_factory=list)
+    truths: list[Truth] = field(default_factory=list)
+    commands: list[Command] = field(default_factory=list)
+    lift: int | None = None
 
     def add(self, sample: Sample, truth: Truth, command: Command) -> None:
         self.samples.append(sample)
@@ -125,7 +115,7 @@ def run_episode(
         peak_normal_force_N=max((truth.normal_force for truth in record.truths), default=0.0),
         slip_distance_mm=last.slip_distance if last else 0.0,
         steps=len(gripping),
-        holds=_holds(record.commands),
+        holds=holds(record.commands),
         ending=reason,
     )
     trace = _trace(record, result, len(calibration.gage_x))
@@ -167,12 +157,6 @@ def _grip(
                 return "lifted", f"{why} at F_n = {force:.2f} N"
             held += 1
     return "steps", f"not lifted in {bounds.max_steps} steps"
-
-
-def _holds(commands: Sequence[Command]) -> int:
-    """How often holding began."""
-    held = np.array([False, *(command.hold for command in commands)])
-    return int((held[1:] & ~held[:-1]).sum())
 
 
 def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
@@ -221,7 +205,7 @@ def run_episodes(
     """
     grip = design.grip
     rig = Rig(problem, design.gages.face, grip, plates, opposite)
-    bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+    bounds = Bounds.of(grip)
     calibration = rig.calibration()
     if estimator is not None and grip.hardware.gage_noise_microstrain > 0.0:
         estimator = estimator.at_noise(grip.hardware.gage_noise_microstrain)

@@ -19,18 +19,18 @@ taught on its design; all others have the design's ``[grip]`` table alone, one f
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
-from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.signals import Sample
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.registry import CONTROLLERS, LAST, Kind, own_values
 
 if TYPE_CHECKING:
+    from fingerdesign.control.calibration import Calibration
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
 
@@ -46,6 +46,12 @@ class Command:
     dy: float
     hold: bool
     area: float | None = None
+
+
+def holds(commands: Sequence[Command]) -> int:
+    """How often holding began."""
+    held = np.array([False, *(command.hold for command in commands)])
+    return int((held[1:] & ~held[:-1]).sum())
 
 
 class Controller(Protocol):
@@ -88,7 +94,6 @@ class Range:
 
 
 Look = tuple[str, Any, str]  # colour (report/style's name, or #rrggbb), dashes, marker
-_Own = TypeVar("_Own")
 _Make = TypeVar("_Make", bound=Callable[..., Controller])
 
 
@@ -172,10 +177,3 @@ def needs_training(name: str) -> bool:
     """Whether a controller needs an estimator; DesignError for an unknown name."""
     kind: ControllerKind = CONTROLLERS.find(name, "--controller")
     return kind.trained
-
-
-def own_table(grip: Grip, table: type[_Own]) -> _Own:
-    """A controller's own table, as its dataclass, from a design's ``[grip]`` table."""
-    kind = next(kind for kind in CONTROLLERS.kinds() if kind.table is table)
-    own: _Own = own_values(grip, kind)
-    return own

@@ -39,6 +39,15 @@ class WeightChange(Table):
 GRAVITY = 9.80665  # m/s^2
 
 
+def weight_per_finger(object_mass_g: float) -> float:
+    """m g / 2 in N: two like fingers carry half the weight each.
+
+    >>> round(weight_per_finger(200.0), 4)
+    0.9807
+    """
+    return 0.5e-3 * GRAVITY * object_mass_g
+
+
 def pull_at(
     step: int, mass_g: float, tugs: Iterable[Tug], changes: Iterable[WeightChange]
 ) -> float:

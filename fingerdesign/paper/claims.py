@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
-from fingerdesign.control.plants.plant import weight_per_finger
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.paper.lifts import (
     MEASURED_FRICTIONS,
     ROUTE_FRICTION,

@@ -20,11 +20,12 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.contact.measures import completely_slips
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion
-from fingerdesign.control.calibration import Calibration, calibrate
+from fingerdesign.control.calibration import Bounds, Calibration, calibrate
 from fingerdesign.control.controllers.flow_chart import PaperController
-from fingerdesign.control.episode import Bounds, Episode, run_episode
-from fingerdesign.control.plants.plant import CondensedPlant, Plant, weight_per_finger
+from fingerdesign.control.episode import Episode, run_episode
+from fingerdesign.control.plants.plant import CondensedPlant, Plant
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
+from fingerdesign.design.grip import weight_per_finger
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,21 +100,13 @@ def _as_it_is(plant: Plant) -> Plant:
     return plant
 
 
-def _bounds(case: PaperCase) -> Bounds:
-    hand = case.design.grip
-    return Bounds(hand.preload_mm, hand.approach_step_mm, hand.max_approach_mm, hand.max_steps)
-
-
 def calibration(case: PaperCase, rig: RigMaker = _as_it_is) -> Calibration:
     """What a rig learns of the finger; ``rig`` is the hardware around the plant."""
-    bounds = _bounds(case)
     bench = case.finger.with_friction(case.design.grip.bench_friction_coefficient)
     return calibrate(
         lambda: rig(CondensedPlant(bench, case.face)),
         case.gage_x,
-        bounds.preload,
-        bounds.approach_step,
-        bounds.max_approach,
+        Bounds.of(case.design.grip),
     )
 
 
@@ -130,7 +123,7 @@ def grip(
         rig(CondensedPlant(problem, case.face)),
         PaperController(case.design.grip, rule=rule),
         learnt,
-        _bounds(case),
+        Bounds.of(case.design.grip),
         friction,
         case.design.grip.object_mass_g,
     )

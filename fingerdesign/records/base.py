@@ -18,6 +18,7 @@ import io
 import json
 import math
 from collections.abc import Iterable
+from dataclasses import asdict, is_dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any
@@ -60,6 +61,8 @@ def plain(value: Any, key: str = "", decimals: int | None = None) -> Any:
     """
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
+    if is_dataclass(value) and not isinstance(value, type):
+        value = asdict(value)
     if isinstance(value, dict):
         return {
             str(k): plain(v, f"{key}.{k}" if key else str(k), decimals) for k, v in value.items()

@@ -254,8 +254,8 @@ def observe(
     Raises DesignError for fewer than 2 gages or an impossible noise, and what
     :func:`grip_model.grip_problem` and :func:`teach.random grip paths` raise.
     """
-    from fingerdesign.sensing.lessons import settings_of
     from fingerdesign.sensing.model import grip_problem
+    from fingerdesign.sensing.training import settings_of
 
     refuse(design, noise, grips)
     start = time.perf_counter()

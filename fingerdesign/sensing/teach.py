@@ -1,7 +1,7 @@
 """Teaching a design's estimator: random grip paths on its model, noise upon them, a small network.
 
-    lesson = teach(problem, design, digest)
-    lesson.estimator.to_json(), lesson.stick_error
+    result = teach(problem, design, digest)
+    result.estimator.to_json(), result.stick_error
 
 The network is scikit-learn's multilayer perceptron (a well-kept trainer; what it learns is run by
 numpy alone, control/estimator.py). Every random grip path is sampled at several noises, so that one
@@ -163,7 +163,7 @@ class _Stiffness:
 
 # Of a gage's sample, microstrain. One network for both errs by a sixth more in the quieter band.
 BANDS = ((0.25, 1.6), (1.6, 15.0))
-NOISES = (0.5, 1.0, 2.0, 5.0, 10.0)  # that lessons are judged at
+NOISES = (0.5, 1.0, 2.0, 5.0, 10.0)  # that training results are judged at
 REFERENCE_NOISE = 0.5  # microstrain, of a good strain amplifier at 100 Hz
 _STEPS = 60
 _HELD_OUT = 0.15  # of the random grip paths, judged by and not taught
@@ -190,7 +190,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Lesson:
+class TrainingResult:
     """The estimator and its errors (root mean square) on held-out grips, by noise."""
 
     estimator: GripEstimator
@@ -211,7 +211,7 @@ def teach(
     report: Report = lambda message: None,
     grips: Sequence[RandomGripPath] | None = None,
     workers: int = 1,
-) -> Lesson:
+) -> TrainingResult:
     """Teach the network. design: the content digest that it is for; grips: instead of random grip
     paths.
 
@@ -401,7 +401,7 @@ def trained(
 
 def judge(
     estimator: GripEstimator, grips: Sequence[RandomGripPath], settings: Settings, samples: int = 0
-) -> Lesson:
+) -> TrainingResult:
     """Errors on grips that were not taught, by noise; each band is given its spread."""
     stick, used = [], []
     for noise in NOISES:
@@ -416,7 +416,7 @@ def judge(
         known = replace(band, spread=_spread(said[:, 1], off[:, 1]))
         bands = tuple(known if each is band else each for each in estimator.bands)
         estimator = replace(estimator, bands=bands)
-    return Lesson(estimator, NOISES, tuple(stick), tuple(used), samples)
+    return TrainingResult(estimator, NOISES, tuple(stick), tuple(used), samples)
 
 
 def _spread(said: Array, off: Array) -> Array:

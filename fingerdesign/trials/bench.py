@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.calibration import Calibration, calibrate
-from fingerdesign.control.episode import Bounds, Episode, run_episode
+from fingerdesign.control.calibration import Bounds, Calibration, calibrate
+from fingerdesign.control.episode import Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
@@ -198,8 +198,7 @@ class GripBench:
     @cached_property
     def bounds(self) -> Bounds:
         """The stage and the patience of the design's ``[grip]`` table."""
-        grip = self.grip
-        return Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+        return Bounds.of(self.grip)
 
     @cached_property
     def _calibrations(self) -> dict[float, Calibration]:
@@ -213,9 +212,7 @@ class GripBench:
             self._calibrations[noise] = calibrate(
                 lambda: self._imperfect(CondensedPlant(self.problem, self.face), hardware, rng),
                 self.problem.model.gage_x,
-                self.bounds.preload,
-                self.bounds.approach_step,
-                self.bounds.max_approach,
+                self.bounds,
             )
         return self._calibrations[noise]
 

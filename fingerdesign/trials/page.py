@@ -66,7 +66,7 @@ class Answer:
 def answers(data: ControlData) -> list[Answer]:
     """Answers to the study's questions that it can give; none for a lone rival."""
     rows = {
-        (each["controller"], row["noise_microstrain"]): row
+        (each["controller"], row.noise_microstrain): row
         for each in data["controllers"]
         for row in each["by_noise"]
     }
@@ -132,9 +132,8 @@ def _success(data: ControlData) -> Canvas:
         colour, dashes, marker = look_of(each["controller"])
         # Side by side, so that lines that coincide are seen.
         places = np.arange(len(noises)) + 0.035 * (index - 0.5 * (count - 1))
-        rate = np.array([row["success"]["rate"] for row in each["by_noise"]])
-        low = np.array([row["success"]["low"] for row in each["by_noise"]])
-        high = np.array([row["success"]["high"] for row in each["by_noise"]])
+        shares = [row.success for row in each["by_noise"]]
+        rate, low, high = np.array([(each.rate, each.low, each.high) for each in shares]).T
         axes.vlines(places, 100 * low, 100 * high, color=colour, lw=0.9)
         axes.plot(
             places,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Field
 from typing_extensions import TypedDict
 
-from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip, Share, Summary, summarise
+from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
 from fingerdesign.records.base import Count, Size, closed, csv_text
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, ControlGrid
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace
 
 RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
+_Z = 1.959964  # of the normal distribution, for 95 %
 BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westling 1984)
 
 # Column of grips.csv -> field of JudgedGrip; the names of the result's grips where alike.
@@ -48,8 +51,14 @@ Rate = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 @closed
-class ShareData(TypedDict):
-    """``count`` of ``of``; low, high: Wilson's 95 % interval; null of nothing."""
+@dataclass(frozen=True)
+class Share:
+    """``count`` of ``of``; low, high: Wilson's 95 % interval, as if trials were independent; null
+    of nothing.
+
+    >>> share_of(99, 100).rate
+    0.99
+    """
 
     count: Count
     of: Count
@@ -58,8 +67,26 @@ class ShareData(TypedDict):
     high: Rate | None
 
 
+def share_of(count: int, of: int) -> Share:
+    """With the score interval of a rate, good near 0 and 1 too.
+
+    (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)
+
+    (Wilson, J. Am. Stat. Assoc. 22 (1927) 209.)
+    """
+    if not of:
+        return Share(count, of, None, None, None)
+    p, share = count / of, _Z * _Z / of
+    middle = p + 0.5 * share
+    half = _Z * math.sqrt(p * (1.0 - p) / of + 0.25 * share / of)
+    low = (middle - half) / (1.0 + share) if count else 0.0
+    high = (middle + half) / (1.0 + share) if count < of else 1.0
+    return Share(count, of, p, low, high)
+
+
 @closed
-class SpreadData(TypedDict):
+@dataclass(frozen=True)
+class Spread:
     """Of what has the value; low, high: quartiles."""
 
     count: Count
@@ -70,29 +97,68 @@ class SpreadData(TypedDict):
     most: Size
 
 
+def spread_of(values: Iterable[float | None]) -> Spread | None:
+    """The spread of those values that are there; None where none is."""
+    found = [value for value in values if value is not None]
+    if not found:
+        return None
+    return Spread(len(found), *np.quantile(found, [0.0, 0.25, 0.5, 0.75, 1.0]).tolist())
+
+
 @closed
-class SummaryData(TypedDict):
-    """Many grips: shares of all of them, spreads (null: no grip has the value)."""
+@dataclass(frozen=True)
+class Summary:
+    """Many grips: shares of all of them, spreads (null: no grip has the value).
+
+    held: lifted without complete slip. dropped, crushed, not_lifted, failed say why others did not
+    succeed; a grip may be in more than one. margin_at_lift, peaks, steps: of lifted ones;
+    slip_distance_mm: of held ones. reaction_steps: of those tugged that answered.
+    """
 
     grips: Count
-    success: ShareData
-    held: ShareData
+    success: Share
+    held: Share
     dropped: Count
     crushed: Count
     not_lifted: Count
     failed: Count
-    margin_at_lift: SpreadData | None
-    peak_ratio: SpreadData | None
-    peak_normal_force_N: SpreadData | None
-    minimum_stick_ratio: SpreadData | None
-    slip_distance_mm: SpreadData | None
-    steps: SpreadData | None
-    answered: ShareData
-    reaction_steps: SpreadData | None
+    margin_at_lift: Spread | None
+    peak_ratio: Spread | None
+    peak_normal_force_N: Spread | None
+    minimum_stick_ratio: Spread | None
+    slip_distance_mm: Spread | None
+    steps: Spread | None
+    answered: Share
+    reaction_steps: Spread | None
+
+
+def summarise(outcomes: Sequence[JudgedGrip]) -> Summary:
+    """What these grips amount to; the caller chooses which belong together."""
+    lifted = [each for each in outcomes if each.lifted]
+    tugged = [each for each in lifted if each.tug > 0.0]
+    count = len(outcomes)
+    return Summary(
+        grips=count,
+        success=share_of(sum(each.success for each in outcomes), count),
+        held=share_of(sum(each.held for each in outcomes), count),
+        dropped=sum(each.dropped for each in outcomes),
+        crushed=sum(each.crushed for each in outcomes),
+        not_lifted=count - len(lifted),
+        failed=sum(each.ending == "failed" for each in outcomes),
+        margin_at_lift=spread_of(each.margin_at_lift for each in outcomes),
+        peak_ratio=spread_of(each.peak_ratio for each in lifted),
+        peak_normal_force_N=spread_of(each.peak_normal_force_N for each in lifted),
+        minimum_stick_ratio=spread_of(each.minimum_stick_ratio for each in outcomes),
+        slip_distance_mm=spread_of(each.slip_distance_mm for each in outcomes if each.held),
+        steps=spread_of(each.steps for each in lifted),
+        answered=share_of(sum(each.reaction_steps is not None for each in tugged), len(tugged)),
+        reaction_steps=spread_of(each.reaction_steps for each in tugged),
+    )
 
 
 @closed
-class NoiseData(SummaryData):
+@dataclass(frozen=True)
+class NoiseSummary(Summary):
     """The grips at one noise."""
 
     noise_microstrain: Size
@@ -104,9 +170,9 @@ class ControllerData(TypedDict):
 
     controller: str
     told: Annotated[str | None, Field(description="of the object; null: nothing")]
-    whole_grid: Annotated[SummaryData, Field(description="all noises, tugged grips apart")]
-    by_noise: list[NoiseData]
-    tugged: SummaryData | None
+    whole_grid: Annotated[Summary, Field(description="all noises, tugged grips apart")]
+    by_noise: list[NoiseSummary]
+    tugged: Summary | None
 
 
 @closed
@@ -206,9 +272,6 @@ def control_data(
 ) -> ControlData:
     """The record of all grips; facts: its keys that neither they nor the grid tell."""
 
-    def summary(*of: Any) -> SummaryData:
-        return summary_data(_summary(outcomes, *of))
-
     return {
         "schema_version": 1,
         "design": facts["design"],
@@ -227,11 +290,12 @@ def control_data(
             {
                 "controller": name,
                 "told": getattr(CONTROLLERS.get(name), "knows", None),
-                "whole_grid": summary(name),
+                "whole_grid": _summary(outcomes, name),
                 "by_noise": [
-                    {"noise_microstrain": noise, **summary(name, noise)} for noise in grid.noises
+                    NoiseSummary(**vars(_summary(outcomes, name, noise)), noise_microstrain=noise)
+                    for noise in grid.noises
                 ],
-                "tugged": None if grid.tug is None else summary(name, None, True),
+                "tugged": None if grid.tug is None else _summary(outcomes, name, None, True),
             }
             for name in controllers
         ],
@@ -271,17 +335,6 @@ def _summary(
             and (each.tug > 0.0) == tugged
         ]
     )
-
-
-def summary_data(summary: Summary) -> SummaryData:
-    """A summary as plain values: shares as {count, of, rate, low, high}, spreads as quartiles."""
-    found: Any = asdict(summary)
-    for name in ("success", "held", "answered"):
-        share: Share = getattr(summary, name)
-        low, high = share.interval or (None, None)
-        found[name] |= {"rate": share.rate, "low": low, "high": high}
-    kept: SummaryData = found
-    return kept
 
 
 def grips_csv(outcomes: Sequence[JudgedGrip]) -> str:

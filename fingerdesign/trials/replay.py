@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.analysis.case import gage_array
 from fingerdesign.control.plants.recorded import RecordedPlant, Replayed, replay
 from fingerdesign.control.plants.rig import Rig
-from fingerdesign.control.roster import make_controller
+from fingerdesign.control.roster import holds, make_controller
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import csv_text
 from fingerdesign.runtime.registry import CONTROLLERS
@@ -36,12 +35,6 @@ class Replay:
     samples: int
     steps: tuple[Replayed, ...]
 
-    @property
-    def holds(self) -> int:
-        """How often the controller would have begun to hold the tangential motion."""
-        held = [False, *(step.requested.hold for step in self.steps)]
-        return sum(now and not before for before, now in pairwise(held))
-
     def record(self) -> dict[str, Any]:
         """What replay.json holds; lengths in mm."""
         estimated = [step.estimated for step in self.steps if step.estimated is not None]
@@ -57,7 +50,7 @@ class Replay:
             "asked_closing_mm": sum(step.requested.dy for step in self.steps),
             "sheared_mm": sum(step.dx for step in self.steps),
             "asked_shear_mm": sum(step.requested.dx for step in self.steps),
-            "holds": self.holds,
+            "holds": holds([step.requested for step in self.steps]),
             "least_stick_ratio_told": min((each.stick_ratio for each in estimated), default=None),
             "most_friction_used_told": max((each.used for each in estimated), default=None),
         }
@@ -83,8 +76,8 @@ def replay_trace(
     finger, and for a controller that must be given the object's friction and weight: a trace does
     not hold them.
     """
-    from fingerdesign.sensing.lessons import estimator_faults
     from fingerdesign.sensing.model import grip_problem
+    from fingerdesign.sensing.training import estimator_faults
 
     faults = [] if estimator is None else estimator_faults(design, estimator)
     if faults:

@@ -21,17 +21,17 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import peak_memory_MB, versions
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
-from fingerdesign.control.plants.plant import weight_per_finger
 from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.control.roster import needs_training
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, closed, json_text
 from fingerdesign.records.folder import RecordFolder, write_grip_csv
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal
 from fingerdesign.runtime.pool import Pool
-from fingerdesign.sensing.lessons import estimator_faults, lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem, opposite_problem
+from fingerdesign.sensing.training import estimator_faults, training_result_for
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.page import chart_png, control_html
 from fingerdesign.trials.record import (
@@ -165,7 +165,7 @@ def study_control(
     opposite = opposite_problem(design, contact_size_mm, say)
     times.append(time.perf_counter())
     if any(map(needs_training, names)) and estimator is None:
-        estimator = lesson_for(design, problem, say, workers).estimator
+        estimator = training_result_for(design, problem, say, workers).estimator
     times.append(time.perf_counter())
     hardware, face = hardware_of(design), design.gages.face
     plates = gage_array(design)

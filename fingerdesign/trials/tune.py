@@ -24,8 +24,8 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.lessons import lesson_for
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
+from fingerdesign.sensing.training import training_result_for
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
 from fingerdesign.trials.run import VARIED, hardware_of
 from fingerdesign.trials.tuning import (
@@ -265,9 +265,13 @@ def tune_controllers(
     names = tuple(dict.fromkeys(controllers))
     refuse(ControlGrid(noises=tuple(noises), seed=seed), names)
     start = time.perf_counter()
-    problem = grip_problem(design, contact_size_mm, lambda message: report(message, 0.0))
+
+    def say(message: str) -> None:
+        report(message, 0.0)
+
+    problem = grip_problem(design, contact_size_mm, say)
     if any(map(needs_training, names)) and estimator is None:
-        estimator = lesson_for(design, problem, lambda said: report(said, 0.0), workers).estimator
+        estimator = training_result_for(design, problem, say, workers).estimator
     hardware = hardware_of(design)
     grid = replace(ControlGrid(seed=seed), tug=None)
     plates = gage_array(design)

@@ -18,8 +18,8 @@ from fingerdesign.control.estimator import (
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.recorded import trace_of
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
-from fingerdesign.sensing.lessons import lesson_key, settings_of
 from fingerdesign.sensing.model import grip_problem
+from fingerdesign.sensing.training import settings_of, training_key
 
 DESIGN = """
 [design]
@@ -128,7 +128,7 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys):
         assert "must be one taught on this design" in capsys.readouterr().err
     assert not out.exists()
     design = load_design(folder / "coarse.toml")
-    key = lesson_key(design, settings_of(design))
+    key = training_key(design, settings_of(design))
     path.write_text(GripEstimator(key, curves, 0.5, (band,)).to_json())
     assert run(folder, out, "--estimator", str(path), "--controller", "regulator", "--quiet") == 0
     with (out / "coarse/replay.csv").open() as file:

@@ -5,8 +5,8 @@ import pytest
 
 from fingerdesign.contact import balance
 from fingerdesign.contact.balance import (
+    ForceSlope,
     OutOfReach,
-    Trial,
     predicted_shear,
     rising_root,
     solve_shear,
@@ -157,13 +157,13 @@ def test_the_stiffness_is_the_slope_of_the_forces(strip):
 
 def test_a_root_is_found_where_the_tangent_reports_nothing():
     def stairs(x):  # flat, but for a steep rise at 0.3
-        return Trial(float(np.tanh(200.0 * (x - 0.3))), 0.0, 1.0)
+        return ForceSlope(float(np.tanh(200.0 * (x - 0.3))), 0.0, 1.0)
 
     assert rising_root(stairs, 0.5, 0.0, 0.0, 0.01) == pytest.approx(0.3027, abs=1e-4)
     with pytest.raises(SolverError, match="no motion"):
         rising_root(stairs, 1.5, 0.0, 0.0, 0.01)
     with pytest.raises(OutOfReach):
-        rising_root(lambda x: Trial(1.0, 0.0, 1.0, limit=1), 1.5, 0.0, 0.0, 0.01)
+        rising_root(lambda x: ForceSlope(1.0, 0.0, 1.0, limit=1), 1.5, 0.0, 0.0, 0.01)
     with pytest.raises(SolverError, match="no motion"):
         rising_root(lambda x: None, 1.5, 0.3, 0.0, 0.01)
 
@@ -173,10 +173,10 @@ def test_a_little_more_is_found_beyond_full_slip_where_it_is_known_to_be_there()
 
     def creeping(x):
         value = x if x < 0.1 else 0.1 + 1e-3 * (x - 0.1)
-        return Trial(value, 1.0 if x < 0.1 else 1e-3, 1.0, int(x >= 0.1))
+        return ForceSlope(value, 1.0 if x < 0.1 else 1e-3, 1.0, int(x >= 0.1))
 
     assert rising_root(creeping, 0.1005, 0.0, 0.0, 2.0, most=5.0) == pytest.approx(0.6)
     with pytest.raises(OutOfReach):
         rising_root(creeping, 0.1005, 0.0, 0.0, 2.0)
     with pytest.raises(OutOfReach):  # downward nothing is known
-        rising_root(lambda x: Trial(-1.0, 0.0, 1.0, limit=-1), -1.5, 0.0, 0.0, 2.0, most=5.0)
+        rising_root(lambda x: ForceSlope(-1.0, 0.0, 1.0, limit=-1), -1.5, 0.0, 0.0, 2.0, most=5.0)

@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 import pytest
 
-from fingerdesign.control.calibration import Calibration, calibrate
+from fingerdesign.control.calibration import Bounds, Calibration, calibrate
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.plant import CondensedPlant
@@ -145,9 +145,7 @@ def test_replayed_arrays_give_the_same_commands(half_plane, design):
     calibration = calibrate(
         lambda: CondensedPlant(half_plane.with_friction(grip.bench_friction_coefficient), "both"),
         half_plane.model.gage_x,
-        grip.preload_mm,
-        grip.approach_step_mm,
-        grip.max_approach_mm,
+        Bounds.of(grip),
     )
     felt = [
         Sample(readings, normal, tangential)

@@ -5,8 +5,8 @@ import pytest
 
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
-from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.episode import Bounds, run_episode, run_episodes
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.episode import run_episode, run_episodes
 from fingerdesign.control.plants.plant import (
     CondensedPlant,
     Truth,
@@ -25,9 +25,7 @@ MASS = 500.0
 
 @pytest.fixture(scope="module")
 def bench(half_plane):
-    return calibrate(
-        lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, 0.04, 0.01, 0.3
-    )
+    return calibrate(lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, BOUNDS)
 
 
 class Always:
@@ -139,14 +137,14 @@ def test_calibration_refuses_what_cannot_feel(half_plane):
         return CondensedPlant(half_plane, "both")
 
     with pytest.raises(SolverError, match="at least 2 gages"):
-        calibrate(make, np.zeros(1), 0.04, 0.01, 0.3)
+        calibrate(make, np.zeros(1), BOUNDS)
 
     class Floating(CondensedPlant):
         def move(self, dx, dy):
             return super().move(dx, 0.0)
 
     with pytest.raises(SolverError, match="does not rise"):
-        calibrate(lambda: Floating(half_plane, "both"), np.zeros(11), 0.04, 0.01, 0.3)
+        calibrate(lambda: Floating(half_plane, "both"), np.zeros(11), BOUNDS)
 
 
 def test_verdicts_ignore_steps_without_tangential_force():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.estimator import LAGS, Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import RecordedPlant, replay, trace_of
@@ -14,7 +14,9 @@ from fingerdesign.errors import DesignError
 @pytest.fixture(scope="module")
 def bench(half_plane):
     return calibrate(
-        lambda: CondensedPlant(half_plane, "both"), half_plane.model.gage_x, 0.04, 0.01, 0.2
+        lambda: CondensedPlant(half_plane, "both"),
+        half_plane.model.gage_x,
+        Bounds(0.04, 0.01, 0.2, 0),
     )
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.calibration import calibrate
+from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.rig import Hardware, Rig
@@ -29,9 +29,7 @@ def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     bench = calibrate(
         lambda: CondensedPlant(half_plane.with_friction(grip.bench_friction_coefficient), "both"),
         half_plane.model.gage_x,
-        grip.preload_mm,
-        grip.approach_step_mm,
-        grip.max_approach_mm,
+        Bounds.of(grip),
     )
     assert np.array_equal(bench.full_stick, rig.calibration().full_stick)
 

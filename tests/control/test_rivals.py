@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign.checks.load import with_values
-from fingerdesign.control.calibration import calibrate
-from fingerdesign.control.episode import Bounds, run_episode
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.episode import run_episode
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.roster import make_controller as controller
@@ -32,9 +32,7 @@ def bench(half_plane, grip):
     return calibrate(
         lambda: CondensedPlant(half_plane, "both"),
         half_plane.model.gage_x,
-        grip.preload_mm,
-        grip.approach_step_mm,
-        grip.max_approach_mm,
+        Bounds.of(grip),
     )
 
 

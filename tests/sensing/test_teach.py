@@ -1,5 +1,4 @@
-"""Teaching: seeded random grip paths, what is sampled of them, a lesson better than nothing,
-kept."""
+"""Teaching: seeded random grip paths, what is sampled of them, and that it beats nothing; kept."""
 
 from dataclasses import replace
 
@@ -10,7 +9,7 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.control.estimator import GripEstimator, feature_count
 from fingerdesign.errors import SolverError
-from fingerdesign.sensing import lessons
+from fingerdesign.sensing import training
 from fingerdesign.sensing.teach import (
     FRICTIONS,
     NOISES,
@@ -68,18 +67,18 @@ def test_what_is_sampled_has_the_noise_that_was_requested(problem, grips):
     assert np.abs(loud[:, :3] - quiet[:, :3]).mean() > 0.0
 
 
-def test_a_lesson_beats_knowing_nothing_and_its_file_says_the_same(problem, grips, monkeypatch):
+def test_what_is_taught_beats_nothing_and_its_file_says_the_same(problem, grips, monkeypatch):
     monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 25),))
     monkeypatch.setattr("fingerdesign.sensing.teach.BANDS", ((0.25, 15.0),))
-    lesson = teach(problem, "key", SETTINGS, grips=grips)
+    result = teach(problem, "key", SETTINGS, grips=grips)
     used = np.concatenate([each.used for each in grips])
-    assert lesson.noises == NOISES
-    assert lesson.used_errors[0] < 0.7 * used.std()
-    assert (lesson.estimator.bands[0].spread[:, 1] > 0.0).all()
-    again = GripEstimator.from_json(lesson.estimator.to_json())
+    assert result.noises == NOISES
+    assert result.used_errors[0] < 0.7 * used.std()
+    assert (result.estimator.bands[0].spread[:, 1] > 0.0).all()
+    again = GripEstimator.from_json(result.estimator.to_json())
     history = grips[0].moments[:20]
     assert again.estimate(history).used == pytest.approx(
-        lesson.estimator.estimate(history).used, abs=1e-3
+        result.estimator.estimate(history).used, abs=1e-3
     )
 
 
@@ -88,7 +87,7 @@ def test_too_few_grips_are_refused(problem, grips):
         teach(problem, "key", SETTINGS, grips=grips[:4])
 
 
-def test_a_lesson_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
+def test_it_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypatch, tmp_path):
     taught = []
 
     def teacher(problem, key, settings, report, workers):
@@ -97,17 +96,17 @@ def test_a_lesson_is_taught_once_and_a_broken_one_anew(problem, grips, monkeypat
 
     monkeypatch.setattr("fingerdesign.sensing.teach._TEACHING", ((2e-3, 2),))
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    monkeypatch.setattr(lessons, "teach", teacher)
+    monkeypatch.setattr(training, "teach", teacher)
     design = find_design("sensitive")
-    first = lessons.lesson_for(design, problem)
-    assert lessons.lesson_for(design, problem).stick_errors == first.stick_errors
+    first = training.training_result_for(design, problem)
+    assert training.training_result_for(design, problem).stick_errors == first.stick_errors
     assert len(taught) == 1
     # Controllers' parameters teach nothing anew; the finger and the stage do.
-    lessons.lesson_for(with_values(design, {"grip.regulator.target": 0.7}), problem)
+    training.training_result_for(with_values(design, {"grip.regulator.target": 0.7}), problem)
     assert len(taught) == 1
-    lessons.lesson_for(with_values(design, {"plates.count": 13}), problem)
+    training.training_result_for(with_values(design, {"plates.count": 13}), problem)
     assert len(set(taught)) == 2
     (kept,) = (path for path in (tmp_path / "lessons").iterdir() if taught[0] in path.name)
     kept.write_text(kept.read_text()[:1000])
-    lessons.lesson_for(design, problem)
+    training.training_result_for(design, problem)
     assert len(taught) == 3

@@ -12,7 +12,6 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
-from fingerdesign.control.metrics import summarise
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.plants.rig import Hardware
@@ -22,7 +21,7 @@ from fingerdesign.runtime.journal import JournalError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug
-from fingerdesign.trials.record import COLUMNS
+from fingerdesign.trials.record import COLUMNS, summarise
 from fingerdesign.trials.run import (
     FOLDER,
     grips_journal,

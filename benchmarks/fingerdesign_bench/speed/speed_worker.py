@@ -122,9 +122,9 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
     """Moves and seconds of one lift with steps of ``share`` of the design's."""
     from fingerdesign.analysis.stages import one_thread
     from fingerdesign.checks.load import with_values
-    from fingerdesign.control.calibration import calibrate
+    from fingerdesign.control.calibration import Bounds, calibrate
     from fingerdesign.control.controllers.flow_chart import PaperController
-    from fingerdesign.control.episode import Bounds, run_episode
+    from fingerdesign.control.episode import run_episode
     from fingerdesign.control.plants.plant import CondensedPlant
 
     values = {
@@ -132,7 +132,7 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
         for key in ("approach_step_mm", "shear_step_mm")
     }
     grip = with_values(design, values | {"grip.max_steps": 5 * STEPS}).grip
-    bounds = Bounds(grip.preload_mm, grip.approach_step_mm, grip.max_approach_mm, grip.max_steps)
+    bounds = Bounds.of(grip)
     face, friction = design.gages.face, grip.friction_coefficients[0]
     bench = problem.with_friction(grip.bench_friction_coefficient)
     own = problem.with_friction(friction)
@@ -140,9 +140,7 @@ def _one_grip(design: Design, problem: Any, share: float) -> tuple[int, float]:
         calibration = calibrate(
             lambda: CondensedPlant(bench, face),
             problem.model.gage_x,
-            bounds.preload,
-            bounds.approach_step,
-            bounds.max_approach,
+            bounds,
         )
         start = time.perf_counter()
         episode = run_episode(

@@ -29,11 +29,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample, gage_area, response
 
 if TYPE_CHECKING:
+    from fingerdesign.control.calibration import Calibration
     from fingerdesign.design.grip import Grip
 
 _TEACHING_SHARE = 0.02  # of the largest dx: below it the normal move's own stir of F_t shows

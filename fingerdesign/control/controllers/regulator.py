@@ -24,13 +24,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.estimator import LAGS, LEAST_FORCE, Estimated, Moment
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
 from fingerdesign.runtime.registry import key
 
 if TYPE_CHECKING:
+    from fingerdesign.control.calibration import Calibration
     from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.grip import Grip
 

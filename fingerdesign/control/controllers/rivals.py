@@ -26,13 +26,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array
-from fingerdesign.control.calibration import Calibration
-from fingerdesign.control.plants.plant import weight_per_finger
 from fingerdesign.control.roster import Command, Object, Range, controller
 from fingerdesign.control.signals import Sample
+from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.runtime.registry import key
 
 if TYPE_CHECKING:
+    from fingerdesign.control.calibration import Calibration
     from fingerdesign.design.grip import Grip
 
 # Of what is missing, in one step: a step late or a stiffness wrong by two does not make it swing.

@@ -21,19 +21,18 @@ from math import inf, isfinite
 from typing import Protocol
 
 from fingerdesign.contact.balance import (
+    Attempts,
+    ForceSlope,
     OutOfReach,
-    Trial,
-    Trials,
     predicted_shear,
     rising_root,
     solve_shear,
 )
 from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
-from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.path import NoEquilibrium
 from fingerdesign.contact.problem import ContactProblem, Motion
-from fingerdesign.control.plants.plant import Truth
-from fingerdesign.control.signals import Sample, gage_readings
+from fingerdesign.control.plants.plant import Truth, felt
+from fingerdesign.control.signals import Sample
 from fingerdesign.design.grip import Tug, WeightChange, lifting_tugs, pull_at
 
 # Two fingers that hold one rigid object between them, moved alike (numpy only).
@@ -59,9 +58,13 @@ class Held:
 
     increment: Increment
     other: Increment
-    shear: float
     carried: float
     drift: float = 0.0
+
+    @property
+    def shear(self) -> float:
+        """Of both, mm in all."""
+        return self.increment.motion.shear
 
 
 class Pair(Protocol):
@@ -94,30 +97,24 @@ class MirrorPair:
         self._before: Increment | None = None
 
     def stand(self, closing: float, shear: float) -> Held:
-        """See :class:`Pair`."""
         motion = Motion(closing, shear)
         return self._held(solve_increment(self._problem, self._state, motion, self._workspace))
 
     def hang(self, closing: float, weight: float, most: float = inf) -> Held:
-        """See :class:`Pair`."""
-        start = None
+        start, half = None, 0.5 * weight
         if self._before is not None:
-            start = predicted_shear(
-                self._problem, self._before, closing, 0.5 * weight, self._workspace
-            )
-        found = solve_shear(
-            self._problem, self._state, closing, 0.5 * weight, self._workspace, start, most
+            start = predicted_shear(self._problem, self._before, closing, half, self._workspace)
+        return self._held(
+            solve_shear(self._problem, self._state, closing, half, self._workspace, start, most)
         )
-        return self._held(found)
 
     def accept(self, held: Held) -> None:
-        """See :class:`Pair`."""
         self._state = held.increment.state
         self._before = held.increment
 
     def _held(self, increment: Increment) -> Held:
         carried = 2.0 * float(self._problem.model.total_force(increment.force)[0])
-        return Held(increment, increment, increment.motion.shear, carried)
+        return Held(increment, increment, carried)
 
 
 class UnlikePair:
@@ -130,29 +127,26 @@ class UnlikePair:
         self._shear = self._drift = 0.0
 
     def stand(self, closing: float, shear: float) -> Held:
-        """See :class:`Pair`."""
         return self._between(closing).at(shear)
 
     def hang(self, closing: float, weight: float, most: float = inf) -> Held:
-        """See :class:`Pair`."""
         between = self._between(closing)
 
-        def evaluate(shear: float) -> Trial:
+        def evaluate(shear: float) -> ForceSlope:
             between.at(shear)
             return between.carried()
 
         try:
             here = self._shear
-            shear = rising_root(evaluate, weight, here, here, between.softest, most)
+            rising_root(evaluate, weight, here, here, between.softest, most)
         except OutOfReach as reached:
             raise NoEquilibrium(
                 f"no shear makes the two fingers carry {weight:g} N, closed by {closing:g} mm: "
                 f"complete slip at {reached.most:.4g} N"
             ) from None
-        return between.held(shear)
+        return between.held()
 
     def accept(self, held: Held) -> None:
-        """See :class:`Pair`."""
         for workspace, state, increment in zip(
             self._workspaces, self._states, (held.increment, held.other), strict=True
         ):
@@ -162,7 +156,7 @@ class UnlikePair:
 
     def _between(self, closing: float) -> _Between:
         first, second = (
-            Trials(*each)
+            Attempts(*each)
             for each in zip(self._problems, self._states, self._workspaces, strict=True)
         )
         return _Between(first, second, closing, self._drift)
@@ -171,30 +165,30 @@ class UnlikePair:
 class _Between:
     """The drift at which both fingers press alike, for one closing and any shear."""
 
-    def __init__(self, first: Trials, second: Trials, closing: float, drift: float) -> None:
+    def __init__(self, first: Attempts, second: Attempts, closing: float, drift: float) -> None:
         self._first, self._second = first, second
         self._closing, self._drift = closing, drift
         self.softest = max(first.softest, second.softest)
 
     def at(self, shear: float) -> Held:
-        def evaluate(drift: float) -> Trial | None:
+        def evaluate(drift: float) -> ForceSlope | None:
             found = self._first.at(self._closing + drift, shear)
             other = self._second.at(self._closing - drift, shear)
             if found is None or other is None:
                 return None
             pressed, against = self._first.forces()[0], self._second.forces()[0]
             slope = self._first.stiffness()[0, 0] + self._second.stiffness()[0, 0]
-            return Trial(float(pressed - against), float(slope), float(max(pressed, against)))
+            return ForceSlope(float(pressed - against), float(slope), float(max(pressed, against)))
 
         self._drift = rising_root(evaluate, 0.0, self._drift, self._drift, self.softest)
-        return self.held(shear)
+        return self.held()
 
-    def held(self, shear: float) -> Held:
-        """The last balance, found at ``shear``."""
+    def held(self) -> Held:
+        """The last balance."""
         carried = float(self._first.forces()[1] + self._second.forces()[1])
-        return Held(self._first.last, self._second.last, shear, carried, self._drift)
+        return Held(self._first.last, self._second.last, carried, self._drift)
 
-    def carried(self) -> Trial:
+    def carried(self) -> ForceSlope:
         """F_t of both against the shear, the drift following it."""
         (normal, pulled), (against, opposed) = self._first.forces(), self._second.forces()
         if not (normal > 0.0 and against > 0.0):
@@ -204,7 +198,7 @@ class _Between:
         slope = here[1, 1] + there[1, 1] + (here[1, 0] - there[1, 0]) * follows
         limits = {self._first.limit(), self._second.limit()}
         limit = limits.pop() if len(limits) == 1 else 0
-        return Trial(float(pulled + opposed), float(slope), float(normal), limit)
+        return ForceSlope(float(pulled + opposed), float(slope), float(normal), limit)
 
 
 class Disturbance(Tug):
@@ -258,7 +252,7 @@ class LiftPlant:
         self._since_lift: int | None = None  # moves since the first lift
         self._lifted = False
         self._truth = Truth(0.0, 0.0, 0.0, 0.0, None, 0.0, False, lifted=False)
-        self._held: Held | None = None
+        self.held: Held | None = None  # what both fingers do after the last move, for the judge
         self._weight = 0.0  # at the last move
         self._sample: Sample
 
@@ -275,36 +269,25 @@ class LiftPlant:
             return self._sample
         held, lifted, dropped = self._find(closing, hand, weight)
         self._fingers.accept(held)
-        self._held = held
+        self.held = held
         self._closing, self._hand, self._lifted = closing, hand, lifted
         self._weight = weight
         if lifted and self._since_lift is None:
             self._since_lift = 0
-        measures = measure(self._problem, held.increment)
-        slips = completely_slips(measures, self._problem.model.dimension)
-        self._truth = Truth(
-            approach=held.increment.motion.approach,
-            shear=held.shear,
-            normal_force=measures.normal_force,
-            tangential_force=measures.tangential_force,
-            stick_ratio=0.0 if dropped else measures.stick_ratio,  # it all slid as it dropped
-            slip_distance=measures.slip_distance,
-            complete_slip=slips or dropped,
+        truth, sample = felt(self._problem, held.increment, self._face)
+        self._truth = replace(
+            truth,
+            stick_ratio=0.0 if dropped else truth.stick_ratio,  # it all slid as it dropped
+            complete_slip=truth.complete_slip or dropped,
             lifted=lifted,
-            rise=hand - held.shear if lifted else 0.0,
+            rise=hand - truth.shear if lifted else 0.0,
         )
-        readings = gage_readings(measures.gages, self._face)
-        self._sample = Sample(readings, measures.normal_force, measures.tangential_force, lifted)
+        self._sample = replace(sample, lifted=lifted)
         return self._sample
 
     def truth(self) -> Truth:
         """The state after the last move, for the judge."""
         return self._truth
-
-    @property
-    def held(self) -> Held | None:
-        """What both fingers do after the last move, for the judge; None before the first."""
-        return self._held
 
     def weight(self, step_after_lift: int) -> float:
         """What pulls at the object toward +x that many moves after the lift, N."""

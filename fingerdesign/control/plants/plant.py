@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
+from fingerdesign.contact.increment import ContactState, Increment, Workspace, solve_increment
 from fingerdesign.contact.measures import completely_slips, measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import Sample, gage_readings
-from fingerdesign.design.grip import GRAVITY
-
-if TYPE_CHECKING:
-    pass
+from fingerdesign.design.grip import weight_per_finger
 
 
 @dataclass(frozen=True)
@@ -56,6 +53,22 @@ class Plant(Protocol):
 PlantMaker = Callable[[], Plant]
 
 
+def felt(problem: ContactProblem, increment: Increment, face: str) -> tuple[Truth, Sample]:
+    """What a finger does in an increment, and what of it is felt."""
+    found = measure(problem, increment)
+    truth = Truth(
+        approach=increment.motion.approach,
+        shear=increment.motion.shear,
+        normal_force=found.normal_force,
+        tangential_force=found.tangential_force,
+        stick_ratio=found.stick_ratio,
+        slip_distance=found.slip_distance,
+        complete_slip=completely_slips(found, problem.model.dimension),
+    )
+    readings = gage_readings(found.gages, face)
+    return truth, Sample(readings, found.normal_force, found.tangential_force)
+
+
 class CondensedPlant:
     """A finger's condensed model against a rigid object, friction history and all.
 
@@ -74,22 +87,9 @@ class CondensedPlant:
         now = self._state.motion
         motion = Motion(now.approach + dy, now.shear + dx)
         increment = solve_increment(self._problem, self._state, motion, self._workspace)
-        measures = measure(self._problem, increment)
         self._state = increment.state
-        self._truth = Truth(
-            approach=motion.approach,
-            shear=motion.shear,
-            normal_force=measures.normal_force,
-            tangential_force=measures.tangential_force,
-            stick_ratio=measures.stick_ratio,
-            slip_distance=measures.slip_distance,
-            complete_slip=completely_slips(measures, self._problem.model.dimension),
-        )
-        return Sample(
-            gage_readings(measures.gages, self._face),
-            measures.normal_force,
-            measures.tangential_force,
-        )
+        self._truth, sample = felt(self._problem, increment, self._face)
+        return sample
 
     def truth(self) -> Truth:
         """The state after the last move, for the judge."""
@@ -167,15 +167,6 @@ class RememberedPlant:
 
 
 # The verdict on a grip, from the plant's truth: lifted, slipped, and with what margin.
-
-
-def weight_per_finger(object_mass_g: float) -> float:
-    """m g / 2 in N: two like fingers carry half the weight each.
-
-    >>> round(weight_per_finger(200.0), 4)
-    0.9807
-    """
-    return 0.5e-3 * GRAVITY * object_mass_g
 
 
 def is_lifted(truth: Truth, object_mass_g: float) -> bool:

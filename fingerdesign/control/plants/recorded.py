@@ -44,75 +44,74 @@ _STIFFNESS = (0.1, 2000.0)  # N/mm; silicone fingers have 30 to 200, of the soft
 _STRAIN = (0.02, 20_000.0)  # microstrain: the noise of any amplifier; what a gage survives
 
 
-def unit_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
+Columns = Mapping[str, Array]
+
+
+def unit_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
     """Faults of a trace whose cells are all finite numbers; of each kind the first row."""
-    yield from _time_faults(column["time_s"], rows)
-    moves = list(_move_faults(column, rows))
-    forces = list(_force_faults(column, rows))
-    yield from moves
-    yield from forces
-    if not moves and not forces:
+    yield from _time_faults(column, rows)
+    scale = [*_move_faults(column, rows), *_force_faults(column, rows)]
+    yield from scale
+    if not scale:
         yield from _stiffness_faults(column, rows)
     yield from _strain_faults(column, rows)
 
 
-def _time_faults(time: Array, rows: Rows) -> Iterator[Fault]:
+def _time_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
+    time = column["time_s"]
     steps = np.diff(time)
+    usual = float(np.median(steps))
     back = np.flatnonzero(steps <= 0.0)
     if len(back):
         bound = f"after the row before, {time[back[0]]:.10g}"
-        yield _fault(rows, back[0] + 1, "time_s", time, bound, "put the samples in their order")
-        return
-    usual = float(np.median(steps))
-    if not _STEP_S[0] <= usual <= _STEP_S[1]:
+        remedy = "put the samples in their order"
+        yield _fault(column, rows, back[0] + 1, "time_s", bound, remedy)
+    elif not _STEP_S[0] <= usual <= _STEP_S[1]:
         bound = f"{_STEP_S[0]:g} to {_STEP_S[1]:g} s after the row before, not {usual:g}"
-        yield _fault(rows, 1, "time_s", time, bound, "write seconds")
-        return
-    for k in np.flatnonzero(np.abs(steps - usual) > _UNEVEN * usual):
-        bound = f"about {usual:.4g} s after the row before, not {steps[k]:.4g}"
+        yield _fault(column, rows, 1, "time_s", bound, "write seconds")
+    else:
         remedy = "samples are missing or doubled: record at one rate, or cut the trace there"
-        yield _fault(rows, k + 1, "time_s", time, bound, remedy)
+        for k in np.flatnonzero(np.abs(steps - usual) > _UNEVEN * usual):
+            bound = f"about {usual:.4g} s after the row before, not {steps[k]:.4g}"
+            yield _fault(column, rows, k + 1, "time_s", bound, remedy)
 
 
-def _move_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
+def _first(
+    column: Columns, rows: Rows, name: str, wrong: NDArray[np.bool_], bound: str, remedy: str
+) -> list[Fault]:
+    """The fault of the first row (k,) that is ``wrong``, if any is."""
+    found = np.flatnonzero(wrong)[:1]
+    return [_fault(column, rows, place, name, bound, remedy) for place in found]
+
+
+def _move_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
+    remedy = "write millimetres, and each step alone"
+    total = f"such that all steps so far make at most {_TRAVEL_MM:g} mm"
     for name in ("dx_mm", "dy_mm"):
         way = column[name]
-        far = np.flatnonzero(np.abs(way) > _MOVE_MM)
-        if len(far):
-            bound = f"at most {_MOVE_MM:g} mm in one step"
-            yield _fault(rows, far[0], name, way, bound, "write millimetres, and each step alone")
-            continue
-        total = np.cumsum(way)
-        far = np.flatnonzero(np.abs(total) > _TRAVEL_MM)
-        if len(far):
-            bound = f"such that all steps so far make at most {_TRAVEL_MM:g} mm"
-            yield _fault(rows, far[0], name, way, bound, "write millimetres, and each step alone")
+        far, away = np.abs(way) > _MOVE_MM, np.abs(np.cumsum(way)) > _TRAVEL_MM
+        yield from _first(
+            column, rows, name, far, f"at most {_MOVE_MM:g} mm in one step", remedy
+        ) or _first(column, rows, name, away, total, remedy)
 
 
-def _force_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
+def _force_faults(column: Columns, rows: Rows) -> list[Fault]:
     normal, tangential = column["normal_force_N"], column["tangential_force_N"]
-    units = "write newtons"
-    large = False
-    for name, force in (("normal_force_N", normal), ("tangential_force_N", tangential)):
-        over = np.flatnonzero(np.abs(force) > _FORCE_N)
-        if len(over):
-            large = True
-            yield _fault(rows, over[0], name, force, f"at most {_FORCE_N:g} N", units)
+    units, most = "write newtons", f"at most {_FORCE_N:g} N"
+    large: list[Fault] = []
+    for name in ("normal_force_N", "tangential_force_N"):
+        large += _first(column, rows, name, np.abs(column[name]) > _FORCE_N, most, units)
     if large:
-        return
+        return large
     slack = _ZERO_N + 0.05 * float(np.abs(normal).max())
-    pulled = np.flatnonzero(normal < -slack)
-    if len(pulled):
-        bound = f"over {-slack:.3g} N: a contact only presses"
-        yield _fault(rows, pulled[0], "normal_force_N", normal, bound, "count pressing positive")
-        return
-    over = np.flatnonzero(np.abs(tangential) > _FRICTION * np.maximum(normal, 0.0) + slack)
-    if len(over):
-        bound = f"at most {_FRICTION:g} times the normal force, {normal[over[0]]:.4g} N"
-        yield _fault(rows, over[0], "tangential_force_N", tangential, bound, units)
+    bound, remedy = f"over {-slack:.3g} N: a contact only presses", "count pressing positive"
+    pulled = _first(column, rows, "normal_force_N", normal < -slack, bound, remedy)
+    over = np.abs(tangential) > _FRICTION * np.maximum(normal, 0.0) + slack
+    bound = f"at most {_FRICTION:g} times the normal force, {normal[np.argmax(over)]:.4g} N"
+    return pulled or _first(column, rows, "tangential_force_N", over, bound, units)
 
 
-def _stiffness_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
+def _stiffness_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
     """Forces against the closing that they took: one of the two may be in another unit."""
     normal, closed = column["normal_force_N"], np.cumsum(column["dy_mm"])
     touched = np.flatnonzero(normal > _ZERO_N)
@@ -124,33 +123,30 @@ def _stiffness_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault
     remedy = "write newtons and millimetres"
     if rise > _FELT_N and 0.0 < way * _STIFFNESS[1] < rise:
         bound = f"at most {_STIFFNESS[1]:g} N for each mm of closing, {way:.4g} mm"
-        yield _fault(rows, most, "normal_force_N", normal, bound, remedy)
+        yield _fault(column, rows, most, "normal_force_N", bound, remedy)
     pressed = float(closed[first:].max() - closed[first])
     if pressed * _STIFFNESS[0] > normal[most]:
         place = first + int(np.argmax(closed[first:]))
         bound = f"at least {_STIFFNESS[0]:g} N for each mm of closing since touch, {pressed:.4g} mm"
-        yield _fault(rows, place, "normal_force_N", normal, bound, remedy)
+        yield _fault(column, rows, place, "normal_force_N", bound, remedy)
 
 
-def _strain_faults(column: Mapping[str, Array], rows: Rows) -> Iterator[Fault]:
+def _strain_faults(column: Columns, rows: Rows) -> Iterator[Fault]:
     names = [name for name in column if name.startswith("gage_")]
-    units = "write microstrain (1e-6)"
-    for name in names:
-        over = np.flatnonzero(np.abs(column[name]) > _STRAIN[1])
-        if len(over):
-            bound = f"at most {_STRAIN[1]:g} microstrain"
-            yield _fault(rows, over[0], name, column[name], bound, units)
     table = np.abs(np.array([column[name] for name in names]))
+    units, bound = "write microstrain (1e-6)", f"at most {_STRAIN[1]:g} microstrain"
+    for name, strain in zip(names, table, strict=True):
+        yield from _first(column, rows, name, strain > _STRAIN[1], bound, units)
     if column["normal_force_N"].max() > _FELT_N and table.max() < _STRAIN[0]:
         gage, row = np.unravel_index(int(np.argmax(table)), table.shape)
         bound = f"over {_STRAIN[0]:g} microstrain somewhere, with {_FELT_N:g} N and more on it"
-        yield _fault(rows, row, names[gage], column[names[gage]], bound, units)
+        yield _fault(column, rows, row, names[gage], bound, units)
 
 
 def _fault(
-    rows: Rows, place: int | np.intp, name: str, values: Array, bound: str, remedy: str
+    column: Columns, rows: Rows, place: int | np.intp, name: str, bound: str, remedy: str
 ) -> Fault:
-    return Fault(f"row {rows[place]}, column {name}", f"{values[place]:.10g}", bound, remedy)
+    return _cell(int(rows[place]), name, f"{column[name][place]:.10g}", bound, remedy)
 
 
 # A grip recorded on a rig, as a CSV file (numpy only): read whole, or refused row by row.
@@ -202,16 +198,12 @@ def trace_of(samples: Sequence[Sample], moves: Sequence[tuple[float, float]], ra
     """The trace of samples, the moves (dx, dy) mm that led to them, and their rate in Hz."""
     count = len(samples)
     dx, dy = np.array(moves, dtype=float).reshape(count, 2).T
-    return Trace(
-        time=np.arange(1, count + 1) / rate,
-        dx=dx,
-        dy=dy,
-        normal_force=np.array([sample.normal_force for sample in samples]),
-        tangential_force=np.array([sample.tangential_force for sample in samples]),
-        readings=np.array([sample.readings for sample in samples]).reshape(count, -1),
-        rows=np.arange(2, count + 2),
-        lifted=np.array([sample.lifted for sample in samples], dtype=bool),
-    )
+    normal = np.array([sample.normal_force for sample in samples])
+    tangential = np.array([sample.tangential_force for sample in samples])
+    readings = np.array([sample.readings for sample in samples]).reshape(count, -1)
+    lifted = np.array([sample.lifted for sample in samples], dtype=bool)
+    time, rows = np.arange(1, count + 1) / rate, np.arange(2, count + 2)
+    return Trace(time, dx, dy, normal, tangential, readings, rows, lifted)
 
 
 def read_trace(path: Path | str, gages: int | None = None) -> Trace:
@@ -219,9 +211,8 @@ def read_trace(path: Path | str, gages: int | None = None) -> Trace:
 
     Raises DesignError with the faults found, each with its row and column.
     """
-    path = Path(path)
     try:
-        text = path.read_text("utf-8-sig")
+        text = Path(path).read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         why = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise DesignError([Fault("trace", str(path), "a readable CSV file", f"{why}")]) from None
@@ -236,24 +227,17 @@ def parse_trace(text: str, gages: int | None = None, source: str = "trace") -> T
     _refuse(faults, source)
     rows = np.array([row for row, _ in lines], dtype=np.int64)
     column = dict(zip(header, table.T, strict=True))
-    faults = [
-        _cell(int(row), "lifted", f"{value:g}", "0 or 1", "say which")
-        for row, value in zip(rows, column.get("lifted", ()), strict=False)
-        if value not in (0.0, 1.0)
-    ]
-    _refuse(faults + list(unit_faults(column, rows)), source)
+    lifted = column.get("lifted")
+    if lifted is not None:
+        faults = [
+            _cell(int(rows[k]), "lifted", f"{lifted[k]:g}", "0 or 1", "say which")
+            for k in np.flatnonzero(~np.isin(lifted, (0.0, 1.0)))
+        ]
+        lifted = lifted > 0.0
+    _refuse([*faults, *unit_faults(column, rows)], source)
     readings = table[:, [header.index(name) for name in _gages_of(header)]]
-    lifted = column["lifted"] > 0.0 if "lifted" in column else None
-    return Trace(
-        time=column["time_s"],
-        dx=column["dx_mm"],
-        dy=column["dy_mm"],
-        normal_force=column["normal_force_N"],
-        tangential_force=column["tangential_force_N"],
-        readings=readings,
-        rows=rows,
-        lifted=lifted,
-    )
+    time, dx, dy, normal, tangential = (column[name] for name in COLUMNS)
+    return Trace(time, dx, dy, normal, tangential, readings, rows, lifted)
 
 
 def _refuse(faults: Sequence[Fault], source: str) -> None:

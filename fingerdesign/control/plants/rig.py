@@ -10,21 +10,16 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.contact.problem import ContactProblem
-from fingerdesign.control.calibration import Calibration, calibrate
+from fingerdesign.control.calibration import Bounds, Calibration, calibrate
 from fingerdesign.control.plants.lift import LiftPlant
 from fingerdesign.control.plants.plant import CondensedPlant, Plant, Truth
 from fingerdesign.control.signals import Sample
-from fingerdesign.design.grip import HardwareTable
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
-
+from fingerdesign.design.grip import Grip, HardwareTable
 
 # Imperfect hardware around any plant: gages, amplifier, force cell, stage (numpy only).
 #
@@ -184,9 +179,7 @@ class Rig:
         return calibrate(
             lambda: ImperfectPlant(CondensedPlant(bench, self.face), hardware, rng, self.plates),
             self.problem.model.gage_x,
-            self.grip.preload_mm,
-            self.grip.approach_step_mm,
-            self.grip.max_approach_mm,
+            Bounds.of(self.grip),
         )
 
     def plant(self, friction_coefficient: float, object_mass_g: float, number: int = 0) -> Plant:

@@ -8,15 +8,12 @@ import pytest
 from fingerdesign.control.episode import Episode
 from fingerdesign.control.metrics import (
     JudgedGrip,
-    Share,
     outcome,
     reaction_steps,
-    spread_of,
-    summarise,
-    wilson_interval,
 )
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import GripResult
+from fingerdesign.trials.record import Share, share_of, spread_of, summarise
 
 WEIGHT = 0.5e-3 * 9.80665 * 200.0
 
@@ -114,12 +111,12 @@ def test_wilson_is_scipys():
 
     for count, of in [(0, 10), (1, 10), (5, 10), (99, 100), (100, 100), (499, 500)]:
         theirs = binomtest(count, of).proportion_ci(0.95, "wilson")
-        assert wilson_interval(count, of) == pytest.approx((theirs.low, theirs.high), abs=1e-7)
+        own = share_of(count, of)
+        assert (own.low, own.high) == pytest.approx((theirs.low, theirs.high), abs=1e-7)
 
 
 def test_nothing_gives_no_rate_and_no_spread():
-    assert Share(0, 0).rate is None
-    assert Share(0, 0).interval is None
+    assert share_of(0, 0) == Share(0, 0, None, None, None)
     assert spread_of([None]) is None
     empty = summarise([])
     assert (empty.grips, empty.success.rate, empty.margin_at_lift) == (0, None, None)

@@ -1,7 +1,7 @@
 """A design's estimator, taught when first wanted and kept by content.
 
-    lesson = lesson_for(design, tell=print)
-    lesson.estimator, lesson.stick_error()
+    result = training_result_for(design, tell=print)
+    result.estimator, result.stick_error()
 
 What it is taught on is the plane-strain model that grips run on (grip_model.py). It is kept in the
 user's cache by what it depends on: finger, gages, stage travel, number of grips and seed.
@@ -15,15 +15,15 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING
 
 from fingerdesign.analysis.case import Case, gage_array
-from fingerdesign.control.controllers.regulator import RegulatorTable
 from fingerdesign.control.estimator import FORMAT, EstimatorError, GripEstimator
-from fingerdesign.control.roster import needs_training, own_table
+from fingerdesign.control.roster import needs_training
 from fingerdesign.design.digest import content_digest
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.progress import Report
+from fingerdesign.runtime.registry import CONTROLLERS, own_values
 from fingerdesign.sensing.model import grip_problem
-from fingerdesign.sensing.teach import Lesson, Settings, teach
+from fingerdesign.sensing.teach import Settings, TrainingResult, teach
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
@@ -33,27 +33,27 @@ if TYPE_CHECKING:
 TEACHING = 3  # raise it when what is taught, or how, changes
 
 
-def lesson_for(
+def training_result_for(
     design: Design,
     problem: ContactProblem | None = None,
     report: Report = lambda message: None,
     workers: int = 1,
-) -> Lesson:
-    """The lesson of a design, from the cache where it has been taught before.
+) -> TrainingResult:
+    """What was taught on a design, from the cache where it has been taught before.
 
     problem: the design's grip_problem, where it has been made already. Raises what
     :func:`grip_model.grip_problem` and :func:`teach.teach` raise.
     """
     settings = settings_of(design)
-    key = lesson_key(design, settings)
+    key = training_key(design, settings)
     kept = Cache("lessons")
-    found = _read(kept, key)
+    found = _read(kept.text(f"{key}.txt"))
     if found is not None:
         return found
     problem = grip_problem(design, report=report) if problem is None else problem
-    lesson = teach(problem, key, settings, report, workers=workers)
-    kept.put_text(f"{key}.txt", lesson_text(lesson))
-    return lesson
+    result = teach(problem, key, settings, report, workers=workers)
+    kept.put_text(f"{key}.txt", training_text(result))
+    return result
 
 
 def settings_of(design: Design) -> Settings:
@@ -62,12 +62,12 @@ def settings_of(design: Design) -> Settings:
     return Settings(
         face=design.gages.face,
         max_approach=grip.max_approach_mm,
-        grips=own_table(grip, RegulatorTable).taught_grips,
+        grips=own_values(grip, CONTROLLERS.find("regulator", "grip.controller")).taught_grips,
         seed=grip.seed,
     )
 
 
-def lesson_key(design: Design, settings: Settings) -> str:
+def training_key(design: Design, settings: Settings) -> str:
     """SHA-256 of all that an estimator depends on; of the design without names and controllers."""
     grip = design.grip
     content = [
@@ -95,7 +95,7 @@ def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
     if gages != wanted:
         value = f"one for {gages} gages"
         return [Fault("--estimator", value, f"one for the design's {wanted} gages", remedy)]
-    key = lesson_key(design, settings_of(design))
+    key = training_key(design, settings_of(design))
     if estimator.design != key:
         value = f"one taught on {estimator.design[:12]}"
         bound = f"one taught on this design ({key[:12]}: its finger, gages and stage)"
@@ -103,36 +103,26 @@ def estimator_faults(design: Design, estimator: GripEstimator) -> list[Fault]:
     return []
 
 
-def lesson_text(lesson: Lesson) -> str:
-    """The lesson as JSON: the estimator, and its errors by noise."""
+def training_text(result: TrainingResult) -> str:
+    """The training result as JSON: the estimator, and its errors by noise."""
     record = {
-        "estimator": json.loads(lesson.estimator.to_json()),
-        "noises_microstrain": lesson.noises,
-        "stick_errors": lesson.stick_errors,
-        "used_errors": lesson.used_errors,
-        "samples": lesson.samples,
+        "estimator": json.loads(result.estimator.to_json()),
+        "noises_microstrain": result.noises,
+        "stick_errors": result.stick_errors,
+        "used_errors": result.used_errors,
+        "samples": result.samples,
     }
     return json.dumps(record, allow_nan=False) + "\n"
 
 
-def _read(kept: Cache, key: str) -> Lesson | None:
-    """The kept lesson; None where there is none, or one of another format."""
+def _read(text: str | None) -> TrainingResult | None:
+    """What is kept; None where there is nothing, or something of another format."""
     try:
-        record = json.loads(kept.text(f"{key}.txt") or "")
-        return Lesson(
-            GripEstimator.from_json(json.dumps(record["estimator"])),
-            tuple(record["noises_microstrain"]),
-            tuple(record["stick_errors"]),
-            tuple(record["used_errors"]),
-            int(record["samples"]),
-        )
-    except (OSError, ValueError, KeyError, TypeError, EstimatorError):
+        estimator, noises, stick, used, samples = json.loads(text or "").values()
+        known = GripEstimator.from_json(json.dumps(estimator))
+        return TrainingResult(known, tuple(noises), tuple(stick), tuple(used), int(samples))
+    except (ValueError, TypeError, AttributeError, EstimatorError):
         return None
-
-
-def at_noise(lesson: Lesson, noise: float) -> Lesson:
-    """The same lesson with its estimator set for a rig's noise, microstrain."""
-    return replace(lesson, estimator=lesson.estimator.at_noise(noise))
 
 
 def with_estimator(case: Case, report: Report) -> Case:
@@ -144,7 +134,7 @@ def with_estimator(case: Case, report: Report) -> Case:
         return case
 
     if case.estimator is None:
-        return replace(case, estimator=lesson_for(case.design, report=report).estimator)
+        return replace(case, estimator=training_result_for(case.design, report=report).estimator)
     if faults := estimator_faults(case.design, case.estimator):
         raise DesignError(faults)
     return case
