@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import judge_design, judge_scene
-from fingerdesign.checks.starter import design_text, scene_text
+from fingerdesign.checks.starter import file_text
 from fingerdesign.control.estimator import EstimatorError, GripEstimator
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import ResultError
@@ -46,7 +46,7 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
 def judged_scene(name: Path) -> tuple[Judged[Scene] | None, DesignError | None]:
     """Judge a scene's file, or the shipped one; with the error that holds its faults, if any."""
     try:
-        found = judge_scene(scene_text(name), str(name))
+        found = judge_scene(file_text(name, "scene"), str(name))
     except DesignError as error:
         return None, error
     return found, DesignError(found.faults, str(name)) if found.faults else None
@@ -57,7 +57,7 @@ def judged_design(
 ) -> tuple[Judged[Design] | None, DesignError | None]:
     """Judge a design's file, or the shipped one, and against it the scene where there is one."""
     try:
-        found = judge_design(design_text(name), str(name), Path(name).parent)
+        found = judge_design(file_text(name), str(name), Path(name).parent)
     except DesignError as error:
         return None, error
     own = DesignError(found.faults, str(name))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from fingerdesign.checks.load import parse_scene
-from fingerdesign.checks.starter import shipped_scene_text
+from fingerdesign.checks.starter import shipped_text
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ class Clock:
 
 def fundamental_scene() -> Scene:
     """The shipped scene of paper 3.1."""
-    return parse_scene(shipped_scene_text("fundamental"), "fundamental")
+    return parse_scene(shipped_text("fundamental", "scene"), "fundamental")
 
 
 def gage_array(design: Design) -> tuple[int, ...]:

@@ -48,6 +48,12 @@ class Judged(Generic[_Found]):
     value: _Found | None
     faults: list[Fault]
 
+    def sound(self, source: str) -> _Found:
+        """The value; DesignError with every fault where there are any."""
+        if self.faults or self.value is None:
+            raise DesignError(self.faults, source)
+        return self.value
+
 
 def load_design(path: str | Path) -> Design:
     """Read a design file. Raises :class:`DesignError` with every fault found in it."""
@@ -68,7 +74,7 @@ def parse_design(text: str, source: str = "", folder: Path | None = None) -> Des
     Raises :class:`DesignError` with every fault of the keys; where they are sound, with every one
     of the geometry.
     """
-    return _design_of(_toml(text, source), source, folder)
+    return judge_design(text, source, folder).sound(source)
 
 
 def parse_scene(text: str, source: str = "") -> Scene:
@@ -76,10 +82,7 @@ def parse_scene(text: str, source: str = "") -> Scene:
 
     Raises :class:`DesignError` with every fault found.
     """
-    found = judge_scene(text, source)
-    if found.faults or found.value is None:
-        raise DesignError(found.faults, source)
-    return found.value
+    return judge_scene(text, source).sound(source)
 
 
 def with_values(design: Design, values: Mapping[str, object]) -> Design:
@@ -96,7 +99,7 @@ def with_values(design: Design, values: Mapping[str, object]) -> Design:
     data = without_sizes(design.model_dump(mode="json", exclude_none=True))
     for key, value in values.items():
         set_value(data, key, value)
-    return _design_of(data, design.design.name)
+    return judge_data(data).sound(design.design.name)
 
 
 def dump_design(design: Design) -> str:
@@ -164,7 +167,7 @@ def judge_design(text: str, source: str = "", folder: Path | None = None) -> Jud
     ``folder``: where files that it names lie. Raises :class:`DesignError` only where the text is no
     TOML.
     """
-    return _judged_design(_toml(text, source), folder)
+    return judge_data(_toml(text, source), folder)
 
 
 def judge_scene(text: str, source: str = "") -> Judged[Scene]:
@@ -172,20 +175,14 @@ def judge_scene(text: str, source: str = "") -> Judged[Scene]:
     return _validated(Scene, _toml(text, source))
 
 
-def _judged_design(data: dict[str, Any], folder: Path | None) -> Judged[Design]:
+def judge_data(data: dict[str, Any], folder: Path | None = None) -> Judged[Design]:
+    """As :func:`judge_design`, of what the text holds."""
     known = resolved(resolved_file(data, folder or Path.cwd()), folder)
     found = _validated(Design, known.data)
     keys = _distinct([*known.faults, *found.faults])
     if keys or found.value is None:
         return Judged(None, keys)
     return Judged(found.value, _distinct(design_faults(found.value) + _assumed_faults(found.value)))
-
-
-def _design_of(data: dict[str, Any], source: str, folder: Path | None = None) -> Design:
-    found = _judged_design(data, folder)
-    if found.faults or found.value is None:
-        raise DesignError(found.faults, source)
-    return found.value
 
 
 def _assumed_faults(design: Design) -> list[Fault]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fingerdesign.checks.load import parse_design, parse_scene, read_text
+from fingerdesign.design.faults import tables_in
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
@@ -40,25 +41,16 @@ _SCENE_ROWS = ((0.05, 0.0), (0.1, 0.0), (0.1, 0.03), (0.1, 0.06), (0.1, 0.09))
 _SCENE_EXAMPLES = {"radius_mm": 10.0, "increments_N": [[2.5, 0.0], [5.0, 0.0], [5.0, 1.0]]}
 
 
-def _designs() -> Traversable:
-    """Return the folder of the shipped designs: in the installed package, or in the checkout."""
+def _folder(kind: str) -> Traversable:
+    """Where the shipped designs or scenes are: in the installed package, or in the checkout."""
     installed = resources.files("fingerdesign") / "data" / "designs"
-    if installed.is_dir():
-        return installed
-    return Path(__file__).resolve().parents[2] / "designs"
+    designs = installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "designs"
+    return designs / "scenes" if kind == "scene" else designs
 
 
-def _names(folder: Traversable) -> tuple[str, ...]:
-    names = (entry.name for entry in folder.iterdir() if entry.is_file())
-    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
-
-
-def _text(folder: Traversable, name: str, key: str) -> str:
-    known = _names(folder)
-    if name not in known:
-        bound = f"one of {', '.join(known)}"
-        raise DesignError([Fault(key, name, bound, _nearest(name, known, "choose one of them"))])
-    return (folder / f"{name}.toml").read_text("utf-8")
+def _names(kind: str) -> tuple[str, ...]:
+    files = (entry.name for entry in _folder(kind).iterdir() if entry.is_file())
+    return tuple(sorted(name.removesuffix(".toml") for name in files if name.endswith(".toml")))
 
 
 def _nearest(name: str, known: tuple[str, ...], otherwise: str) -> str:
@@ -68,23 +60,25 @@ def _nearest(name: str, known: tuple[str, ...], otherwise: str) -> str:
 
 def shipped_designs() -> tuple[str, ...]:
     """Names of the shipped designs, in alphabetical order."""
-    return _names(_designs())
+    return _names("design")
 
 
-def shipped_text(name: str) -> str:
-    """Return the text of a shipped design. Raises :class:`DesignError` for an unknown name."""
-    return _text(_designs(), name, "--from")
+def shipped_text(name: str, kind: str = "design", key: str = "--from") -> str:
+    """Return the text of a shipped design or scene.
+
+    Raises :class:`DesignError`, of the option ``key``, for an unknown name.
+    """
+    known = _names(kind)
+    if name not in known:
+        bound = f"one of {', '.join(known)}"
+        raise DesignError([Fault(key, name, bound, _nearest(name, known, "choose one of them"))])
+    return (_folder(kind) / f"{name}.toml").read_text("utf-8")
 
 
 def shipped_path(name: str) -> Path:
     """Return the path of a shipped design's file."""
     shipped_text(name)
-    return Path(str(_designs() / f"{name}.toml"))
-
-
-def shipped_scene_text(name: str) -> str:
-    """Return the text of a shipped scene. Raises :class:`DesignError` for an unknown name."""
-    return _text(_designs() / "scenes", name, "--scene")
+    return Path(str(_folder("design") / f"{name}.toml"))
 
 
 def find_scene(file_or_name: str | Path) -> Scene:
@@ -92,44 +86,33 @@ def find_scene(file_or_name: str | Path) -> Scene:
 
     Raises :class:`DesignError` with every fault of the file.
     """
-    return parse_scene(scene_text(file_or_name), str(file_or_name))
+    return parse_scene(file_text(file_or_name, "scene"), str(file_or_name))
 
 
 def find_design(file_or_name: str | Path) -> Design:
-    """Return the design of a file, or the shipped one of that name where there is no such file.
-
-    Raises :class:`DesignError` with every fault of the file.
-    """
+    """As :func:`find_scene`, of a design."""
     folder = Path(file_or_name).parent
-    return parse_design(design_text(file_or_name), str(file_or_name), folder)
+    return parse_design(file_text(file_or_name), str(file_or_name), folder)
 
 
-def design_text(file_or_name: str | Path) -> str:
-    """Return the text of a design's file, or of the shipped design of that name."""
-    return _file_or_shipped(Path(file_or_name), _designs(), "design")
+def file_text(file_or_name: str | Path, kind: str = "design") -> str:
+    """Return the text of a design's or scene's file, or of the shipped one of that name.
 
-
-def scene_text(file_or_name: str | Path) -> str:
-    """Return the text of a scene's file, or of the shipped scene of that name."""
-    return _file_or_shipped(Path(file_or_name), _designs() / "scenes", "scene")
-
-
-def _file_or_shipped(path: Path, folder: Traversable, kind: str) -> str:
-    """A file comes first; of a folder of that name (a result's) no design can be read."""
-    name, known = str(path), _names(folder)
-    if not path.is_file() and name in known:
-        return (folder / f"{name}.toml").read_text("utf-8")
+    A file comes first; of a folder of that name (a result's) no design can be read.
+    """
+    path, known = Path(file_or_name), _names(kind)
+    if not path.is_file() and str(path) in known:
+        return shipped_text(str(path), kind)
     if path.exists():
         return read_text(path)
     remedy = f"there is no such file; {_nearest(path.stem, known, 'check the path')}"
     bound = f"a readable TOML file or a shipped {kind} ({', '.join(known)})"
-    raise DesignError([Fault("file", name, bound, remedy)])
+    raise DesignError([Fault("file", str(path), bound, remedy)])
 
 
 def schema_json(file: str = SCHEMA_FILE) -> str:
     """Return the text of the shipped JSON schema of design files, or of ``SCENE_SCHEMA_FILE``."""
-    data = resources.files("fingerdesign") / "data" / file
-    return data.read_text("utf-8")
+    return (resources.files("fingerdesign") / "data" / file).read_text("utf-8")
 
 
 def starter_scene_text(source: str | None = None) -> str:
@@ -138,21 +121,19 @@ def starter_scene_text(source: str | None = None) -> str:
     Without ``source`` it holds every key that a scene has, with its default and meaning. Raises
     :class:`DesignError` where ``source`` is unknown.
     """
-    if source is None:
-        text = _all_scene_keys()
+    if source is not None:
+        text = _with_schema(shipped_text(source, "scene"), SCENE_SCHEMA_FILE)
     else:
-        shipped = _text(_designs() / "scenes", source, "--from")
-        text = re.sub(r"(?m)^#:schema .*$", f"#:schema ./{SCENE_SCHEMA_FILE}", shipped)
+        scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
+        names = Scene.model_fields
+        tables = [_table(name, getattr(scene, name), examples=_SCENE_EXAMPLES) for name in names]
+        text = "\n".join([_SCENE_HEAD, *tables])
     parse_scene(text)
     return text
 
 
-def _all_scene_keys() -> str:
-    scene = Scene.model_validate({"path": {"increments_mm": _SCENE_ROWS}})
-    tables = [
-        _table(name, getattr(scene, name), examples=_SCENE_EXAMPLES) for name in Scene.model_fields
-    ]
-    return "\n".join([_SCENE_HEAD, *tables])
+def _with_schema(text: str, file: str) -> str:
+    return re.sub(r"(?m)^#:schema .*$", f"#:schema ./{file}", text)
 
 
 def starter_text(name: str, source: str | None = None) -> str:
@@ -165,7 +146,7 @@ def starter_text(name: str, source: str | None = None) -> str:
     if source is None:
         text = _all_keys(name)
     else:
-        text = re.sub(r"(?m)^#:schema .*$", f"#:schema ./{SCHEMA_FILE}", shipped_text(source))
+        text = _with_schema(shipped_text(source), SCHEMA_FILE)
         text = re.sub(r'(?m)^name = ".*"$', f"name = {_toml(name)}", text, count=1)
     parse_design(text)
     return text
@@ -200,7 +181,7 @@ def _table(
         value, meaning = getattr(table, key), info.description or ""
         if key in without:
             continue
-        optional = _table_of(info.annotation)
+        optional = next(iter(tables_in(info.annotation)), None)
         if hasattr(value, "model_fields_set"):
             inner.append(_table(f"{title}.{key}", value))
         elif optional is not None and value is None:
@@ -211,18 +192,6 @@ def _table(
         else:
             lines.append(_line(key, value, meaning))
     return "\n".join([*lines, "", *inner])
-
-
-def _table_of(annotation: Any) -> type[BaseModel] | None:
-    """The table that an optional field may hold."""
-    from typing import get_args
-
-    from pydantic import BaseModel
-
-    for part in get_args(annotation):
-        if isinstance(part, type) and issubclass(part, BaseModel):
-            return part
-    return None
 
 
 def _example(title: str, table: type[BaseModel], meaning: str) -> str:

@@ -84,6 +84,11 @@ def bounded(
     return Field(default=default, ge=least, le=most, description=description, examples=examples)
 
 
+def positive(default: Any, most: float, description: str) -> Any:
+    """A number's key that is over 0 and at most ``most``."""
+    return Field(default=default, gt=0, le=most, description=description)
+
+
 def refuse_all(refusals: Iterable[PydanticCustomError]) -> None:
     """Raise every one of a table's own rules that it breaks, at once."""
     errors = [InitErrorDetails(type=each, input=None) for each in refusals]

@@ -87,7 +87,7 @@ def table_at(model: type[BaseModel], location: tuple[int | str, ...]) -> type[Ba
             continue
         part = str(parts.pop(0))
         info = current.model_fields.get(part)
-        tables = _tables_in(info.annotation) if info else []
+        tables = tables_in(info.annotation) if info else []
         if not tables:
             return None
         if _is_mapping(current, part):
@@ -100,17 +100,18 @@ def _is_mapping(model: type[BaseModel], field: str) -> bool:
     return getattr(model.model_fields[field].annotation, "__origin__", None) is dict
 
 
-def _tables_in(annotation: Any) -> list[type[BaseModel]]:
+def tables_in(annotation: Any) -> list[type[BaseModel]]:
+    """The tables that a field may hold."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [table for part in get_args(annotation) for table in _tables_in(part)]
+    return [table for part in get_args(annotation) for table in tables_in(part)]
 
 
 def known_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
     """Yield the dotted keys of a file; a table keyed by the user's names shows them as NAME."""
     for name, info in model.model_fields.items():
         key = f"{prefix}{name}"
-        tables = _tables_in(info.annotation)
+        tables = tables_in(info.annotation)
         if tables:
             inner = f"{key}.NAME." if _is_mapping(model, name) else f"{key}."
             yield from known_keys(tables[0], inner)
@@ -121,7 +122,7 @@ def known_keys(model: type[BaseModel], prefix: str = "") -> Iterator[str]:
 def _unknown(model: type[BaseModel], location: tuple[int | str, ...], value: object) -> Fault:
     key, name = dotted(location), str(location[-1])
     top = model.model_fields.get(name)
-    if len(location) > 1 and top is not None and not _tables_in(top.annotation):
+    if len(location) > 1 and top is not None and not tables_in(top.annotation):
         remedy = f"'{name}' belongs at the top of the file, before the first [table]"
         return Fault(key, shown(value), "a known key", remedy)
     table = table_at(model, location[:-1]) or model

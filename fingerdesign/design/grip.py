@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from fingerdesign.design.base import Many, Named, Table, bounded, table_fields
+from fingerdesign.design.base import Many, Named, Table, bounded, positive, table_fields
 from fingerdesign.runtime.registry import CONTROLLERS
 
 # ``[grip]`` tables of what is gripped with: hardware, and what happens to a lifted object.
@@ -94,9 +94,7 @@ class HardwareTable(Table):
     )
     quantisation_microstrain: float = bounded(0.0, 0, 1e5, "step of the converter; 0: none")
     force_noise_N: float = bounded(0.0, 0, 1e5, "standard deviation of one sample of either force")
-    sample_rate_Hz: float = Field(
-        default=100.0, gt=0, le=1e6, description="samples, and control steps, a second"
-    )
+    sample_rate_Hz: float = positive(100.0, 1e6, "samples, and control steps, a second")
     delay_samples: int = bounded(0, 0, 1000, "the controller hears everything so late")
     backlash_mm: float = bounded(0.0, 0, 5, "what each axis of the stage loses at a turn")
     stage_step_mm: float = bounded(0.0, 0, 5, "the stage moves in whole steps of this; 0: any way")
@@ -121,9 +119,7 @@ class Grip(Table):
         max_length=100,
         description="one lift each; the controller is not given it",
     )
-    object_mass_g: float = Field(
-        default=500.0, gt=0, le=1e5, description="two fingers carry half the weight each"
-    )
+    object_mass_g: float = positive(500.0, 1e5, "two fingers carry half the weight each")
     plant: PlantName = Field(
         default="finger",
         description="finger: one finger on a stage, lifted where 2 F_t exceeds the weight, as in "
@@ -149,24 +145,13 @@ class Grip(Table):
         description="paper: the flow chart of Maeno et al. 2000, Fig. 9; oracles are given "
         "friction and mass and hold 1.2 or 1.5 times the least force",
     )
-    preload_mm: float = Field(
-        default=0.03, gt=0, le=50, description="approach before the first tangential move"
-    )
-    approach_step_mm: float = Field(
-        default=0.004, gt=0, le=5, description="normal move of one control step"
-    )
-    shear_step_mm: float = Field(
-        default=0.03, gt=0, le=5, description="largest tangential move of one control step"
-    )
+    preload_mm: float = positive(0.03, 50, "approach before the first tangential move")
+    approach_step_mm: float = positive(0.004, 5, "normal move of one control step")
+    shear_step_mm: float = positive(0.03, 5, "largest tangential move of one control step")
     max_steps: int = bounded(200, 1, 100_000, "give up after so many")
-    max_approach_mm: float = Field(
-        default=0.4, gt=0, le=50, description="stage travel; the contact zone must hold it"
-    )
-    curve_per_N: float = Field(
-        default=0.1,
-        gt=0,
-        le=1e3,
-        description="F_t rises by this times the square of F_n's rise since the last hold",
+    max_approach_mm: float = positive(0.4, 50, "stage travel; the contact zone must hold it")
+    curve_per_N: float = positive(
+        0.1, 1e3, "F_t rises by this times the square of F_n's rise since the last hold"
     )
     threshold_share: float = Field(
         default=0.4,
@@ -175,9 +160,7 @@ class Grip(Table):
         description="a gage counts as over stick where its response to F_t exceeds this share of "
         "the strongest gage's at full stick (the rig measures that itself)",
     )
-    force_floor_N: float = Field(
-        default=0.1, gt=0, le=1e3, description="change of F_t that a response is made from"
-    )
+    force_floor_N: float = positive(0.1, 1e3, "change of F_t that a response is made from")
     dead_band_mm: float = bounded(
         0.05,
         0,
@@ -185,17 +168,11 @@ class Grip(Table):
         "the stick region shrinks once the gage area is this far below its largest "
         "value since the last hold",
     )
-    hold_force_N: float = Field(
-        default=0.5,
-        gt=0,
-        le=1e3,
-        description="a hold (dx = 0) lasts until F_n has risen by this; at least one step",
+    hold_force_N: float = positive(
+        0.5, 1e3, "a hold (dx = 0) lasts until F_n has risen by this; at least one step"
     )
-    bench_friction_coefficient: float = Field(
-        default=0.5,
-        gt=0,
-        le=5,
-        description="of the surface that the rig is calibrated on, not of the object",
+    bench_friction_coefficient: float = positive(
+        0.5, 5, "of the surface that the rig is calibrated on, not of the object"
     )
     seed: int = bounded(0, 0, 2**32 - 1, "seeds whatever noise is asked")
 

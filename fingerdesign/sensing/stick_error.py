@@ -29,7 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,9 @@ from numpy.typing import NDArray
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.measures import measure
-from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.signals import NormalCalibration, gage_readings
+from fingerdesign.control.slip_study import normal_calibration
 from fingerdesign.errors import SolverError
 
 if TYPE_CHECKING:
@@ -82,12 +82,6 @@ class Listening:
         )
 
 
-class _Instant(NamedTuple):
-    readings: Array
-    forces: tuple[float, float]
-    stick: float
-
-
 @dataclass(frozen=True)
 class Instants:
     """Grips, instant by instant: readings (n, g) microstrain, forces (n, 2) N (normal, tangential),
@@ -112,7 +106,7 @@ def stick_error(
     grips. Raises SolverError where the finger has no gages, or no grips worth the name are found.
     """
     found = instants(problem, face, max_approach, seed)
-    calibration = _pressed(problem, face, max_approach)
+    calibration = normal_calibration(problem, face, max_approach, _PRESSED_POINTS)
     return sampled_error(found, calibration, listening or Listening(), seed)
 
 
@@ -197,8 +191,8 @@ def _grip(
     begin: float,
     end: float,
     climb: float,
-) -> Iterator[_Instant]:
-    """The instants of a grip from its first pull on, until it slips or no answer is found.
+) -> Iterator[tuple[Array, tuple[float, float], float]]:
+    """Readings, forces, stick ratio from the first pull on, until it slips or no answer is found.
 
     begin, end: 0 to 1, how deep the object is when it is first and last pulled, whichever is less
     first; climb: 0 to 1, over ``_CLIMB``: it stays at the first depth.
@@ -231,18 +225,6 @@ def _grip(
         if now.stick_ratio is None:
             return
         forces = now.normal_force, now.tangential_force
-        yield _Instant(gage_readings(now.gages, face), forces, now.stick_ratio)
+        yield gage_readings(now.gages, face), forces, now.stick_ratio
         if now.stick_ratio < _SLIPPED:
             return
-
-
-def _pressed(problem: ContactProblem, face: str, max_approach: float) -> NormalCalibration:
-    """Readings of a pure approach from touch to ``max_approach`` (mm)."""
-    motions = [
-        Motion(max_approach * (k + 1) / _PRESSED_POINTS, 0.0) for k in range(_PRESSED_POINTS)
-    ]
-    forces, readings = [0.0], [np.zeros(len(problem.model.gage_x))]
-    for step in follow(problem, motions):
-        forces.append(step.measures.normal_force)
-        readings.append(gage_readings(step.measures.gages, face))
-    return NormalCalibration(np.array(forces), np.array(readings))

@@ -10,10 +10,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from fingerdesign.checks.design import design_faults
-from fingerdesign.checks.load import _design_of
+from fingerdesign.checks.load import judge_data
 from fingerdesign.checks.spacing import LEAST_GAP
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import DesignError
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
 
 QUICK = settings(max_examples=40, derandomize=True, deadline=None)
@@ -176,11 +175,7 @@ TRIED = {
 
 
 def reported(data):
-    try:
-        _design_of(data, "")
-    except DesignError as error:
-        return {fault.key for fault in error.faults}
-    return set()
+    return {fault.key for fault in judge_data(data).faults}
 
 
 def test_a_faulty_key_comes_before_any_geometry():

@@ -274,7 +274,7 @@ KEYS = [
 @given(st.dictionaries(st.sampled_from(KEYS), ANY, min_size=1, max_size=4))
 def test_no_value_of_any_kind_crashes(values):
     """Whatever stands in a file, it is a design or a list of one-line faults."""
-    from fingerdesign.checks.load import _design_of
+    from fingerdesign.checks.load import judge_data
 
     data = {"design": {"name": "a"}}
     for key, value in values.items():
@@ -284,12 +284,9 @@ def test_no_value_of_any_kind_crashes(values):
             inner = table.get(name)
             table[name] = table = inner if isinstance(inner, dict) else {}
         table[last] = value
-    try:
-        _design_of(data, "f")
-        lines, faults = 0, 0
-    except DesignError as error:
-        lines, faults = len(str(error).splitlines()), len(error.faults) or -1
-    assert lines == faults
+    found = judge_data(data)
+    assert (found.value is None) <= bool(found.faults)
+    assert len(str(DesignError(found.faults, "f")).splitlines()) == len(found.faults)
 
 
 @settings(max_examples=200, derandomize=True, deadline=None)

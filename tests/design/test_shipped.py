@@ -15,7 +15,6 @@ from fingerdesign.checks.starter import (
     find_scene,
     schema_json,
     shipped_designs,
-    shipped_scene_text,
     shipped_text,
     starter_text,
 )
@@ -172,7 +171,7 @@ def test_scenes_are_found_by_file_or_by_name():
     with pytest.raises(DesignError, match="readable TOML file"):
         find_scene("fundamentel")
     with pytest.raises(DesignError, match="did you mean fundamental"):
-        shipped_scene_text("fundamentel")
+        shipped_text("fundamentel", "scene")
 
 
 def test_every_material_is_usable_and_has_a_source():

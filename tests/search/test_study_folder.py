@@ -65,9 +65,9 @@ def test_each_scene_is_a_job(study, tmp_path):
 
 
 def test_scenes_are_read_beside_the_study_and_have_names_of_their_own(tmp_path):
-    from fingerdesign.checks.starter import shipped_scene_text
+    from fingerdesign.checks.starter import shipped_text
 
-    (tmp_path / "press.toml").write_text(shipped_scene_text("fundamental"))
+    (tmp_path / "press.toml").write_text(shipped_text("fundamental", "scene"))
     found = parse_study(TEXT.replace("scenes = []", 'scenes = ["press.toml", "pull"]'))
     scenes = study_scenes(found, tmp_path)
     assert list(scenes) == ["press", "pull"]

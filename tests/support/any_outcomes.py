@@ -54,9 +54,9 @@ def any_outcomes(count, seed=0, failed=0.08, deep=False, hostile=False):
 def _base_design():
     import tomllib
 
-    from fingerdesign.checks.starter import design_text
+    from fingerdesign.checks.starter import file_text
 
-    return tomllib.loads(design_text(Path("maeno2000")))
+    return tomllib.loads(file_text(Path("maeno2000")))
 
 
 def _renamed(outcome, name):

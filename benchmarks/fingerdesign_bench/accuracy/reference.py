@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.checks.load import parse_design, parse_scene
-from fingerdesign.checks.starter import shipped_scene_text
+from fingerdesign.checks.starter import shipped_text
 from fingerdesign.contact.measures import limits
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
@@ -47,7 +47,7 @@ def solve_reference(design: Design, fidelity: str, friction: float = 0.5) -> Sol
     from fingerdesign.analysis.stages import condense, make_mesh
     from fingerdesign.layout.zone import candidate_zone, greatest_approach
 
-    scene = parse_scene(shipped_scene_text("reference_plane_strain"))
+    scene = parse_scene(shipped_text("reference_plane_strain", "scene"))
     if fidelity != "plane-strain":
         scene = scene.model_copy(update={"readout": type(scene.readout)()})
     zone = candidate_zone(design, scene.object, greatest_approach(design, scene))

@@ -37,12 +37,12 @@ def timed_path(case: dict[str, Any]) -> dict[str, Any]:
     case: fidelity ("plane-strain" or "3d"), contact, far (mm), layers, runs.
     """
     from fingerdesign.checks.load import parse_design, parse_scene
-    from fingerdesign.checks.starter import shipped_scene_text
+    from fingerdesign.checks.starter import shipped_text
 
     depth = 1.0 if case["fidelity"] == "plane-strain" else 10.0
     sizes = {key: case[key] for key in ("contact", "far", "layers")}
     design = parse_design(HOMOGENEOUS.format(depth=depth, **sizes))
-    scene = parse_scene(shipped_scene_text("reference_plane_strain"))
+    scene = parse_scene(shipped_text("reference_plane_strain", "scene"))
     scene = scene.model_copy(update={"readout": type(scene.readout)()})
     _warm_mesher()
     base = _memory_MB()

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from fingerdesign.checks.starter import shipped_scene_text, shipped_text
+from fingerdesign.checks.starter import shipped_text
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign_bench.studies.paper_finger import (
@@ -92,7 +92,7 @@ def winner_scene(winner: Analysed) -> str:
     """The shipped fundamental scene with the winner's rows, comments kept."""
     import tomlkit
 
-    document = tomlkit.parse(shipped_scene_text("fundamental"))
+    document = tomlkit.parse(shipped_text("fundamental", "scene"))
     rows = tomlkit.array()
     for row in winner.rows:
         rows.add_line([*row], indent="  ")
