@@ -10,6 +10,7 @@ import skfem
 from skfem.quadrature import get_quadrature
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.mesh.measures import curved_cells
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
 
 EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}
@@ -94,6 +95,24 @@ def physical_gradients(
     return gradients, determinant * table.weights
 
 
+def inverse_map(nodes: Array, places: Array) -> Array:
+    """Reference coordinates (d, k) of ``places`` (k, d) in cells with nodes (k, n, d): Newton's."""
+    dimension = nodes.shape[2]
+    reference = np.full((dimension, len(nodes)), 1.0 / (dimension + 1))
+    for _ in range(8):
+        table = tabulate(dimension, reference)
+        miss = places - np.einsum("kna,nk->ka", nodes, table.value)
+        jacobian = np.einsum("kna,nbk->kab", nodes, table.gradient)
+        steep = (
+            np.abs(np.linalg.det(jacobian)) < 1e-12 * np.abs(jacobian).max(axis=(1, 2)) ** dimension
+        )
+        jacobian[steep] = np.eye(dimension)  # a facet seen edge on: left outside by the clip
+        reference = reference + np.linalg.solve(jacobian, miss[:, :, None])[:, :, 0].T
+        np.clip(reference, -2.0, 3.0, out=reference)
+    reference[:, steep] = -2.0
+    return reference
+
+
 def _refuse_inverted(determinant: Array) -> None:
     inverted = ~(determinant > 0.0)
     if inverted.any():
@@ -113,7 +132,7 @@ def _refuse_inverted(determinant: Array) -> None:
 # triangle.
 
 _CHUNK = 8192  # curved cells at a time: 60 MB of temporaries in 3-D
-_STRAIGHT = 1e-13  # of the edge: a middle this close to its place leaves the mapping affine
+STRAIGHT = 1e-13  # of the edge: a middle this close to its place leaves the mapping affine
 
 
 def lame_parameters(youngs_modulus: Array, poissons_ratio: Array) -> tuple[Array, Array]:
@@ -121,17 +140,6 @@ def lame_parameters(youngs_modulus: Array, poissons_ratio: Array) -> tuple[Array
     shear = youngs_modulus / (2.0 * (1.0 + poissons_ratio))
     first = youngs_modulus * poissons_ratio / ((1 + poissons_ratio) * (1 - 2 * poissons_ratio))
     return first, shear
-
-
-def straight_cells(points: Array, cells: IntArray) -> BoolArray:
-    """Cells (c,) whose mid-edge nodes lie in the middle of their edges."""
-    straight = np.ones(len(cells), dtype=bool)
-    dimension = points.shape[1]
-    for k, (a, b) in enumerate(EDGES[dimension]):
-        low, high = points[cells[:, a]], points[cells[:, b]]
-        off = np.abs(points[cells[:, dimension + 1 + k]] - 0.5 * (low + high)).max(axis=1)
-        straight &= off <= _STRAIGHT * np.abs(high - low).max(axis=1)
-    return straight
 
 
 def stiffness_blocks(
@@ -147,7 +155,7 @@ def stiffness_blocks(
     rows, columns = np.triu_indices(len(table.value))
     products = np.einsum("iaq,jbq,q->ijab", table.gradient, table.gradient, table.weights)
     constant = products[rows, columns].reshape(len(rows), -1)
-    straight = straight_cells(points, cells)
+    straight = ~curved_cells(points, cells, STRAIGHT)
     inverse, determinant = inverse_jacobians(points, cells, straight)
     unit = np.einsum("c,cak,cbl->abckl", determinant, inverse, inverse, optimize=True)
     unit = isotropic(unit, first, shear).reshape(len(constant.T), -1)
@@ -175,26 +183,6 @@ def isotropic(product: Array, first: Array, shear: Array) -> Array:
     for k in range(product.shape[-1]):
         result[..., k, k] += shear * trace
     return result
-
-
-def assemble_stiffness(
-    points: Array,
-    cells: IntArray,
-    youngs_modulus: Array,
-    poissons_ratio: Array,
-    thickness: float = 1.0,
-    order: int = 2,
-) -> sp.csr_matrix:
-    """Upper triangle (n dim, n dim) in CSR, N/mm; dof of node i, component k is i dim + k.
-
-    youngs_modulus, poissons_ratio: (c,) per cell, MPa and 1; in 2-D plane strain of the given
-    ``thickness`` (mm), so that forces are those of the whole depth.
-    """
-    first, shear = lame_parameters(youngs_modulus, poissons_ratio)
-    rows, columns, blocks = stiffness_blocks(
-        points, cells, first * thickness, shear * thickness, order
-    )
-    return sum_blocks(cells[:, rows].T, cells[:, columns].T, blocks, len(points))
 
 
 def sum_blocks(rows: IntArray, columns: IntArray, blocks: Array, nodes: int) -> sp.csr_matrix:

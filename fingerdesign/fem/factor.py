@@ -98,25 +98,6 @@ class Condensation:
             self._pardiso.free_memory(everything=True)
 
 
-def factorise(stiffness: sp.csr_matrix) -> float:
-    """Factor K and drop the factors; the floating-point operations that it took.
-
-    What condensing is compared with. NaN where PARDISO is not there to count them.
-    """
-    if not has_pardiso():
-        _warn_slow()
-        _superlu(stiffness)
-        return float("nan")
-    solver = _solver()
-    solver.iparm[18] = -1  # asks for the count, which comes back in millions
-    solver.set_phase(12)
-    try:
-        _call(solver, stiffness, np.zeros((stiffness.shape[0], 1), order="F"))
-        return 1e6 * float(solver.iparm[18])
-    finally:
-        solver.free_memory(everything=True)
-
-
 def has_pardiso() -> bool:
     """True where MKL PARDISO can be used."""
     return importlib.util.find_spec("pypardiso") is not None

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.design.body import Body as FingerBody
     from fingerdesign.design.schema import Design, Gages
-    from fingerdesign.fem.factor import Condensation
-    from fingerdesign.fem.trace import ContactTrace
     from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
@@ -58,19 +56,6 @@ class FiniteElementModel:
     @property
     def mesh(self) -> Mesh:
         return self.condensed.body.mesh
-
-    @property
-    def trace(self) -> ContactTrace:
-        return self.condensed.trace
-
-    @property
-    def free(self) -> NDArray[np.bool_]:
-        """Nodal displacements (n dim,) bool that are not held."""
-        return np.asarray(~self.condensed.body.fixed)
-
-    @property
-    def condensation(self) -> Condensation:
-        return self.condensed.condensation
 
     @property
     def dofs(self) -> int:

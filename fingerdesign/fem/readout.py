@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import DesignError, Fault, SolverError
-from fingerdesign.fem.elements import jacobians, quadrature, tabulate
+from fingerdesign.fem.elements import inverse_map, jacobians, quadrature, tabulate
 from fingerdesign.fem.sheet import SheetFacets, places_on, sheet_of
 
 if TYPE_CHECKING:
@@ -60,23 +60,8 @@ def _near(mesh: Mesh, point: Array, cells: IntArray) -> tuple[IntArray, Array, A
     low, high = corners.min(axis=1), corners.max(axis=1)
     margin = 0.05 * (high - low).max(axis=1, keepdims=True) + 1e-9
     near = cells[((point >= low - margin) & (point <= high + margin)).all(axis=1)]
-    reference = _inverse_map(mesh.points[mesh.cells[near]], point)
+    reference = inverse_map(mesh.points[mesh.cells[near]], point)
     return near, reference, np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
-
-
-def _inverse_map(nodes: Array, point: Array) -> Array:
-    """Reference coordinates (dim, c) of ``point`` in cells with nodes (c, n, dim): Newton."""
-    dimension = nodes.shape[2]
-    reference = np.full((dimension, len(nodes)), 1.0 / (dimension + 1))
-    for _ in range(6):
-        table = tabulate(dimension, reference)
-        position = np.einsum("cna,nc->ca", nodes, table.value)
-        jacobian = np.einsum("cna,nbc->cab", nodes, table.gradient)
-        step = np.linalg.solve(jacobian, (point - position)[:, :, None])[:, :, 0].T
-        reference = np.clip(reference + step, -2.0, 3.0)
-        if np.abs(step).max(initial=0.0) < 1e-14:
-            break
-    return reference
 
 
 def displacement_rows(mesh: Mesh, point: Array, prefer: int | None = None) -> sp.csr_matrix:

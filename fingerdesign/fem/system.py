@@ -16,15 +16,16 @@ from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import (
     EDGES,
+    STRAIGHT,
     inverse_jacobians,
     lame_parameters,
     physical_gradients,
     quadrature,
     stiffness_blocks,
-    straight_cells,
     sum_blocks,
     tabulate,
 )
+from fingerdesign.mesh.measures import curved_cells
 from fingerdesign.mesh.types import Mesh
 
 # The pressure of a nearly incompressible material as an unknown of its own (Taylor-Hood).
@@ -93,7 +94,7 @@ def _blocks(points: Array, cells: IntArray) -> tuple[Array, Array]:
     dimension = points.shape[1]
     rule = quadrature(dimension, _ORDER)
     table, linear = tabulate(dimension, *rule), tabulate(dimension, *rule, degree=1)
-    straight = straight_cells(points, cells)
+    straight = ~curved_cells(points, cells, STRAIGHT)
     inverse, determinant = inverse_jacobians(points, cells, straight)
     constant = np.einsum("iaq,mq,q->iam", table.gradient, linear.value, table.weights)
     mass = np.einsum("mq,nq,q->mn", linear.value, linear.value, table.weights)

@@ -18,8 +18,8 @@ import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import EDGES, quadrature, tabulate
-from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh
+from fingerdesign.fem.elements import inverse_map, quadrature, tabulate
+from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh, with_mid_nodes
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 
 # Where one body's contact points meet the quadratic contact facets of another, along y.
@@ -103,17 +103,12 @@ def owners(mesh: Mesh, facets: IntArray) -> IntArray:
             "boundary"
         )
     found: IntArray = cell[label[len(corners) :]]
-    for k, (a, b) in enumerate(TRIANGLE_EDGES if dimension == 3 else ((0, 1),)):
-        ends = np.sort(facets[:, [a, b]], axis=1)
-        right = np.zeros(len(facets), dtype=bool)
-        for j, pair in enumerate(EDGES[dimension]):
-            same = (np.sort(mesh.cells[found][:, list(pair)], axis=1) == ends).all(axis=1)
-            right |= same & (mesh.cells[found, dimension + 1 + j] == facets[:, dimension + k])
-        if not right.all():
-            raise SolverError(
-                f"{int((~right).sum())} contact facets have a mid-edge node that is not between "
-                "its corners: name them in the order of the edges (0, 1), (1, 2), (0, 2)"
-            )
+    wrong = (with_mid_nodes(mesh.cells[found], facets[:, :dimension]) != facets).any(axis=1)
+    if wrong.any():
+        raise SolverError(
+            f"{int(wrong.sum())} contact facets have a mid-edge node that is not between its "
+            "corners: name them in the order of the edges (0, 1), (1, 2), (0, 2)"
+        )
     return found
 
 
@@ -150,7 +145,7 @@ def facing_points(
         near = ((place >= low - margin) & (place <= high + margin)).all(axis=2)
         pairs.append(np.argwhere(near) + np.array([start, 0]))
     target, facet = np.concatenate(pairs).T
-    reference = _inverse(nodes[facet], wanted[target])
+    reference = inverse_map(nodes[facet], wanted[target])
     least = np.minimum(reference.min(axis=0), 1.0 - reference.sum(axis=0))
     away = np.unique(facet[(least > _OUTSIDE) & ~down[facet]])
     if len(away):
@@ -170,24 +165,6 @@ def facing_points(
             "body wider"
         )
     return facet[first], reference[:, first]
-
-
-def _inverse(nodes: Array, places: Array) -> Array:
-    """Reference coordinates (d, k) of ``places`` (k, d) in facets seen along y (k, nodes, d)."""
-    dimension = places.shape[1]
-    reference = np.full((dimension, len(nodes)), 1.0 / (dimension + 1))
-    for _ in range(8):
-        table = tabulate(dimension, reference)
-        miss = places - np.einsum("kna,nk->ka", nodes, table.value)
-        jacobian = np.einsum("kna,nbk->kab", nodes, table.gradient)
-        steep = (
-            np.abs(np.linalg.det(jacobian)) < 1e-12 * np.abs(jacobian).max(axis=(1, 2)) ** dimension
-        )
-        jacobian[steep] = np.eye(dimension)  # a facet seen edge on: left outside by the clip
-        reference = reference + np.linalg.solve(jacobian, miss[:, :, None])[:, :, 0].T
-        np.clip(reference, -2.0, 3.0, out=reference)
-    reference[:, steep] = -2.0
-    return reference
 
 
 TRACE_ORDER = 6  # phi (1) x gap of a curved facet (2 and more) x Jacobian

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
-from fingerdesign.design.step import step_facts
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import (
     core_volume,
@@ -18,13 +17,14 @@ from fingerdesign.layout.volume import (
     plate_volume,
     section_area,
 )
-from fingerdesign.mesh.tetra.carriers import (
-    carriers_of,
-    core_faces,
-    plane,
-    plate_faces,
+from fingerdesign.mesh.tetra.carriers import carriers_of, core_faces, plane, plate_faces
+from fingerdesign.mesh.types import (
+    TETRA_EDGES,
+    TETRA_FACETS,
+    TRIANGLE_EDGES,
+    Mesh,
+    boundary_facets,
 )
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh, boundary_facets
 from fingerdesign.shapes.faces import Carrier
 
 if TYPE_CHECKING:
@@ -133,32 +133,18 @@ def cell_angles(points: Array, cells: IntArray) -> Array:
             cross = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
             found.append(np.arctan2(np.abs(cross), np.einsum("ij,ij->i", u, v)))
         return np.asarray(np.degrees(np.stack(found, axis=1)))
-    corners = points[cells]
-    found = []
-    for i, j, k, m in (
-        (0, 1, 2, 3),
-        (0, 2, 1, 3),
-        (0, 3, 1, 2),
-        (1, 2, 0, 3),
-        (1, 3, 0, 2),
-        (2, 3, 0, 1),
-    ):
-        edge = corners[:, j] - corners[:, i]
-        first = np.cross(edge, corners[:, k] - corners[:, i])
-        second = np.cross(edge, corners[:, m] - corners[:, i])
-        sine = np.linalg.norm(np.cross(first, second), axis=1)
-        found.append(np.arctan2(sine, np.einsum("ij,ij->i", first, second)))
-    return np.asarray(np.degrees(np.stack(found, axis=1)))
+    a, b, c, d = (points[cells[:, k]] for k in range(4))
+    pairs = ((c - b, d - b), (d - a, c - a), (b - a, d - a), (c - a, b - a))
+    faces = np.stack([np.cross(*pair) for pair in pairs], axis=1)  # all outward, or all inward
+    one, other = (faces[:, k] for k in np.triu_indices(4, 1))
+    sine = np.linalg.norm(np.cross(one, other), axis=2)
+    return np.asarray(np.degrees(np.arctan2(sine, -np.einsum("tpk,tpk->tp", one, other))))
 
 
 def edge_lengths(points: Array, cells: IntArray) -> Array:
     """Lengths (c, edges) of all corner-to-corner edges of simplices, mm."""
-    count = cells.shape[1]
-    pairs = [(i, j) for i in range(count) for j in range(i + 1, count)]
-    return np.stack(
-        [np.linalg.norm(points[cells[:, j]] - points[cells[:, i]], axis=1) for i, j in pairs],
-        axis=1,
-    )
+    one, other = (points[cells[:, ends]] for ends in np.triu_indices(cells.shape[1], 1))
+    return np.asarray(np.linalg.norm(other - one, axis=2))
 
 
 def aspects(points: Array, cells: IntArray) -> Array:
@@ -169,8 +155,8 @@ def aspects(points: Array, cells: IntArray) -> Array:
         around = edge_lengths(points, cells).sum(axis=1)
         return np.asarray(longest * around / volume / (4.0 * np.sqrt(3.0)))
     surface = np.zeros(len(cells))
-    for i, j, k in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)):
-        a, b, c = points[cells[:, i]], points[cells[:, j]], points[cells[:, k]]
+    for facet in TETRA_FACETS:
+        a, b, c = (points[cells[:, corner]] for corner in facet)
         surface += 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
     return np.asarray(longest * surface / (3.0 * volume) / (2.0 * np.sqrt(6.0)))
 
@@ -194,9 +180,7 @@ def curved_areas(points: Array, facets: IntArray) -> Array:
     return total
 
 
-# How well a mesh fits its design: volumes of regions, distances of nodes to the CAD faces.
-
-# Areas of a mesh's outer faces against those of the CAD faces.
+# How well a mesh fits its design: areas and volumes, distances of nodes to the CAD faces.
 
 _TOUCHES = 1e-6  # mm: a plate that ends in a face of the body
 
@@ -227,11 +211,7 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
 
 def outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:
     """Areas of the outer faces by name, mm^2, less the mouths of sheets' slots."""
-    body = design.body
-    if body.step is not None:
-        wanted = _step_areas(design, mesh)
-    else:
-        wanted = dict(face_areas(body, mesh.symmetric))
+    wanted = dict(face_areas(design.body, mesh.symmetric))
     if design.plates.model != "sheet":
         return wanted
     for frame in plate_frames(design):
@@ -261,14 +241,6 @@ def _mouths(
         level = abs(frame.axis[0]) > 0.5  # along z: cut across; upright: cut along its mid-surface
         found.append(("symmetry", frame.span * (frame.thickness if level else frame.length)))
     return found
-
-
-def _step_areas(design: Design, mesh: Mesh) -> dict[str, float]:
-    """Areas of a STEP body's faces; of a half model's the halves, without "symmetry"."""
-    assert design.body.step is not None
-    share = 0.5 if mesh.symmetric else 1.0
-    areas = step_facts(design.body.step).area
-    return {str(name): share * float(value) for name, value in areas.items()}
 
 
 @dataclass(frozen=True)
@@ -326,7 +298,7 @@ def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
         if not present[number] and number not in wanted:
             continue
         requested = wanted.get(number, 0.0)
-        regions[region_name(design, number)] = {
+        regions[mesh.region_name(number)] = {
             "volume": float(curved[number]),
             "straight": float(straight[number]),
             "wanted": float(requested),
@@ -343,15 +315,6 @@ def volumes_by_region(mesh: Mesh, design: Design) -> VolumeFit:
         _error(float(straight.sum()), whole),
         1.0 if strange else max(plates, default=0.0),
     )
-
-
-def region_name(design: Design, number: int) -> str:
-    """Name of a region of a design's meshes: "elastomer", "plate_k" or "core"."""
-    if number == 0:
-        return "elastomer"
-    if number == design.core_region and design.body.core is not None:
-        return "core"
-    return f"plate_{number - 1}"
 
 
 def _error(found: float, wanted: float) -> float:
@@ -385,7 +348,7 @@ def face_distances(mesh: Mesh, design: Design) -> dict[str, float]:
             continue
         surface = boundary_facets(mesh.cells[mesh.regions == number], mesh.dimension)
         faces = faces + cut if mesh.symmetric else faces
-        found[region_name(design, int(number))] = _greatest(mesh, np.unique(surface), faces)
+        found[mesh.region_name(int(number))] = _greatest(mesh, np.unique(surface), faces)
     return found
 
 

@@ -72,16 +72,14 @@ def requested_sizes(
     """
     frames = plate_frames(design) if design.plates.model != "none" else ()
     has_plates = bool(frames)
-    if mesh.dimension == 2:
-        flat, said = section_sizes(design, zone_half_width), design.mesh.section.contact_size_mm
+    plane = mesh.dimension == 2
+    if plane or mesh.mesher == "extrude":
+        flat = (section_sizes if plane else extruded_sizes)(design, zone_half_width)
+        said = (design.mesh.section if plane else design.mesh).contact_size_mm
         field = _section_field(design, flat, zone_half_width)
-        words = _finer_words("mesh.section", said, flat.contact_size_mm, zone_half_width)
-        return AskedSizes(field, reasons=(*words, *_END_WORDS[:has_plates]))
-    if mesh.mesher == "extrude":
-        flat, said = extruded_sizes(design, zone_half_width), design.mesh.contact_size_mm
-        field = _section_field(design, flat, zone_half_width)
-        words = _finer_words("mesh", said, flat.contact_size_mm, zone_half_width)
-        return AskedSizes(field, np.inf, (*words, *_END_WORDS[:has_plates]))
+        table = "mesh.section" if plane else "mesh"
+        words = _finer_words(table, said, flat.contact_size_mm, zone_half_width)
+        return AskedSizes(field, 1.0 if plane else np.inf, (*words, *_END_WORDS[:has_plates]))
     sizes = MeshSizes.of(design, zone_half_width, zone_half_depth)
     field = SizeField(surface_of(design.body), frames, sizes, zone_half_width, zone_half_depth)
     reasons = (*_contact_words(design, sizes, zone_half_width, zone_half_depth), *_END_WORDS)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import MeshError
+
+if TYPE_CHECKING:
+    from fingerdesign.design.schema import Design
 
 # Corner pairs of the mid-edge nodes, in the order of VTK, meshio and scikit-fem alike.
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))
@@ -51,6 +55,11 @@ class Mesh:
     def corners(self) -> IntArray:
         """Corner nodes of the cells, (c, dim + 1)."""
         return self.cells[:, : self.dimension + 1]
+
+
+def core_name(design: Design) -> dict[int, str]:
+    """The region's name that a core adds to a mesh."""
+    return {} if design.body.core is None else {design.core_region: "core"}
 
 
 def quadratic(points: Array, cells: IntArray) -> tuple[Array, IntArray]:
@@ -112,6 +121,22 @@ def boundary_facets(cells: IntArray, dimension: int) -> IntArray:
         return outer
     found = with_mid_nodes(cells, outer)
     return found[np.argsort(found[:, 2])] if dimension == 2 else found
+
+
+def prisms(low: IntArray, high: IntArray) -> IntArray:
+    """Three tetrahedra (3 t, 4) for each prism between triangles (t, 3), node by node.
+
+    A square side is cut from its low node of lower number, so that neighbours agree; the
+    tetrahedra are still to be turned.
+    """
+    order = np.argsort(low, axis=1)
+    low, high = (np.take_along_axis(each, order, axis=1) for each in (low, high))
+    parts = [
+        np.column_stack([low, high[:, 2]]),
+        np.column_stack([low[:, :2], high[:, 1:]]),
+        np.column_stack([low[:, 0], high]),
+    ]
+    return np.stack(parts, axis=1).reshape(-1, 4)
 
 
 def facet_keys(facets: IntArray, nodes: int) -> IntArray:

@@ -57,7 +57,7 @@ def test_dofs_and_contact_nodes_are_predicted(design, fidelity):
         (reported.elements, len(mesh.cells)),
         (reported.dofs, model.dofs),
         (reported.contact_nodes, model.reduced.nodes),
-        (reported.operations, model.condensation.operations),
+        (reported.operations, model.condensed.condensation.operations),
     ):
         assert 0.5 < predicted / found < 2.0
 
@@ -78,7 +78,7 @@ def test_a_model_of_tetrahedra_is_predicted():
     model = condense(case.design, make_mesh(case.design, "3d", zone), zone, case.path_scene)
     assert 0.5 < reported.dofs / model.dofs < 2.0
     assert 0.5 < reported.contact_nodes / model.reduced.nodes < 2.0
-    assert 0.4 < reported.operations / model.condensation.operations < 2.5
+    assert 0.4 < reported.operations / model.condensed.condensation.operations < 2.5
 
 
 @pytest.mark.parametrize(

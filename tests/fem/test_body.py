@@ -4,65 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import skfem
 
 from fingerdesign import parse_design
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.body import Body, body_model, condense_body, facing_compliance
+from fingerdesign.fem.body import body_model, condense_body, facing_compliance
+from fingerdesign.fem.elements import EDGES
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, quadratic
-
-EDGES = {2: TRIANGLE_EDGES, 3: TETRA_EDGES}
-
-
-def block_mesh(counts, size, contact_y):
-    """A box |x| <= size_x / 2, 0 <= y <= size_y(, 0 <= z <= size_z); "contact" at y = contact_y."""
-    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, counts, strict=True)]
-    axes[0] = axes[0] - 0.5 * size[0]
-    kind = skfem.MeshTri if len(size) == 2 else skfem.MeshTet
-    made = kind.init_tensor(*axes)
-    points, cells = made.p.T.copy(), made.t.T.copy()
-    edges = points[cells[:, 1:]] - points[cells[:, :1]]
-    flipped = np.linalg.det(edges) < 0
-    cells[flipped] = cells[flipped][:, [1, 0, *range(2, len(size) + 1)]]
-    nodes, cells = quadratic(points, cells)
-    dim = len(size)
-    local = [(0, 1), (1, 2), (0, 2)] if dim == 2 else TETRA_FACETS
-    pairs = {tuple(sorted(p)): dim + 1 + k for k, p in enumerate(EDGES[dim])}
-    found = []
-    for corners in local:
-        middle = [pairs[tuple(sorted((corners[a], corners[b])))] for a, b in pair_order(dim)]
-        found.append(cells[:, [*corners, *middle]])
-    facets = np.concatenate(found)
-
-    def on(y):
-        return facets[(np.abs(nodes[facets[:, :dim], 1] - y) < 1e-9).all(axis=1)]
-
-    other = 0.0 if contact_y else size[1]
-    named = {"base": on(other), "contact": on(contact_y)}
-    return Mesh(nodes, cells, np.zeros(len(cells), dtype=int), named, "block")
-
-
-def pair_order(dim):
-    return ((0, 1),) if dim == 2 else TRIANGLE_EDGES
-
-
-def block(counts, size, contact_y, **more):
-    mesh = block_mesh(counts, size, contact_y)
-    fixed = np.zeros(mesh.points.shape, dtype=bool)
-    fixed[np.unique(mesh.facets["base"])] = True
-    count = len(mesh.cells)
-    return Body(
-        mesh=mesh,
-        youngs_modulus=np.full(count, 5.0),
-        poissons_ratio=np.full(count, 0.4),
-        fixed=fixed.ravel(),
-        contact=mesh.facets["contact"],
-        **more,
-    )
+from tests.support.boxes import block
 
 
 def raised(body, height):
@@ -87,8 +38,6 @@ def test_loads_are_those_of_a_full_solve(dim):
     assert np.abs(condensed.load_displacement - wanted).max() < 1e-11 * np.abs(wanted).max()
     total = loads.reshape(-1, dim).sum(axis=0)
     assert np.allclose(condensed.load_reaction, -total, rtol=0, atol=1e-9)
-    model = body_model(block(counts, size, size[1], loads=loads))
-    assert model.load_displacement.shape == model.points.shape
     assert body_model(plain).load_displacement is None
 
 
@@ -98,10 +47,8 @@ def test_a_body_facing_its_mirror_image(dim):
     counts, size = SHAPES[dim]
     lower, upper = block(counts, size, size[1]), block(counts, size, 0.0)
     finger = body_model(lower)
-    moved = upper.mesh.points + np.eye(dim)[1] * (size[1] + 0.3)
-    object_mesh = Mesh(moved, upper.mesh.cells, upper.mesh.regions, upper.mesh.facets, "block")
-    got = facing_compliance(Body(**{**vars(upper), "mesh": object_mesh}), finger)
-    own = body_model(Body(**{**vars(upper), "mesh": object_mesh}))
+    upper = raised(upper, size[1] + 0.3)
+    got, own = facing_compliance(upper, finger), body_model(upper)
     order = [
         int(np.flatnonzero(np.abs(own.points[:, ::2] - p[::2]).max(axis=1) < 1e-9)[0])
         for p in finger.points
@@ -113,11 +60,9 @@ def test_a_body_facing_its_mirror_image(dim):
 
 def test_uniform_pressure_between_meshes_that_do_not_match():
     """At nu = 0 both shorten uniformly, but for quadrature over the other mesh's kinks."""
-    lower, upper = block((6, 4), (3.0, 2.0), 2.0), raised(block((7, 3), (3.0, 2.0), 0.0), 2.0)
-    finger = body_model(Body(**{**vars(lower), "poissons_ratio": 0.0 * lower.poissons_ratio}))
-    compliance = facing_compliance(
-        Body(**{**vars(upper), "poissons_ratio": 0.0 * upper.poissons_ratio}), finger
-    )
+    finger = body_model(block((6, 4), (3.0, 2.0), 2.0, poisson=0.0))
+    upper = raised(block((7, 3), (3.0, 2.0), 0.0, poisson=0.0), 2.0)
+    compliance = facing_compliance(upper, finger)
     force = np.zeros(finger.points.shape)
     force[:, 1] = -0.1 * finger.areas
     moved = (compliance @ force.ravel()).reshape(force.shape)
@@ -222,31 +167,20 @@ def test_unsound_materials_are_refused_by_name(element):
         condense_body(replace(body, youngs_modulus=one[1:]))
 
 
-def test_a_body_without_contact_is_refused():
-    body = block((2, 2), (1.0, 1.0), 1.0)
-    with pytest.raises(SolverError, match="no contact facet"):
-        condense_body(Body(**{**vars(body), "contact": np.empty((0, 3), dtype=int)}))
-
-
 def test_nodes_of_no_cell_are_refused():
     body = block((2, 2), (1.0, 1.0), 1.0)
-    mesh = body.mesh
-    points = np.vstack([mesh.points, [[9.0, 9.0]]])
-    loose = Mesh(points, mesh.cells, mesh.regions, mesh.facets, "block")
+    loose = replace(body.mesh, points=np.vstack([body.mesh.points, [[9.0, 9.0]]]))
+    fixed = np.append(body.fixed, [False, False])
     with pytest.raises(SolverError, match="belong to no cell"):
-        condense_body(
-            Body(**{**vars(body), "mesh": loose, "fixed": np.append(body.fixed, [False, False])})
-        )
+        condense_body(replace(body, mesh=loose, fixed=fixed))
 
 
 def test_linear_elements_lock():
     """A bonded layer pressed flat: P1 gives way at nu = 0.3 but not at 0.4999; mixed does both."""
 
     def settlement(element, poisson, factor=1):
-        body = block((16 * factor, 4 * factor), (4.0, 1.0), 1.0, element=element)
-        model = body_model(
-            Body(**{**vars(body), "poissons_ratio": np.full(len(body.mesh.cells), poisson)})
-        )
+        counts = (16 * factor, 4 * factor)
+        model = body_model(block(counts, (4.0, 1.0), 1.0, poisson=poisson, element=element))
         force = np.zeros(model.points.shape)
         force[:, 1] = -model.areas
         return float(-model.areas @ model.displacement(force)[:, 1])

@@ -6,7 +6,6 @@ import scipy.sparse as sp
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
-from fingerdesign.fem.elements import assemble_stiffness
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import (
     MIXED_FROM,
@@ -17,6 +16,7 @@ from fingerdesign.fem.model import (
 )
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
+from fingerdesign.fem.system import assemble_system
 from fingerdesign.fem.trace import contact_trace
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.extrude import extrude
@@ -71,7 +71,7 @@ def test_other_elements_condense_alike(element, kind):
     model = built.reduced
     force = random_force(model)
     field = built.displacement_fields(force[None])[0]
-    u = (built.trace.operator @ field.ravel()).reshape(force.shape)
+    u = (built.condensed.trace.operator @ field.ravel()).reshape(force.shape)
     assert np.abs(model.displacement(force) - u)[~model.locked].max() < 1e-9 * np.abs(u).max()
     gages = (gage_rows(mesh, plate_frames(design), design.gages) @ field.ravel()).reshape(-1, 2)
     assert np.abs(model.gage_strain(force) - gages).max() < 1e-9 * np.abs(gages).max()
@@ -119,7 +119,7 @@ def test_condensed_equals_full(case):
     model = built.reduced
     force = random_force(model)
     field = built.displacement_fields(force[None])[0]
-    u = (built.trace.operator @ field.ravel()).reshape(force.shape)
+    u = (built.condensed.trace.operator @ field.ravel()).reshape(force.shape)
     scale = np.abs(u).max()
     free = ~model.locked
     assert np.abs(model.displacement(force) - u)[free].max() < 1e-9 * scale
@@ -133,11 +133,10 @@ def test_condensed_equals_full(case):
 def stiffness_of(design, mesh):
     """Upper triangle of the stiffness of all dofs (whole depth in plane strain)."""
     thickness = design.body.depth_mm if mesh.dimension == 2 else 1.0
+    free = np.zeros(mesh.points.size, dtype=bool)
+    sheets = design_sheets(design, mesh) if design.plates.model == "sheet" else None
     materials = materials_of(design, mesh)
-    whole = assemble_stiffness(mesh.points, mesh.cells, *materials, thickness)
-    if design.plates.model == "sheet":
-        whole = sp.csr_matrix(whole + design_sheets(design, mesh))
-    return whole
+    return assemble_system(mesh, *materials, free, thickness, attached=sheets).stiffness
 
 
 def test_field_satisfies_the_full_equations(case):
@@ -147,7 +146,7 @@ def test_field_satisfies_the_full_equations(case):
     field = built.displacement_fields(force[None])[0].ravel()
     upper = stiffness_of(design, mesh)
     residual = upper @ field + sp.triu(upper, k=1).T @ field
-    residual -= built.trace.operator.T @ force.ravel()
+    residual -= built.condensed.trace.operator.T @ force.ravel()
     free = ~fixed_dofs(mesh)
     internal = abs(upper) @ np.abs(field)  # what cancels in each row
     assert np.abs(residual[free]).max() < 1e-12 * internal.max()

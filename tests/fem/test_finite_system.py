@@ -1,15 +1,13 @@
 """The neo-Hookean body: its stiffness is the forces' derivative, known states come out right."""
 
-import importlib.util
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.body import Body, condense_body
+from fingerdesign.fem.body import condense_body
 from fingerdesign.fem.elements import lame_parameters
 from fingerdesign.fem.finite.body import finite_body, finite_system
 from fingerdesign.fem.finite.elements import (
@@ -18,36 +16,19 @@ from fingerdesign.fem.finite.elements import (
     second_piola,
     second_piola_change,
 )
-from fingerdesign.mesh.types import Mesh
-
-_spec = importlib.util.spec_from_file_location(
-    "fem_finite_boxes", Path(__file__).with_name("test_body.py")
-)
-boxes = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(boxes)
+from tests.support import boxes
+from tests.support.boxes import block_mesh
 
 COUNTS = {2: ((3, 2), (3.0, 2.0)), 3: ((2, 2, 1), (3.0, 2.0, 1.0))}
 KINDS = [(2, "P2"), (2, "mixed"), (3, "P2"), (3, "mixed")]
 YOUNG, POISSON = 5.0, 0.45
 
 
-def body_of(dim, element, fixed=None, poisson=POISSON, **more):
-    mesh = boxes.block_mesh(*COUNTS[dim], COUNTS[dim][1][1])
-    held = np.zeros(mesh.points.size, dtype=bool)
-    if fixed is None:
-        held.reshape(mesh.points.shape)[np.unique(mesh.facets["base"])] = True
-    else:
-        held.reshape(mesh.points.shape)[:] = fixed(mesh.points)
-    cells = len(mesh.cells)
-    return Body(
-        mesh=mesh,
-        youngs_modulus=np.full(cells, YOUNG),
-        poissons_ratio=np.full(cells, poisson),
-        fixed=held,
-        contact=mesh.facets["contact"],
-        element=element,
-        **more,
-    )
+def body_of(dim, element, poisson=POISSON, fixed=None):
+    mesh = block_mesh(*COUNTS[dim], COUNTS[dim][1][1])
+    if fixed is not None:
+        fixed = fixed(mesh.points).ravel()
+    return boxes.body_of(mesh, YOUNG, poisson, fixed, element=element)
 
 
 def whole(upper):
@@ -264,13 +245,13 @@ def test_what_it_does_not_know_is_refused(change, words):
 
 def annulus(around, across, inner, outer):
     """A quarter of a ring: curved quadratic triangles, every node on its circle."""
-    square = boxes.block_mesh((across, around), (1.0, 1.0), 1.0)
+    square = block_mesh((across, around), (1.0, 1.0), 1.0)
     share = square.points + np.array([0.5, 0.0])
     radius = inner * (outer / inner) ** share[:, 0]
     angle = 0.5 * np.pi * share[:, 1]
     points = np.stack([radius * np.sin(angle), radius * np.cos(angle)], axis=1)
     points = points * [-1.0, 1.0]  # keeps the cells' orientation
-    return share, Mesh(points, square.cells, square.regions, square.facets, "ring")
+    return share, replace(square, points=points)
 
 
 @pytest.mark.parametrize("poisson", [0.49, 0.4999])
@@ -287,17 +268,8 @@ def test_a_tube_widened_far_has_the_closed_form_pressure(poisson):
     held[on_inner] = True
     held[low, 0] = True
     held[high, 1] = True
-    cells = len(mesh.cells)
     young = 3.0
-    body = Body(
-        mesh=mesh,
-        youngs_modulus=np.full(cells, young),
-        poissons_ratio=np.full(cells, poisson),
-        fixed=held.ravel(),
-        contact=mesh.facets["contact"],
-        element="mixed",
-    )
-    system = finite_system(body)
+    system = finite_system(boxes.body_of(mesh, young, poisson, held.ravel(), element="mixed"))
     size = mesh.points.size
     at_rest = np.hypot(*mesh.points.T)
     grown = np.sqrt(at_rest**2 + now**2 - inner**2) / at_rest - 1.0

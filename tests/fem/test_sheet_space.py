@@ -6,9 +6,9 @@ import scipy.sparse as sp
 
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.elements import assemble_stiffness
 from fingerdesign.fem.readout import plate_at, plate_strain_rows, sheet_gage_rows
 from fingerdesign.fem.sheet import sheet_of, sheet_stiffness
+from fingerdesign.fem.system import assemble_system
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.slots import open_slots
@@ -67,7 +67,8 @@ def axes(frame):
 def whole(mesh, frame):
     """Stiffness of the rubber and of a sheet of the same material."""
     count = len(mesh.cells)
-    rubber = assemble_stiffness(mesh.points, mesh.cells, np.full(count, E), np.full(count, NU))
+    free = np.zeros(mesh.points.size, dtype=bool)
+    rubber = assemble_system(mesh, np.full(count, E), np.full(count, NU), free).stiffness
     sheet = sheet_stiffness(mesh, [frame], E, NU)
     return tuple(sp.csr_matrix(m + sp.triu(m, k=1).T) for m in (rubber, sheet))
 

@@ -27,6 +27,12 @@ def npz(**arrays):
     return stream.getvalue()
 
 
+def npy(array):
+    stream = io.BytesIO()
+    np.save(stream, array)
+    return stream.getvalue()
+
+
 def about(**changes):
     return np.array(
         json.dumps({"facets": ["base"], "mesher": "x", "symmetric": True, "notes": {}} | changes)
@@ -46,24 +52,18 @@ GOOD = {
     [
         b"",
         b"garbage",
+        npy(np.zeros(3)),
         npz(**GOOD, about=np.array("[]")),
         npz(**GOOD, about=about(facets=3)),
         npz(**{**GOOD, "cells": np.full((1, 10), 99)}, about=about()),
         npz(**{**GOOD, "points": np.zeros((0, 3))}, about=about()),
         npz(**{**GOOD, "points": np.full((3, 3), np.nan)}, about=about()),
     ],
-    ids=["empty", "text", "list", "facets", "numbers", "no points", "nan"],
+    ids=["empty", "text", "an array", "list", "facets", "numbers", "no points", "nan"],
 )
 def test_garbage_is_nothing_kept(folder, content):
     folder.mkdir()
     (folder / "key.npz").write_bytes(content)
-    assert load_mesh("key") is None
-
-
-def test_an_array_file_is_nothing_kept(folder):
-    folder.mkdir()
-    with (folder / "key.npz").open("wb") as stream:
-        np.save(stream, np.zeros(3))
     assert load_mesh("key") is None
 
 

@@ -193,47 +193,47 @@ def test_a_mesh_of_another_design_is_refused(values, words, made, tmp_path):
         imported_mesh(of_file(tmp_path / "m.msh", **values))
 
 
-def test_unsound_cells_are_reported(made, tmp_path):
+def broken(made):
+    """What may be wrong with a mesh, by the words that say so."""
     nodes, inner = len(made.points), made.regions == 1
-    cells = made.cells.copy()
-    cells[inner] += nodes  # the plate has nodes of its own
-    parted = replace(made, points=np.vstack([made.points, made.points]), cells=cells)
-    with pytest.raises(MeshError, match="nodes where another one lies"):
-        imported_mesh(of_file(write_mesh(parted, tmp_path / "parted.vtu")))
+    apart = made.cells.copy()
+    apart[inner] += nodes  # the plate has nodes of its own
     flat = made.points.copy()
     flat[made.cells[0, 3]] = flat[made.cells[0, :3]].mean(axis=0)
-    with pytest.raises(MeshError, match="without a volume"):
-        imported_mesh(of_file(write_mesh(replace(made, points=flat), tmp_path / "flat.vtu")))
-    wrong = made.facets | {"base": made.facets["contact"]}
-    with pytest.raises(MeshError, match="belong to another boundary too"):
-        imported_mesh(of_file(write_mesh(replace(made, facets=wrong), tmp_path / "twice.msh")))
     outer = {tuple(sorted(row[:3])) for rows in made.facets.values() for row in rows.tolist()}
     within = next(c for c in made.cells.tolist() if tuple(sorted(c[:3])) not in outer)
     added = np.array([[within[k] for k in (0, 1, 2, 4, 5, 6)]])
-    inside = made.facets | {"base": np.vstack([added, made.facets["base"]])}
-    with pytest.raises(MeshError, match="mesh's outside"):
-        imported_mesh(of_file(write_mesh(replace(made, facets=inside), tmp_path / "inside.msh")))
+    same = np.vstack([made.points] * 2)
+    near = same + 1e-5 * (np.arange(2 * nodes) >= nodes)[:, None] * [1.0, 1.0, 0.0]
+    return {
+        "nodes where another one lies": {"points": same, "cells": apart},
+        "without a volume": {"points": flat},
+        "falls into 2 pieces that share no facet": {"points": near, "cells": apart},
+        "facets that more than two tetrahedra share": {
+            "cells": np.vstack([made.cells, made.cells[:1]]),
+            "regions": np.append(made.regions, made.regions[0]),
+        },
+        "belong to another boundary too": {
+            "facets": made.facets | {"base": made.facets["contact"]}
+        },
+        "mesh's outside": {
+            "facets": made.facets | {"base": np.vstack([added, made.facets["base"]])}
+        },
+        r"'base' in m.msh has .* mm.2 where t has": {"facets": fewer(made, "base")},
+        r"'contact' in m.msh has .* mm.2 where t has": {"facets": fewer(made, "contact")},
+    }
 
 
-def test_base_and_contact_must_have_the_designs_area(made, tmp_path):
-    for name in ("base", "contact"):
-        part = made.facets | {name: made.facets[name][: -(len(made.facets[name]) // 3)]}
-        path = write_mesh(replace(made, facets=part), tmp_path / "part.msh")
-        with pytest.raises(MeshError, match=rf"'{name}' in part.msh has .* mm.2 where t has"):
+def fewer(made, name):
+    rows = made.facets[name]
+    return made.facets | {name: rows[: -(len(rows) // 3)]}
+
+
+def test_unsound_meshes_are_reported(made, tmp_path):
+    for words, changes in broken(made).items():
+        path = write_mesh(replace(made, **changes), tmp_path / "m.msh")
+        with pytest.raises(MeshError, match=words):
             imported_mesh(of_file(path))
-
-
-def test_torn_and_overlapping_meshes_are_reported(made, tmp_path):
-    loose = made.cells.copy()
-    loose[made.regions == 1] += len(made.points)  # the plate has nodes of its own, hardly apart
-    twice = np.vstack([made.points, made.points + np.array([1e-5, 1e-5, 0.0])])
-    torn = replace(made, points=twice, cells=loose)
-    with pytest.raises(MeshError, match="falls into 2 pieces that share no facet"):
-        imported_mesh(of_file(write_mesh(torn, tmp_path / "torn.msh")))
-    again = np.append(made.regions, made.regions[0])
-    double = replace(made, cells=np.vstack([made.cells, made.cells[:1]]), regions=again)
-    with pytest.raises(MeshError, match="facets that more than two tetrahedra share"):
-        imported_mesh(of_file(write_mesh(double, tmp_path / "double.msh")))
 
 
 def test_cells_that_lack_are_reported(made, tmp_path):

@@ -104,6 +104,8 @@ def test_cores_and_slots_keep_their_names(model, ending, tmp_path):
     again = read_named(write_mesh(mesh, tmp_path / f"m.{ending}"))
     assert set(again.facets) == set(mesh.facets)
     np.testing.assert_array_equal(again.region, named_regions(mesh))
+    with pytest.raises(MeshError, match="plate_1_inside"):
+        to_meshio(replace(mesh, facets={"plate_1_inside": mesh.cells[:1, :6]}))
 
 
 def test_calculix_has_a_set_and_a_surface_for_each_name(mesh, tmp_path):

@@ -1,9 +1,5 @@
 """The netgen process that stays: the same answers, and what becomes of one that fails."""
 
-import os
-import signal
-import subprocess
-import sys
 import threading
 
 import numpy as np
@@ -51,24 +47,6 @@ def test_out_of_time_ends_the_process_and_the_next_mesh_is_made():
     assert len(run_netgen(square(0.5), 30.0)[1]) > 0
 
 
-def test_a_process_that_was_ended_is_replaced():
-    old = start_mesher()
-    number = old.pid
-    os.kill(number, signal.SIGKILL)
-    assert len(run_netgen(square(0.5), 30.0)[1]) > 0
-    assert start_mesher().pid != number
-
-
-def test_a_crash_while_meshing_is_named():
-    worker = start_mesher()
-    run_netgen(square(0.5), 30.0)
-    timer = threading.Timer(0.3, os.kill, (worker.pid, signal.SIGSEGV))
-    timer.start()
-    with pytest.raises(MeshError, match="ended by SIGSEGV"):
-        run_netgen(square(0.001), 30.0)
-    timer.join()
-
-
 def test_each_thread_has_its_own():
     found: list[tuple[int, int]] = []
 
@@ -83,25 +61,3 @@ def test_each_thread_has_its_own():
         thread.join()
     assert found[0][0] != found[1][0]
     assert found[0][1] == found[1][1]
-
-
-def test_it_ends_with_the_program():
-    code = (
-        "from fingerdesign.mesh.section.netgen import start_mesher\n"
-        "import os, signal\n"
-        "print(start_mesher().pid, flush=True)\n"
-        "os.kill(os.getpid(), signal.SIGKILL)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
-    number = int(done.stdout)
-    for _ in range(200):
-        try:
-            os.kill(number, 0)
-        except ProcessLookupError:
-            return
-        with open(f"/proc/{number}/stat") as status:
-            if status.read().split()[2] == "Z":  # ended, and nobody has asked how
-                return
-        threading.Event().wait(0.05)
-    os.kill(number, signal.SIGKILL)
-    pytest.fail("the worker outlived the program that started it")

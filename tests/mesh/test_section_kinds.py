@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from fingerdesign import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.layout.volume import section_area
 from fingerdesign.mesh.section.extrude import extrude, layer_heights
@@ -146,3 +148,58 @@ def test_layers_stop_growing_at_the_height_given():
     assert steps.max() <= 0.8
     assert (np.diff(steps) < 1e-12).all()
     assert len(layer_heights(5.0, 4)) == 5
+    assert (np.diff(layer_heights(5.0, 4), 2) < 0).all()  # thin toward the free end
+
+
+def test_named_facets_cover_the_boundary():
+    mesh = extrude(design_of("plain"), 2.0)
+    assert set(mesh.facets) == {"base", "side", "end", "symmetry", "contact"}
+    assert np.abs(mesh.points[np.unique(mesh.facets["base"]), 1]).max() == 0.0
+    assert np.abs(mesh.points[np.unique(mesh.facets["symmetry"]), 2]).max() == 0.0
+    assert np.allclose(mesh.points[np.unique(mesh.facets["end"]), 2], 2.0)
+    assert np.allclose(np.abs(mesh.points[np.unique(mesh.facets["side"]), 0]), 6.0)
+
+
+def test_the_same_mesh_every_time():
+    one, two = mesh_section(design_of("plain"), 2.0), mesh_section(design_of("plain"), 2.0)
+    assert np.array_equal(one.points, two.points)
+    assert np.array_equal(one.cells, two.cells)
+
+
+def test_fine_where_the_contact_is():
+    design = design_of("plain", mesh={"section": {}})
+    mesh = mesh_section(design, 2.0)
+    facets = mesh.facets["contact"][:, :2]
+    ends = mesh.points[facets]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    inside = np.abs(ends[:, :, 0]).max(axis=1) <= 2.0
+    assert length[inside].max() <= 1.2 * design.mesh.section.contact_size_mm
+
+
+def test_gage_ends_are_nodes():
+    mesh = mesh_section(design_of("plain"), 2.0)
+    frame = plate_frames(design_of("plain"))[2]
+    for side in (-0.5, 0.5):
+        for end in (-0.5, 0.5):
+            place = np.array([frame.x, frame.y]) + end * 1.0 * frame.axis
+            place = place + side * frame.thickness * frame.normal
+            assert np.linalg.norm(mesh.points - place, axis=1).min() < 1e-9
+
+
+def test_a_body_that_changes_along_z_cannot_be_extruded():
+    dome = with_values(design_of("plain"), {"body.shape": "dome", "body.dome_radius_mm": 20.0})
+    with pytest.raises(MeshError, match=r"body\.shape = 'dome'.*tetwild"):
+        extrude(dome, 2.0)
+
+
+def test_sizes_that_netgen_cannot_do_in_time_end_with_a_reason():
+    fine = with_values(
+        design_of("plain"),
+        {
+            "mesh.section.contact_size_mm": 0.001,
+            "mesh.section.far_size_mm": 0.01,
+            "mesh.time_limit_s": 1.0,
+        },
+    )
+    with pytest.raises(MeshError, match="did not finish in 1 s"):
+        mesh_section(fine, 2.0)

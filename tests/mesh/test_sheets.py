@@ -11,12 +11,10 @@ from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import outline_volume, section_area
-from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
-from fingerdesign.mesh.types import Mesh
 from fingerdesign.pipeline import run
 
 TEXT = """
@@ -111,12 +109,6 @@ def test_gage_ends_are_nodes_on_both_faces():
             assert np.linalg.norm(nodes - place, axis=1).min() < 1e-9
 
 
-def test_the_same_mesh_every_time():
-    one, two = mesh_section(DESIGN, 2.0), mesh_section(DESIGN, 2.0)
-    assert np.array_equal(one.points, two.points)
-    assert np.array_equal(one.cells, two.cells)
-
-
 def test_crossing_angles_and_thick_plates():
     rows = [[-2.2, 5.2, 10.0], [0.5, 5.0, -60.0], [2.6, 4.5, 90.0]]
     design = with_values(DESIGN, {"plates.placement": rows, "plates.thickness_mm": 0.3})
@@ -172,13 +164,3 @@ def test_a_result_says_what_plates_were(model, words):
     result = run(case).result
     assert any(words in reason for reason in result.model.reasons)
     assert len(result.increments[-1].gages) == 3
-
-
-def test_slots_go_through_files(mesh, tmp_path):
-    again = read_named(write_mesh(mesh, tmp_path / "sheets.msh"))
-    assert set(again.facets) == set(mesh.facets)
-    ends = mesh.facets["plate_2_end"][:, : mesh.dimension]
-    assert np.array_equal(again.facets["plate_2_end"], ends)
-    odd = Mesh(mesh.points, mesh.cells, mesh.regions, {"plate_1_inside": mesh.cells[:1]}, "t")
-    with pytest.raises(MeshError, match="plate_1_inside"):
-        to_meshio(odd)

@@ -6,7 +6,6 @@ import pytest
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import plate_frames
-from fingerdesign.mesh.measures import cell_volumes, least_jacobian_ratios
 from fingerdesign.mesh.tetra.boundary import boundary_facets
 from fingerdesign.mesh.tetra.carriers import Chain, carriers_of, plate_faces
 from fingerdesign.mesh.tetra.snap import (
@@ -167,14 +166,3 @@ def test_quadratic_facets_find_the_mid_nodes():
     np.testing.assert_allclose(nodes[facets[0, 3]], 0.5 * (UNIT[3] + UNIT[1]))
     np.testing.assert_allclose(nodes[facets[0, 4]], 0.5 * (UNIT[1] + UNIT[2]))
     np.testing.assert_allclose(nodes[facets[0, 5]], 0.5 * (UNIT[3] + UNIT[2]))
-
-
-def test_jacobian_ratio_is_1_straight_and_negative_inverted():
-    nodes, cells = quadratic(UNIT, np.array([[0, 1, 2, 3]]))
-    assert least_jacobian_ratios(nodes, cells)[0] == pytest.approx(1.0)
-    bent = nodes.copy()
-    bent[cells[0, 4]] += [0.0, 0.6, 0.0]  # the middle of edge 0-1, pushed far across
-    assert least_jacobian_ratios(bent, cells)[0] < 0.0
-    assert cell_volumes(UNIT, np.array([[0, 1, 2, 3], [0, 2, 1, 3]])) == pytest.approx(
-        [1 / 6, -1 / 6]
-    )

@@ -7,7 +7,6 @@ import fingerdesign.mesh.tetra.tetwild as tetwild
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
-from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.tetra.slots import plate_ways
@@ -101,7 +100,8 @@ def test_an_accepted_mesh_is_true_to_the_design(case):
     assert not Gate().faults(report)
     # Snapped: exact, not merely accepted; round holes are as exact as curved edges are.
     assert report.worst_plate_volume_error < (1e-4 if "perforated" in case else 1e-9)
-    assert report.contact_residual_mm < 1e-9
+    outer = set(report.surface_distance_mm) & {"base", "contact", "end", "side", "symmetry"}
+    assert max(report.surface_distance_mm[name] for name in outer) < 1e-9
     # A half circle runs into its sides without an edge: their common border is the mesh's.
     assert report.worst_face_area_error < (1e-3 if case == "half circle" else 1e-5)
     plates = set(range(design.plates.number + 1)) if design.plates.model == "solid" else {0}
@@ -111,18 +111,6 @@ def test_an_accepted_mesh_is_true_to_the_design(case):
     assert mesh.symmetric == CASES[case][1]
     assert ("symmetry" in mesh.facets) == mesh.symmetric
     assert mesh.notes["straightened_contact_nodes"] == 0
-
-
-@pytest.mark.parametrize("case", ["plates ending inside", "dome"])
-def test_nodes_lie_on_the_faces_whose_facets_they_belong_to(case):
-    design, mesh = made(case)
-    nodes = {name: mesh.points[np.unique(facets)] for name, facets in mesh.facets.items()}
-    np.testing.assert_allclose(nodes["base"][:, 1], 0.0, atol=1e-12)
-    np.testing.assert_allclose(np.abs(nodes["side"][:, 0]), 6.0, atol=1e-12)
-    np.testing.assert_allclose(nodes["end"][:, 2], 3.0, atol=1e-12)
-    np.testing.assert_allclose(nodes["symmetry"][:, 2], 0.0, atol=1e-12)
-    away = ContactSurface.of(design.body).distance(nodes["contact"])
-    np.testing.assert_allclose(away, 0.0, atol=1e-12)
 
 
 def test_facets_point_outward_and_their_mid_nodes_lie_between_their_corners():

@@ -31,36 +31,17 @@ def field():
     return SizeField(ContactSurface.of(body), (), MeshSizes(1.0, 1.0, 1.0, 0.5), 3.0)
 
 
-def test_a_closed_surface_is_fit(cube):
-    validate_surface(*cube)
-
-
 def test_unfit_surfaces_are_named(cube):
     vertices, triangles = cube
-    wrong = vertices.copy()
-    wrong[0, 0] = np.nan
-    with pytest.raises(MeshError, match="not finite"):
-        validate_surface(wrong, triangles)
+    validate_surface(vertices, triangles)
     with pytest.raises(MeshError, match="open: 3 edges"):
         validate_surface(vertices, triangles[1:])
     with pytest.raises(MeshError, match="coincident triangles"):
         validate_surface(vertices, np.vstack([triangles, triangles[:1, ::-1]]))
-    with pytest.raises(MeshError, match="coincident vertices"):
-        validate_surface(np.vstack([vertices, vertices[:1]]), triangles)
-    with pytest.raises(MeshError, match="do not exist"):
-        validate_surface(vertices, triangles + 1)
-    with pytest.raises(MeshError, match="encloses nothing"):
-        validate_surface(vertices[:0], triangles[:0])
     flat = vertices.copy()
     flat[1] = 0.5 * (vertices[0] + vertices[3])  # on the diagonal 0-3: triangle 0-1-3 has no area
     with pytest.raises(MeshError, match="without area"):
         validate_surface(flat, triangles)
-
-
-@pytest.mark.parametrize("epsilon", [0.0, -1.0, float("nan"), float("inf")])
-def test_an_epsilon_that_hangs_the_mesher_is_refused(epsilon, cube, field):
-    with pytest.raises(MeshError, match="epsilon"):
-        run_tetwild(*cube, field, Attempt(epsilon), 10.0)
 
 
 def test_a_mesher_out_of_time_is_ended_and_its_input_kept(cube, field, tmp_path, monkeypatch):

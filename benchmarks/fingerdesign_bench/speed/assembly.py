@@ -12,8 +12,8 @@ import skfem
 from scipy.spatial import cKDTree
 from skfem.models.elasticity import lame_parameters, linear_elasticity
 
-from fingerdesign.fem.elements import assemble_stiffness
-from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES
+from fingerdesign.fem.system import assemble_system
+from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, Mesh
 from fingerdesign_bench.check import Check
 
 YOUNGS_MODULUS, POISSONS_RATIO = 4.96, 0.45
@@ -45,7 +45,9 @@ def compared(dimension: int, count: int) -> tuple[float, float, float, int]:
     form = linear_elasticity(*lame_parameters(YOUNGS_MODULUS, POISSONS_RATIO))
     points, cells = quadratic_cells(skfem.Basis(mesh, element))
     moduli = np.full(len(cells), YOUNGS_MODULUS), np.full(len(cells), POISSONS_RATIO)
-    ours, own = _timed(lambda: assemble_stiffness(points, cells, *moduli))
+    own_mesh = Mesh(points, cells, np.zeros(len(cells), dtype=np.int64), {}, "scikit-fem")
+    nothing = np.zeros(points.size, dtype=bool)
+    ours, own = _timed(lambda: assemble_system(own_mesh, *moduli, nothing).stiffness)
     theirs, other = _timed(lambda: form.assemble(skfem.Basis(mesh, vector, intorder=2)))
     # Their dofs stand node by node as well, in another order of the nodes.
     places = skfem.Basis(mesh, vector, intorder=2).doflocs.T

@@ -17,8 +17,8 @@ from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.layout.profile import profile_of
-from fingerdesign.mesh.section.outline import Outline, body_outline, core_box
-from fingerdesign.mesh.section.section import add_plates, add_sheets, section_frames
+from fingerdesign.mesh.section.outline import Outline
+from fingerdesign.mesh.section.section import section_frames, section_outline
 from fingerdesign.mesh.sizing import MeshSizes, SizeField
 from fingerdesign.mesh.tetra.slots import THICK, sized_frames
 from fingerdesign.mesh.tetra.tetwild import size_field
@@ -223,20 +223,6 @@ def count_section(
     outer, base = _boundary(outline, field)
     contact = _contact_edges(design.body, field, min(zone_half_width, 0.5 * design.body.width_mm))
     return SectionCount(MADE_OF_SECTION * inside, outer, base, contact, field.least)
-
-
-def section_outline(
-    design: Design, zone_half_width: float, sizes: SectionMesh, frames: tuple[PlateFrame, ...]
-) -> Outline:
-    """The outline that ``mesh_section`` hands to netgen."""
-    body = design.body
-    zone = min(zone_half_width, 0.5 * body.width_mm)
-    outline = body_outline(body, zone, sizes, core_box(body, design.core_region))
-    if design.plates.model == "sheet":
-        add_sheets(outline, frames, design.gages.length_mm, sizes, body)
-    else:
-        add_plates(outline, frames, design.gages.length_mm, sizes)
-    return outline
 
 
 class SectionSize:

@@ -29,7 +29,6 @@ from fingerdesign.mesh.measures import (
     face_distances,
     least_jacobian_ratios,
     outer_areas,
-    region_name,
     volumes_by_region,
 )
 from fingerdesign.mesh.sheets import FACES
@@ -40,6 +39,7 @@ from fingerdesign.mesh.types import (
     TETRA_EDGES,
     TETRA_FACETS,
     Mesh,
+    core_name,
     facet_keys,
     quadratic,
     with_mid_nodes,
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.zone import Zone
 
-
-# What is asked of a mesh made elsewhere: sound cells, known names, the design's own shape.
 
 VOLUME_ERROR = 1e-2  # of body, plates, core: chords of a coarse mesh miss less
 AREA_ERROR = 2e-2  # of base and contact
@@ -150,7 +148,7 @@ def check_places(mesh: Mesh, design: Design, path: Path) -> None:
         share = float(volumes[own][inside].sum() / volumes[own].sum())
         if share < PLACED:
             raise MeshError(
-                f"only {share:.0%} of {region_name(design, region)} in {path.name} lie where "
+                f"only {share:.0%} of {mesh.region_name(region)} in {path.name} lie where "
                 f"{design.design.name} has it: place, angle or number is another"
             )
 
@@ -302,9 +300,7 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     nodes = places, found.cells
     if not found.quadratic:
         nodes = quadratic(places, found.cells)
-    mesh = Mesh(*nodes, regions, {}, "file", half)
-    if design.body.core is not None:
-        mesh = replace(mesh, region_names={design.core_region: "core"})
+    mesh = Mesh(*nodes, regions, {}, "file", half, region_names=core_name(design))
     check_places(mesh, design, path)
     check_outside(places, faces, design, path)
     mesh = _fitted(mesh, faces, carriers)

@@ -24,14 +24,13 @@ from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import cell_angles, oriented
 from fingerdesign.mesh.section.section import (
     bend_faces,
-    core_name,
     extruded_sizes,
     mesh_section,
     onto_surface,
     sheet_room_faults,
 )
 from fingerdesign.mesh.sheets import sheet_facets
-from fingerdesign.mesh.types import Mesh, boundary_facets, quadratic
+from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, prisms, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.mesh import SectionMesh
@@ -108,19 +107,7 @@ def tallest_layer(points: Array, triangles: IntArray, tallest: float) -> float:
 def least_dihedral(points: Array, triangles: IntArray, height: float) -> float:
     """Least dihedral angle, degrees, of a layer of ``height`` (mm) cut into tetrahedra."""
     both = np.column_stack([np.tile(points, (2, 1)), np.repeat([0.0, height], len(points))])
-    return float(cell_angles(both, prisms(triangles, len(points), 0)).min())
-
-
-def prisms(triangles: IntArray, stride: int, layer: int) -> IntArray:
-    """Three tets a prism (3 t, 4); sorted triangle vertices make neighbours agree on diagonals."""
-    low = np.sort(triangles, axis=1) + layer * stride
-    high = low + stride
-    parts = [
-        np.column_stack([low, high[:, 2]]),
-        np.column_stack([low[:, :2], high[:, 1:]]),
-        np.column_stack([low[:, 0], high]),
-    ]
-    return np.stack(parts, axis=1).reshape(-1, 4)
+    return float(cell_angles(both, prisms(triangles, triangles + len(points))).min())
 
 
 def extrude(
@@ -156,7 +143,8 @@ def extrude(
     tets, numbers = [], []
     for k, middle in enumerate(0.5 * (heights[1:] + heights[:-1])):
         own = _regions_at(float(middle), drawn_regions, parts, slots)
-        tets.append(prisms(triangles[own >= 0], len(flat), k))
+        kept = triangles[own >= 0] + k * len(flat)
+        tets.append(prisms(kept, kept + len(flat)))
         numbers.append(np.repeat(own[own >= 0], 3))
     cells, regions = np.vstack(tets), np.concatenate(numbers)
     if mirrors_in_z(design) and not symmetric:

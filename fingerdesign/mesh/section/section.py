@@ -19,17 +19,9 @@ from fingerdesign.layout.volume import section_area
 from fingerdesign.mesh.measures import cell_volumes, oriented
 from fingerdesign.mesh.section.netgen import run_netgen
 from fingerdesign.mesh.section.outline import BODY, Outline, body_outline, core_box
-from fingerdesign.mesh.sheets import (
-    line_beyond,
-    open_sheets,
-    room_around,
-    sheet_facets,
-)
+from fingerdesign.mesh.sheets import line_beyond, open_sheets, room_around, sheet_facets
 from fingerdesign.mesh.sizing import contact_size
-from fingerdesign.mesh.types import Mesh, boundary_facets, quadratic
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
+from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, quadratic
 
 if TYPE_CHECKING:
     from fingerdesign.design.mesh import SectionMesh
@@ -48,36 +40,28 @@ def section_frames(design: Design) -> tuple[PlateFrame, ...]:
     return tuple(f for f in plate_frames(design) if f.along == "x" and f.low <= 0.0 <= f.high)
 
 
-def add_plates(
-    outline: Outline, frames: tuple[PlateFrame, ...], gage_length: float, sizes: SectionMesh
-) -> None:
-    """Add solid plates as domains, fine at their square ends."""
-    for frame in frames:
-        _add_plate(outline, frame, gage_length, sizes)
-
-
-def add_sheets(
+def _add_sheet(
     outline: Outline,
+    frame: PlateFrame,
     frames: tuple[PlateFrame, ...],
     gage_length: float,
     sizes: SectionMesh,
     body: Body,
 ) -> None:
-    """Add plates as their mid-lines inside the body.
+    """Add a plate as its mid-line inside the body.
 
     Beyond each end goes a short line within which the square ends will open.
     """
-    for frame in frames:
-        beyond = line_beyond(frame, room_around(frame, frames, body), sizes.plate_end_size_mm)
-        along = _stations(frame, gage_length)
-        along = [along[0] - beyond, *along, along[-1] + beyond]
-        last = len(along) - 1
-        line = []
-        for k, (x, y) in enumerate(frame.from_local(np.array(along), 0.0)):
-            line.append(outline.point(x, y, beyond if k in (1, last - 1) else None))
-        for k, (a, b) in enumerate(pairwise(line)):
-            size = beyond if k in (0, last - 1) else sizes.plate_size_mm
-            outline.curve([a, b], BODY, BODY, size)
+    beyond = line_beyond(frame, room_around(frame, frames, body), sizes.plate_end_size_mm)
+    along = _stations(frame, gage_length)
+    along = [along[0] - beyond, *along, along[-1] + beyond]
+    last = len(along) - 1
+    line = []
+    for k, (x, y) in enumerate(frame.from_local(np.array(along), 0.0)):
+        line.append(outline.point(x, y, beyond if k in (1, last - 1) else None))
+    for k, (a, b) in enumerate(pairwise(line)):
+        size = beyond if k in (0, last - 1) else sizes.plate_size_mm
+        outline.curve([a, b], BODY, BODY, size)
 
 
 def bend_faces(
@@ -108,6 +92,7 @@ def _lateral_nodes(points: Array, cells: IntArray) -> IntArray:
 
 
 def _add_plate(outline: Outline, frame: PlateFrame, gage_length: float, sizes: SectionMesh) -> None:
+    """Add a solid plate as a domain, fine at its square ends."""
     domain = BODY + 1 + frame.index
     along = np.array(_stations(frame, gage_length))
     last = len(along) - 1
@@ -151,19 +136,15 @@ def _stations(frame: PlateFrame, gage_length: float) -> list[float]:
     return along
 
 
-# The sizes that a section is meshed with, in plane strain and to be extruded.
-#
-# Those of the design's ``[mesh]`` table, but at the contact no coarser than the scene's contact
-# needs: the same rule as that of tetrahedra (sizing.contact_size). A model's sizes so follow from
-# the greatest approach of its scene at every fidelity.
+# The sizes that a section is meshed with are those of the design's ``[mesh]`` table, but at the
+# contact no coarser than the scene's contact needs (sizing.contact_size).
 
 _END = 0.25  # of the plates' size: no smaller elements at the ends of thin plates
 
 
 def section_sizes(design: Design, zone_half_width: float) -> SectionMesh:
     """Sizes of the plane-strain mesh for a contact zone of ``zone_half_width`` (mm)."""
-    sizes = design.mesh.section
-    return _fit(sizes, zone_half_width)
+    return _fit(design.mesh.section, zone_half_width)
 
 
 def extruded_sizes(design: Design, zone_half_width: float) -> SectionMesh:
@@ -185,6 +166,21 @@ def _fit(sizes: SectionMesh, zone_half_width: float) -> SectionMesh:
     return sizes.model_copy(update={"contact_size_mm": size})
 
 
+def section_outline(
+    design: Design, zone_half_width: float, sizes: SectionMesh, frames: tuple[PlateFrame, ...]
+) -> Outline:
+    """The outline that netgen is handed: the body, its core, plates as boxes or as lines."""
+    body, gage_length = design.body, design.gages.length_mm
+    zone = min(zone_half_width, 0.5 * body.width_mm)
+    outline = body_outline(body, zone, sizes, core_box(body, design.core_region))
+    for frame in frames:
+        if design.plates.model == "sheet":
+            _add_sheet(outline, frame, frames, gage_length, sizes, body)
+        else:
+            _add_plate(outline, frame, gage_length, sizes)
+    return outline
+
+
 def mesh_section(
     design: Design,
     zone_half_width: float,
@@ -202,13 +198,7 @@ def mesh_section(
     sizes = sizes if sizes is not None else section_sizes(design, zone_half_width)
     sheets = design.plates.model == "sheet"
     frames = section_frames(design) if frames is None else frames
-    core = core_box(design.body, design.core_region)
-    zone = min(zone_half_width, 0.5 * design.body.width_mm)
-    outline = body_outline(design.body, zone, sizes, core)
-    if sheets:
-        add_sheets(outline, frames, design.gages.length_mm, sizes, design.body)
-    else:
-        add_plates(outline, frames, design.gages.length_mm, sizes)
+    outline = section_outline(design, zone_half_width, sizes, frames)
     try:
         limit = float(design.mesh.time_limit_s)
         points, triangles, domains = run_netgen(outline.as_dict(), limit)
@@ -216,7 +206,9 @@ def mesh_section(
         raise MeshError(
             f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"
         ) from error
-    points, triangles, regions = _drop_unused(points, triangles, domains - BODY)
+    used, triangles = np.unique(triangles, return_inverse=True)
+    points, regions = points[used], domains - BODY
+    triangles = oriented(points, triangles.reshape(-1, 3))
     _check_areas(design, () if sheets else frames, points, triangles, regions)
     if sheets:
         end_size = sizes.plate_end_size_mm
@@ -229,19 +221,6 @@ def mesh_section(
     nodes = onto_surface(design.body, nodes, facets["contact"])
     nodes = bend_faces(nodes, cells, regions, frames)
     return Mesh(nodes, cells, regions, facets, "netgen", region_names=core_name(design))
-
-
-def core_name(design: Design) -> dict[int, str]:
-    """The region's name that a core adds to a mesh."""
-    return {} if design.body.core is None else {design.core_region: "core"}
-
-
-def _drop_unused(
-    points: Array, triangles: IntArray, regions: IntArray
-) -> tuple[Array, IntArray, IntArray]:
-    used, inverse = np.unique(triangles, return_inverse=True)
-    points = points[used]
-    return points, oriented(points, inverse.reshape(triangles.shape)), regions
 
 
 def _check_areas(

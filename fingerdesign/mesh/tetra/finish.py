@@ -21,12 +21,8 @@ from fingerdesign.mesh.tetra.boundary import (
 )
 from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core
 from fingerdesign.mesh.tetra.slots import PlateWay, Slots, open_slots
-from fingerdesign.mesh.tetra.snap import (
-    curve_facets,
-    improve,
-    snap_to_carriers,
-)
-from fingerdesign.mesh.types import TETRA_EDGES, Mesh, quadratic, with_mid_nodes
+from fingerdesign.mesh.tetra.snap import curve_facets, improve, snap_to_carriers
+from fingerdesign.mesh.types import TETRA_EDGES, Mesh, core_name, prisms, quadratic, with_mid_nodes
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
@@ -119,27 +115,9 @@ def fill_slots(slots: Slots, frames: tuple[PlateFrame, ...]) -> tuple[IntArray, 
     for frame in frames:
         upper = slots.facets[f"plate_{frame.index}_upper"]
         lower = slots.facets[f"plate_{frame.index}_lower"]
-        prisms = _prisms(upper, lower)
-        tets.append(prisms)
-        regions.append(np.full(len(prisms), frame.index + 1, dtype=slots.regions.dtype))
+        tets.append(oriented(slots.points, prisms(upper, lower)))
+        regions.append(np.full(len(tets[-1]), frame.index + 1, dtype=slots.regions.dtype))
     return np.vstack(tets), np.concatenate(regions)
-
-
-def _prisms(upper: IntArray, lower: IntArray) -> IntArray:
-    """Positively oriented tetrahedra (3 f, 4) between facets (f, 3) whose normal looks upward."""
-    order = np.argsort(upper, axis=1)
-    a, b, c = (np.take_along_axis(upper, order[:, k : k + 1], axis=1)[:, 0] for k in range(3))
-    d, e, f = (np.take_along_axis(lower, order[:, k : k + 1], axis=1)[:, 0] for k in range(3))
-    # Diagonals a-e, a-f and b-f (d, e, f are below a, b, c).
-    parts = [
-        np.column_stack([d, e, f, a]),
-        np.column_stack([e, f, a, b]),
-        np.column_stack([f, a, b, c]),
-    ]
-    # Sorting may have turned a facet round; then its tetrahedra are too.
-    turned = (order[:, 1] - order[:, 0]) % 3 != 1
-    found = [np.where(turned[:, None], part[:, [1, 0, 2, 3]], part) for part in parts]
-    return np.stack(found, axis=1).reshape(-1, 4)
 
 
 NONE = np.zeros((0, 3), dtype=np.int64)
@@ -239,5 +217,5 @@ def _quadratic(
         "straightened_nodes": len(curved.straightened),
         "plates": way.name,
     }
-    names_of = {design.core_region: "core"} if design.body.core is not None else {}
-    return Mesh(curved.points, cells, regions, facets, "tetwild", symmetric, notes, names_of)
+    core = core_name(design)
+    return Mesh(curved.points, cells, regions, facets, "tetwild", symmetric, notes, core)

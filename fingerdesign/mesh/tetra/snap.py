@@ -13,7 +13,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.errors import MeshError
-from fingerdesign.mesh.measures import least_jacobian_ratios
+from fingerdesign.mesh.measures import cell_angles, cell_volumes, least_jacobian_ratios
 from fingerdesign.mesh.tetra.carriers import Carriers
 from fingerdesign.mesh.types import Stars
 from fingerdesign.shapes.faces import Carrier
@@ -150,22 +150,9 @@ def improve(points: Array, tets: IntArray, lies_on: BoolArray, carriers: Carrier
 
 def least_dihedral(corners: Array) -> Array:
     """Least dihedral angle (t,), degrees, of tetrahedra (t, 4, 3); below 0 if inverted."""
-    a, b, c, d = (corners[:, k] for k in range(4))
-    faces = np.stack(
-        [
-            np.cross(c - b, d - b),
-            np.cross(d - a, c - a),
-            np.cross(b - a, d - a),
-            np.cross(c - a, b - a),
-        ],
-        axis=1,
-    )
-    size = np.linalg.norm(faces, axis=2)
-    faces = faces / np.maximum(size, 1e-300)[..., None]
-    cosine = -np.einsum("tik,tjk->tij", faces, faces)[:, *np.triu_indices(4, 1)]
-    angle = np.degrees(np.arccos(np.clip(cosine.max(axis=1), -1.0, 1.0)))
-    volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
-    return np.asarray(np.where(volume > 0.0, angle, -1.0 - angle))
+    points, cells = corners.reshape(-1, 3), np.arange(4 * len(corners)).reshape(-1, 4)
+    angle = cell_angles(points, cells).min(axis=1)
+    return np.asarray(np.where(cell_volumes(points, cells) > 0.0, angle, -1.0 - angle))
 
 
 def _steps() -> Array:

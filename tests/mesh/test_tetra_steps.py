@@ -1,4 +1,4 @@
-"""Rays tell inside from outside; flat tetrahedra are mended within their CAD faces."""
+"""Tetrahedra on their way to a finger: inside or not, refined, flat ones mended."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,12 @@ from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.measures import cell_volumes
-from fingerdesign.mesh.quality import cell_angles
 from fingerdesign.mesh.tetra.boundary import check_closed, enclosed
 from fingerdesign.mesh.tetra.carriers import carriers_of
+from fingerdesign.mesh.tetra.finish import TOO_LONG, refine
 from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral
+from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS
+from tests.support.boxes import simplices
 
 CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
 SIDES = np.array(
@@ -57,16 +59,6 @@ def test_an_open_outside_is_refused():
         check_closed(CUBE, SIDES[1:])
 
 
-def test_least_dihedral_agrees_with_all_angles_and_reports_inverted_cells():
-    corners = np.random.default_rng(2).normal(size=(200, 4, 3))
-    cells = np.arange(800).reshape(200, 4)
-    volume = cell_volumes(corners.reshape(-1, 3), cells)
-    wanted = cell_angles(corners.reshape(-1, 3), cells).min(axis=1)
-    found = least_dihedral(corners)
-    np.testing.assert_allclose(np.where(volume > 0, found, -1.0 - found), wanted, atol=1e-6)
-    assert np.all((found > 0) == (volume > 0))
-
-
 def test_flat_tetrahedra_are_mended_without_leaving_their_faces():
     # A fan around an inner node that lies almost in the base, and one on it almost in an edge.
     design = parse_design('design.name = "t"\nplates.count = 0')
@@ -86,3 +78,41 @@ def test_flat_tetrahedra_are_mended_without_leaving_their_faces():
     assert least_dihedral(better[tets]).min() > TARGET_DEG
     assert better[4, 1] == pytest.approx(0.0, abs=1e-12)
     np.testing.assert_array_equal(better[[0, 1, 2, 3, 6]], points[[0, 1, 2, 3, 6]])
+
+
+def size(points):
+    """Fine at the corner (0, 0, 0)."""
+    return 0.02 + 0.25 * np.linalg.norm(points, axis=1)
+
+
+def test_refined_meshes_conform_and_reach_their_sizes():
+    corners, kuhn = simplices(*[np.array([0.0, 1.0])] * 3)
+    scale = np.ones(3)
+    points, tets, regions = refine(corners, kuhn, np.arange(6), size, scale, 100_000)
+    volumes = cell_volumes(points, tets)
+    assert volumes.min() > 0.0
+    np.testing.assert_allclose(np.bincount(regions, weights=volumes), 1.0 / 6.0)
+    facets = np.sort(tets[:, TETRA_FACETS].reshape(-1, 3), axis=1)
+    unique, uses = np.unique(facets, axis=0, return_counts=True)
+    on_hull = [
+        (np.abs(points[unique][:, :, axis] - side) < 1e-12).all(axis=1)
+        for axis in range(3)
+        for side in (0.0, 1.0)
+    ]
+    np.testing.assert_array_equal(uses == 1, np.any(on_hull, axis=0))  # no hanging node inside
+    ends = tets[:, TETRA_EDGES]
+    length = np.linalg.norm(points[ends[..., 1]] - points[ends[..., 0]], axis=2)
+    assert (length <= TOO_LONG * 0.5 * size(points)[ends].sum(axis=2) + 1e-12).all()
+    assert least_dihedral(points[tets]).min() > 0.4 * least_dihedral(corners[kuhn]).min()
+    assert len(tets) > 500
+
+
+def test_a_mesh_fine_enough_stays_and_scale_stretches():
+    corners, kuhn = simplices(*[np.array([0.0, 1.0])] * 3)
+
+    def refined(size, scale):
+        return refine(corners, kuhn, np.zeros(6, int), lambda p: np.full(len(p), size), scale, 9999)
+
+    np.testing.assert_array_equal(refined(2.0, np.ones(3))[1], kuhn)
+    coarse, fewer = (refined(0.3, np.array([1.0, 1.0, z])) for z in (1.0, 0.25))
+    assert len(kuhn) < len(fewer[1]) < 0.8 * len(coarse[1])

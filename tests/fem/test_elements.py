@@ -1,24 +1,22 @@
-"""P1, P2 and mixed elements: fitted orders at nu = 0.3 and 0.4999, patch tests, agreement."""
-
-import importlib.util
-from pathlib import Path
+"""P1, P2 and mixed elements: fitted orders, rigid motions, patch tests, locking, interfaces."""
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import lame_parameters, physical_gradients, quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.system import assemble_system
-from fingerdesign.mesh.types import Mesh
-
-_spec = importlib.util.spec_from_file_location(
-    "fem_elasticity_boxes", Path(__file__).with_name("test_elasticity.py")
-)
-boxes = importlib.util.module_from_spec(_spec)
-_spec.loader.exec_module(boxes)
+from fingerdesign.fem.trace import contact_trace
+from fingerdesign.mesh.types import boundary_facets
+from tests.support.boxes import box, mesh_of
 
 WAVES, SLOPES = np.array([2.0, 1.5, 1.0]), np.array([1.0, 2.0, 1.5])
+
+
+def full(upper):
+    return (upper + sp.triu(upper, k=1).T).tocsr()
 
 
 def isochoric(x):
@@ -48,16 +46,16 @@ def body_force(x, lame, shear, share):
     return force + share * stiff * (SLOPES[:dim] ** 2).sum() * volumetric(x)
 
 
-def system_of(points, cells, young, poisson, element):
-    mesh = Mesh(points, cells, np.zeros(len(cells), dtype=int), {}, "box")
-    system = assemble_system(
-        mesh, young, poisson, np.zeros(points.size, dtype=bool), element=element
-    )
+def system_of(points, cells, young, poisson, element="P2"):
+    """The system of a body that is not held, and the places of its own nodes."""
+    mesh, none = mesh_of(points, cells), np.zeros(points.size, dtype=bool)
+    moduli = (np.broadcast_to(value, len(cells)) for value in (young, poisson))
+    system = assemble_system(mesh, *moduli, none, element=element)
     nodes = np.unique(mesh.corners) if element == "P1" else np.arange(len(points))
     return system, points[nodes]
 
 
-def solve(points, cells, system, places, values, load):
+def solve(points, system, places, values, load):
     """Nodal displacements with ``values`` prescribed at the element's boundary nodes."""
     dim = points.shape[1]
     boundary = ((places < 1e-9) | (places > 1 - 1e-9)).any(axis=1)
@@ -66,7 +64,7 @@ def solve(points, cells, system, places, values, load):
     fixed[moves] = np.repeat(boundary, dim)
     found[moves] = values.ravel()
     found[~fixed] = 0.0
-    whole = boxes.full(system.stiffness)
+    whole = full(system.stiffness)
     right = system.lift.T @ load.ravel() - whole @ found
     inner = sp.triu(whole[~fixed][:, ~fixed], format="csr")
     inner.sort_indices()
@@ -79,17 +77,16 @@ def solve(points, cells, system, places, values, load):
 
 def error(dim, n, poisson, element, share=1.0):
     """L2 error of the manufactured solution on a box of n cells a side."""
-    points, cells = boxes.box(dim, n)
+    points, cells = box(dim, n)
     lame, shear = (float(v) for v in lame_parameters(np.array(1.0), np.array(poisson)))
-    count = len(cells)
-    system, places = system_of(points, cells, np.ones(count), np.full(count, poisson), element)
+    system, places = system_of(points, cells, 1.0, poisson, element)
     table = tabulate(dim, *quadrature(dim, 6))
     _, weights = physical_gradients(points, cells, 6)
     where = np.einsum("nq,cna->cqa", table.value, points[cells])
     load = np.zeros_like(points)
     force = body_force(where, lame, shear, share)
     np.add.at(load, cells, np.einsum("nq,cqa,cq->cna", table.value, force, weights))
-    got = solve(points, cells, system, places, exact(places, lame, share), load)
+    got = solve(points, system, places, exact(places, lame, share), load)
     miss = np.einsum("nq,cna->cqa", table.value, got[cells]) - exact(where, lame, share)
     return float(np.sqrt(np.einsum("cqa,cq->", miss**2, weights)))
 
@@ -100,12 +97,7 @@ SIZES = {2: (4, 8, 16), 3: (2, 4, 8)}
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(
     ("element", "poisson", "least"),
-    [
-        ("P1", 0.3, 1.8),
-        ("P2", 0.3, 2.8),
-        ("mixed", 0.3, 2.8),
-        ("mixed", 0.4999, 2.8),
-    ],
+    [("P1", 0.3, 1.8), ("P2", 0.3, 2.8), ("mixed", 0.3, 2.8), ("mixed", 0.4999, 2.8)],
 )
 def test_orders(dim, element, poisson, least):
     errors = [error(dim, n, poisson, element) for n in SIZES[dim]]
@@ -129,61 +121,71 @@ def test_what_locking_costs(dim):
 @pytest.mark.parametrize("element", ["P1", "P2", "mixed"])
 def test_patch_of_uniform_strain(dim, element):
     """A linear field is reproduced exactly, volume change and all, on a distorted mesh."""
-    points, cells = boxes.box(dim, 3, jitter=0.2)
-    count = len(cells)
-    system, places = system_of(points, cells, np.ones(count), np.full(count, 0.4999), element)
+    points, cells = box(dim, 3, jitter=0.2)
+    system, places = system_of(points, cells, 1.0, 0.4999, element)
     slope = np.random.default_rng(0).normal(size=(dim, dim))
-    got = solve(points, cells, system, places, places @ slope, np.zeros_like(points))
+    got = solve(points, system, places, places @ slope, np.zeros_like(points))
     assert np.abs(got - points @ slope).max() < 1e-9
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rigid_motions_cost_nothing(dim):
+    points, cells = box(dim, 3, jitter=0.2)
+    stiffness = full(system_of(points, cells, 2.0, 0.3)[0].stiffness)
+    motions = [np.tile(row, (len(points), 1)) for row in np.eye(dim)]
+    for a, b in zip(*np.triu_indices(dim, 1), strict=True):
+        turn = np.zeros_like(points)
+        turn[:, a], turn[:, b] = -points[:, b], points[:, a]
+        motions.append(turn)
+    for motion in motions:
+        assert np.abs(stiffness @ motion.ravel()).max() < 1e-12 * abs(stiffness).max()
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_patch_across_an_interface(dim):
+    """A stress that both materials carry at uniform strain each is reproduced exactly.
+
+    Layers stacked along y under u_x = gamma(y): the shear stress is the same in both.
+    """
+    points, cells = box(dim, 4)
+    young = np.where(points[cells].mean(axis=1)[:, 1] < 0.5, 1.0, 1e4)
+    low, high = lame_parameters(np.array([1.0, 1e4]), np.array(0.3))[1]
+    system, places = system_of(points, cells, young, 0.3)
+    wanted, y = np.zeros_like(points), points[:, 1]
+    wanted[:, 0] = np.where(y <= 0.5, y / low, 0.5 / low + (y - 0.5) / high)
+    got = solve(points, system, places, wanted, np.zeros_like(points))
+    assert np.abs(got - wanted).max() < 1e-10 * np.abs(wanted).max()
 
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_pressure_jumps_between_materials(dim):
     """Two nearly incompressible layers stretched alike, and a compressible one: exact strains."""
-    points, cells = boxes.box(dim, 4)
+    points, cells = box(dim, 4)
     height = points[cells].mean(axis=1)[:, 1]
     young = np.where(height < 0.5, 1.0, 40.0)
     poisson = np.where(height < 0.5, 0.4999, 0.499)
-    mesh = Mesh(points, cells, np.zeros(len(cells), dtype=int), {}, "box")
+    mesh = mesh_of(points, cells)
     held = np.zeros(points.shape, dtype=bool)
     held[points[:, 1] < 1e-9, 1] = True
     for k in [0, *range(2, dim)]:
         held[:, k] = True  # stretched along y alone: oedometric, layer by layer
     system = assemble_system(mesh, young, poisson, held.ravel(), element="mixed")
     assert system.pressures > len(np.unique(mesh.corners))
-    top = np.where(np.abs(points[:, 1] - 1) < 1e-9)[0]
-    load = np.zeros(points.shape)
-    facets = face_weights(points, cells, dim)
-    load[:, 1] = facets
-    row = sp.csr_matrix(load.reshape(1, -1) @ system.lift)
+    facets = boundary_facets(cells, dim)
+    trace = contact_trace(points, facets[(points[facets, 1] > 1 - 1e-9).all(axis=1)])
+    pull = np.outer(trace.areas, np.eye(dim)[1])
+    row = sp.csr_matrix((trace.operator.T @ pull.ravel())[None] @ system.lift)
     field = Condensation(system.stiffness, row, system.pressures).solve(row.toarray().T)
-    moved = (system.lift @ field).reshape(points.shape)[top, 1]
+    moved = (system.lift @ field).reshape(points.shape)[points[:, 1] > 1 - 1e-9, 1]
     lame, shear = lame_parameters(np.array([1.0, 40.0]), np.array([0.4999, 0.499]))
-    wanted = (0.5 / (lame + 2 * shear)).sum()
-    assert np.allclose(moved, wanted, rtol=1e-7)
+    assert np.allclose(moved, (0.5 / (lame + 2 * shear)).sum(), rtol=1e-7)
 
 
-def face_weights(points, cells, dim):
-    """Consistent nodal forces of a unit pressure on y = 1 along y."""
-    from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES
-
-    total = np.zeros(len(points))
-    if dim == 2:
-        for k, (a, b) in enumerate(TRIANGLE_EDGES):
-            edge = cells[(points[cells[:, [a, b]], 1] > 1 - 1e-9).all(axis=1)][:, [a, b, 3 + k]]
-            length = np.abs(points[edge[:, 0], 0] - points[edge[:, 1], 0])
-            np.add.at(total, edge, length[:, None] * np.array([1, 1, 4]) / 6)
-        return total
-    for face in TETRA_FACETS:
-        on = cells[(points[cells[:, list(face)], 1] > 1 - 1e-9).all(axis=1)]
-        a, b, c = (points[on[:, k]] for k in face)
-        area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        middle = [4 + k for k, (a, b) in enumerate(TETRA_EDGES) if a in face and b in face]
-        np.add.at(total, on[:, middle], area[:, None] / 3 * np.ones(3))
-    return total
-
-
-def test_an_unknown_element_is_refused():
-    points, cells = boxes.box(2, 2)
+def test_a_negative_stiffness_and_an_unknown_element_are_refused():
+    points, cells = box(2, 2)
+    stiffness = system_of(points, cells, 1.0, 0.3)[0].stiffness
+    rows = sp.csr_matrix(([1.0], ([0], [3])), shape=(1, points.size))
+    with pytest.raises(SolverError, match="not positive definite"):
+        Condensation(-stiffness, rows)
     with pytest.raises(ValueError, match="none of P1, P2, mixed"):
-        system_of(points, cells, np.ones(len(cells)), np.full(len(cells), 0.3), "P3")
+        system_of(points, cells, 1.0, 0.3, "P3")

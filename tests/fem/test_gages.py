@@ -1,9 +1,13 @@
 """Gages on plates of any frame: along z, spanned off the middle, bent, in halves, on a core."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from fingerdesign.design.schema import Design, Gages
+from fingerdesign.errors import SolverError
+from fingerdesign.fem.finite.row import gage_lines
 from fingerdesign.fem.model import build_model, free_ends, gage_positions, materials_of
 from fingerdesign.fem.readout import gage_rows
 from fingerdesign.layout.frames import PlateFrame, plate_frames
@@ -38,6 +42,16 @@ def design_of(**tables):
 @pytest.fixture(scope="module")
 def whole():
     return extrude(design_of(), 2.0, symmetric=False)
+
+
+@pytest.fixture(scope="module")
+def half():
+    return extrude(design_of(), 2.0, symmetric=True)
+
+
+@pytest.fixture(scope="module")
+def section():
+    return mesh_section(design_of(), 2.0)
 
 
 def read(mesh, frame, field):
@@ -85,9 +99,8 @@ def test_a_bent_plate_that_swells_reads_the_swelling(whole):
 
 
 @pytest.mark.parametrize("frame", [LEVEL_Z, UPRIGHT_Z, PlateFrame(0, 0.5, 3, 30, 2, 0.1, -2, 2)])
-def test_halves_read_what_the_whole_reads(whole, frame):
+def test_halves_read_what_the_whole_reads(whole, half, frame):
     """A displacement that mirrors in z = 0, seen by the half z >= 0 alone."""
-    half = extrude(design_of(), 2.0, symmetric=True)
 
     def mirrored(points):
         x, y, z = points.T
@@ -118,13 +131,13 @@ def test_the_core_has_its_own_material():
     assert np.abs(sunk[1]).max() < 0.8 * np.abs(sunk[0]).max()
 
 
-def test_free_ends_are_where_flat_ends_meet_the_contact(whole):
+def test_free_ends_are_where_flat_ends_meet_the_contact(whole, section):
     assert free_ends(design_of().body, whole) == (-2.5, 2.5)
     turned = {"shape": "revolved", "width_mm": 8.0, "arc_radius_mm": 5.0}
     assert free_ends(design_of(body={**turned, "depth_mm": 8.0}).body, whole) is None
     step = {"shape": "step", "step": {"file": "a.step"}, "depth_mm": 6.0}
     assert free_ends(design_of(body=step).body, whole) == pytest.approx((-2.5, 2.5))
-    assert free_ends(design_of().body, mesh_section(design_of(), 2.0)) is None
+    assert free_ends(design_of().body, section) is None
 
 
 def test_some_gages_of_a_model():
@@ -136,3 +149,66 @@ def test_some_gages_of_a_model():
     assert np.allclose(some.gage_strain(force), model.gage_strain(force)[[2, 0]], rtol=1e-9)
     assert some.gage_x.tolist() == [plate_frames(given)[k].x for k in (2, 0)]
     assert some.gage_positions.shape == (2, 3)
+
+
+# Gages at finite strain: elongation of their own line, whatever the plate's motion.
+
+ALL = [FLAT, ALONG_Z, LEVEL_Z, UPRIGHT_Z, BENT]
+
+
+def moved(mesh, gradient):
+    return mesh.points @ (gradient - np.eye(mesh.dimension)).T
+
+
+def turn(dim, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    found = np.eye(dim)
+    found[:2, :2] = [[c, -s], [s, c]]
+    return found
+
+
+@pytest.mark.parametrize("frame", ALL)
+def test_a_turn_reads_nothing_in_space(whole, frame):
+    gradient = turn(3, 0.8) @ turn(3, 0.3).T[[2, 0, 1]][:, [2, 0, 1]]
+    strains = gage_lines(whole, [frame], GAGES).strains(moved(whole, gradient) + 0.4)
+    assert np.abs(strains).max() < 1e-13
+
+
+@pytest.mark.parametrize("frame", [FLAT, BENT])
+def test_a_turn_reads_nothing_in_the_section(section, frame):
+    strains = gage_lines(section, [frame], GAGES).strains(moved(section, turn(2, 1.2)))
+    assert np.abs(strains).max() < 1e-13
+
+
+@pytest.mark.parametrize("frame", [FLAT, ALONG_Z, UPRIGHT_Z])
+def test_a_large_homogeneous_strain_is_the_axis_own_stretch(whole, frame):
+    gradient = np.eye(3) + 0.3 * np.random.default_rng(4).normal(size=(3, 3))
+    strains = gage_lines(whole, [frame], GAGES).strains(moved(whole, gradient))
+    stretch = np.linalg.norm(gradient @ frame.direction(frame.axis))
+    assert np.allclose(strains, stretch - 1.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("frame", ALL)
+@pytest.mark.parametrize("which", ["whole", "half"])
+def test_small_motions_read_what_the_small_strain_rows_do(request, which, frame):
+    """Of a bent plate to what chords leave of arcs; in a half also where gages cross z = 0."""
+    mesh = request.getfixturevalue(which)
+    x, y, z = mesh.points.T
+    field = np.stack(
+        [x * y + 0.3 * z * z, np.sin(x) + 0.2 * y * y, z * (0.5 + 0.1 * x * y)], axis=1
+    )
+    wanted = (gage_rows(mesh, [frame], GAGES) @ field.ravel()).reshape(-1, 2)
+    small = 1e-7
+    found = gage_lines(mesh, [frame], GAGES).strains(small * field) / small
+    scale = np.abs(wanted).max()
+    assert np.abs(found - wanted).max() < (2e-3 if frame.bend_radius else 2e-6) * scale
+
+
+def test_sheets_are_refused(section):
+    slot = {"plate_0_upper": np.zeros((0, 3), dtype=int)}
+    with pytest.raises(SolverError, match=r"plates\.model"):
+        gage_lines(replace(section, facets=section.facets | slot), [FLAT], GAGES)
+
+
+def test_no_plates_no_strains(section):
+    assert gage_lines(section, [], GAGES).strains(section.points).shape == (0, 2)
