@@ -8,8 +8,8 @@ from fingerdesign_bench.stability.judge import SHARP, Judge, Past, fixed_bound, 
 
 from fingerdesign.contact.pivots import friction_pivots
 from fingerdesign.contact.problem import Motion
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import reduced_model
 
 
 def springs(heights, stiffness=2.0, dim=2):
@@ -17,22 +17,7 @@ def springs(heights, stiffness=2.0, dim=2):
     m = len(heights)
     points = np.zeros((m, dim))
     points[:, 0], points[:, 1] = np.arange(m), heights
-    facets = np.column_stack([np.arange(m - dim + 1) + k for k in range(dim)])
-    return ReducedModel(
-        points=points,
-        facets=facets,
-        facet_areas=np.ones(len(facets)),
-        areas=np.ones(m),
-        compliance=np.eye(m * dim) / stiffness,
-        gage_readout=np.zeros((0, m * dim)),
-        point_readout=np.zeros((0, m * dim)),
-        reaction_readout=-np.tile(np.eye(dim), m),
-        surface=SurfaceQuadrature(points, np.arange(m), np.arange(m), np.ones(m)),
-        rim=np.arange(m) == 0,
-        free_end=np.zeros(m, dtype=bool),
-        locked=np.zeros((m, dim), dtype=bool),
-        depth=1.0,
-    )
+    return reduced_model(points, np.eye(m * dim) / stiffness, rim=np.arange(m) == 0)
 
 
 # Nodes 1 to 3 are pressed by 0.5, 0.2 and 0.05 mm, node 0 not at all; sheared by 0.1 mm with

@@ -6,8 +6,8 @@ import pytest
 from fingerdesign.contact.increment import ContactState, Workspace, solve_increment
 from fingerdesign.contact.newton import ActiveInverse, dofs_of, inverse_of
 from fingerdesign.contact.problem import Motion, contact_problem
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import reduced_model
 
 
 def compliance_of(nodes, dim, seed=0):
@@ -33,21 +33,7 @@ def test_a_workspace_changes_no_answer():
     nodes, dim = 20, 3
     points = np.random.default_rng(1).uniform(-1, 1, (nodes, dim))
     points[:, 1] = -0.3 * (points[:, 0] ** 2 + points[:, 2] ** 2)
-    model = ReducedModel(
-        points=points,
-        facets=np.column_stack([np.arange(nodes - 2) + k for k in range(3)]),
-        facet_areas=np.ones(nodes - 2),
-        areas=np.ones(nodes),
-        compliance=compliance_of(nodes, dim, 2),
-        gage_readout=np.zeros((0, nodes * dim)),
-        point_readout=np.zeros((0, nodes * dim)),
-        reaction_readout=-np.tile(np.eye(dim), nodes),
-        surface=SurfaceQuadrature(points, np.arange(nodes), np.arange(nodes), np.ones(nodes)),
-        rim=np.zeros(nodes, dtype=bool),
-        free_end=np.zeros(nodes, dtype=bool),
-        locked=np.zeros((nodes, dim), dtype=bool),
-        depth=1.0,
-    )
+    model = reduced_model(points, compliance_of(nodes, dim, 2))
     problem = contact_problem(model, Plane(0.0), 0.4)
     workspace, one, other = Workspace(), *[ContactState.untouched(problem)] * 2
     for motion in [Motion(0.05 * k, 0.0) for k in range(1, 6)] + [

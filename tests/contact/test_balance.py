@@ -12,7 +12,7 @@ from fingerdesign.contact.balance import (
     solve_shear,
 )
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces, stiffness
+from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.errors import SolverError
 from fingerdesign.shapes.objects import Plane, touching
@@ -142,17 +142,6 @@ def test_a_small_step_on_costs_few_increments(strip, monkeypatch):
         start = predicted_shear(strip, found, approach, 0.04)
         found = solve_shear(strip, found.state, approach, 0.04, start=start)
     assert len(calls) <= 3 * 20
-
-
-def test_the_stiffness_is_the_slope_of_the_forces(strip):
-    state = pressed(strip, 0.05).state
-    here = solve_increment(strip, state, Motion(0.05, 0.03))
-    tangent = stiffness(strip, here)
-    step = 1e-7
-    for column, motion in enumerate([Motion(0.05 + step, 0.03), Motion(0.05, 0.03 + step)]):
-        there = solve_increment(strip, state, motion)
-        slope = (np.array(whole(strip, there)) - whole(strip, here)) / step
-        assert tangent[:, column] == pytest.approx(slope, rel=1e-4, abs=1e-4 * tangent[0, 0])
 
 
 def test_a_root_is_found_where_the_tangent_reports_nothing():

@@ -7,7 +7,7 @@ import pytest
 from fingerdesign_bench.accuracy.analytic import cattaneo_mindlin_line
 
 from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
-from fingerdesign.contact.path import Forces, NoEquilibrium, follow, solve_forces
+from fingerdesign.contact.path import Forces, NoEquilibrium, follow, force_response, solve_forces
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.shapes.objects import Plane, touching
 
@@ -133,3 +133,28 @@ def test_shear_along_z_is_shear_along_x_turned(patch):
     x, z = (step.measures for step in along)
     assert z.force_z == pytest.approx(x.tangential_force, rel=1e-9)
     assert z.stick_ratio == pytest.approx(x.stick_ratio, abs=5e-3)
+
+
+STEP = 1e-7
+
+
+@pytest.mark.parametrize("shear", [0.002, 0.01, 0.4])
+@pytest.mark.parametrize("which", ["strip", "patch"])
+def test_against_a_difference(which, shear, request):
+    problem = request.getfixturevalue(which)
+    deep = 0.05 if which == "strip" else 0.01
+    shear *= 1.0 if which == "strip" else 0.1
+    (pressed,) = follow(problem, [Motion(deep, 0.0)])
+    state, motion = pressed.increment.state, Motion(deep, shear)
+    here = solve_increment(problem, state, motion)
+    response = force_response(problem, here, problem.modes[:2])
+    for change, step in zip(response, np.eye(2) * STEP, strict=True):
+        there = solve_increment(problem, state, Motion(deep + step[0], shear + step[1]))
+        numeric = (there.multiplier - here.multiplier) / STEP
+        scale = np.abs(response[0]).max()
+        assert np.abs(numeric - change).max() < 1e-4 * scale
+
+
+def test_nothing_answers_without_contact(strip):
+    apart = solve_increment(strip, ContactState.untouched(strip), Motion(-0.1, 0.0))
+    assert not force_response(strip, apart, strip.modes[:2]).any()

@@ -3,6 +3,8 @@
 No CAD, mesh or finite elements here: numpy alone.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,42 +13,16 @@ from hypothesis import strategies as st
 from fingerdesign.contact.increment import (
     ContactState,
     ZoneExhausted,
-    gauss_seidel,
     solve_increment,
 )
 from fingerdesign.contact.laws import OPEN, SLIP, STICK
 from fingerdesign.contact.measures import completely_slips, measure
-from fingerdesign.contact.newton import NewtonResult, newton
+from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.errors import SolverError
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
-
-
-def make_model(points, compliance, rim=None):
-    """A reduced model on a chain (2-D) or a strip of triangles (3-D) of given points."""
-    m, dim = points.shape
-    if dim == 2:
-        facets = np.column_stack([np.arange(m - 1), np.arange(1, m)])
-    else:
-        facets = np.column_stack([np.arange(m - 2), np.arange(1, m - 1), np.arange(2, m)])
-    rigid = np.tile(np.eye(dim), m)
-    return ReducedModel(
-        points=points,
-        facets=facets,
-        facet_areas=np.ones(len(facets)),
-        areas=np.ones(m),
-        compliance=compliance,
-        gage_readout=np.zeros((0, m * dim)),
-        point_readout=np.zeros((0, m * dim)),
-        reaction_readout=-rigid,
-        surface=SurfaceQuadrature(points, np.arange(m), np.arange(m), np.ones(m)),
-        rim=np.zeros(m, dtype=bool) if rim is None else rim,
-        free_end=np.zeros(m, dtype=bool),
-        locked=np.zeros((m, dim), dtype=bool),
-        depth=1.0,
-    )
+from tests.support.reduced import reduced_model
 
 
 def random_model(m, dim, seed, contrast=1.0):
@@ -59,7 +35,7 @@ def random_model(m, dim, seed, contrast=1.0):
     if dim == 3:
         points[:, 2] = rng.uniform(-0.5, 0.5, m)
     points[:, 1] = -0.3 * (points**2).sum(axis=1)
-    return make_model(points, compliance)
+    return reduced_model(points, compliance)
 
 
 def half_plane(m=41, width=2.0, radius=10.0):
@@ -70,7 +46,7 @@ def half_plane(m=41, width=2.0, radius=10.0):
     compliance[:, 0, :, 0] = kernel
     compliance[:, 1, :, 1] = kernel
     points = np.column_stack([x, -(x**2) / (2 * radius)])
-    return make_model(points, compliance.reshape(2 * m, 2 * m))
+    return reduced_model(points, compliance.reshape(2 * m, 2 * m))
 
 
 def assert_laws(increment, friction):
@@ -167,7 +143,7 @@ def test_the_rim_is_never_passed_silently():
     model = half_plane()
     rim = np.zeros(model.nodes, dtype=bool)
     rim[[0, -1]] = True
-    limited = make_model(model.points, model.compliance, rim)
+    limited = replace(model, rim=rim)
     problem = contact_problem(limited, Plane(0.0), 0.3)
     with pytest.raises(ZoneExhausted, match="candidate zone"):
         solve_increment(problem, ContactState.untouched(problem), Motion(0.5, 0.0))
@@ -195,16 +171,6 @@ def test_motion_that_is_not_finite_is_refused():
 def test_friction_out_of_bounds_is_refused(friction):
     with pytest.raises(ValueError, match="friction coefficient"):
         contact_problem(half_plane(), Plane(0.0), friction)
-
-
-def test_gauss_seidel_agrees_with_newton():
-    problem = contact_problem(random_model(10, 3, 3), Plane(0.0), 0.4)
-    offset = problem.offset(Motion(0.3, 0.2), np.zeros((10, 2)))
-    swept = gauss_seidel(problem.compliance, offset, 0.4, np.zeros((10, 3)), 5000, 1e-12)
-    exact = newton(problem.compliance, offset, 0.4, np.zeros((10, 3)))
-    assert swept.converged
-    assert exact.converged
-    assert np.allclose(swept.multiplier, exact.multiplier, atol=1e-8)
 
 
 def test_stick_and_contact_lengths_by_quadrature():

@@ -4,13 +4,21 @@ import numpy as np
 import pytest
 
 from fingerdesign.contact import increment as strategy
-from fingerdesign.contact.increment import Task, gauss_seidel, solve_task
+from fingerdesign.contact.increment import (
+    ContactState,
+    Task,
+    gauss_seidel,
+    pressed,
+    solve_increment,
+    solve_task,
+)
 from fingerdesign.contact.laws import natural_residual
 from fingerdesign.contact.newton import NewtonResult
 from fingerdesign.contact.pivots import friction_pivots
+from fingerdesign.contact.problem import Motion
 
 
-def problem(m, dim, seed):
+def random_problem(m, dim, seed):
     """A random positive definite compliance and offset; some nodes pressed, some free."""
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(m * dim, m * dim))
@@ -30,7 +38,7 @@ def worst(compliance, offset, friction, force):
 def test_pivots_always_find_an_answer(friction):
     """An answer exists for every friction coefficient, and the path leads to one."""
     for seed in range(40):
-        compliance, offset = problem(10, 2, seed)
+        compliance, offset = random_problem(10, 2, seed)
         found = friction_pivots(compliance, offset, friction)
         assert found.converged
         assert worst(compliance, offset, friction, found.multiplier) < 1e-9
@@ -51,14 +59,14 @@ def test_pivots_on_ties():
 
 
 def test_pivots_that_run_out_say_so():
-    compliance, offset = problem(10, 2, 1)
+    compliance, offset = random_problem(10, 2, 1)
     found = friction_pivots(compliance, offset, 0.5, limit=3)
     assert not found.converged
     assert not found.multiplier.any()
 
 
 def test_nothing_touched_needs_no_force():
-    compliance, offset = problem(6, 2, 2)
+    compliance, offset = random_problem(6, 2, 2)
     offset[:, 0] = np.abs(offset[:, 0]) + 0.1
     assert not friction_pivots(compliance, offset, 1.0).multiplier.any()
 
@@ -79,7 +87,7 @@ def test_every_way_leads_to_an_answer(monkeypatch, dim):
     monkeypatch.setattr(Task, "warm", lambda task: NewtonResult(task.guess, 1.0, 1, False))
     for seed in range(10):
         calls.clear()
-        compliance, offset = problem(8, dim, seed)
+        compliance, offset = random_problem(8, dim, seed)
         task = Task(compliance, offset, np.ones((8, dim)), 0.6, *2 * [np.zeros((8, dim))])
         result, name = solve_task(task)
         assert result.converged
@@ -91,7 +99,7 @@ def test_every_way_leads_to_an_answer(monkeypatch, dim):
 def test_last_ways_alone(name):
     way = getattr(strategy, name)
     for seed in range(10):
-        compliance, offset = problem(8, 3, seed)
+        compliance, offset = random_problem(8, 3, seed)
         start = np.zeros((8, 3))
         task = Task(compliance, offset, np.ones((8, 3)), 0.5, start, start)
         result = way(task, start) if name == "_raise_friction" else way(task, 300, start)
@@ -101,7 +109,7 @@ def test_last_ways_alone(name):
 
 def test_gauss_seidel_stops_at_its_limits():
     """Neither sweeps nor seconds are exceeded, and an unfinished answer is not called one."""
-    compliance, offset = problem(10, 3, 4)
+    compliance, offset = random_problem(10, 3, 4)
     start = np.zeros((10, 3))
     few = gauss_seidel(compliance, offset, 0.5, start, sweeps=3, tolerance=1e-14)
     assert (few.iterations, few.converged) == (3, False)
@@ -111,3 +119,30 @@ def test_gauss_seidel_stops_at_its_limits():
     full = gauss_seidel(compliance, offset, 0.5, start, 5000, tolerance=1e-11)
     assert full.converged
     assert worst(compliance, offset, 0.5, full.multiplier) < 1e-10
+
+
+@pytest.mark.parametrize("which", ["strip", "patch"])
+def test_without_friction_the_guess_is_the_answer(which, request):
+    problem = request.getfixturevalue(which).with_friction(0.0)
+    deep = Motion(0.05 if which == "strip" else 0.01, 0.0)
+    state = ContactState.untouched(problem)
+    offset = problem.offset(deep, state.slip)
+    guess = pressed(problem.compliance, offset, state.multiplier, 0.0)
+    answer = solve_increment(problem, state, deep).multiplier
+    # Normal and tangential do not couple on these half-spaces.
+    assert np.abs(guess - answer)[:, 0].max() < 1e-9 * answer.max()
+    assert not guess[:, 1:].any()
+
+
+def test_a_guess_is_admissible_whatever_it_is_made_from(patch):
+    rng = np.random.default_rng(1)
+    offset = patch.offset(Motion(0.01, 0.002), np.zeros((patch.model.nodes, 2)))
+    wild = rng.normal(size=offset.shape)
+    guess = pressed(patch.compliance, offset, wild, 0.5)
+    assert (guess[:, 0] >= 0.0).all()
+    assert (np.linalg.norm(guess[:, 1:], axis=1) <= 0.5 * guess[:, 0] + 1e-15).all()
+
+
+def test_nothing_touches_apart(strip):
+    offset = strip.offset(Motion(-0.1, 0.0), np.zeros((strip.model.nodes, 1)))
+    assert not pressed(strip.compliance, offset, np.zeros(offset.shape), 0.5).any()

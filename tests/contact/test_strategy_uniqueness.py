@@ -8,8 +8,8 @@ from fingerdesign.contact.laws import OPEN, SLIP
 from fingerdesign.contact.newton import ActiveInverse, classify, slip_system
 from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.contact.uniqueness import other_solutions
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import reduced_model
 
 COUPLING = 0.9  # tangential motion per normal force over the normal motion: friction can wedge
 
@@ -23,22 +23,7 @@ def one_node(friction):
     points[1] = 10.0, -50.0  # out of reach
     compliance = np.eye(4)
     compliance[0, 1] = compliance[1, 0] = COUPLING
-    model = ReducedModel(
-        points=points,
-        facets=np.array([[0, 1]]),
-        facet_areas=np.ones(1),
-        areas=np.ones(2),
-        compliance=compliance,
-        gage_readout=np.zeros((0, 4)),
-        point_readout=np.zeros((0, 4)),
-        reaction_readout=-np.tile(np.eye(2), 2),
-        surface=SurfaceQuadrature(points, np.arange(2), np.arange(2), np.ones(2)),
-        rim=np.zeros(2, dtype=bool),
-        free_end=np.zeros(2, dtype=bool),
-        locked=np.zeros((2, 2), dtype=bool),
-        depth=1.0,
-    )
-    return contact_problem(model, Plane(0.0), friction)
+    return contact_problem(reduced_model(points, compliance), Plane(0.0), friction)
 
 
 def solution_index(problem, increment):

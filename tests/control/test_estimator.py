@@ -57,9 +57,7 @@ def test_a_file_brings_the_same_estimator_back():
     assert after.to_json() == before.to_json()
 
 
-@pytest.mark.parametrize(
-    "text", ["", "{}", "[]", "null", '{"format": "another"}', '{"format": 1, "lags": []}']
-)
+@pytest.mark.parametrize("text", ["", "{}", "[]", "null", '{"format": "another"}', "[" * 200_000])
 def test_what_is_no_estimator_is_refused(text):
     with pytest.raises(EstimatorError):
         GripEstimator.from_json(text)
@@ -72,15 +70,10 @@ def test_each_noise_has_its_network():
     assert both.at_noise(100.0).band is both.bands[1]
 
 
-def test_a_network_that_says_nothing_finite_is_refused():
-    text = estimator().to_json().replace('"noise_microstrain": 0.5', '"noise_microstrain": "x"')
-    with pytest.raises(EstimatorError):
-        GripEstimator.from_json(text)
-
-
 @pytest.mark.parametrize(
     ("where", "value"),
     [
+        (("noise_microstrain",), "x"),
         (("noise_microstrain",), -1.0),
         (("noise_microstrain",), float("nan")),
         (("noise_microstrain",), 10**400),
@@ -95,7 +88,7 @@ def test_a_network_that_says_nothing_finite_is_refused():
         (("bands", 1, "center"), [0.0]),
     ],
 )
-def test_a_invalid_estimator_is_refused(where, value):
+def test_an_invalid_estimator_is_refused(where, value):
     record = json.loads(estimator().to_json())
     place = record
     for key in where[:-1]:
@@ -103,11 +96,6 @@ def test_a_invalid_estimator_is_refused(where, value):
     place[where[-1]] = value
     with pytest.raises(EstimatorError):
         GripEstimator.from_json(json.dumps(record))
-
-
-def test_absurd_text_is_refused():
-    with pytest.raises(EstimatorError):
-        GripEstimator.from_json("[" * 200_000)
 
 
 def test_readings_under_normal_force_alone_are_no_signal():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
 from fingerdesign.contact.increment import ZoneExhausted
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episode, run_episodes
@@ -170,12 +169,3 @@ def test_the_rule_on_the_half_plane(half_plane, design):
         if result.friction_coefficient <= 0.3:
             assert result.holds >= 1
             assert result.slips_without_rule is True
-
-
-def test_run_grips_gives_results_with_their_traces(half_plane, design):
-    short = with_values(design, {"grip.max_steps": 5})
-    (episode,) = run_episodes(half_plane, short, [0.4], 200.0)
-    result, trace = episode.result, episode.trace
-    assert (result.friction_coefficient, trace.object_mass_g) == (0.4, 200.0)
-    assert not result.lifted
-    assert trace.lift_step is None

@@ -7,8 +7,6 @@ import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import parse_design
-from fingerdesign.control.plants import recorded as trace
-from fingerdesign.control.plants import recorded as trace_units
 
 TEXT = (Path(__file__).parents[2] / "docs/plants.md").read_text("utf-8")
 
@@ -41,14 +39,3 @@ def test_a_hand_of_ones_own_grips(capsys):
     lifted, margin, *reason = capsys.readouterr().out.split()
     assert (lifted, float(margin)) == ("True", pytest.approx(2.4, abs=0.3))
     assert "hangs" in " ".join(reason)
-
-
-def test_the_columns_and_bounds_are_those_of_the_code():
-    for name in trace.COLUMNS:
-        assert f"`{name}`" in TEXT
-    strain, stiffness = trace_units._STRAIN, trace_units._STIFFNESS
-    assert f"above {strain[0]:g} microstrain" in TEXT
-    assert f"{strain[1]:,.0f}".replace(",", " ") in TEXT
-    assert f"more than {stiffness[1]:.0f} or less than {stiffness[0]:g} N for each mm" in TEXT
-    assert f"above {trace_units._FORCE_N:.0f} N" in TEXT
-    assert f"longer than {trace_units._MOVE_MM:g} mm, {trace_units._TRAVEL_MM:g} mm" in TEXT

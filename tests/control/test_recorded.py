@@ -1,16 +1,20 @@
-"""Recorded traces: read as they are, and every fault named by row and column."""
+"""Recorded traces: read as they are, every fault named by row and column; hands along them."""
 
 import numpy as np
 import pytest
 
+from fingerdesign.control.calibration import Bounds, calibrate
+from fingerdesign.control.estimator import LAGS, Estimated
 from fingerdesign.control.plants.plant import CondensedPlant
 from fingerdesign.control.plants.recorded import (
     RecordedPlant,
     TraceEnded,
     parse_trace,
     read_trace,
+    replay,
     trace_of,
 )
+from fingerdesign.control.roster import Command
 from fingerdesign.errors import DesignError
 
 NAMES = ["time_s", "dx_mm", "dy_mm", "normal_force_N", "tangential_force_N"]
@@ -26,28 +30,29 @@ def table(gages=3):
     return np.column_stack([0.01 * k, dx, np.full(SAMPLES, 0.01), 0.3 * k, tangential, strain])
 
 
+def names_of(gages):
+    return [*NAMES, *(f"gage_{k + 1}" for k in range(gages))]
+
+
 def text(cells=None, names=None, gages=3):
     cells = table(gages) if cells is None else cells
-    names = [*NAMES, *(f"gage_{k + 1}" for k in range(gages))] if names is None else names
+    names = names_of(gages) if names is None else names
     lines = [",".join(names)]
     lines += [",".join(c if isinstance(c, str) else f"{c:.10g}" for c in row) for row in cells]
     return "\n".join(lines) + "\n"
 
 
-def changed(row, name, value, gages=3):
+def changed(row, name, value):
     """The trace's text with one cell changed; rows as in the file."""
-    names = [*NAMES, *(f"gage_{k + 1}" for k in range(gages))]
-    cells = [list(line) for line in table(gages)]
-    cells[row - 2][names.index(name)] = value
-    return text(cells, names, gages)
+    cells = [list(line) for line in table()]
+    cells[row - 2][names_of(3).index(name)] = value
+    return text(cells)
 
 
-def scaled(name, factor, gages=3):
-    names = [*NAMES, *(f"gage_{k + 1}" for k in range(gages))]
-    cells = table(gages)
-    wanted = [k for k, each in enumerate(names) if each.startswith(name)]
-    cells[:, wanted] *= factor
-    return text(cells, names, gages)
+def scaled(name, factor):
+    cells = table()
+    cells[:, [each.startswith(name) for each in names_of(3)]] *= factor
+    return text(cells)
 
 
 def faults(trace, gages=None):
@@ -157,20 +162,17 @@ def test_a_lost_sample_is_a_gap():
         (text(gages=3), 2, "row 1, column gage_3 = 3 gages: must be 2"),
         (text(names=[*NAMES, "gage_1", "gage_2", "gage_4"]), None, "row 1, column gage_4"),
         (text(names=[*NAMES, "gage_1", "gage_2", "gage_2"]), None, "row 1, column 8"),
-        (text().replace("normal_force_N,", "normal_force_mN,", 1), None, "row 1, column 4"),
+        (
+            text().replace("normal_force_N", "normal_force_mN"),
+            None,
+            "row 1, column 4 = 'normal_force_mN': must be a known column; did you mean normal_fo",
+        ),
         (text().replace("time_s", "time_ms"), None, "row 1, column time_s = absent"),
         (text().replace(",", ";"), None, "row 1, column 1"),
     ],
 )
 def test_a_wrong_header_is_named(trace, gages, said):
     assert any(fault.startswith(said) for fault in faults(trace, gages)), faults(trace, gages)
-
-
-def test_a_misspelt_column_is_reported_its_name():
-    assert any(
-        "did you mean normal_force_N?" in fault
-        for fault in faults(text().replace("normal_force_N", "normal_force_mN"))
-    )
 
 
 def test_rows_cut_short_and_decimal_commas():
@@ -214,3 +216,67 @@ def test_a_recorded_simulation_feels_as_the_plant_did(half_plane, tmp_path):
         assert again.readings == pytest.approx(sample.readings, rel=1e-7, abs=1e-12)
         assert again.normal_force == pytest.approx(sample.normal_force)
     assert recorded.truth().shear == pytest.approx(plant.truth().shear)
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane):
+    return calibrate(
+        lambda: CondensedPlant(half_plane, "both"),
+        half_plane.model.gage_x,
+        Bounds(0.04, 0.01, 0.2, 0),
+    )
+
+
+@pytest.fixture(scope="module")
+def recorded(half_plane):
+    plant = CondensedPlant(half_plane, "both")
+    moves = [(0.002 if k > 4 else 0.0, 0.01) for k in range(20)]
+    return trace_of([plant.move(*move) for move in moves], moves, 100.0)
+
+
+class Echo:
+    """Asks for a hundredth of what it feels."""
+
+    name = "echo"
+
+    def start(self, calibration, sample):
+        self.began = sample.normal_force
+
+    def command(self, sample):
+        return Command(0.01 * sample.normal_force, 0.0, False)
+
+
+class Counting:
+    """An estimator that tells how long its history is, and how far it has been sheared."""
+
+    gages = 11
+
+    def estimate(self, history):
+        return Estimated(float(len(history)), float(sum(each.dx for each in history)), 0.0)
+
+
+def test_a_controller_is_requested_from_the_preload_on(bench, recorded):
+    hand = Echo()
+    steps = list(replay(RecordedPlant(recorded), bench, 0.04, hand))
+    assert hand.began == recorded.normal_force[3]
+    assert [step.row for step in steps] == list(range(6, 22))
+    assert [step.requested.dx for step in steps] == pytest.approx(0.01 * recorded.normal_force[4:])
+    assert [step.dx for step in steps] == recorded.dx[4:].tolist()
+    assert np.array_equal(steps[0].sample.readings, recorded.readings[4])
+    assert steps[0].estimated is None
+
+
+def test_an_estimator_samples_the_moves_that_the_rig_made(bench, recorded):
+    steps = list(replay(RecordedPlant(recorded), bench, 0.04, Echo(), Counting()))
+    most = max(LAGS) + 1
+    assert [step.estimated.stick_ratio for step in steps] == [min(k, most) for k in range(5, 21)]
+    assert steps[-1].estimated.used == pytest.approx(recorded.dx[-most:].sum())
+
+
+def test_what_does_not_fit_is_refused(bench, recorded):
+    with pytest.raises(DesignError, match=r"row 21, column dy_mm = 0.2: must be rows that close"):
+        list(replay(RecordedPlant(recorded), bench, 0.5, Echo()))
+    other = Counting()
+    other.gages = 7
+    with pytest.raises(DesignError, match="11 gages: must be 7, for which the estimator"):
+        list(replay(RecordedPlant(recorded), bench, 0.04, Echo(), other))

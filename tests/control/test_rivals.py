@@ -224,13 +224,6 @@ def test_no_move_is_larger_than_the_hand_can_do(bench, grip):
             assert 0.0 <= command.dx <= grip.shear_step_mm
 
 
-def test_names_are_those_of_the_table(grip):
-    assert CONTROLLERS.shipped_names() == NAMES
-    for name in NAMES:
-        if name != "regulator":
-            assert controller(name, grip, friction=0.5, mass_g=200.0).name == name
-
-
 def test_who_is_not_reported_enough_is_refused(grip):
     with pytest.raises(ValueError, match=r"oracle_1\.2 must be given"):
         controller("oracle_1.2", grip, friction=0.5)

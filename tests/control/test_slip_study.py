@@ -8,8 +8,8 @@ from fingerdesign.contact.problem import contact_problem
 from fingerdesign.control import slip_study as study
 from fingerdesign.control.signals import Sample, response
 from fingerdesign.errors import SolverError
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import reduced_model
 
 ROWS = [(0.06, 0.004), (0.1, 0.01), (0.1, 0.02), (0.1, 0.03), (0.1, 0.045), (0.1, 0.2)]
 PLATES = 9
@@ -32,21 +32,12 @@ def model(seed=0, nodes=61, half=4.0, radius=20.0):
     readout[0::2, 1::2] = pressed + 1e-4 * below  # each its own part of the pressure
     readout[1::2, 1::2] = pressed - 1e-4 * below
     points = np.column_stack([x, -(x**2) / (2 * radius)])
-    index = np.arange(nodes)
-    return ReducedModel(
-        points=points,
-        facets=np.column_stack([index[:-1], index[1:]]),
+    return reduced_model(
+        points,
+        compliance,
         facet_areas=np.diff(x),
         areas=areas,
-        compliance=compliance,
         gage_readout=readout,
-        point_readout=np.zeros((0, 2 * nodes)),
-        reaction_readout=-np.tile(np.eye(2), nodes),
-        surface=SurfaceQuadrature(points, index, index, np.ones(nodes)),
-        rim=np.zeros(nodes, dtype=bool),
-        free_end=np.zeros(nodes, dtype=bool),
-        locked=np.zeros((nodes, 2), dtype=bool),
-        depth=1.0,
         gage_x=gage_x,
     )
 

@@ -1,6 +1,6 @@
 """Files in and out: every fault at once, readable; nothing crashes; what is written reads back."""
 
-import tomllib
+import os
 
 import pytest
 from hypothesis import given, settings
@@ -88,45 +88,6 @@ def test_faulty_keys_come_before_the_geometry(lines, expected):
 PLACED = NAME + "plates.placement = [[-1.0, 10.5, 45.0], [1.0, 10.5, 45.0]]\n"
 
 
-def test_a_placement_stands_instead_of_the_regular_row():
-    """count, pitch, cover and angle may stay in the file: the rows decide (CONTRACT)."""
-    lines = "plates.count = 5\nplates.pitch_mm = 1.0\nplates.angle_deg = 45.0"
-    design = parse_design(PLACED + lines)
-    assert design.plates.number == 2
-    assert parse_design(dump_design(design)) == design
-    assert with_values(design, {"plates.length_mm": 1.5}).plates.number == 2
-
-
-@pytest.mark.parametrize(
-    ("line", "key"),
-    [
-        ("grip.preload_mm = 0.5\ngrip.max_approach_mm = 0.3", "grip.preload_mm"),
-        ("grip.max_approach_mm = 50.0", "grip.max_approach_mm"),
-        ("grip.approach_step_mm = 1.0", "grip.approach_step_mm"),
-        ("grip.approach_step_mm = 1e-6", "grip.approach_step_mm"),
-    ],
-)
-def test_a_stage_that_cannot_do_its_grip_is_a_fault(line, key):
-    assert key in faults(NAME + line)
-
-
-def test_special_files_are_refused(tmp_path):
-    import os
-
-    pipe = tmp_path / "pipe"
-    os.mkfifo(pipe)
-    with pytest.raises(DesignError, match="ordinary file"):
-        load_design(pipe)
-
-
-def test_each_fault_is_one_line_naming_file_key_value_bound_and_remedy():
-    with pytest.raises(DesignError) as caught:
-        parse_design(NAME + "plates.count = 100000\nbody.depth_mm = 0", "f.toml")
-    lines = str(caught.value).splitlines()
-    assert lines[0].startswith("f.toml: body.depth_mm = 0: must be at least 0.5; ")
-    assert lines[1].startswith("f.toml: plates.count = 100000: must be at most 500; ")
-
-
 @pytest.mark.parametrize(
     ("line", "key", "nearest"),
     [
@@ -142,12 +103,9 @@ def test_unknown_key_names_the_nearest(line, key, nearest):
     assert nearest in faults(NAME + line)[key].remedy
 
 
-def test_a_top_level_key_inside_a_table_is_explained():
+def test_assumed_keys_exist_and_stand_before_the_first_table():
     found = faults('[design]\nname = "a"\nassumed = ["body.width_mm"]')
     assert "before the first [table]" in found["design.assumed"].remedy
-
-
-def test_assumed_keys_exist():
     found = faults('assumed = ["body.width_mm", "body.widht_mm"]\n' + NAME)
     assert found["assumed[1]"].remedy == "did you mean 'body.width_mm'?"
     assert len(found) == 1
@@ -169,13 +127,12 @@ def test_what_is_no_toml_is_a_fault(text):
     assert "file" in faults(text)
 
 
-def test_line_and_column_of_a_syntax_error_are_reported():
-    assert "line 2" in faults(NAME + "x =\n")["file"].remedy
-
-
 def test_files_that_cannot_be_read(tmp_path):
     binary = tmp_path / "b.toml"
     binary.write_bytes(b"\xff\xfe\x00")
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(DesignError, match="ordinary file"):
+        load_design(tmp_path / "pipe")
     for path in (tmp_path / "absent.toml", tmp_path, binary):
         for load in (load_design, load_scene):
             with pytest.raises(DesignError, match="readable TOML file"):
@@ -231,11 +188,6 @@ def test_what_is_written_reads_back(values):
     again = parse_design(dump_design(design))
     assert again == design
     assert again.digest() == design.digest()
-
-
-def test_written_assumed_keys_stand_before_the_first_table():
-    design = parse_design('assumed = ["body.width_mm"]\n' + NAME)
-    assert tomllib.loads(dump_design(design))["assumed"] == ["body.width_mm"]
 
 
 ANY = st.recursive(
@@ -320,12 +272,17 @@ def test_remedies_name_key_and_value(text, remedy):
     assert remedy in {fault.remedy for fault in judge_design(NAME + text).faults}
 
 
-@pytest.mark.parametrize("name", ["con", "NUL", "aux.1", "lpt9", "Com1.toml"])
-def test_names_that_windows_reserves_are_refused(name):
-    with pytest.raises(DesignError, match="none of the names that Windows reserves"):
-        parse_design(f'design.name = "{name}"\n')
+def test_names_that_windows_reserves_are_refused():
+    for name in ("con", "NUL", "aux.1", "lpt9", "Com1.toml"):
+        assert "Windows" in faults(f'design.name = "{name}"\n')["design.name"].bound
+    for name in ("cone", "auxiliary", "com10", "a.con"):
+        assert parse_design(f'design.name = "{name}"\n').design.name == name
 
 
-@pytest.mark.parametrize("name", ["cone", "auxiliary", "com10", "a.con"])
-def test_names_near_those_that_windows_reserves_are_names(name):
-    assert parse_design(f'design.name = "{name}"\n').design.name == name
+def test_a_placement_stands_instead_of_the_regular_row():
+    """count, pitch, cover and angle may stay in the file: the rows decide (CONTRACT)."""
+    lines = "plates.count = 5\nplates.pitch_mm = 1.0\nplates.angle_deg = 45.0"
+    design = parse_design(PLACED + lines)
+    assert design.plates.number == 2
+    assert parse_design(dump_design(design)) == design
+    assert with_values(design, {"plates.length_mm": 1.5}).plates.number == 2

@@ -16,15 +16,6 @@ def faults(text):
     return {fault.key: fault for fault in caught.value.faults}
 
 
-def test_defaults():
-    scene = parse_scene(PATH)
-    assert scene.object.shape == "plane"
-    assert scene.object.friction_coefficient == 0.5
-    assert scene.path.increments_mm == ((0.1, 0.0), (0.2, 0.05), (0.0, 0.05))
-    assert (scene.path.control, scene.path.substeps) == ("motion", 1)
-    assert scene.readout.points_mm == ()
-
-
 @pytest.mark.parametrize(
     ("text", "key"),
     [
@@ -82,11 +73,6 @@ def test_rows_of_forces_under_either_key():
         path = parse_scene(FORCE + f"path.{key} = [[1, 0], [1, 0.4]]").path
         assert path.rows == ((1.0, 0.0), (1.0, 0.4))
         assert path.key == f"path.{key}"
-
-
-def test_a_fault_elsewhere_does_not_fault_sound_forces():
-    text = FORCE + "path.increments_N = [[1, 0]]\nobject.tilt_deg = 99"
-    assert set(faults(text)) == {"object.tilt_deg"}
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,9 @@
 """Keys, types and bounds of a design, one by one."""
 
-import math
-
 import pytest
 from pydantic import ValidationError
 
 from fingerdesign.checks.load import dump_design, parse_design, with_values
-from fingerdesign.design.grip import Grip
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
@@ -22,61 +18,26 @@ def faults(text):
 NAME = 'design.name = "a"\n'
 
 
-def test_defaults_are_the_contracts():
-    design = parse_design(NAME)
-    assert (design.body.width_mm, design.body.base_height_mm) == (20.0, 10.0)
-    assert (design.body.arc_radius_mm, design.body.depth_mm) == (20.0, 10.0)
-    plates = design.plates
-    assert (plates.count, plates.thickness_mm, plates.length_mm) == (15, 0.1, 2.0)
-    assert (plates.angle_deg, plates.pitch_mm, plates.cover_mm) == (45.0, 1.0, 2.0)
-    assert (plates.span_mm, plates.placement, plates.model) == (None, None, "solid")
-    assert (design.gages.face, design.gages.z_mm) == ("both", 0.0)
-    assert design.material_of("body").youngs_modulus_MPa == 4.96
-    assert design.material_of("plates").poissons_ratio == 0.33
-    assert design.mesh.mesher == "tetwild"
-    assert design.mesh.section.plate_end_size_mm == 0.02
-    assert design.grip == Grip()
-    assert design.grip.friction_coefficients == (0.3, 0.5, 0.8)
-
-
-def test_frozen():
-    design = parse_design(NAME)
-    with pytest.raises(ValidationError):
-        design.body.width_mm = 3.0
-    with pytest.raises(ValidationError):
-        design.body = None
-
-
 @pytest.mark.parametrize(
     ("line", "key"),
     [
         ("body.width_mm = true", "body.width_mm"),
         ('body.width_mm = "20"', "body.width_mm"),
         ("body.width_mm = nan", "body.width_mm"),
-        ("body.width_mm = inf", "body.width_mm"),
-        ("body.width_mm = -1", "body.width_mm"),
         ("body.width_mm = 1e300", "body.width_mm"),
         (f"body.width_mm = 1{'0' * 400}", "body.width_mm"),
-        ("body.width_mm = 2024-01-01", "body.width_mm"),
-        ("body.width_mm = []", "body.width_mm"),
-        ("body = 3", "body"),
         ("plates.count = 15.0", "plates.count"),
-        ("plates.count = -1", "plates.count"),
         ("plates.count = 100000", "plates.count"),
         ("plates.placement = [[0, 10]]", "plates.placement[0]"),
-        ("plates.placement = 5", "plates.placement"),
         ("plates.placement = [[0, nan, 1]]", "plates.placement[0][1]"),
         ('gages.face = "uper"', "gages.face"),
         ("materials.silicone.poissons_ratio = 0.5", "materials.silicone.poissons_ratio"),
         ("materials.silicone.youngs_modulus_MPa = 0", "materials.silicone.youngs_modulus_MPa"),
-        ("materials.mine.poissons_ratio = 0.3", "materials.mine.youngs_modulus_MPa"),
-        ("materials = 3", "materials"),
         ("materials.silicone = 3", "materials.silicone"),
         ('body.material = "silicon"', "body.material"),
         ("grip.friction_coefficients = []", "grip.friction_coefficients"),
         ("grip.friction_coefficients = [0.3, 0]", "grip.friction_coefficients[1]"),
         ('mesh.mesher = "gmsh"', "mesh.mesher"),
-        ("mesh.section.gradation = 0", "mesh.section.gradation"),
         ("assumed = [3]", "assumed[0]"),
     ],
 )
@@ -88,10 +49,6 @@ def test_wrong_values_are_refused_by_key(line, key):
 def test_names_that_are_no_folder_are_refused(name):
     fault = faults(f"design.name = {name!r}")["design.name"]
     assert "letters" in fault.bound
-
-
-def test_name_is_required():
-    assert faults("body.width_mm = 20")["design.name"].bound == "given"
 
 
 def test_a_mold_is_requested_for_in_a_table_of_its_own():
@@ -139,10 +96,6 @@ def test_rows_take_what_they_do_not_say_from_the_table():
     assert (second.pitch_mm, third.along, second.along) == (1.0, "z", "x")
 
 
-def test_whole_numbers_are_lengths_too():
-    assert parse_design(NAME + "body.width_mm = 20").body.width_mm == 20.0
-
-
 def test_dome_needs_its_radius_and_an_arc_has_none():
     assert faults(NAME + 'body.shape = "dome"')["body.dome_radius_mm"].value == "(absent)"
     assert "body.dome_radius_mm" in faults(NAME + "body.dome_radius_mm = 25")
@@ -186,16 +139,14 @@ def test_extruded_and_layered(lines, extruded, in_layers):
     assert (design.extruded, layered(design)) == (extruded, in_layers)
 
 
-def test_number_counts_placed_plates():
-    design = parse_design(NAME + "plates.placement = [[0, 10, 45], [3, 10, -45]]")
-    assert design.plates.number == 2
-    assert parse_design(NAME).plates.number == 15
-
-
-def test_python_floats_that_are_not_finite_are_refused():
-    with pytest.raises(ValidationError):
-        Design.model_validate({"design": {"name": "a"}, "gages": {"z_mm": math.inf}})
-
-
 def test_designs_hash_by_content():
     assert len({parse_design(NAME), parse_design(NAME + "body.width_mm = 20")}) == 1
+
+
+def test_frozen():
+    with pytest.raises(ValidationError):
+        parse_design(NAME).body.width_mm = 3.0
+
+
+def test_name_is_required():
+    assert faults("body.width_mm = 20")["design.name"].bound == "given"

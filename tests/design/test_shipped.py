@@ -13,7 +13,6 @@ from fingerdesign.checks.load import load_design, load_scene, parse_design
 from fingerdesign.checks.starter import (
     find_design,
     find_scene,
-    schema_json,
     shipped_designs,
     shipped_text,
     starter_text,
@@ -55,13 +54,6 @@ def test_designs_are_sound_and_say_why_they_exist(path):
             assert scene_faults(load_scene(scene), design) == []
 
 
-@pytest.mark.parametrize("path", shipped("scenes"), ids=lambda path: path.stem)
-def test_scenes_are_sound_and_say_why_they_exist(path):
-    load_scene(path)
-    assert re.match(r"# \w", path.read_text("utf-8"))
-    jsonschema.validate(toml(path), json_schema.scene_json_schema())
-
-
 def test_the_fundamental_case_has_eight_increments_and_ends_in_shear():
     rows = load_scene("designs/scenes/fundamental.toml").path.increments_mm
     assert len(rows) == 8
@@ -97,11 +89,6 @@ def test_schemas_are_current():
         assert shipped_copy == json_schema.schema_text(schema), (
             "run python -m fingerdesign.design.schema"
         )
-
-
-def test_schemas_are_written_anew(tmp_path):
-    json_schema.write_schemas(tmp_path / "data")
-    assert (tmp_path / "data/design.schema.json").read_text("utf-8") == schema_json()
 
 
 def test_schema_refuses_what_the_program_refuses():
@@ -228,3 +215,10 @@ def test_a_design_is_found_by_file_or_by_name(tmp_path, monkeypatch):
     assert find_design("wide").design.name == "mine"
     with pytest.raises(DesignError, match="did you mean maeno2000"):
         find_design("meano2000.toml")
+
+
+@pytest.mark.parametrize("path", shipped("scenes"), ids=lambda path: path.stem)
+def test_scenes_are_sound_and_say_why_they_exist(path):
+    load_scene(path)
+    assert re.match(r"# \w", path.read_text("utf-8"))
+    jsonschema.validate(toml(path), json_schema.scene_json_schema())

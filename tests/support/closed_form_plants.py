@@ -7,8 +7,9 @@ import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 from fingerdesign.shapes.objects import Plane
+from tests.support import reduced
+from tests.support.reduced import reduced_model
 
 MODULUS, DEPTH = 4.96, 10.0  # MPa, mm
 FAR = 12.0  # mm: where the half-plane is held
@@ -36,25 +37,18 @@ def flamant_model(nodes=81, half=4.0, radius=20.0, gages=11, reach=5.0):
     # eps_theta = -eps_r at nu = 1/2, so eps_45 = eps_r (cos^2 - sin^2).
     strain = -2.0 / (np.pi * plane_modulus * DEPTH) * arm / r[..., None] ** 2
     strain *= (2.0 * along**2 - 1.0)[..., None]
-    index = np.arange(nodes)
     points = np.column_stack([x, -(x**2) / (2 * radius)])
     areas = np.full(nodes, h * DEPTH)
     areas[[0, -1]] *= 0.5
     rim = np.zeros(nodes, dtype=bool)
     rim[[0, -1]] = True
-    return ReducedModel(
-        points=points,
-        facets=np.column_stack([index[:-1], index[1:]]),
+    return reduced_model(
+        points,
+        compliance,
         facet_areas=np.full(nodes - 1, h * DEPTH),
         areas=areas,
-        compliance=compliance,
         gage_readout=np.repeat(strain.reshape(gages, 2 * nodes), 2, axis=0),
-        point_readout=np.zeros((0, 2 * nodes)),
-        reaction_readout=-np.tile(np.eye(2), nodes),
-        surface=SurfaceQuadrature(points, index, index, np.ones(nodes)),
         rim=rim,
-        free_end=np.zeros(nodes, dtype=bool),
-        locked=np.zeros((nodes, 2), dtype=bool),
         depth=DEPTH,
         gage_x=gage_x,
     )
@@ -74,37 +68,8 @@ def softer():
 
 @pytest.fixture(scope="session")
 def bump():
-    """In 3-D: a bump of radius 20 on springs coupled by 1/r, 11 x 11 nodes, no gages."""
-    side = np.linspace(-1.0, 1.0, 11)
-    x, z = (grid.ravel() for grid in np.meshgrid(side, side, indexing="ij"))
-    distance = np.hypot(x[:, None] - x[None], z[:, None] - z[None])
-    scalar = 0.05 / np.where(distance > 0, distance, 0.3 * (side[1] - side[0]))
-    number = np.arange(121).reshape(11, 11)
-    low, high = number[:-1, :-1].ravel(), number[1:, 1:].ravel()
-    facets = np.concatenate(
-        [
-            np.column_stack([low, number[1:, :-1].ravel(), high]),
-            np.column_stack([low, high, number[:-1, 1:].ravel()]),
-        ]
-    )
-    points = np.column_stack([x, -(x**2 + z**2) / 40.0, z])
-    area = (side[1] - side[0]) ** 2
-    model = ReducedModel(
-        points=points,
-        facets=facets,
-        facet_areas=np.full(len(facets), 0.5 * area),
-        areas=np.full(121, area),
-        compliance=np.kron(scalar, np.eye(3)),
-        gage_readout=np.zeros((0, 363)),
-        point_readout=np.zeros((0, 363)),
-        reaction_readout=-np.tile(np.eye(3), 121),
-        surface=SurfaceQuadrature(points, np.arange(121), np.arange(121), np.ones(121)),
-        rim=np.maximum(np.abs(x), np.abs(z)) > 0.99,
-        free_end=np.zeros(121, dtype=bool),
-        locked=np.zeros((121, 3), dtype=bool),
-        depth=1.0,
-    )
-    return contact_problem(model, Plane(0.0), 0.5)
+    """In 3-D: 11 x 11 nodes, no gages."""
+    return contact_problem(reduced.bump(11), Plane(0.0), 0.5)
 
 
 @pytest.fixture(scope="session")

@@ -3,7 +3,6 @@
 import re
 from pathlib import Path
 
-from fingerdesign_cli.commands.hand import study_control as command
 from fingerdesign_cli.options import CONTROLLER_NAMES
 
 from fingerdesign.records.base import DATA, schema_text
@@ -19,14 +18,6 @@ def test_its_python_runs(capsys):
     reported = capsys.readouterr().out.split()
     assert float(reported[0]) == 1.0
     assert 1.15 < float(reported[-1]) < 1.3
-
-
-def test_its_options_are_the_commands():
-    options = {name for parameter in command.params for name in parameter.opts}
-    assert set(re.findall(r"`(--[\w-]+)", TEXT)) <= options
-    for line in re.findall(r"^fingerdesign (.*?)(?: #.*)?$", TEXT, flags=re.MULTILINE):
-        assert line.split()[0] == "study-control"
-        assert {word for word in line.split() if word.startswith("--")} <= options
 
 
 def test_every_controller_is_offered_and_has_a_look():

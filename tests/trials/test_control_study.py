@@ -23,7 +23,6 @@ from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug
 from fingerdesign.trials.record import COLUMNS, summarise
 from fingerdesign.trials.run import (
-    FOLDER,
     grips_journal,
     journal_beside,
     kept_grips,
@@ -170,15 +169,6 @@ def test_a_journal_with_a_invalid_value_is_refused(bench, tmp_path, key, value):
         base.execute("update records set record = ? where rowid = 1", (invalid,))
     with grips_journal(path, "d") as journal, pytest.raises(ResultError, match="not a grip"):
         kept_grips(journal)
-
-
-def test_only_a_study_is_replaced(tmp_path):
-    (tmp_path / "mine.txt").write_text("kept", encoding="utf-8")
-    with pytest.raises(ResultError, match="mine"), FOLDER.written(tmp_path):
-        pass
-    with pytest.raises(RuntimeError), FOLDER.written(tmp_path / "new"):
-        raise RuntimeError
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine.txt"]
 
 
 @pytest.fixture

@@ -24,7 +24,6 @@ from fingerdesign.trials.tune import (
     default_values,
     tune_controllers,
     tuned_design,
-    tuning_data,
 )
 from fingerdesign.trials.tuning import (
     BUDGET,
@@ -290,18 +289,6 @@ def test_the_record_and_what_it_is_good_for(quick, design, tmp_path):
         tune_controllers(design, ("fixed_ratio",), path, seed=1)
 
 
-def test_finished_controllers_are_kept(tmp_path):
-    path = tmp_path / "journal"
-    data = tuning_data(tuned(Judge(), budget=SMALL))
-    Kept(path, "d").add("fixed_ratio", data)
-    kept = Kept(path, "d")
-    assert list(kept.controllers) == ["fixed_ratio"]
-    kept.add("paper", data)
-    found = Kept(path, "d").controllers
-    assert list(found) == ["fixed_ratio", "paper"]
-    assert found["paper"] == json.loads(json.dumps(data))
-
-
 def test_an_interrupted_round_goes_on_with_the_trials_that_are_left(tmp_path):
     """The fifth trial of the last round is interrupted: what was judged before is not asked for."""
     path, reported, requested = tmp_path / "journal", [], []
@@ -362,13 +349,3 @@ def test_the_pages_python_runs(capsys):
     (block,) = re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), flags=re.DOTALL)
     exec(compile(block, "controllers.md", "exec"), {})
     assert capsys.readouterr().out.split() == ["oracle_1.2", "['grip.oracle.pull_share']", "96"]
-
-
-def test_the_page_says_the_budget():
-    text = (Path(__file__).parents[2] / "docs/controllers.md").read_text("utf-8")
-    assert "1808 grips" in text
-    assert [(each.new, each.kept, each.grips) for each in BUDGET] == [
-        (32, 0, 16),
-        (8, 8, 48),
-        (4, 4, 96),
-    ]
