@@ -27,16 +27,20 @@ def pressed(problem, approach):
     return solve_increment(problem, ContactState.untouched(problem), Motion(approach, 0.0))
 
 
-@pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 0.9999, -0.5, -0.9999])
-def test_the_force_requested_for_is_carried_at_the_approach_held(strip, share):
-    state = pressed(strip, 0.05).state
-    normal, _ = whole(strip, pressed(strip, 0.05))
-    wanted = share * 0.5 * normal
-    found = solve_shear(strip, state, 0.05, wanted)
-    assert found.motion.approach == 0.05
-    assert whole(strip, found)[1] == pytest.approx(wanted, abs=1e-8 * normal)
-    again = solve_increment(strip, state, found.motion)
-    assert np.abs(again.multiplier - found.multiplier).max() < 1e-9 * normal
+@pytest.mark.parametrize("which", ["strip", "patch"])
+def test_the_force_requested_for_is_carried_at_the_approach_held(which, request):
+    problem, deep = request.getfixturevalue(which), 0.05 if which == "strip" else 0.01
+    state = pressed(problem, deep).state
+    normal, _ = whole(problem, pressed(problem, deep))
+    for share in (0.0, 0.3, 0.9, 0.9999, -0.5, -0.9999) if which == "strip" else (0.6,):
+        wanted = share * 0.5 * normal
+        found = solve_shear(problem, state, deep, wanted)
+        assert found.motion.approach == deep
+        assert whole(problem, found)[1] == pytest.approx(wanted, abs=1e-8 * normal)
+        again = solve_increment(problem, state, found.motion)
+        assert np.abs(again.multiplier - found.multiplier).max() < 1e-9 * normal
+    with pytest.raises(NoEquilibrium):
+        solve_shear(problem, state, deep, 0.51 * normal)
 
 
 def test_on_a_flat_object_it_is_force_control_seen_from_the_other_side(strip):
@@ -113,15 +117,6 @@ def test_on_a_slope(strip):
     normal, _ = whole(problem, pressed(problem, 0.05))
     found = solve_shear(problem, state, 0.05, 0.1 * normal)
     assert whole(problem, found)[1] == pytest.approx(0.1 * normal, abs=1e-8 * normal)
-
-
-def test_in_three_dimensions(patch):
-    state = pressed(patch, 0.01).state
-    normal, _ = whole(patch, pressed(patch, 0.01))
-    found = solve_shear(patch, state, 0.011, 0.3 * normal)
-    assert whole(patch, found)[1] == pytest.approx(0.3 * normal, abs=1e-8 * normal)
-    with pytest.raises(NoEquilibrium):
-        solve_shear(patch, state, 0.01, 0.51 * normal)
 
 
 def test_a_contact_that_outgrows_its_zone_is_said_to(strip):

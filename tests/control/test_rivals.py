@@ -202,24 +202,15 @@ def test_a_sample_that_comes_late_does_not_loosen_the_preload(bench, grip, name)
     assert hand.command(felt(0.5 * preload, 0.0, 0.0)).dy > 0.0
 
 
-def test_starting_again_forgets_the_last_grip(bench, grip):
-    for name in ("fixed_force", "fixed_ratio", "reactive", "oracle_1.2"):
-        hand = controller(name, grip, friction=0.3, mass_g=300.0)
-        runs = []
+def test_no_move_is_larger_than_the_hand_can_do_and_a_start_forgets_the_last_grip(bench, grip):
+    forces = np.random.default_rng(3).uniform([-1.0, -5.0], [60.0, 20.0], (100, 2))
+    for name in ("fixed_force", "fixed_ratio", "reactive", "oracle_1.5"):
+        hand, runs = controller(name, grip, friction=0.3, mass_g=300.0), []
         for _ in range(2):
             hand.start(bench, felt(0.5, 0.0, 0.0))
-            forces = [(0.6, 0.1), (15.0, 0.3), (15.0, 0.3), (15.0, 0.3)]
             runs.append([hand.command(felt(*pair, 0.0)) for pair in forces])
         assert runs[0] == runs[1]
-
-
-def test_no_move_is_larger_than_the_hand_can_do(bench, grip):
-    chance = np.random.default_rng(3)
-    for name in ("fixed_force", "fixed_ratio", "reactive", "oracle_1.5"):
-        hand = controller(name, grip, friction=0.3, mass_g=300.0)
-        hand.start(bench, felt(0.5, 0.0, 0.0))
-        for normal, tangential in chance.uniform([-1.0, -5.0], [60.0, 20.0], (100, 2)):
-            command = hand.command(felt(normal, tangential, 0.0))
+        for command in runs[0]:
             assert abs(command.dy) <= grip.approach_step_mm
             assert 0.0 <= command.dx <= grip.shear_step_mm
 

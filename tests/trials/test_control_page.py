@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from fingerdesign_cli.trials import _show
 
-from fingerdesign.control.metrics import JudgedGrip
-from fingerdesign.records.arrays import GripTrace
 from fingerdesign.report.style import canvas
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.bench import ControlGrid, Tug
@@ -21,25 +19,9 @@ from fingerdesign.trials.page import (
     success_figure,
 )
 from fingerdesign.trials.record import ControlStudy, control_data
+from tests.support.grips import judged, path_of
 
 GRID = ControlGrid((0.3, 0.6), (100.0, 200.0), (0.0, 0.5), tug=None)
-GOOD = JudgedGrip(
-    controller="regulator",
-    friction=0.3,
-    mass_g=100.0,
-    noise=0.0,
-    seed=0,
-    lifted=True,
-    dropped=False,
-    slip_distance_mm=0.0,
-    margin_at_lift=1.3,
-    peak_normal_force_N=2.0,
-    peak_ratio=1.4,
-    minimum_stick_ratio=0.5,
-    steps=30,
-    ending="lifted",
-    reason="a sentence",
-)
 DROPPED = {"lifted": False, "dropped": True, "margin_at_lift": None, "ending": "complete slip"}
 
 
@@ -49,11 +31,8 @@ def study(**controllers):
     for name, (every, last) in controllers.items():
         cells = [cell for batch in GRID.batches([name]) for cell in batch]
         for k, cell in enumerate(cells):
-            each = replace(
-                GOOD, controller=name, friction=cell.friction, mass_g=cell.mass_g, noise=cell.noise
-            )
             changes = {**every, **(last if k == len(cells) - 1 else {})}
-            outcomes.append(replace(each, **changes))
+            outcomes.append(judged(**asdict(cell) | changes))
     return recorded(outcomes, controllers, GRID)
 
 
@@ -126,7 +105,8 @@ def test_an_answer_is_of_the_grid_and_says_what_its_interval_leaves_open():
 
 
 def test_figures_say_in_words_what_they_show():
-    made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}))
+    nothing = {"reactive": (DROPPED, {})}
+    made = study(paper=({}, DROPPED), regulator=({"peak_ratio": 3.5}, {}), **nothing)
     data = made.data
     rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
     assert (
@@ -135,15 +115,10 @@ def test_figures_say_in_words_what_they_show():
     reported = map_figure(data, rows, 0.5).alternative
     assert "paper: 3 of 4 succeed; 1 dropped." in reported
     assert "regulator: 0 of 4 succeed; 4 crushed." in reported
-    assert "regulator: median 3.50" in force_figure(data, rows, 0.5).alternative
-
-
-def test_a_controller_that_lifts_nothing_is_drawn_too():
-    made = study(paper=(DROPPED, {}))
-    data = made.data
-    rows = [{**asdict(each), "crushed": each.crushed} for each in made.outcomes]
-    assert "paper lifts nothing" in force_figure(data, rows, 0.5).alternative
-    assert "0 of 4 succeed; 4 dropped" in map_figure(data, rows, 0.5).alternative
+    assert "reactive: 0 of 4 succeed; 4 dropped." in reported
+    reported = force_figure(data, rows, 0.5).alternative
+    assert "regulator: median 3.50" in reported
+    assert "reactive lifts nothing" in reported
 
 
 def test_the_tables_on_the_terminal_fit_80_columns(capsys):
@@ -162,18 +137,7 @@ def test_the_tables_on_the_terminal_fit_80_columns(capsys):
 
 def test_every_path_is_within_its_axes_and_every_hand_has_its_look():
     force = np.array([0.5, 20.0, 80.0])  # far beyond what 100 g at 0.8 needs
-    same = dict.fromkeys(("approach", "shear", "stick_ratio", "gage_area_mm", "dx", "dy"), force)
-    trace = GripTrace(
-        "fixed_force",
-        0.8,
-        100.0,
-        **same,
-        normal_force=force,
-        tangential_force=np.array([0.0, 0.3, 0.49]),
-        hold=force > 100.0,
-        gage_readings=np.zeros((3, 2)),
-        lift_step=2,
-    )
+    trace = path_of(force, [0.0, 0.3, 0.49], force, 0.8, 100.0, 2)
     axes = canvas(4.0, 3.0).subplots()
     _draw_paths(axes, [trace])
     assert axes.get_xlim()[1] > 80.0

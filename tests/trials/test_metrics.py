@@ -1,43 +1,24 @@
 """Outcomes and summaries of made-up grips with known answers; no model."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from fingerdesign.control.episode import Episode
 from fingerdesign.control.metrics import (
-    JudgedGrip,
     outcome,
     reaction_steps,
 )
-from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.result import GripResult
 from fingerdesign.trials.record import Share, share_of, spread_of, summarise
+from tests.support.grips import judged, path_of
 
 WEIGHT = 0.5e-3 * 9.80665 * 200.0
 
 
-def trace(approach, lift=None, preload=2):
+def trace(approach, lift=None):
     """A grip whose normal force is ten times its approach, at mu = 0.5 with 200 g."""
     approach = np.asarray(approach, dtype=float)
-    steps = len(approach)
-    return GripTrace(
-        controller="made up",
-        friction_coefficient=0.5,
-        object_mass_g=200.0,
-        approach=approach,
-        shear=np.zeros(steps),
-        normal_force=10.0 * approach,
-        tangential_force=np.full(steps, WEIGHT),
-        stick_ratio=np.full(steps, 0.6),
-        gage_area_mm=np.full(steps, np.nan),
-        dx=np.zeros(steps),
-        dy=np.zeros(steps),
-        hold=np.zeros(steps, dtype=bool),
-        gage_readings=np.zeros((steps, 3)),
-        lift_step=lift,
-    )
+    return path_of(10.0 * approach, np.full(len(approach), WEIGHT), approach, 0.5, 200.0, lift)
 
 
 def episode(made, ending="lifted", slip=False, preload=2):
@@ -62,7 +43,7 @@ def episode(made, ending="lifted", slip=False, preload=2):
     return Episode(result, made, ending, "a sentence")
 
 
-def test_an_outcome_reports_margins_in_units_of_the_least_force():
+def test_a_judged_grip_reports_margins_in_units_of_the_least_force():
     made = trace([0.1, 0.2, 0.25, 0.26, 0.3], lift=3)
     found = outcome(episode(made), noise=0.5, seed=7)
     assert found.margin_at_lift == pytest.approx(2.6 / (WEIGHT / 0.5))
@@ -83,8 +64,7 @@ def test_an_outcome_reports_margins_in_units_of_the_least_force():
     ],
 )
 def test_success_is_lifted_held_and_not_crushed(change, held, success):
-    good = outcome(episode(trace([0.1, 0.2, 0.25], lift=2)))
-    changed = replace(good, **change)
+    changed = judged(**change)
     assert (changed.held, changed.success) == (held, success)
 
 
@@ -123,23 +103,18 @@ def test_nothing_gives_no_rate_and_no_spread():
 
 
 def test_a_summary_counts_each_reason():
-    good = outcome(episode(trace([0.1, 0.2, 0.25], lift=2)))
-    every: list[JudgedGrip] = [
-        good,
-        replace(good, margin_at_lift=1.5),
-        replace(good, dropped=True, ending="complete slip"),
-        replace(good, peak_ratio=4.0, tug=0.3, reaction_steps=6),
-        replace(good, lifted=False, margin_at_lift=None, ending="failed"),
-        replace(good, lifted=True, tug=0.3),
+    every = [
+        judged(),
+        judged(margin_at_lift=1.5),
+        judged(dropped=True, ending="complete slip"),
+        judged(peak_ratio=4.0, tug=0.3, reaction_steps=6),
+        judged(lifted=False, margin_at_lift=None, ending="failed"),
+        judged(lifted=True, tug=0.3),
     ]
     reported = summarise(every)
     assert (reported.grips, reported.success.count, reported.held.count) == (6, 3, 4)
-    assert (reported.dropped, reported.crushed, reported.not_lifted, reported.failed) == (
-        1,
-        1,
-        1,
-        1,
-    )
+    others = reported.dropped, reported.crushed, reported.not_lifted, reported.failed
+    assert others == (1, 1, 1, 1)
     assert reported.margin_at_lift.count == 5
     assert reported.margin_at_lift.most == 1.5
     assert (reported.answered.count, reported.answered.of) == (1, 2)

@@ -4,14 +4,13 @@ import json
 import os
 import re
 from collections import Counter
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
 from fingerdesign_cli.main import main
 
 from fingerdesign import load_design, parse_design
-from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.journal import JournalError
@@ -36,6 +35,7 @@ from fingerdesign.trials.tuning import (
     tuned_grip,
     tuning_cells,
 )
+from tests.support.grips import judged
 
 DESIGN = """[design]
 name = "half-plane"
@@ -67,23 +67,7 @@ def bench(half_plane_problem, design):
 
 
 def made_up(cell, success, peak):
-    return JudgedGrip(
-        controller=cell.controller,
-        friction=cell.friction,
-        mass_g=cell.mass_g,
-        noise=cell.noise,
-        seed=0,
-        lifted=success,
-        dropped=not success,
-        slip_distance_mm=0.0,
-        margin_at_lift=None,
-        peak_normal_force_N=1.0,
-        peak_ratio=peak,
-        minimum_stick_ratio=None,
-        steps=1,
-        ending="lifted" if success else "complete slip",
-        reason="",
-    )
+    return judged(**asdict(cell) | {"lifted": success, "dropped": not success, "peak_ratio": peak})
 
 
 class Judge:
