@@ -7,6 +7,7 @@ carries *all* faults found; everything else is the failure of one stage of the w
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -93,6 +94,13 @@ class DesignError(FingerDesignError):
 
     def __reduce__(self) -> tuple[Any, ...]:  # pickled, it keeps its faults
         return DesignError, (self.faults, self.source)
+
+    @classmethod
+    def together(cls, errors: Sequence[DesignError]) -> DesignError:
+        """One error with the faults of several, each said with its own source."""
+        every = cls([fault for each in errors for fault in each.faults])
+        every.args = ("\n".join(str(each) for each in errors if each.faults),)
+        return every
 
 
 class GeometryError(FingerDesignError):

@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from fingerdesign.analysis.forecast.forecast import Forecast
     from fingerdesign.design.schema import Design
     from fingerdesign.design.step import StepFacts
-    from fingerdesign.errors import DesignError
     from fingerdesign.layout.zone import Summary
 
 _MANY_FACES = 60  # a question of all faces to all edges: below a second

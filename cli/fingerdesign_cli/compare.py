@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from fingerdesign.search.compare.read import Comparison
-    from fingerdesign.search.compare.recommend import Recommendation, Wanted
+    from fingerdesign.search.compare.recommend import Recommendation
 
 NEAR = 0.5  # of a name that was meant
 
@@ -49,7 +49,8 @@ def compare(
     if json_file is not None and not to_stdout:
         texts[json_file] = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
     for path, text in texts.items():
-        _write(path, text)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text)
     if to_stdout:
         print_json(_reported(found, best, out))
     elif not quiet:
@@ -118,11 +119,6 @@ def _refuse_unknown(found: Comparison) -> None:
         raise DesignError(faults)
 
 
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, text)
-
-
 def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, object]:
     outcomes = found.outcomes
     name = None if best.chosen is None else outcomes[best.chosen].name
@@ -147,10 +143,7 @@ def _reported(found: Comparison, best: Recommendation, out: Path) -> dict[str, o
 def _show(found: Comparison, best: Recommendation) -> None:
     said = summary(found.outcomes, found.facts, best)
     click.echo(said.counts)
-    if said.recommended:
-        click.echo(f"recommended: {said.recommended}. {said.why}")
-    else:
-        click.echo(said.why)
+    click.echo(f"recommended: {said.recommended}. {said.why}" if said.recommended else said.why)
     if said.table is not None:
         print_table(said.table.caption, said.table.columns, said.table.rows)
     for sentence in said.given_up:

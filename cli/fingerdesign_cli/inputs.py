@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from fingerdesign.checks.design import scene_faults
 from fingerdesign.checks.load import judge_design, judge_scene
@@ -15,13 +14,9 @@ from fingerdesign.records.base import ResultError
 
 if TYPE_CHECKING:
     from fingerdesign.checks.load import Judged
-    from fingerdesign.control.estimator import GripEstimator
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-    from fingerdesign.errors import DesignError
     from fingerdesign.records.folder import RecordFolder
-
-_Command = TypeVar("_Command", bound=Callable[..., Any])
 
 
 def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design, Scene | None]:
@@ -37,9 +32,7 @@ def read_case(design_name: Path, scene_name: Path | None = None) -> tuple[Design
     found, error = judged_design(design_name, scene)
     errors += [error] if error else []
     if errors or found is None or found.value is None:
-        every = DesignError([fault for each in errors for fault in each.faults])
-        every.args = ("\n".join(str(each) for each in errors),)
-        raise every
+        raise DesignError.together(errors)
     return found.value, scene.value if scene is not None else None
 
 
@@ -64,8 +57,7 @@ def judged_design(
     beside = DesignError([])
     if scene is not None and scene.value is not None and found.value is not None:
         beside = DesignError(scene_faults(scene.value, found.value), f"{name} (scene)")
-    both = DesignError([*own.faults, *beside.faults])
-    both.args = ("\n".join(str(error) for error in (own, beside) if error.faults),)
+    both = DesignError.together((own, beside))
     return found, both if both.faults else None
 
 

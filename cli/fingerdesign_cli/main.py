@@ -28,35 +28,14 @@ _FINGER, _HAND, _STUDY = (f"fingerdesign_cli.commands.{x}" for x in ("finger", "
 COMMANDS = {
     "new": (f"{_FINGER}:new", "Write a commented starter design."),
     "check": (f"{_FINGER}:check", "Is a design sound? Every fault at once."),
-    "mesh": (
-        f"{_FINGER}:mesh",
-        "Mesh a design and report the mesh's quality.",
-    ),
-    "analyse": (
-        f"{_FINGER}:analyse",
-        "Analyse designs: contact, gages, grips, report.",
-    ),
-    "grip": (
-        f"{_HAND}:grip",
-        "Lift an object whose weight and friction are unknown.",
-    ),
+    "mesh": (f"{_FINGER}:mesh", "Mesh a design and report the mesh's quality."),
+    "analyse": (f"{_FINGER}:analyse", "Analyse designs: contact, gages, grips, report."),
+    "grip": (f"{_HAND}:grip", "Lift an object whose weight and friction are unknown."),
     "replay": (f"{_HAND}:replay", "Ask a controller along a recorded grip."),
-    "validate": (
-        f"{_FINGER}:validate",
-        "What each modelling assumption costs, and saves.",
-    ),
-    "teach": (
-        f"{_HAND}:teach",
-        "Teach the estimator that the regulator grips by.",
-    ),
-    "gages": (
-        f"{_HAND}:gages",
-        "How few gages tell the stick ratio, and where.",
-    ),
-    "tune": (
-        f"{_HAND}:tune",
-        "Tune controllers alike, on grips of their own.",
-    ),
+    "validate": (f"{_FINGER}:validate", "What each modelling assumption costs, and saves."),
+    "teach": (f"{_HAND}:teach", "Teach the estimator that the regulator grips by."),
+    "gages": (f"{_HAND}:gages", "How few gages tell the stick ratio, and where."),
+    "tune": (f"{_HAND}:tune", "Tune controllers alike, on grips of their own."),
     "paper": (f"{_HAND}:paper", "Remake every figure of the paper."),
     "study-control": (
         f"{_HAND}:study_control",
@@ -65,14 +44,8 @@ COMMANDS = {
     "mold": (f"{_FINGER}:mold", "Make the mold that a finger is cast in."),
     "generate": (f"{_STUDY}:generate", "Write a study's variants as files."),
     "sweep": (f"{_STUDY}:sweep", "Analyse every variant of a study."),
-    "optimise": (
-        f"{_STUDY}:optimise",
-        "Search for better fingers; the best are confirmed in 3-D.",
-    ),
-    "compare": (
-        f"{_STUDY}:compare",
-        "Which finger is better at what, on one page.",
-    ),
+    "optimise": (f"{_STUDY}:optimise", "Search for better fingers; the best are confirmed in 3-D."),
+    "compare": (f"{_STUDY}:compare", "Which finger is better at what, on one page."),
     "view": (f"{_FINGER}:view", "Look at a result."),
     "bench": (  # benchmarks/ is in a checkout, not in the wheel
         "fingerdesign_bench.cli.bench:command",

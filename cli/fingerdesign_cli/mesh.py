@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from fingerdesign.analysis.case import Case, fundamental_scene
+from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.stages import make_mesh, zone_of
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.mesh.files.io import write_mesh
@@ -16,9 +19,6 @@ from fingerdesign_cli.inputs import read_case
 from fingerdesign_cli.terminal import print_json, progress
 
 if TYPE_CHECKING:
-    from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
 
 # Those that keep quadratic cells of both dimensions.
@@ -36,16 +36,14 @@ def mesh(
     as_json: bool,
 ) -> None:
     """Mesh DESIGN as an analysis would, and say how good the mesh is."""
-    from fingerdesign.analysis.case import Case, fundamental_scene
-    from fingerdesign.analysis.forecast.limits import refuse
-
     formats = _endings(formats)
     finger, scene = read_case(design, scene_file)
-    refuse(Case(finger, scene, fidelity), scene or fundamental_scene())
+    run_scene = scene or fundamental_scene()
+    refuse(Case(finger, scene, fidelity), run_scene)
     with progress(finger.design.name, quiet) as report:
         report(f"meshing ({fidelity})")
         symmetric = mirrors_in_z(finger) and (scene is None or scene.mirrors_in_z)
-        zone = _zone(finger, scene)
+        zone = zone_of(Case(finger, scene), run_scene)  # the analysis's, to share a kept mesh
         mesh = make_mesh(finger, fidelity, zone, symmetric)
         requested = requested_sizes(finger, mesh, zone.half_width, zone.half_depth)
         quality = assess(mesh, finger, requested)
@@ -62,18 +60,9 @@ def mesh(
         click.echo("written: " + ", ".join(str(path) for path in files))
 
 
-def _zone(design: Design, scene: Scene | None) -> Zone:
-    """The fine zone: the analysis's first, so that both share a kept mesh."""
-    from fingerdesign.analysis.case import Case, fundamental_scene
-
-    return zone_of(Case(design, scene), scene or fundamental_scene())
-
-
 def _write(
     mesh: Mesh, out: Path, formats: tuple[str, ...], text: str, report: dict[str, object]
 ) -> list[Path]:
-    import json
-
     out.mkdir(parents=True, exist_ok=True)
     files = [write_mesh(mesh, out / f"mesh.{ending}") for ending in formats]
     contents = {
@@ -92,9 +81,3 @@ def _endings(value: tuple[str, ...]) -> tuple[str, ...]:
         if ending not in ENDINGS:
             raise click.UsageError(f"--format = {ending}: must be one of {', '.join(ENDINGS)}")
     return endings
-
-
-_KEYS = (  # validate.assumptions.ASSUMPTIONS, which would load numpy
-    *("plane_strain", "gage_depth_average", "plate_span", "small_strain", "poissons_ratio"),
-    *("youngs_modulus", "sheets", "gage_point", "plates_left_out", "discretisation"),
-)

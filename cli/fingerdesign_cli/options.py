@@ -37,6 +37,40 @@ def output_folder(_context: click.Context, parameter: click.Parameter, value: Pa
     return value
 
 
+def out_option(about: str, **more: Any) -> Callable[[_Command], _Command]:
+    """``--out`` (``out``): a folder, or what can become one."""
+    kept: dict[str, Any] = {"required": True, "type": FILE, "callback": output_folder}
+    return click.option("--out", **kept, **more, help=about)
+
+
+def estimator_option(about: str, **more: Any) -> Callable[[_Command], _Command]:
+    """``--estimator`` (``estimator_file``): what ``fingerdesign teach`` wrote."""
+    return click.option("--estimator", "estimator_file", type=FILE, **more, help=about)
+
+
+def scene_option(about: str, **more: Any) -> Callable[[_Command], _Command]:
+    """``--scene`` (``scene_file``): a scene's file, or a shipped one's name."""
+    return click.option("--scene", "scene_file", type=FILE, **more, help=about)
+
+
+def numbers_option(
+    option: str, name: str, metavar: str, about: str, **more: Any
+) -> Callable[[_Command], _Command]:
+    """An option that takes a number and may be given again."""
+    kept: dict[str, Any] = {"metavar": metavar, "type": float, "multiple": True}
+    return click.option(option, name, **kept, **more, help=about)
+
+
+workers_option = click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Processes; without it as many as there are cores.",
+)
+two_workers_option = click.option(
+    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
+)
+
+
 def optional_folder(
     context: click.Context, parameter: click.Parameter, value: Path | None
 ) -> Path | None:

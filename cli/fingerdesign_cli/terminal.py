@@ -7,14 +7,11 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import click
 
 from fingerdesign.errors import printable
-
-if TYPE_CHECKING:
-    pass
 
 
 class Progress(Protocol):

@@ -19,7 +19,6 @@ from fingerdesign.search.compare.figures import (
     forces_figure,
     frictions_of,
     gages_figure,
-    runs,
 )
 from fingerdesign.search.compare.geometry import (
     MOST_PLATES,
@@ -104,7 +103,7 @@ def test_the_contact_lies_on_the_surface(path, deep):
     body = load_design(path).body
     (made,) = any_outcomes(1, seed=3, failed=0.0, deep=deep)
     touch = packed_geometry(data_of(path), made.traces)["touch"]
-    found = points(touch)
+    found = points(touch["places"])
     assert len(found) == touch["each"] * len(made.traces.contact_x_mm)
     there = np.isfinite(found).all(axis=1)
     assert there.mean() > 0.9
@@ -209,16 +208,6 @@ TRACES = Traces(
 )
 
 
-def test_runs_have_lengths():
-    assert [runs(row) for row in TRACES.status] == ["2.1#", "1/2#"]
-    chance = np.random.default_rng(3)
-    text = "".join(chance.choice(list(".#/"), 500))
-    import re
-
-    back = "".join(c * int(count) for count, c in re.findall(r"(\d+)(\D)", runs(text)))
-    assert back == text
-
-
 @pytest.mark.parametrize("number", range(3))
 def test_contact_rows_are_as_long_as_the_status_says(number):
     made = any_outcomes(3, seed=1, failed=0.0)[number].traces
@@ -233,11 +222,11 @@ def test_contact_rows_are_as_long_as_the_status_says(number):
 def test_contact_of_a_half_model_is_mirrored():
     deep = any_outcomes(1, seed=2, failed=0.0, deep=True)[0].traces
     marks = contact_figure(deep)["marks"]
-    assert (marks["each"], len(marks["x"])) == (1, len(deep.contact_x_mm))
+    assert (marks["each"], len(marks["places"]["x"])) == (1, len(deep.contact_x_mm))
     half = Traces(contact_x_mm=(0.0, 1.0), contact_z_mm=(0.0, 2.0), status=("#/",))
     marks = contact_figure(half)["marks"]
-    assert (marks["each"], marks["x"]) == (2, [0, 0, 1, 1])
-    assert marks["y"] == [0, 0, 2, -2]
+    assert marks["each"] == 2
+    assert marks["places"] == {"x": [0, 0, 1, 1], "y": [0, 0, 2, -2]}
 
 
 def test_gages_are_traces_with_four_digits_and_words():

@@ -10,8 +10,9 @@ import click
 from fingerdesign_cli.options import (
     FILE,
     go_on_option,
-    output_folder,
+    out_option,
     output_options,
+    scene_option,
     work,
 )
 
@@ -39,12 +40,9 @@ def new(**given: Any) -> int | None:
 
 @click.command("check")
 @click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=FILE)
-@click.option(
-    "--scene",
-    "scene_file",
+@scene_option(
+    "A scene's file or a shipped one's name; without it, fundamental.",
     metavar="SCENE",
-    type=FILE,
-    help="A scene's file or a shipped one's name; without it, fundamental.",
 )
 @output_options
 def check(**given: Any) -> int | None:
@@ -62,24 +60,14 @@ def check(**given: Any) -> int | None:
 
 @click.command("mesh")
 @click.argument("design", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    metavar="DIR",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The folder to write into.",
-)
+@out_option("The folder to write into.", metavar="DIR")
 @click.option(
     "--fidelity", type=click.Choice(["plane-strain", "3d"]), default="3d", show_default=True
 )
-@click.option(
-    "--scene",
-    "scene_file",
-    metavar="SCENE",
-    type=FILE,
-    help="A scene's file or a shipped one's name: fine where its contact will be; without it, "
+@scene_option(
+    "A scene's file or a shipped one's name: fine where its contact will be; without it, "
     "the fundamental case's.",
+    metavar="SCENE",
 )
 @click.option(
     "--format",
@@ -113,12 +101,9 @@ def mesh(**given: Any) -> int | None:
 @click.command("analyse")
 @click.argument("designs", metavar="DESIGN...", nargs=-1, required=True, type=FILE)
 @click.option("--out", required=True, type=FILE, help="Results go to OUT/NAME of each design.")
-@click.option(
-    "--scene",
-    "scene_file",
-    type=FILE,
-    help="Run this scene's path alone (a file, or a shipped scene's name); without it, the "
-    "fundamental case and the design's grips.",
+@scene_option(
+    "Run this scene's path alone (a file, or a shipped scene's name); without it, the "
+    "fundamental case and the design's grips."
 )
 @click.option(
     "--fidelity",
@@ -155,11 +140,8 @@ def analyse(**given: Any) -> int | None:
 @click.command("validate")
 @click.argument("design", metavar="DESIGN", type=FILE)
 @click.option("--out", required=True, type=FILE, help="The record goes to OUT/NAME.")
-@click.option(
-    "--scene",
-    "scene_file",
-    type=FILE,
-    help="In this scene (a file, or a shipped scene's name); without it, the fundamental case.",
+@scene_option(
+    "In this scene (a file, or a shipped scene's name); without it, the fundamental case."
 )
 @click.option(
     "--deep", is_flag=True, help="Finite strain in three dimensions too: minutes, not seconds."
@@ -186,13 +168,7 @@ def validate(**given: Any) -> int | None:
 
 @click.command("mold")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The mold goes to OUT/NAME of the design.",
-)
+@out_option("The mold goes to OUT/NAME of the design.")
 @click.option(
     "--process",
     type=click.Choice(["sla", "fdm", "machined"]),

@@ -10,10 +10,14 @@ import click
 from fingerdesign_cli.options import (
     FILE,
     controllers_option,
+    estimator_option,
     go_on_option,
-    output_folder,
+    numbers_option,
+    out_option,
     output_options,
+    two_workers_option,
     work,
+    workers_option,
 )
 
 
@@ -26,21 +30,13 @@ def _finite(_context: click.Context, parameter: click.Parameter, value: float) -
 
 @click.command("grip")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The result goes to OUT/NAME of the design.",
-)
+@out_option("The result goes to OUT/NAME of the design.")
 @click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
-@click.option(
+@numbers_option(
     "--friction",
     "frictions",
-    metavar="MU",
-    type=float,
-    multiple=True,
-    help="Friction coefficient of the object; repeat it for one lift each. "
+    "MU",
+    "Friction coefficient of the object; repeat it for one lift each. "
     "Instead of grip.friction_coefficients.",
 )
 @click.option("--mass-g", type=float, help="The object's mass. Instead of grip.object_mass_g.")
@@ -51,11 +47,8 @@ def _finite(_context: click.Context, parameter: click.Parameter, value: float) -
     show_default=True,
     help="Unlike analyse, whose default is 3d, grip takes the section: seconds, not minutes.",
 )
-@click.option(
-    "--estimator",
-    "estimator_file",
-    type=FILE,
-    help="What the regulator grips by, from `fingerdesign teach`; without it, it is taught first.",
+@estimator_option(
+    "What the regulator grips by, from `fingerdesign teach`; without it, it is taught first."
 )
 @go_on_option
 @output_options
@@ -73,19 +66,10 @@ def grip(**given: Any) -> int | None:
 @click.command("replay")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
 @click.argument("trace_file", metavar="TRACE", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="Files go to OUT/NAME of the design.",
-)
+@out_option("Files go to OUT/NAME of the design.")
 @click.option("--controller", metavar="NAME", help="Instead of grip.controller.")
-@click.option(
-    "--estimator",
-    "estimator_file",
-    type=FILE,
-    help="An estimator taught on DESIGN (JSON): tells the stick ratio; the regulator needs it.",
+@estimator_option(
+    "An estimator taught on DESIGN (JSON): tells the stick ratio; the regulator needs it."
 )
 @output_options
 def replay(**given: Any) -> int | None:
@@ -101,13 +85,7 @@ def replay(**given: Any) -> int | None:
 
 @click.command("teach")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="Files go to OUT/NAME of the design.",
-)
+@out_option("Files go to OUT/NAME of the design.")
 @click.option(
     "--noise",
     type=click.FloatRange(0.0, 1e3),
@@ -116,9 +94,7 @@ def replay(**given: Any) -> int | None:
     show_default=True,
     help="Of a sample of your gages, microstrain: written into the file.",
 )
-@click.option(
-    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
-)
+@two_workers_option
 @output_options
 def teach(**given: Any) -> int | None:
     """Teach the estimator that the regulator grips by, on DESIGN's own model.
@@ -132,13 +108,7 @@ def teach(**given: Any) -> int | None:
 
 @click.command("gages")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The record goes to OUT/NAME of the design.",
-)
+@out_option("The record goes to OUT/NAME of the design.")
 @click.option(
     "--noise",
     type=float,
@@ -153,9 +123,7 @@ def teach(**given: Any) -> int | None:
     show_default=True,
     help="Grips to learn from; more tell finer differences.",
 )
-@click.option(
-    "--workers", type=click.IntRange(1, 64), default=2, show_default=True, help="Processes."
-)
+@two_workers_option
 @output_options
 def gages(**given: Any) -> int | None:
     """Tell how well DESIGN's gages determine the stick ratio, how few suffice and where.
@@ -169,39 +137,23 @@ def gages(**given: Any) -> int | None:
 
 @click.command("tune")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The record goes to OUT/NAME of the design.",
-)
+@out_option("The record goes to OUT/NAME of the design.")
 @controllers_option
-@click.option(
+@numbers_option(
     "--noise",
     "noises",
-    metavar="E",
-    type=float,
-    multiple=True,
+    "E",
+    "Standard deviation of a gage's sample in the tuning grips, microstrain; may be given again.",
     default=(0.5,),
     show_default=True,
-    help="Standard deviation of a gage's sample in the tuning grips, microstrain; may be given "
-    "again.",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Of trials, grips and noise.")
-@click.option(
-    "--estimator",
-    "estimator_file",
-    metavar="FILE",
-    type=FILE,
-    help="For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+@estimator_option(
+    "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
     "or taken from the cache.",
+    metavar="FILE",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    help="Processes; without it as many as there are cores.",
-)
+@workers_option
 @output_options
 def tune(**given: Any) -> int | None:
     """Tune the controllers of DESIGN, each by the same procedure and the same number of grips.
@@ -219,55 +171,36 @@ def tune(**given: Any) -> int | None:
 
 @click.command("study-control")
 @click.argument("design_file", metavar="DESIGN", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The record goes to OUT/NAME of the design.",
-)
+@out_option("The record goes to OUT/NAME of the design.")
 @controllers_option
-@click.option(
+@numbers_option(
     "--friction",
     "frictions",
-    metavar="MU",
-    type=float,
-    multiple=True,
-    help="Friction coefficient; may be given again. Without it ten from 0.2 to 0.8.",
+    "MU",
+    "Friction coefficient; may be given again. Without it ten from 0.2 to 0.8.",
 )
-@click.option(
+@numbers_option(
     "--mass-g",
     "masses",
-    metavar="G",
-    type=float,
-    multiple=True,
-    help="The object's mass; may be given again. Without it ten from 100 to 1000 g.",
+    "G",
+    "The object's mass; may be given again. Without it ten from 100 to 1000 g.",
 )
-@click.option(
+@numbers_option(
     "--noise",
     "noises",
-    metavar="E",
-    type=float,
-    multiple=True,
-    help="Standard deviation of a gage's sample, microstrain; may be given again. Without it 0, "
+    "E",
+    "Standard deviation of a gage's sample, microstrain; may be given again. Without it 0, "
     "0.5, 1, 2, 5 and 10.",
 )
 @click.option("--quick", is_flag=True, help="4 frictions, 4 masses, 3 noises: seconds.")
 @click.option("--no-tug", is_flag=True, help="Leave out the grips whose lifted object is tugged.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of all noise.")
-@click.option(
-    "--estimator",
-    "estimator_file",
-    metavar="FILE",
-    type=FILE,
-    help="For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
+@estimator_option(
+    "For the regulator: what `fingerdesign teach` wrote for DESIGN. Without it one is taught "
     "first (minutes), or taken from the cache.",
+    metavar="FILE",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    help="Processes; without it as many as there are cores.",
-)
+@workers_option
 @output_options
 def study_control(**given: Any) -> int | None:
     """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain.
@@ -284,13 +217,7 @@ def study_control(**given: Any) -> int | None:
 
 
 @click.command("paper")
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The folder that the figures go to.",
-)
+@out_option("The folder that the figures go to.")
 @click.option(
     "--design",
     "design_file",

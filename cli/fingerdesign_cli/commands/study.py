@@ -8,22 +8,17 @@ import click
 
 from fingerdesign_cli.options import (
     FILE,
-    output_folder,
+    out_option,
     output_options,
     scheduler_options,
     work,
+    workers_option,
 )
 
 
 @click.command("generate")
 @click.argument("study_file", metavar="STUDY", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="The variants go to OUT/NAME of the study.",
-)
+@out_option("The variants go to OUT/NAME of the study.")
 @click.option("--count", type=click.IntRange(min=1), help="Only the first COUNT variants.")
 @click.option(
     "--only",
@@ -33,11 +28,7 @@ from fingerdesign_cli.options import (
     help="Only the variant of this number; may be given again.",
 )
 @click.option("--cad/--no-cad", default=True, show_default=True, help="Write STEP and STL too.")
-@click.option(
-    "--workers",
-    type=click.IntRange(1, 256),
-    help="Processes; without it as many as there are cores.",
-)
+@workers_option
 @output_options
 def generate(**given: Any) -> int | None:
     """Write the variants of STUDY, a TOML file or a shipped study: a folder each in OUT/NAME.
@@ -57,13 +48,7 @@ def generate(**given: Any) -> int | None:
 
 @click.command("sweep")
 @click.argument("study_file", metavar="STUDY", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="Outcomes, tables and report.html go to OUT/NAME of the study.",
-)
+@out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
 @scheduler_options
 @click.option("--retry", is_flag=True, help="Run again what failed: for time, memory, a crash.")
 @output_options
@@ -84,13 +69,7 @@ def sweep(**given: Any) -> int | None:
 
 @click.command("optimise")
 @click.argument("study_file", metavar="STUDY", type=FILE)
-@click.option(
-    "--out",
-    required=True,
-    type=FILE,
-    callback=output_folder,
-    help="Outcomes, tables and report.html go to OUT/NAME of the study.",
-)
+@out_option("Outcomes, tables and report.html go to OUT/NAME of the study.")
 @click.option(
     "--trials",
     type=click.IntRange(1, 100_000),

@@ -45,15 +45,6 @@ def _number(value: float | None) -> float | int | None:
     return int(near) if near == int(near) else near
 
 
-def runs(status: str) -> str:
-    """A row of characters as runs, each its length and the character.
-
-    >>> runs("..##/"), runs("")
-    ('2.2#1/', '')
-    """
-    return "".join(f"{len(list(group))}{character}" for character, group in groupby(status))
-
-
 def frictions_of(outcomes: Sequence[Outcome]) -> dict[float, int]:
     """Every friction of a grip and the number of its look, from the lowest on."""
     found = {grip.friction_coefficient for outcome in outcomes for grip in outcome.grips}
@@ -152,7 +143,7 @@ def _contact_points(traces: Traces, wide: list[Any], words: str) -> Figure:
         "xaxis": {"title": {"text": "x (mm)"}, "range": wide},
         "yaxis": {"title": {"text": "z (mm)"}, "scaleanchor": "x"},
     }
-    marks = {"first": 0, "kinds": STATUS, "x": x, "y": z, "each": each}
+    marks = {"first": 0, "kinds": STATUS, "places": {"x": x, "y": z}, "each": each}
     own = {"steps": [], "shared": ["xaxis"], "marks": marks, "words": words}
     return {"data": LOOKS["points"], "layout": layout, **own}
 
@@ -189,6 +180,8 @@ def gages_figure(traces: Traces) -> Figure | None:
         "shapes": [LOOKS["cursor"]],
     }
     names = [_placed(traces, gage) for gage in range(many)]
+    known_places = len(traces.gage_x_mm) == many
+    order = sorted(range(many) if known_places else (), key=lambda k: traces.gage_x_mm[k] or 0.0)
     words = _sentence(
         "gages", many=many, count=count, value=best[2], name=names[best[0]], row=best[1] + 1
     )
@@ -200,7 +193,8 @@ def gages_figure(traces: Traces) -> Figure | None:
         "words": words,
         "names": names,
         "best": best[0],
-        "places": rounded(traces.gage_x_mm) if len(traces.gage_x_mm) == many else None,
+        "order": order,
+        "places": rounded([traces.gage_x_mm[gage] for gage in order]),
     }
 
 

@@ -304,8 +304,8 @@ def packed_geometry(design: Mapping[str, Any], traces: Traces | None = None) -> 
     body, core, plates, gages, holes
             triangles {x, y, z (of the vertices), i, j, k (of the triangles)}, None: there is none
     edges   {x, y, z}: lines along the body's sharp edges, with None between two of them
-    touch   {x, y, z, each}: for every contact point of ``traces`` ``each`` places on the surface,
-            one after another; in plane strain a line along z
+    touch   {places: {x, y, z}, each}: for every contact point of ``traces`` ``each`` places on the
+            surface, one after another; in plane strain a line along z
 
     Never raises for what a design may be: where it cannot be drawn there is no body, and a note.
     """
@@ -391,7 +391,7 @@ def _touched(body: Body, depth: float, traces: Traces) -> Packed | None:
         z = _INNER * far[:, None] * across
     height = surface_height(body, x[:, None], z)
     points = np.stack([np.broadcast_to(x[:, None], z.shape), height + _CONTACT_LIFT, z], axis=-1)
-    return _places(points.reshape(-1, 3)) | {"each": z.shape[1]}
+    return {"places": _places(points.reshape(-1, 3)), "each": z.shape[1]}
 
 
 def body_triangles(body: Body) -> tuple[Triangles, float]:

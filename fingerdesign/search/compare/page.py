@@ -29,7 +29,6 @@ from fingerdesign.search.compare.figures import (
     frictions_of,
     gages_figure,
     rounded,
-    runs,
     shape_figure,
 )
 from fingerdesign.search.compare.geometry import packed_geometry
@@ -73,6 +72,7 @@ def page_data(
     feasible, front = set(found.feasible), set(found.front)
     return {
         "looks": LOOKS["looks"],
+        "together": TOGETHER,
         "study": {
             "name": all_shown(facts.name),
             "recommended": found.chosen,
@@ -129,7 +129,6 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
     """The heavy part of one design, as it is drawn.
 
     For drawing alone: what the page offers for download is the outcome's own numbers.
-    status: of each increment its characters run by run, "3.12#2/" for 3 open, 12 stick, 2 slip.
     """
     traces = outcome.traces
     geometry = packed_geometry(outcome.design, traces)
@@ -145,7 +144,7 @@ def detail(outcome: Outcome, frictions: Mapping[float, int]) -> dict[str, Any]:
             },
             "readings": {key: rounded(getattr(traces, key)) for key in READINGS},
             "count": max(len(traces.normal_force_N), len(traces.gages), len(traces.status)),
-            "status": [runs(row) for row in traces.status],
+            "status": traces.status,
             "belief": [line.split("\t") for line in sentences(WORDS, "belief", outcome)],
             "mind": [*outcome.validity.sentences, *outcome.warnings],
         }
@@ -171,7 +170,7 @@ def _light(outcome: Outcome) -> dict[str, Any]:
 
 TEMPLATES = Path(__file__).parent / "templates"
 
-SCRIPTS = ("page.js", "table.js", "charts.js", "views.js")
+SCRIPTS = ("page.js", "table.js", "charts.js", "pareto.js", "parallel.js", "views.js")
 MOST_TICK = 14  # characters of a text beside an axis
 MOST_AXES = 5  # of values, and of metrics, that the lines of all designs begin with
 TOGETHER = 16  # designs whose heavy parts are unpacked together
@@ -203,14 +202,15 @@ def compare_html(
     ]
     data = page_data(outcomes, facts, found, reference)
     data["columns"] = [_column(column, outcomes) for column in table.columns]
+    for number, rank, cells in table.rows:
+        data["designs"][number] |= {"standing": cells[0], "rank": rank}
     plotly, plotly_digest = plotly_script()
-    scripts = "\n".join((TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS)
+    scripts = [(TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS]
     return rendered(
         TEMPLATES / "compare.html.j2",
         name=shown(facts.name),
         data=script_json(data),
         details=list(_details(outcomes)),
-        together=TOGETHER,
         archives={name: packed(text) for name, text in _files(outcomes)},
         designs=data["designs"],
         summary=summary(outcomes, facts, found),
@@ -227,41 +227,45 @@ def compare_html(
         page_style=(TEMPLATES / "compare.css").read_text(encoding="utf-8"),
         scripts=scripts,
         plotly=plotly,
-        policy=content_policy(digest(scripts), plotly_digest),
+        policy=content_policy(*map(digest, scripts), plotly_digest),
     )
 
 
 def _column(column: Column, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """What the page's scripts know of a column.
 
-    label, short: its heading beside an axis, and above one; most: characters shown of a text;
-    kinds, ticks: the texts that it has, and as marks of an axis. What Plotly shows it reads as
-    markup: label, short and ticks are escaped.
+    label, alike, short: its heading beside an axis, there where all have one value, and above an
+    axis; most: characters shown of a text; kinds: the texts that it has; ticks: those as marks of
+    an axis. What Plotly shows it reads as markup: label, alike, short and ticks are escaped.
     """
     title, unit = column.title, column.unit
     if column.path[0] == "values":
         title, unit = name_and_unit(column.path[1].rpartition(".")[2])
+    heading = f"{column.title} ({column.unit})" if column.unit else column.title
+    better = {"min": "   ← better", "max": "   better →"}.get(column.goal or "", "")
     found: dict[str, Any] = {
         "path": list(column.path),
         "title": column.title,
-        "unit": column.unit,
+        "heading": heading,
         "numeric": column.numeric,
         "goal": column.goal,
-        "label": escape(f"{column.title} ({column.unit})" if column.unit else column.title),
+        "label": escape(heading) + better,
+        "alike": f"{escape(heading)}: the same for all shown",
         "short": "<br>".join(escape(each) for each in (title, unit) if each),
     }
     if column.path[0] == "digest":
         return found | {"most": DIGEST_SHOWN}
     if not column.numeric:
         values = (value_at(outcome, column.path) for outcome in outcomes)
-        texts = {
+        known = {
             each if isinstance(each, str) else json.dumps(each)
             for each in values
             if each is not None
         }
-        kinds = sorted(all_shown(list(texts)))
-        ticks = [each if len(each) <= MOST_TICK else f"{each[: MOST_TICK - 1]}…" for each in kinds]
-        found |= {"kinds": kinds, "ticks": [escape(each) for each in ticks]}
+        kinds = sorted(all_shown(list(known)))
+        texts = [each if len(each) <= MOST_TICK else f"{each[: MOST_TICK - 1]}…" for each in kinds]
+        marks = {"ticktext": [escape(each) for each in texts], "tickvals": [*range(len(texts))]}
+        found |= {"kinds": kinds, "ticks": {"tickmode": "array", **marks}}
     return found
 
 
@@ -284,11 +288,11 @@ def _first_axes(
 
 
 def _details(outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """The heavy parts of TOGETHER designs at a time, packed lists of JSON."""
+    """The heavy parts of TOGETHER designs at a time, by their numbers, as packed JSON."""
     frictions = frictions_of(outcomes)
     for first in range(0, len(outcomes), TOGETHER):
-        some = [detail(outcome, frictions) for outcome in outcomes[first : first + TOGETHER]]
-        yield packed(script_json(some))
+        some = enumerate(outcomes[first : first + TOGETHER], first)
+        yield packed(script_json({number: detail(each, frictions) for number, each in some}))
 
 
 def _files(outcomes: Sequence[Outcome]) -> Iterator[tuple[str, str]]:

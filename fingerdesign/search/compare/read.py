@@ -212,9 +212,7 @@ def read_comparison(
         except DesignError as error:
             faults.append(error)
     if faults:
-        every = DesignError([fault for each in faults for fault in each.faults])
-        every.args = ("\n".join(str(each) for each in faults),)
-        raise every
+        raise DesignError.together(faults)
     every_one = (outcome for source in sources for outcome in source.outcomes)
     outcomes = tuple({(each.digest, each.name): each for each in every_one}.values())
     outcomes = _distinct(outcomes, sources)
@@ -231,16 +229,9 @@ def facts_of(
 ) -> StudyFacts:
     """Facts of outcomes; without ``objectives`` the usual ones, and the page says so."""
     metrics = known_metrics(outcomes)
-    wanted = tuple(objectives) or tuple(usual_objectives(metrics, outcomes))
-    return StudyFacts(
-        name,
-        wanted,
-        tuple(constraints),
-        metrics,
-        not objectives,
-        record or {},
-        tuple(sources),
-    )
+    wanted = tuple(objectives) or tuple(usual_objectives(outcomes))
+    kept = tuple(constraints), metrics, not objectives, record or {}, tuple(sources)
+    return StudyFacts(name, wanted, *kept)
 
 
 def _distinct(outcomes: Sequence[Outcome], sources: Sequence[_Source]) -> tuple[Outcome, ...]:
@@ -339,23 +330,19 @@ def _facts(
     """Those of the studies: objectives of the first that has any, constraints of all."""
     wanted, bounds = tuple(objectives), dict[str, Bound]()
     record: dict[str, str] = {}
-    names = []
+    many = len(sources) > 1
     for source in sources:
         reported = source.record or {}
-        names.append(source.name)
         where = str(source.place / STUDY_FILE)
         if not wanted and reported.get("objectives"):
             wanted = read_objectives(reported["objectives"], where)
-        if reported.get("constraints"):
-            bounds |= {
-                each.metric: each for each in read_constraints(reported["constraints"], where)
-            }
-        prefix = f"{names[-1]}: " if len(sources) > 1 else ""
+        found = read_constraints(reported.get("constraints") or {}, where)
+        bounds |= {each.metric: each for each in found}
+        prefix = f"{source.name}: " if many else ""
         record |= {f"{prefix}{key}": text for key, text in _texts(reported)}
-    several = f"{len(names)} sources" if len(names) > 1 else "".join(names)
+    several = f"{len(sources)} sources" if many else "".join(each.name for each in sources)
     places = [str(source.place) for source in sources]
-    heading = name or several
-    return facts_of(heading, outcomes, wanted, tuple(bounds.values()), record, places)
+    return facts_of(name or several, outcomes, wanted, tuple(bounds.values()), record, places)
 
 
 def _texts(record: dict[str, Any]) -> list[tuple[str, str]]:

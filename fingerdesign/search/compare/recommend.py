@@ -14,7 +14,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,11 +25,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import closed
 from fingerdesign.records.outcome import Outcome
-from fingerdesign.search.study.metrics import METRICS, Goal
-
-if TYPE_CHECKING:
-    from fingerdesign.search.study.file import Study
-
+from fingerdesign.search.study.metrics import METRICS, Goal, Metric
 
 # What a comparison must know beside the outcomes: what is wanted, and of which study they are.
 
@@ -57,12 +53,7 @@ class Bound:
 
     def holds(self, outcome: Outcome) -> bool:
         """Whether the outcome has the metric, within the bound."""
-        value = outcome.metrics.get(self.metric)
-        return (
-            value is not None
-            and (self.at_least is None or value >= self.at_least)
-            and (self.at_most is None or value <= self.at_most)
-        )
+        return not self.broken_by(outcome)
 
     def broken_by(self, outcome: Outcome) -> str:
         """What of the outcome breaks the bound, and by how much; "" where it holds."""
@@ -86,16 +77,6 @@ class Bound:
 
 
 @dataclass(frozen=True)
-class MetricFacts:
-    """A metric: its unit ("" where none), which end is better (None: neither), a sentence."""
-
-    name: str
-    unit: str = ""
-    better: Goal | None = None
-    words: str = ""
-
-
-@dataclass(frozen=True)
 class StudyFacts:
     """The study: a name to head the page, what is wanted, and what repeats it.
 
@@ -106,47 +87,29 @@ class StudyFacts:
     name: str
     objectives: tuple[Wanted, ...] = ()
     constraints: tuple[Bound, ...] = ()
-    metrics: tuple[MetricFacts, ...] = ()
+    metrics: tuple[Metric, ...] = ()
     assumed_objectives: bool = False
     record: dict[str, str] = field(default_factory=dict)
     sources: tuple[str, ...] = ()
 
 
-def known_metrics(outcomes: Iterable[Outcome]) -> tuple[MetricFacts, ...]:
+def known_metrics(outcomes: Iterable[Outcome]) -> tuple[Metric, ...]:
     """Facts of every metric that an outcome has: of those known here first, in their order."""
     found = dict.fromkeys(name for outcome in outcomes for name in outcome.metrics)
-    known = [
-        MetricFacts(name, metric.unit, metric.better, metric.words)
-        for name, metric in METRICS.items()
-        if name in found
-    ]
-    return (*known, *(MetricFacts(name) for name in found if name not in METRICS))
+    ordered = dict.fromkeys([*METRICS, *found])
+    return tuple(METRICS.get(name, Metric(name)) for name in ordered if name in found)
 
 
-def wanted_of(study: Study) -> tuple[Wanted, ...]:
-    """The objectives of a study's file."""
-    return tuple(Wanted(each.metric, each.direction) for each in study.objectives)
-
-
-def bounds_of(study: Study) -> tuple[Bound, ...]:
-    """The constraints of a study's file."""
-    return tuple(
-        Bound(name, each.at_least, each.at_most) for name, each in study.constraints.items()
-    )
-
-
-def usual_objectives(metrics: Iterable[MetricFacts], outcomes: Iterable[Outcome]) -> list[Wanted]:
+def usual_objectives(outcomes: Iterable[Outcome]) -> list[Wanted]:
     """What a finger is wanted for where nobody said: of metrics that every good outcome has."""
-    by_name = {metric.name: metric for metric in metrics}
     good = [outcome for outcome in outcomes if outcome.status == "ok"]
-    found = []
-    for name in USUAL_OBJECTIVES:
-        metric = by_name.get(name)
-        if metric is None or metric.better is None:
-            continue
-        values = [outcome.metrics.get(name) for outcome in good]
-        if values and None not in values:
-            found.append(Wanted(name, metric.better))
+    found = [
+        Wanted(name, better)
+        for name in USUAL_OBJECTIVES
+        if (better := METRICS[name].better) is not None
+        and good
+        and all(outcome.metrics.get(name) is not None for outcome in good)
+    ]
     return found[:MOST_USUAL]
 
 

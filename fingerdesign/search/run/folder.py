@@ -20,7 +20,6 @@ from fingerdesign.records.folder import RecordFolder
 from fingerdesign.records.outcome import Outcome, designs_csv
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import OUTCOMES_FILE, STUDY_FILE, read_comparison
-from fingerdesign.search.compare.recommend import bounds_of, wanted_of
 
 if TYPE_CHECKING:
     from fingerdesign.search.compare.read import Comparison
@@ -80,11 +79,10 @@ def study_record(study: Study, outcomes: Sequence[Outcome]) -> dict[str, Any]:
         },
         "limits": study.limits.model_dump(),
         "cost": study.cost.model_dump(),
-        "objectives": [{"metric": each.metric, "goal": each.goal} for each in wanted_of(study)],
-        "constraints": {
-            each.metric: {"at_least": each.at_least, "at_most": each.at_most}
-            for each in bounds_of(study)
-        },
+        "objectives": [
+            {"metric": each.metric, "goal": each.direction} for each in study.objectives
+        ],
+        "constraints": {name: bound.model_dump() for name, bound in study.constraints.items()},
         "outcomes": {"all": len(outcomes), **dict(sorted(kinds.items()))},
         "versions": versions(),
     }

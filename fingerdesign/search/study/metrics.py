@@ -21,9 +21,9 @@ class Metric:
     """A metric: ``unit`` "" where it has none; ``better`` None where neither end is."""
 
     name: str
-    unit: str
-    better: Goal | None
-    words: str
+    unit: str = ""
+    better: Goal | None = None
+    words: str = ""
 
 
 _ALL = (
