@@ -14,13 +14,13 @@ import os
 import re
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 
+from fingerdesign.analysis.case import Clock
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, FingerDesignError, GeometryError, PictureError
 from fingerdesign.mold.checks import run_checks
@@ -58,23 +58,6 @@ PLACEMENT_LIMIT_S = 60.0  # it takes 1 to 4 s; a busy machine far longer
 CAD_LIMIT_S = 300.0  # ten times what a mold of many plates takes on a busy machine
 
 _PROBE_BYTES = 2**22  # what a disk must still take for a file to have failed for another reason
-
-
-class Clock:
-    """Seconds of each stage, and since it was made."""
-
-    def __init__(self) -> None:
-        self.stages: dict[str, float] = {}
-        self.start = time.perf_counter()
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Count the block's time under a name."""
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.stages[name] = time.perf_counter() - start
 
 
 def write_mold(
@@ -123,7 +106,7 @@ def make_mold(
         raise TypeError(
             f"make_mold takes a Design, not {type(design).__name__}: read one with load_design"
         )
-    folder, clock = Path(folder), Clock()
+    folder, clock, start = Path(folder), Clock(), time.perf_counter()
     if not folder.is_dir():
         raise ResultError(f"{folder} is no folder: make it before, or use write_mold")
     report("planning", 0.0)
@@ -131,11 +114,17 @@ def make_mold(
         plan = plan_mold(design)
     effect = "fingerdesign.mold.placement:placement_effect"
     with beside(effect, design, plan, time_s=PLACEMENT_LIMIT_S) as placing:
-        return _made(design, plan, folder, placing, clock, report)
+        return _made(design, plan, folder, placing, clock, start, report)
 
 
 def _made(
-    design: Design, plan: MoldPlan, folder: Path, placing: Job, clock: Clock, report: Report
+    design: Design,
+    plan: MoldPlan,
+    folder: Path,
+    placing: Job,
+    clock: Clock,
+    start: float,
+    report: Report,
 ) -> MoldData:
     """Files, report and record. The page's own time is not yet known to either."""
     checks: tuple[Check, ...] = ()
@@ -170,7 +159,7 @@ def _made(
         placement = None
         failure = "; ".join(filter(None, (" ".join(str(error).split()), failure)))
     files = sorted({path.name for path in folder.iterdir()} | {RECORD_FILE, REPORT_FILE})
-    timing = (clock.stages, time.perf_counter() - clock.start)
+    timing = (clock.seconds, time.perf_counter() - start)
     record = mold_record(design, plan, checks, products, placement, failure, files, *timing)
     (folder / REPORT_FILE).write_text(mold_html(record, picture, missing), encoding="utf-8")
     (folder / RECORD_FILE).write_text(json_text(record), encoding="utf-8")

@@ -48,11 +48,9 @@ def labels(holes: list[HoleData]) -> list[str]:
 
 def kinds_of(checks: list[CheckData]) -> list[dict[str, Any]]:
     """What was checked: of each kind how often, how many failed, and the one nearest its bound."""
-    kinds: dict[str, list[CheckData]] = {}
-    for check in checks:
-        kinds.setdefault(check["name"], []).append(check)
     found = []
-    for alike in kinds.values():
+    for name in dict.fromkeys(check["name"] for check in checks):
+        alike = [check for check in checks if check["name"] == name]
         failed = [check for check in alike if not check["ok"]]
         nearest = min(failed or alike, key=_room)
         found.append({"checked": len(alike), "failed": len(failed), "nearest": nearest})

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.plan.plan import Side
 
@@ -44,6 +46,18 @@ def axis_name(draw: Sequence[float]) -> str:
     """
     axis = max(range(3), key=lambda k: abs(draw[k]))
     return f"{'+' if draw[axis] > 0 else '-'}{'xyz'[axis]}"
+
+
+def doubled_areas(vertices: Array, triangles: IntArray) -> Array:
+    """Normals times twice the area (t, 3), by the right-hand rule."""
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    return np.asarray(np.cross(b - a, c - a))
+
+
+def volume(vertices: Array, triangles: IntArray) -> float:
+    """Enclosed volume, mm^3, positive where wound outward; about the vertices' middle."""
+    a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 @dataclass(frozen=True)
@@ -111,3 +125,18 @@ class Check:
     bound: float | None
     unit: str
     sentence: str
+
+    @classmethod
+    def most(
+        cls, name: str, part: str, measured: float, bound: float, unit: str, sentence: str
+    ) -> Check:
+        """That ``measured`` is at most ``bound``."""
+        return cls(name, part, bool(measured <= bound), float(measured), bound, unit, sentence)
+
+    @classmethod
+    def none(
+        cls, name: str, part: str, wrong: Sequence[str], unit: str, right: str, words: str
+    ) -> Check:
+        """That nothing is ``wrong``; in ``words`` stand the count and {0}, the first of it."""
+        sentence = words.format(*wrong[:1]) if wrong else right
+        return cls(name, part, not wrong, float(len(wrong)), 0.0, unit, sentence)

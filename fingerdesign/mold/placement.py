@@ -21,18 +21,17 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.fidelity.readings import readings_of
 from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.problem import contact_problem
 from fingerdesign.design.mesh import SectionMesh
 from fingerdesign.design.scene import Scene
@@ -40,49 +39,30 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import FingerDesignError, MeshError, SolverError
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
 from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.section.section import mesh_section, section_sizes
 from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
 from fingerdesign.mold.plan.plan import MoldPlan, limits_of
 from fingerdesign.mold.products.notes import effect_sentences, unknown_effect
 
-# The section of a finger whose plates sit off their places: its mesh carried along, its readings.
-#
-# A mesh made anew differs by its own error, which would hide the effect of a few hundredths of a
-# millimetre. So one mesh is made and its nodes are moved: the plates' rigidly, the rubber's between
-# them by a Laplace equation that lets small triangles deform least; outside and core stay.
-
 _LEAST_AREA = 0.2  # of its own, that a moved triangle keeps: below it the move is too far
 
 
-@dataclass(frozen=True)
-class Move:
-    """How far each of k plates is from its place: ``x``, ``y`` (k,) mm, ``angle`` (k,) degrees."""
-
-    x: Array
-    y: Array
-    angle: Array
-
-    def scaled(self, share: float) -> Move:
-        """The same move, ``share`` times as far."""
-        return Move(share * self.x, share * self.y, share * self.angle)
-
-    def of(self, frames: tuple[PlateFrame, ...]) -> tuple[PlateFrame, ...]:
-        """The frames where the move leads."""
-        return tuple(
-            replace(
-                frame,
-                place=frame.place + float(self.x[k]),
-                y=frame.y + float(self.y[k]),
-                angle_deg=frame.angle_deg + float(self.angle[k]),
-            )
-            for k, frame in enumerate(frames)
-        )
+def moved_frames(frames: tuple[PlateFrame, ...], move: Array) -> tuple[PlateFrame, ...]:
+    """The frames where a move (k, 3) leads: along x and y, mm, and by an angle, degrees."""
+    return tuple(
+        replace(frame, place=frame.place + x, y=frame.y + y, angle_deg=frame.angle_deg + turn)
+        for frame, (x, y, turn) in zip(frames, move.tolist(), strict=True)
+    )
 
 
-def moved_mesh(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Move) -> Mesh:
+def moved_mesh(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Array) -> Mesh:
     """The section's mesh with its plates moved; the same triangles.
 
-    Raises MeshError where a triangle would lose most of its area: the plates were moved too far.
+    A mesh made anew differs by its own error, which would hide the effect of a few hundredths of a
+    millimetre. So nodes are moved: the plates' rigidly, the rubber's between them by a Laplace
+    equation that lets small triangles deform least; outside and core stay. Raises MeshError where a
+    triangle would lose most of its area: the plates were moved too far.
     """
     shift = np.zeros(mesh.points.shape)
     held = np.zeros(len(mesh.points), dtype=bool)
@@ -92,14 +72,14 @@ def moved_mesh(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Move) -> Mesh:
     held[np.unique(mesh.cells[apart])] = True
     for k, frame in enumerate(frames):
         nodes = np.unique(mesh.cells[mesh.regions == numbers[k]])
-        angle = np.radians(move.angle[k])
+        angle = np.radians(move[k, 2])
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         offset = mesh.points[nodes] - frame.centre
-        shift[nodes] = offset @ turn.T - offset + [move.x[k], move.y[k]]
+        shift[nodes] = offset @ turn.T - offset + move[k, :2]
         held[nodes] = True
     shift = _spread(mesh, shift, held)
     points = mesh.points + shift
-    share = _areas(points, mesh.corners) / _areas(mesh.points, mesh.corners)
+    share = cell_volumes(points, mesh.corners) / cell_volumes(mesh.points, mesh.corners)
     if share.min() < _LEAST_AREA:
         raise MeshError(
             f"moved so far, the plates leave a triangle {share.min():.2g} of its area; plates or "
@@ -138,41 +118,27 @@ def readings(
         return readings_of(follow_path(problem, scene, design), design.gages.face).reading
 
 
-def _spread(mesh: Mesh, shift: Array, held: NDArray[np.bool_]) -> Array:
+def _spread(mesh: Mesh, shift: Array, held: BoolArray) -> Array:
     """Shifts (n, 2) of all nodes from those of the held ones: harmonic over the triangles' corners,
     each weighing by one over its area; middles of edges stay in the middle."""
     used = np.unique(mesh.corners)
-    stiffness = _laplacian(mesh)
+    # Of a Laplace equation whose coefficient is one over a triangle's area.
+    corner = mesh.points[mesh.corners]
+    edge = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]  # opposite to each corner
+    area = cell_volumes(mesh.points, mesh.corners)
+    local = np.einsum("cia,cja->cij", edge, edge) / (4.0 * area**2)[:, None, None]
+    places = (np.repeat(mesh.corners, 3, axis=1).ravel(), np.tile(mesh.corners, (1, 3)).ravel())
+    stiffness = sp.csr_matrix((local.ravel(), places), shape=(len(mesh.points),) * 2)
     known, free = used[held[used]], used[~held[used]]
     spread = shift.copy()
     if len(free):
         load = -(stiffness[free][:, known] @ shift[known])
-        solve = sp.linalg.splu(stiffness[free][:, free].tocsc())
-        spread[free] = solve.solve(load)
+        spread[free] = sp.linalg.splu(stiffness[free][:, free].tocsc()).solve(load)
     pairs = mesh.corners[:, TRIANGLE_EDGES].reshape(-1, 2)
     middles = mesh.cells[:, 3:].reshape(-1)
     loose = ~held[middles]
     spread[middles[loose]] = spread[pairs[loose]].mean(axis=1)
     return spread
-
-
-def _laplacian(mesh: Mesh) -> sp.csr_matrix:
-    """Stiffness (n, n) of a Laplace equation whose coefficient is one over a triangle's area."""
-    nodes = mesh.corners
-    corner = mesh.points[nodes]
-    area = _areas(mesh.points, nodes)
-    edge = corner[:, [2, 0, 1]] - corner[:, [1, 2, 0]]  # opposite to each corner
-    local = np.einsum("cia,cja->cij", edge, edge) / (4.0 * area**2)[:, None, None]
-    row, column = np.repeat(nodes, 3, axis=1), np.tile(nodes, (1, 3))
-    size = (len(mesh.points),) * 2
-    entries = (local.ravel(), (row.ravel(), column.ravel()))
-    return sp.csr_matrix(entries, shape=size)
-
-
-def _areas(points: Array, triangles: IntArray) -> Array:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    u, v = b - a, c - a
-    return np.asarray(0.5 * (u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]))
 
 
 Effect = dict[str, Any]
@@ -236,31 +202,15 @@ def tolerances(design: Design, plan: MoldPlan, plate: int) -> tuple[float, float
     its width: an angle. Of a plate's two ends the worse one counts.
     """
     comb, process = design.mold.comb.tolerance_mm, limits_of(design.mold).tolerance_mm
-    thickness = {frame.index: frame.thickness for frame in plan.frames}
-    widths = {(leg.plate, leg.side): leg.width for leg in plan.legs}
     places, angles = [0.0], [0.0]
-    for side in plan.sides:
-        tolerance = comb if side.holding == "comb" else process
-        for slot in side.slots:
-            if slot.plate != plate:
-                continue
-            play = max(slot.width - slot.shim - thickness[plate], 0.0)
+    for side, slot, width in plan.held():
+        if slot.plate == plate:
+            tolerance = comb if side.holding == "comb" else process
+            play = max(slot.width - slot.shim - plan.thickness[plate], 0.0)
             play = 0.0 if side.holding == "jig" else play
-            width = widths[plate, side.side]
             places.append(tolerance + 0.5 * max(play, slot.length - width))
-            slope = tolerance / slot.length + play / width
-            angles.append(math.degrees(math.atan(slope)))
+            angles.append(math.degrees(math.atan(tolerance / slot.length + play / width)))
     return max(places), max(angles)
-
-
-def row_tolerance(design: Design) -> float:
-    """How far (mm) the whole row may be off against the contact surface, in x and in y.
-
-    Insert and walls slide on their pins by the clearance, and what places them is off by the
-    process's tolerance: both however well a comb holds plates among each other.
-    """
-    limits = limits_of(design.mold)
-    return limits.clearance_mm + limits.tolerance_mm
 
 
 def scene_for(design: Design) -> Scene:
@@ -304,11 +254,12 @@ def _in_zone(
     if not sampled.any():
         raise SolverError("no gage reads anything in the section")
 
-    def changed(moves: list[Move]) -> tuple[Array, Array]:
+    def changed(moves: list[Array]) -> tuple[Array, Array]:
         """Shares (moves, rows, gages) of a row's largest reading; of each move what was solved."""
         changes, solved = [], []
         for move in moves:
-            moved, share, after = _moved(mesh, frames, move)
+            moved, share = _moved(mesh, frames, move)
+            after = moved_frames(frames, share * move)
             changes.append((readings(design, moved, after, zone, scene) - right) / share)
             solved.append(share)
         return np.abs(np.array(changes)[:, sampled]) / most[sampled][:, None], np.array(solved)
@@ -322,15 +273,16 @@ def _in_zone(
     share = ways.max(axis=0)
     sizes_off = [round(float(off[:, k].max()), 6) for k in (0, 0, 1)]
     changes = [
-        _change(k, sizes_off[k], share[k], frames)
+        _change(k, sizes_off[k], share[k], solved[k], frames)
         | {"rms_alike": _rms(ways[0, k]), "rms_opposed": _rms(ways[-1, k])}
-        | {"share_solved": float(solved[k])}
         for k in range(3)
     ]
-    tolerance = row_tolerance(design)
-    far = np.column_stack([np.full(len(frames), tolerance), np.zeros(len(frames))])
-    rows, part = changed(_moves(far)[:2])
+    limits = limits_of(design.mold)
+    tolerance = limits.clearance_mm + limits.tolerance_mm
+    rows, part = changed(_moves(np.full_like(off, tolerance))[:2])
     together = np.sqrt((share**2).sum(axis=0))
+    surface = surface_height(design.body, np.array([frame.place for frame in frames]))
+    covers = surface - np.array([frame.y for frame in frames])
     found: Effect = {
         "tolerance_mm": sizes_off[0],
         "angle_deg": sizes_off[2],
@@ -340,7 +292,7 @@ def _in_zone(
             {"plate": frame.index, "x_mm": round(frame.place, 4), "surface_mm": round(cover, 4)}
             | {name: float(share[j, :, k].max()) for j, name in enumerate(CHANGES)}
             | {"together": float(together[:, k].max())}
-            for k, (frame, cover) in enumerate(zip(frames, _covers(design, frames), strict=True))
+            for k, (frame, cover) in enumerate(zip(frames, covers.tolist(), strict=True))
         ],
         "friction_coefficient": scene.object.friction_coefficient,
         "increments_mm": [[round(value, 5) for value in row[:2]] for row in scene.path.rows],
@@ -348,19 +300,19 @@ def _in_zone(
     }
     row: Effect = {
         "tolerance_mm": round(tolerance, 6),
-        "changes": [
-            _change(k, round(tolerance, 6), rows[k], frames) | {"share_solved": float(part[k])}
-            for k in range(2)
-        ],
+        "changes": [_change(k, round(tolerance, 6), rows[k], part[k], frames) for k in range(2)],
         "together": _summary(np.sqrt((rows**2).sum(axis=0)), frames),
     }
     return found | {"sentences": effect_sentences(design, found, row), "row": row}
 
 
-def _change(k: int, largest: float, share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
-    """One of CHANGES, up to ``largest``, and its shares (rows, gages) of the readings."""
+def _change(
+    k: int, largest: float, share: Array, solved: float, frames: tuple[PlateFrame, ...]
+) -> Effect:
+    """One of CHANGES, up to ``largest``, and its shares (rows, gages) of the readings; how much of
+    it was ``solved``."""
     head = {"name": CHANGES[k], "largest": largest, "unit": "mm" if k < 2 else "degrees"}
-    return head | _summary(share, frames)
+    return head | _summary(share, frames) | {"share_solved": float(solved)}
 
 
 def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
@@ -373,12 +325,6 @@ def _rms(values: Array) -> float:
     return float(np.sqrt((values**2).mean()))
 
 
-def _covers(design: Design, frames: tuple[PlateFrame, ...]) -> list[float]:
-    """Height of the surface above each plate's centre, mm."""
-    heights = surface_height(design.body, np.array([frame.place for frame in frames]))
-    return [float(h - frame.y) for h, frame in zip(heights, frames, strict=True)]
-
-
 def _coarser(design: Design, zone: Zone) -> SectionMesh:
     own = section_sizes(design, zone.half_width)
     names = ("contact_size_mm", "plate_size_mm", "plate_end_size_mm", "far_size_mm")
@@ -386,22 +332,17 @@ def _coarser(design: Design, zone: Zone) -> SectionMesh:
     return own.model_copy(update=wider | {"gradation": max(own.gradation, _GRADATION)})
 
 
-def _moves(off: Array) -> list[Move]:
+def _moves(off: Array) -> list[Array]:
     """The three changes of plates that may be off by ``off`` (k, 2): mm and degrees."""
-    none = np.zeros(len(off))
-    far, turned = off.T
-    return [Move(far, none, none), Move(none, far, none), Move(none, none, turned)]
+    return [row * off[:, [0, 0, 1]] for row in np.eye(3)]
 
 
-def _moved(
-    mesh: Mesh, frames: tuple[PlateFrame, ...], move: Move
-) -> tuple[Mesh, float, tuple[PlateFrame, ...]]:
+def _moved(mesh: Mesh, frames: tuple[PlateFrame, ...], move: Array) -> tuple[Mesh, float]:
     """The mesh after a change, or after the largest share of it that the mesh can follow."""
     share = 1.0
     while True:
-        part = move.scaled(share)
         try:
-            return moved_mesh(mesh, frames, part), share, part.of(frames)
+            return moved_mesh(mesh, frames, share * move), share
         except MeshError:
             share *= 0.5
             if share < _LEAST_SHARE:

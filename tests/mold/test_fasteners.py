@@ -1,38 +1,28 @@
 """Bolts, pins, keys and core pins: walls between all of them, in every kind of body."""
 
+from functools import cache
 from itertools import combinations
 
 import numpy as np
 import pytest
-from fingerdesign_bench.any_finger.designs import random_design
 from scipy.spatial import cKDTree
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
-from fingerdesign.design.schema import Design
-from fingerdesign.design.step_file import resolved
 from fingerdesign.mold.part import BASE, INSERT
-from fingerdesign.mold.plan.plan import limits_of
+from fingerdesign.mold.plan.plan import in_space, limits_of
 from fingerdesign.mold.plan.planning import plan_mold
+from tests.support.molds import drawn, shipped
 
 # Small and low, with windows in the side walls, round, with a bone, narrowed inserts.
 SEEDS = (13, 27, 30, 42, 51, 60, 75, 81, 86, 87, 94)
 NAMES = ("narrow", "both_ways", "pin", "boned", "wide")
 
 
-def drawn(seed):
-    return Design.model_validate(resolved(random_design(seed)).data)
-
-
 def bars(plan):
     """Every hole of the walls as (name, start, end, radius): sockets with their clearance."""
-    found = []
-    for k, bolt in enumerate(plan.bolts):
-        ends = np.zeros((2, 3))
-        ends[:, 0] = bolt.first
-        ends[:, 1 if bolt.axis == "z" else 2] = bolt.second
-        ends[:, 2 if bolt.axis == "z" else 1] = bolt.low, bolt.high
-        found.append((f"bolt {k}", ends[0], ends[1], 0.5 * bolt.diameter))
+    found = [
+        (f"bolt {k}", bolt.at(bolt.low), bolt.at(bolt.high), 0.5 * bolt.diameter)
+        for k, bolt in enumerate(plan.bolts)
+    ]
     for k, pin in enumerate(plan.pins):
         root, way = np.array(pin.root), np.array(pin.direction)
         into = 0.5 * pin.length if pin.dowel else pin.length
@@ -40,13 +30,10 @@ def bars(plan):
         end = root + (into + pin.clearance) * way
         found.append((f"pin {k}", start, end, 0.5 * pin.diameter + pin.clearance))
     for k, pin in enumerate(plan.core_pins):
-        away = np.eye(3)[2 if pin.side.endswith("z") else 0] * (1 if pin.side[0] == "+" else -1)
-        across = np.eye(3)[0 if pin.side.endswith("z") else 2]
-        foot = pin.place * across + pin.y * np.eye(3)[1]
-        reach = plan.reach_z if pin.side.endswith("z") else plan.reach_x
-        found.append(
-            (f"core pin {k}", foot + pin.tip * away, foot + reach * away, 0.5 * pin.diameter)
-        )
+        ends = [
+            in_space(pin.side, pin.place, pin.y, out) for out in (pin.tip, plan.reach(pin.side))
+        ]
+        found.append((f"core pin {k}", *ends, 0.5 * pin.diameter))
     return found
 
 
@@ -67,40 +54,47 @@ def surface(bar):
     return np.vstack([(places[:, None] + ring[None]).reshape(-1, 3), [start, end]])
 
 
-def sheets(plan, axis):
-    """Thickness of the combs or jigs of an axis' sides: walls begin beyond them."""
-    count = {"comb": 1, "jig": 2}
-    return max(s.sheet * count.get(s.holding, 0) for s in plan.sides if s.side.endswith(axis))
+@cache
+def planned(which):
+    design = shipped(which) if isinstance(which, str) else drawn(which)
+    return plan_mold(design), limits_of(design.mold)
+
+
+def stand_apart(plan, limits):
+    """Whether walls stand between all holes."""
+    for one, other in combinations(bars(plan), 2):
+        assert apart(one, other) >= limits.wall_mm - 1e-6, (one[0], other[0])
 
 
 @pytest.mark.parametrize("which", [*NAMES, *SEEDS])
-def test_walls_stand_between_all_holes_and_to_every_face(which):
-    design = find_design(which) if isinstance(which, str) else drawn(which)
-    plan, limits = plan_mold(design), limits_of(design.mold)
-    everything = bars(plan)
-    for one, other in combinations(everything, 2):
-        assert apart(one, other) >= limits.wall_mm - 1e-6, (one[0], other[0])
-    for name, start, end, radius in everything:
+def test_walls_stand_between_all_holes_and_to_every_face_and_pins_pass_over_keys(which):
+    plan, limits = planned(which)
+    stand_apart(plan, limits)
+    sheets = max(side.thick for side in plan.sides if side.side.endswith("x"))
+    for name, start, end, radius in bars(plan):
         if name.startswith("core"):
             continue
         room = radius + limits.wall_mm - 1e-9
         across = np.abs(end - start) < 1e-9
         most = np.array([plan.reach_x, plan.top, plan.reach_z])
         assert np.all((most - np.abs(start))[across] >= room), name
-        beside_x = abs(start[0]) - plan.half_width - sheets(plan, "x")
+        beside_x = abs(start[0]) - plan.half_width - sheets
         beside_z = min(abs(start[2]), abs(end[2])) - plan.half_depth
         assert max(beside_x, beside_z) >= room, name  # the finger's footprint
         if across[1]:
             assert room <= start[1] <= plan.top - room, name
+    height = max(key.high[1] for key in plan.keys)
+    assert height >= 0.3
+    for pin in plan.pins:  # those of the side walls pass over the keys
+        assert pin.on == INSERT or pin.root[1] - 0.5 * pin.diameter > height + 0.1
 
 
 @pytest.mark.parametrize("name", ["narrow", "boned", "wide"])
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
 def test_each_process_leaves_its_own_walls(name, process):
-    design = with_values(find_design(name), {"mold.process": process, "mold.plate_fixture": "comb"})
+    design = shipped(name, mold__process=process, mold__plate_fixture="comb")
     plan, limits = plan_mold(design), limits_of(design.mold)
-    for one, other in combinations(bars(plan), 2):
-        assert apart(one, other) >= limits.wall_mm - 1e-6, (one[0], other[0])
+    stand_apart(plan, limits)
     assert all(pin.dowel == (process == "machined") for pin in plan.pins)
     assert all(pin.diameter >= limits.pin_mm for pin in plan.pins)
     assert all(pin.clearance >= limits.clearance_mm for pin in plan.pins)
@@ -109,7 +103,7 @@ def test_each_process_leaves_its_own_walls(name, process):
 @pytest.mark.parametrize("name", ["narrow", "pin", "both_ways"])
 def test_walls_and_insert_fit_one_way_only(name):
     """Turned half round, a part meets a pin that is too big, or one in another place."""
-    plan = plan_mold(find_design(name))
+    plan, _ = planned(name)
     for axis in ("z", "y"):
         here = {
             (round(p.root[0], 6), round(p.root[2], 6), p.diameter)
@@ -122,7 +116,7 @@ def test_walls_and_insert_fit_one_way_only(name):
 
 
 def test_keys_run_along_the_walls_draw_and_lean_by_the_draft():
-    plan = plan_mold(find_design("narrow"))
+    plan, _ = planned("narrow")
     assert len(plan.keys) == 4
     for key in plan.keys:
         low, high = np.array(key.low), np.array(key.high)
@@ -136,18 +130,8 @@ def test_keys_run_along_the_walls_draw_and_lean_by_the_draft():
         )
 
 
-@pytest.mark.parametrize("which", [*NAMES, *SEEDS])
-def test_side_walls_pins_pass_over_the_keys(which):
-    plan = plan_mold(find_design(which) if isinstance(which, str) else drawn(which))
-    height = max(key.high[1] for key in plan.keys)
-    assert height >= 0.3
-    for pin in plan.pins:
-        if pin.on != INSERT:
-            assert pin.root[1] - 0.5 * pin.diameter > height + 0.1
-
-
 def test_pins_stand_on_the_parts_that_are_taken_off_first_or_last():
-    plan = plan_mold(find_design("narrow"))
+    plan, _ = planned("narrow")
     upright = [pin for pin in plan.pins if pin.on == INSERT]
     assert {pin.direction for pin in upright} == {(0.0, -1.0, 0.0)}
     assert all(pin.root[1] == pytest.approx(plan.rim) for pin in upright)
@@ -161,8 +145,8 @@ def test_bolts_shrink_with_the_walls_and_then_stand_upright():
     sizes = {}
     for height in (10.0, 5.3, 4.7, 4.0):
         text = {"body.shape": "block", "body.arc_radius_mm": 20.0, "plates.count": 0}
-        design = with_values(find_design("homogeneous"), {**text, "body.base_height_mm": height})
-        sizes[height] = {(b.axis, b.size) for b in plan_mold(design).bolts}
+        plan = plan_mold(shipped("homogeneous", **text, body__base_height_mm=height))
+        sizes[height] = {(b.axis, b.size) for b in plan.bolts}
     assert sizes[10.0] == {("y", "M3"), ("z", "M3")}
     assert sizes[5.3] == {("y", "M2.5"), ("z", "M2.5")}
     assert sizes[4.7] == {("y", "M2"), ("z", "M2")}

@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign import load_design
-from fingerdesign.design.schema import Design
+from fingerdesign.mold.checks.fits import plan_checks
 from fingerdesign.mold.plan.extent import rim_height
 from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
 from fingerdesign.mold.plan.legs import fixture_of
-from fingerdesign.mold.plan.plan import SIDES, Slot, limits_of
+from fingerdesign.mold.plan.plan import SIDES, Slot
+from fingerdesign.mold.plan.planning import plan_mold
 from fingerdesign.mold.plan.slots import frames_in_mold, slot_corners, webs
+from tests.support.molds import keys, made, shipped
 
 SHIPPED = ("block", "boned", "both_ways", "domed", "homogeneous", "maeno2000", "narrow", "pin")
 
@@ -27,15 +28,9 @@ def planned(design, corner=None):
     return {side: fixture.side(side) for side in SIDES}, fixture.plugs, faults
 
 
-def made(body=None, plates=None, mold=None):
-    data = {"design": {"name": "t"}, "body": body or {}, "plates": plates or {}}
-    return Design.model_validate({**data, "mold": mold or {}})
-
-
 @pytest.mark.parametrize("name", [*SHIPPED, "sensitive", "wide"])
 def test_shipped_designs_can_be_held(name):
-    design = load_design(f"designs/{name}.toml")
-    sides, _, faults = planned(design)
+    sides, _, faults = planned(shipped(name))
     assert faults == []
     for side in sides.values():
         least = 0.2 if side.holding == "comb" else 0.4
@@ -43,7 +38,7 @@ def test_shipped_designs_can_be_held(name):
 
 
 def test_a_comb_has_slots_of_the_sheet_and_a_window_around_them():
-    sides, plugs, _ = planned(load_design("designs/maeno2000.toml"))
+    sides, plugs, _ = planned(shipped("maeno2000"))
     front = sides["+z"]
     assert (front.holding, front.sheet, front.shift, plugs) == ("comb", 0.3, 0.0, ())
     assert len(front.slots) == 15
@@ -64,7 +59,7 @@ def test_a_comb_has_slots_of_the_sheet_and_a_window_around_them():
 
 
 def test_leads_leave_on_the_side_away_from_the_surface():
-    design = load_design("designs/maeno2000.toml")
+    design = shipped("maeno2000")
     with_wire, _, _ = planned(design)
     without, _, _ = planned(with_mold(design, wire_mm=0.0))
     for one, two in zip(with_wire["+z"].slots, without["+z"].slots, strict=True):
@@ -88,9 +83,7 @@ def test_a_bundle_of_leads_passes_and_the_webs_count_its_hole():
 
 
 def test_a_comb_s_clearance_reaches_no_mold_without_a_comb():
-    design = with_mold(
-        load_design("designs/pin.toml"), plate_fixture="slots", comb={"clearance_mm": 1}
-    )
+    design = with_mold(shipped("pin"), plate_fixture="slots", comb={"clearance_mm": 1})
     assert planned(design)[2] == []
     wide = with_mold(few(), comb={"clearance_mm": 1.0})
     (fault,) = planned(wide)[2]
@@ -98,14 +91,14 @@ def test_a_comb_s_clearance_reaches_no_mold_without_a_comb():
 
 
 def test_a_comb_s_least_slot_widens_the_opening():
-    design = with_mold(load_design("designs/maeno2000.toml"), comb={"slot_mm": 0.2})
+    design = with_mold(shipped("maeno2000"), comb={"slot_mm": 0.2})
     sides, _, faults = planned(design)
     assert faults == []
     assert {slot.width for slot in sides["+z"].slots} == {0.2}
 
 
 def test_slots_in_the_walls_are_filled_by_shims():
-    design = with_mold(load_design("designs/wide.toml"), plate_fixture="slots")
+    design = with_mold(shipped("wide"), plate_fixture="slots")
     sides, _, faults = planned(design)
     assert faults == []
     for slot in sides["-z"].slots:
@@ -114,7 +107,7 @@ def test_slots_in_the_walls_are_filled_by_shims():
 
 
 def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
-    design = load_design("designs/wide.toml")
+    design = shipped("wide")
     sides, _, faults = planned(with_mold(design, plate_fixture="jig", wire_mm=0.0))
     assert faults == []
     assert sides["+z"].holding == "jig"
@@ -124,12 +117,12 @@ def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
     spread = design.model_copy(update={"plates": turned})
     spread = with_mold(spread, plate_fixture="jig", wire_mm=0.0)
     _, _, faults = planned(spread)
-    assert [fault.key for fault in faults] == ["mold.plate_fixture"]
+    assert keys(faults) == ["mold.plate_fixture"]
     assert "comb" in faults[0].bound
 
 
 def test_a_bent_plate_s_slot_is_wider_by_its_sagitta():
-    design = load_design("designs/boned.toml")
+    design = shipped("boned")
     sides, _, _ = planned(design)
     radius = frames_in_mold(design, 1.0)[2].bend_radius
     half = 0.15 / radius
@@ -138,7 +131,7 @@ def test_a_bent_plate_s_slot_is_wider_by_its_sagitta():
 
 
 def test_a_round_body_gets_slots_and_a_plug_whatever_was_requested():
-    design = load_design("designs/pin.toml")
+    design = shipped("pin")
     sides, plugs, _ = planned(design)
     assert sides["+z"].holding == sides["-z"].holding == "slots"
     assert [plug.axis for plug in plugs] == ["z"]
@@ -149,25 +142,13 @@ def test_a_round_body_gets_slots_and_a_plug_whatever_was_requested():
 
 
 def test_a_draft_that_eats_the_contact_surface_is_refused_with_its_bound():
-    design = with_mold(load_design("designs/pin.toml"), wire_mm=0.0)
+    design = with_mold(shipped("pin"), wire_mm=0.0)
     _, _, faults = planned(with_mold(design, draft_deg=30.0))
-    assert [fault.key for fault in faults] == ["mold.draft_deg"]
+    assert keys(faults) == ["mold.draft_deg"]
     most = float(faults[0].bound.split("at most ")[1].split(",")[0])
     assert 2.0 < most < 30.0
     assert planned(with_mold(design, draft_deg=most))[2] == []
     assert planned(with_mold(design, draft_deg=most + 0.3))[2] != []
-
-
-def test_legs_through_the_contact_zone_are_refused_with_the_plates_cover():
-    design = made(
-        {"shape": "revolved", "width_mm": 16.0, "arc_radius_mm": 12.0},
-        {"count": 1, "span_mm": 3.0, "cover_mm": 0.6, "angle_deg": 0.0, "length_mm": 1.0},
-    )
-    _, _, faults = planned(design)
-    assert [fault.key for fault in faults] == ["plates.cover_mm"]
-    deeper = float(faults[0].remedy.split("at least ")[1].split(",")[0])
-    plates = design.plates.model_copy(update={"cover_mm": deeper})
-    assert planned(design.model_copy(update={"plates": plates}))[2] == []
 
 
 def few(count=3, **keys):
@@ -176,51 +157,62 @@ def few(count=3, **keys):
     return made({"width_mm": 22.0, "base_height_mm": 7.0, "arc_radius_mm": 50.0}, plates)
 
 
-def test_webs_that_cannot_stand_are_refused_with_the_pitch_that_does():
-    design = with_mold(few(cover_mm=2.0, pitch_mm=0.5), plate_fixture="slots")
-    (fault,) = planned(design)[2]
-    assert fault.key == "plates.pitch_mm"
-    assert "webs of mold.limits.feature_mm = 0.4 mm" in fault.bound
-    assert "mold.plate_fixture = 'comb'" in fault.remedy
-    wider = float(fault.remedy.split("at least ")[1].split(" ")[0])
-    assert 0.5 < wider < 1.5
-    plates = design.plates.model_copy(update={"pitch_mm": wider})
-    assert planned(design.model_copy(update={"plates": plates}))[2] == []
+ROUND = {"shape": "revolved", "width_mm": 16.0, "arc_radius_mm": 12.0}
+HIGH = {"count": 1, "span_mm": 3.0, "cover_mm": 0.6, "angle_deg": 0.0, "length_mm": 1.0}
 
 
-def test_slots_too_near_to_the_surface_are_refused_with_the_cover_that_does():
-    design = with_mold(few(1), plate_fixture="slots", process="fdm")
+@pytest.mark.parametrize(
+    ("design", "key", "bound"),
+    [
+        (
+            with_mold(few(cover_mm=2.0, pitch_mm=0.5), plate_fixture="slots"),
+            "pitch_mm",
+            "webs of mold.limits.feature_mm = 0.4 mm",
+        ),
+        (
+            with_mold(few(1), plate_fixture="slots", process="fdm"),
+            "cover_mm",
+            "0.8 mm below the contact surface",
+        ),
+        (made(ROUND, HIGH), "cover_mm", "the contact zone"),
+    ],
+)
+def test_what_cannot_be_held_is_refused_with_the_value_that_can(design, key, bound):
     (fault,) = planned(design)[2]
-    assert fault.key == "plates.cover_mm"
-    assert "0.8 mm below the contact surface" in fault.bound
-    deeper = float(fault.remedy.split("at least ")[1].split(" ")[0])
-    plates = design.plates.model_copy(update={"cover_mm": deeper})
+    assert fault.key == f"plates.{key}"
+    assert bound in fault.bound
+    assert key != "pitch_mm" or "mold.plate_fixture = 'comb'" in fault.remedy
+    value = float(fault.remedy.split("at least ")[1].split(",")[0].split(" ")[0])
+    assert fault.value < value < fault.value + 3.0
+    plates = design.plates.model_copy(update={key: value})
     assert planned(design.model_copy(update={"plates": plates}))[2] == []
 
 
 @pytest.mark.parametrize(
-    ("keys", "key"),
+    ("given", "key"),
     [
-        ({"comb": {"slot_mm": 1.0}}, "mold.comb.slot_mm"),
-        ({"comb": {"web_mm": 1.0}}, "mold.comb.web_mm"),
-        ({"plate_fixture": "slots", "limits": {"slot_mm": 2.0, "feature_mm": 0.1}}, None),
+        ({"comb": {"slot_mm": 1.0}}, "comb.slot_mm"),
+        ({"comb": {"web_mm": 1.0}}, "comb.web_mm"),
+        (
+            {"plate_fixture": "slots", "limits": {"slot_mm": 2.0, "feature_mm": 0.1}},
+            "limits.slot_mm",
+        ),
     ],
 )
-def test_slots_and_webs_that_the_file_demands_are_refused_by_their_own_key(keys, key):
-    design = with_mold(few(), **keys)
-    fault = planned(design)[2][0]
-    assert fault.key == (key or "mold.limits.slot_mm")
+def test_slots_and_webs_that_the_file_demands_are_refused_by_their_own_key(given, key):
+    fault = planned(with_mold(few(), **given))[2][0]
+    assert fault.key == f"mold.{key}"
     most = float(fault.bound.split("at most ")[1].split(",")[0])
     assert 0.0 < most < float(fault.value)
 
 
 def test_a_leg_wider_than_its_plate_is_refused():
     design = with_mold(few(span_mm=6.0), leg_mm=5.0)
-    assert "mold.leg_mm" in [fault.key for fault in planned(design)[2]]
+    assert "mold.leg_mm" in keys(planned(design)[2])
 
 
 def test_legs_through_a_wall_that_is_drawn_across_them_are_refused():
-    design = load_design("designs/pin.toml")
+    design = shipped("pin")
     deep = design.plates.model_copy(update={"cover_mm": 6.0})
     design = with_mold(design.model_copy(update={"plates": deep}), wire_mm=0.0)
     assert planned(design, corner=2.0)[2] == []
@@ -229,35 +221,45 @@ def test_legs_through_a_wall_that_is_drawn_across_them_are_refused():
     assert "side walls" in fault.bound
 
 
-def test_webs_are_true_distances_between_rectangles():
-    one = Slot(0, "+z", 0.0, 5.0, 0.0, 1.0, 0.2, 0.0, 0.0)
-    two = Slot(1, "+z", 1.5, 5.6, 0.0, 1.0, 0.2, 0.0, 0.0)
-    assert webs([one, two])[2] == pytest.approx([np.hypot(0.5, 0.4)])
-    assert webs([one])[2].shape == (0,)
+def slot(place, y, angle=0.0, length=2.0, width=0.4):
+    return Slot(0, "+z", place, y, angle, length, width, 0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("slots", "wanted"),
+    [
+        ([slot(0, 0)], np.inf),
+        ([slot(0, 0), slot(0, 1)], 0.6),
+        ([slot(0, 0), slot(3, 1)], np.hypot(1.0, 0.6)),
+        ([slot(0, 0), slot(1.0, 0.1)], 0.0),
+        ([slot(0, 0, 45), slot(1, 0, 45)], np.sqrt(0.5) - 0.4),
+        ([slot(0, 0), slot(0, 2, 90)], 0.8),
+        ([slot(0, 0), slot(0, 0, 90)], 0.0),
+        ([slot(0, 5), slot(0, 0), slot(40, 0), slot(0, 1)], 0.6),
+    ],
+)
+def test_webs_are_true_distances_between_rectangles(slots, wanted):
+    assert webs(slots, exact=True)[2].min(initial=np.inf) == pytest.approx(wanted)
 
 
 def test_leads_have_room_in_every_hole_that_is_planned():
-    from fingerdesign.mold.checks.fits import plan_checks
-    from fingerdesign.mold.plan.planning import plan_mold
-
-    design = load_design("designs/block.toml")
-    plan, limits = plan_mold(design), limits_of(design.mold)
-    found = {check.name: check for check in plan_checks(plan, design.mold, limits)}
+    design = shipped("block")
+    plan = plan_mold(design)
+    found = {check.name: check for check in plan_checks(design, plan)}
     assert found["leads pass, side +z"].ok
     assert found["leads pass, side +z"].measured >= 0.3
     assert found["leads pass, side -z"].measured is None  # leads leave at one end
     side = plan.side("+z")
     narrow = replace(side, slots=tuple(replace(slot, relief=0.25) for slot in side.slots))
     invalid = replace(plan, sides=(narrow, *plan.sides[1:]))
-    found = {check.name: check for check in plan_checks(invalid, design.mold, limits)}
+    found = {check.name: check for check in plan_checks(design, invalid)}
     assert not found["leads pass, side +z"].ok
 
 
 def test_a_jig_s_pins_bear_on_holes_that_are_moved_against_the_shift():
     from fingerdesign.mold.cad.features import jig_moves
-    from fingerdesign.mold.plan.planning import plan_mold
 
-    design = with_mold(load_design("designs/wide.toml"), plate_fixture="jig", wire_mm=0.0)
+    design = with_mold(shipped("wide"), plate_fixture="jig", wire_mm=0.0)
     moves = dict(jig_moves(plan_mold(design), 0.1))
     back = 0.1 * np.sqrt(0.5)  # plates at 45 degrees: their upper side looks to -x and +y
     assert moves["jig_front_inner"] == pytest.approx([back, -back, 0.0])

@@ -6,26 +6,20 @@ import numpy as np
 import pytest
 from fingerdesign_bench.any_finger.step_samples import sample_step
 
-from fingerdesign import load_design
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step_file import resolved
 from fingerdesign.layout.frames import Hole, PlateFrame, plate_frames
 from fingerdesign.mold.plan.extent import exits_of, flat_sided, rim_height
-from fingerdesign.mold.plan.leg_room import crossing_legs, leg_gaps
+from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of, meets_hole
-from fingerdesign.mold.plan.plan import Leg
+from fingerdesign.mold.plan.plan import Leg, limits_of
 from fingerdesign.mold.plan.slots import (
     core_in_mold,
     frames_in_mold,
-    leg_bar,
     scale_of,
     turned_bar,
 )
-
-
-def made(body=None, plates=None, mold=None):
-    data = {"design": {"name": "t"}, "body": body or {}, "plates": plates or {}}
-    return Design.model_validate({**data, "mold": mold or {}})
+from tests.support.molds import made, shipped
 
 
 def legs(design):
@@ -33,8 +27,7 @@ def legs(design):
 
 
 def test_full_plates_have_wide_tabs_that_end_a_tab_beyond_the_comb():
-    design = load_design("designs/maeno2000.toml")
-    found = legs(design)
+    found = legs(shipped("maeno2000"))
     assert len(found) == 30
     for leg in found:
         assert leg.flat
@@ -43,32 +36,39 @@ def test_full_plates_have_wide_tabs_that_end_a_tab_beyond_the_comb():
         assert leg.tip == pytest.approx(5.0 + 0.3 + 3.0)
 
 
-def test_embedded_plates_have_thin_legs_through_the_rubber():
-    found = legs(load_design("designs/domed.toml"))
+def test_embedded_plates_have_thin_legs_through_the_rubber_that_stay_within_the_plate():
+    found = legs(shipped("domed"))
     assert {leg.width for leg in found} == {0.3}
     assert all(leg.start == 4.0 and leg.exit == 7.0 and leg.flat for leg in found)
+    assert {leg.width for leg in legs(shipped("domed", mold__leg_mm=5.0))} == {2.0}
 
 
-def test_legs_of_a_given_width_stay_within_the_plate():
-    design = load_design("designs/domed.toml")
-    requested = design.mold.model_copy(update={"leg_mm": 5.0})
-    assert {leg.width for leg in legs(design.model_copy(update={"mold": requested}))} == {2.0}
-
-
-def test_plates_along_z_leave_at_the_sides():
-    design = made({"shape": "block"}, {"along": "z", "count": 3, "span_mm": 6.0, "pitch_mm": 2.5})
-    found = legs(design)
-    assert {leg.side for leg in found} == {"+x", "-x"}
-    assert {leg.exit for leg in found} == {10.0}
-
-
-def test_no_plates_have_no_legs_but_plates_left_out_of_the_model_do():
-    assert legs(made(plates={"count": 0})) == ()
-    assert len(legs(made(plates={"model": "none", "count": 4}))) == 8
+@pytest.mark.parametrize(
+    ("plates", "sides", "starts"),
+    [
+        ({"count": 0}, set(), []),
+        ({"model": "none", "count": 1}, {"+z", "-z"}, [5.0, 5.0]),
+        (
+            {"along": "z", "count": 3, "span_mm": 6.0, "pitch_mm": 2.5},
+            {"+x", "-x"},
+            [3.0] * 6,
+        ),
+        (
+            {"placement": [[-2.0, 8.0, 30.0], [2.0, 6.0, -40.0, 1.0]], "span_mm": 5.0},
+            {"+z", "-z"},
+            [2.5, 2.5, 3.5, 1.5],
+        ),
+    ],
+)
+def test_legs_leave_where_the_plates_end(plates, sides, starts):
+    found = legs(made({"shape": "block"}, plates))
+    assert {leg.side for leg in found} == sides
+    assert [leg.start for leg in found] == pytest.approx(starts)
+    assert {leg.exit for leg in found} <= {10.0 if "+x" in sides else 5.0}
 
 
 def test_exits_of_a_pin_are_those_of_its_sphere():
-    design = load_design("designs/pin.toml")
+    design = shipped("pin")
     frames = frames_in_mold(design, 1.0)
     legs_here = [leg for leg in legs(design) if leg.plate == 3]
     crest = 10.0 + 12.0 - np.sqrt(12.0**2 - 8.0**2)
@@ -136,9 +136,9 @@ def test_gaps_of_legs_to_other_plates_and_the_core():
     own = PlateFrame(0, 0.0, 5.0, 0.0, 2.0, 0.2, -2.0, 2.0)
     beyond = PlateFrame(1, 0.0, 6.0, 0.0, 2.0, 0.2, 3.0, 4.0)
     leg = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
-    bars = (leg_bar(own, leg, leg.exit),)
-    assert leg_gaps(design, (leg,), bars, (own, beyond))[0] == pytest.approx(0.8)
-    assert leg_gaps(design, (leg,), bars, (own,))[0] == pytest.approx(0.9)
+    for frames, gap in (((own, beyond), 0.8), ((own,), 0.9)):
+        fixture = Fixture(design, limits_of(design.mold), frames, (leg,))
+        assert fixture.gaps()[0] == pytest.approx(gap)
 
 
 def test_legs_of_crossing_rows_that_meet_are_found():
@@ -147,8 +147,10 @@ def test_legs_of_crossing_rows_that_meet_are_found():
     first = Leg(0, "+z", 0.4, 0.0, 2.0, 5.0, 8.0, True)
     second = Leg(1, "+x", 0.4, 0.0, -2.0, 5.0, 8.0, True)
     design = made(plates={"thickness_mm": 0.2})
-    assert len(crossing_legs(design, (first, second), (one, two))) == 1
-    assert crossing_legs(design, (first, second), (one, replace(two, y=6.0))) == []
+    for y, count in ((5.1, 1), (6.0, 0)):
+        frames = (one, replace(two, y=y))
+        fixture = Fixture(design, limits_of(design.mold), frames, (first, second))
+        assert len(fixture.crossings()) == count
 
 
 def test_a_core_moves_with_the_rubber_unless_it_stands_on_the_base():
@@ -166,12 +168,15 @@ def test_a_leg_does_not_stand_on_a_hole():
     assert not meets_hole(frame, replace(leg, side="-z"))
 
 
+def step_body(kind, *sizes):
+    data = {"shape": "step", "step": {"file": str(sample_step(kind, *sizes))}}
+    found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
+    return Design.model_validate(found.data).body
+
+
 @pytest.mark.parametrize("scale", [1.0, 1.0 / 0.98])
 def test_exits_of_a_tapering_step_body_are_those_of_its_leaning_faces(scale):
-    file = sample_step("tip", 12.0, 14.0, 8.0, 1.0)
-    data = {"shape": "step", "step": {"file": str(file)}}
-    found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
-    body = Design.model_validate(found.data).body
+    body = step_body("tip", 12.0, 14.0, 8.0, 1.0)
     bar = PlateFrame(0, 0.0, scale * 4.0, 90.0, scale * 1.0, 0.1, -2.0, 2.0)
     out = exits_of(body, scale, [bar], ["-z"], [2.0])
     lean = 0.2 * 7.0 / 8.0  # the half-depth falls from 7 to 5.6 over the height
@@ -182,21 +187,10 @@ def test_exits_of_a_tapering_step_body_are_those_of_its_leaning_faces(scale):
 
 
 def test_exits_of_a_step_body_s_flat_end_are_reported_with_their_margins():
-    file = sample_step("filleted", 8.0, 14.0, 10.0, 1.5)
-    data = {"shape": "step", "step": {"file": str(file)}}
-    found = resolved({"design": {"name": "t"}, "body": data, "plates": {"count": 0}})
-    body = Design.model_validate(found.data).body
+    body = step_body("filleted", 8.0, 14.0, 10.0, 1.5)
     low = PlateFrame(0, 1.0, 8.0, 0.0, 1e-6, 1e-6, -2.0, 2.0)
     out = exits_of(body, 1.0, [low, replace(low, y=9.0)], ["+z", "+z"], [2.0, 2.0])
     assert flat_sided(body)
     assert out.face_margin[0] == pytest.approx(0.5, abs=1e-5)
     # The rounding's radius is 1.5, its axis 1.5 below the top and behind the end.
     assert out.nearest == pytest.approx([7.0, 5.5 + np.sqrt(1.5**2 - 0.5**2)], abs=1e-3)
-
-
-def test_plates_placed_one_by_one_have_legs_where_they_stand():
-    places = [[-2.0, 8.0, 30.0], [2.0, 6.0, -40.0, 1.0]]
-    design = made({"shape": "block"}, {"placement": places, "span_mm": 5.0})
-    found = legs(design)
-    assert [leg.start for leg in found] == pytest.approx([2.5, 2.5, 3.5, 1.5])
-    assert {leg.exit for leg in found} == {5.0}

@@ -1,23 +1,25 @@
 """The mold's CAD: exact solids that fill the block, come off, and hold what the plan says."""
 
 from dataclasses import replace
-from functools import lru_cache
 
+import cadquery as cq
 import numpy as np
 import pytest
 
-from fingerdesign.cad.export import check_watertight, enclosed_volume
+from fingerdesign.cad.bodies import outline_solid
+from fingerdesign.cad.export import check_watertight
+from fingerdesign.cad.from_python import with_body
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.checks.load import parse_design, with_values
-from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
-from fingerdesign.mold.cad.build import build_mold
+from fingerdesign.mold.cad.build import build_mold, undercuts
 from fingerdesign.mold.cad.meshed import all_meshed
 from fingerdesign.mold.make import mold_meshes
-from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, wall_name
-from fingerdesign.mold.plan.plan import SIDES, BaseHole, MoldPlan, Plug, SidePlan
+from fingerdesign.mold.part import BASE, CORE, INSERT, comb_names, volume, wall_name
+from fingerdesign.mold.plan.plan import SIDES, BaseHole, Plug, SidePlan, in_space
 from fingerdesign.mold.plan.planning import plan_mold
+from tests.support.molds import shipped
 
 BENT = 'follow = "bent"\nangle_deg = 0.0\n'
 HOLES = "hole_diameter_mm = 0.4\nhole_pitch_mm = 1.5\nspan_mm = 5.0\n"
@@ -56,10 +58,10 @@ def built_of(design, **changes):
 
 def round_design():
     """A sphere-ended pin without plates."""
-    return with_values(find_design("pin"), {"plates.count": 0, "plates.span_mm": None})
+    return shipped("pin", plates__count=0, plates__span_mm=None)
 
 
-@lru_cache(maxsize=1)
+@pytest.fixture(scope="module")
 def usual():
     """A small arc with three plates held by combs."""
     return built_of(design_of())
@@ -67,6 +69,10 @@ def usual():
 
 def part(built, name):
     return next(each for each in built.parts if each.name == name)
+
+
+def solid(built, name):
+    return part(built, name).solid
 
 
 def unfilled(built):
@@ -84,12 +90,7 @@ def holds(solid, point):
 
 @pytest.mark.parametrize(
     "body",
-    [
-        "",
-        "edge_radius_mm = 1.0",
-        DOME,
-        'shape = "block"\nedge = "chamfer"\nedge_radius_mm = 1.0',
-    ],
+    ["", "edge_radius_mm = 1.0", DOME, 'shape = "block"\nedge = "chamfer"\nedge_radius_mm = 1.0'],
 )
 def test_parts_and_finger_fill_the_block(body):
     _, built = built_of(design_of(body, "span_mm = 4.0"))
@@ -100,7 +101,7 @@ def test_parts_and_finger_fill_the_block(body):
 def test_a_round_finger_has_level_seams_and_its_parts_fill_the_block():
     plan, built = built_of(round_design())
     assert abs(unfilled(built)) < 1e-8
-    assert part(built, INSERT).solid.BoundingBox().ymin < plan.rim + 1e-6
+    assert solid(built, INSERT).BoundingBox().ymin < plan.rim + 1e-6
     beside = (plan.half_width + 2.0, 0.5 * plan.rim)
     front, right = (part(built, wall_name(side)).blank for side in ("+z", "+x"))
     assert holds(front, (*beside, plan.corner + 0.01))
@@ -108,8 +109,8 @@ def test_a_round_finger_has_level_seams_and_its_parts_fill_the_block():
     assert not holds(front, (beside[0], plan.rim + 0.01, plan.corner + 0.01))
 
 
-def test_the_contact_surface_goes_on_outward_in_the_seams():
-    plan, built = usual()
+def test_the_contact_surface_goes_on_outward_in_the_seams(usual):
+    plan, built = usual
     wall = part(built, wall_name("+z")).blank
     beyond = plan.half_depth + 0.5 * plan.wall_z
     for x in (0.0, 2.0, 4.5):
@@ -138,12 +139,7 @@ def test_shrinkage_enlarges_the_rubber_and_leaves_the_metal_as_it_is():
 
 @pytest.mark.parametrize(
     "plates",
-    [
-        "angle_deg = 45.0",
-        BENT,
-        HOLES,
-        BENT + HOLES,
-    ],
+    ["angle_deg = 45.0", BENT, HOLES, BENT + HOLES],
 )
 def test_a_plate_with_its_legs_is_one_piece_of_the_sum_of_volumes(plates):
     plan, built = built_of(design_of("", plates))
@@ -156,29 +152,30 @@ def test_a_plate_with_its_legs_is_one_piece_of_the_sum_of_volumes(plates):
         assert bounds.zmax == pytest.approx(max(leg.tip for leg in legs), abs=1e-5)
 
 
-def test_a_comb_is_the_finger_s_end_and_its_slots_let_the_plates_through():
-    plan, built = usual()
-    comb, wall = part(built, "comb_front"), part(built, wall_name("+z"))
-    assert comb.made == "sheet"
-    assert comb.order > wall.order
-    bounds = comb.solid.BoundingBox()
+def test_a_comb_is_the_finger_s_end_and_its_slots_let_the_plates_through(usual):
+    plan, built = usual
+    made, outer = part(built, "comb_front"), part(built, wall_name("+z"))
+    assert made.made == "sheet"
+    assert made.order > outer.order
+    comb, wall = made.solid, outer.solid
+    bounds = comb.BoundingBox()
     assert bounds.zmin == pytest.approx(plan.half_depth, abs=1e-6)
     assert bounds.zmax == pytest.approx(plan.half_depth + 0.3, abs=1e-6)
     for plate in built.plates:
-        assert comb.solid.intersect(plate.solid).Volume() < 1e-9
-        assert wall.solid.intersect(plate.solid).Volume() < 1e-9
+        assert comb.intersect(plate.solid).Volume() < 1e-9
+        assert wall.intersect(plate.solid).Volume() < 1e-9
     for slot in plan.side("+z").slots:
-        assert not holds(comb.solid, (slot.place, slot.y, plan.half_depth + 0.15))
+        assert not holds(comb, (slot.place, slot.y, plan.half_depth + 0.15))
     low, high, bottom = plan.side("+z").window
     middle = plan.half_depth + 0.5 * plan.wall_z
-    assert not holds(wall.solid, (0.5 * (low + high), bottom + 0.1, middle))
-    assert holds(wall.solid, (0.5 * (low + high), bottom - 0.1, middle))
+    assert not holds(wall, (0.5 * (low + high), bottom + 0.1, middle))
+    assert holds(wall, (0.5 * (low + high), bottom - 0.1, middle))
 
 
 def test_the_two_sheets_of_a_jig_clamp_the_plates_from_either_side():
     plan, built = built_of(design_of("", "angle_deg = 30.0", plate_fixture="jig"))
     assert plan.side("+z").holding == "jig"
-    inner, outer = (part(built, name).solid for name in comb_names("+z", "jig"))
+    inner, outer = (solid(built, name) for name in comb_names("+z", "jig"))
     plate, frame = built.plates[1].solid, plan.frames[1]
     for sheet, sign in ((inner, -1.0), (outer, 1.0)):
         assert sheet.intersect(plate).Volume() < 1e-9
@@ -190,13 +187,13 @@ def test_the_two_sheets_of_a_jig_clamp_the_plates_from_either_side():
         assert not holds(sheet, middle - sign * 0.11 * normal)
 
 
-def test_pins_keys_and_bolts_keep_their_clearance():
-    plan, built = usual()
+def test_pins_keys_and_bolts_keep_their_clearance(usual):
+    plan, built = usual
     for pin in plan.pins:
         root, way = np.array(pin.root), np.array(pin.direction)
         across = np.cross(way, (0.3, 0.5, 0.8))
         across /= np.linalg.norm(across)
-        on, into = part(built, pin.on).solid, part(built, pin.into).solid
+        on, into = solid(built, pin.on), solid(built, pin.into)
         assert holds(on, root + 0.9 * pin.length * way)
         for share, wide in ((0.1, pin.diameter), (0.9, pin.tip_diameter)):
             radius = 0.5 * (pin.diameter + (pin.tip_diameter - pin.diameter) * share)
@@ -205,17 +202,14 @@ def test_pins_keys_and_bolts_keep_their_clearance():
             assert not holds(into, foot + (radius + 0.9 * pin.clearance) * across)
             assert not holds(on, foot + (radius + 0.01) * across)
     for key in plan.keys:
-        base, into = part(built, BASE).solid, part(built, key.into).solid
+        base, into = solid(built, BASE), solid(built, key.into)
         middle = 0.5 * (np.array(key.low) + np.array(key.high))
         assert holds(base, middle)
         assert base.intersect(into).Volume() < 1e-9
         assert base.distance(into) < 1e-6  # they lie on each other
     for bolt in plan.bolts:
-        for share in np.linspace(0.02, 0.98, 15):
-            along = bolt.low + share * (bolt.high - bolt.low)
-            on_z = bolt.axis == "z"
-            where = (bolt.first, bolt.second, along) if on_z else (bolt.first, along, bolt.second)
-            assert not any(holds(each.solid, where) for each in built.parts)
+        for along in np.linspace(0.98 * bolt.low, 0.98 * bolt.high, 15):
+            assert not any(holds(each.solid, bolt.at(along)) for each in built.parts)
 
 
 def test_dowels_are_holes_in_both_parts():
@@ -223,9 +217,9 @@ def test_dowels_are_holes_in_both_parts():
     for pin in plan.pins:
         root, way = np.array(pin.root), np.array(pin.direction)
         assert pin.dowel
-        assert not holds(part(built, pin.on).solid, root - 0.45 * pin.length * way)
-        assert holds(part(built, pin.on).solid, root - 0.55 * pin.length * way)
-        assert not holds(part(built, pin.into).solid, root + 0.45 * pin.length * way)
+        assert not holds(solid(built, pin.on), root - 0.45 * pin.length * way)
+        assert holds(solid(built, pin.on), root - 0.55 * pin.length * way)
+        assert not holds(solid(built, pin.into), root + 0.45 * pin.length * way)
 
 
 def test_holes_of_the_base_are_as_wide_as_planned_at_both_faces():
@@ -246,16 +240,14 @@ def test_a_backing_gets_pilot_holes_and_a_bone_holes_for_its_pins():
     screws = [hole for hole in plan.base_holes if hole.kind == "screw"]
     assert screws
     for hole in screws:
-        assert not holds(part(built, CORE).solid, (hole.x, 0.5, hole.z))
-        assert holds(part(built, CORE).solid, (hole.x, 2.9, hole.z))
+        assert not holds(solid(built, CORE), (hole.x, 0.5, hole.z))
+        assert holds(solid(built, CORE), (hole.x, 2.9, hole.z))
     plan, built = built_of(design_of(core.format(depth=5.0, bottom=1.0)))
     assert plan.core_pins
     for pin in plan.core_pins:
-        sign = 1.0 if pin.side[0] == "+" else -1.0
-        z = sign * (pin.tip + 0.5 * pin.depth)
-        assert not holds(part(built, CORE).solid, (pin.place, pin.y, z))
-        outside = sign * (plan.reach_z - 0.5)
-        assert not holds(part(built, wall_name(pin.side)).solid, (pin.place, pin.y, outside))
+        for name, out in ((CORE, pin.tip + 0.5 * pin.depth), (pin.side, plan.reach_z - 0.5)):
+            name = CORE if name == CORE else wall_name(pin.side)
+            assert not holds(solid(built, name), in_space(pin.side, pin.place, pin.y, out))
 
 
 @pytest.mark.parametrize("axis", ["x", "z"])
@@ -266,28 +258,22 @@ def test_beyond_a_plug_the_walls_reach_the_block_s_top(shape, axis):
     bare = {"bolts": (), "keys": (), "pins": (), "sides": sides}
     plan, built = built_of(design, plugs=(Plug(axis, 2.5, 3.5),), **bare)
     assert abs(unfilled(built)) < 1e-7
-    insert = part(built, INSERT).solid
-    wall = part(built, wall_name("+x" if axis == "x" else "+z")).solid
-    for height, edge in ((plan.top - 1e-3, 3.5), (plan.crest, None)):
-        if edge is None:
-            edge = 2.5 + (height - plan.rim) / (plan.top - plan.rim)
-        for out, solid in ((edge - 0.05, insert), (edge + 0.05, wall)):
-            place = (out, height, 0.3) if axis == "x" else (0.3, height, out)
-            assert holds(solid, place)
+    insert, side = solid(built, INSERT), f"+{axis}"
+    for height in (plan.top - 1e-3, plan.crest):
+        edge = 2.5 + (height - plan.rim) / (plan.top - plan.rim)
+        for out, held in ((edge - 0.05, insert), (edge + 0.05, solid(built, wall_name(side)))):
+            assert holds(held, in_space(side, 0.3, height, out))
 
 
 def test_triangles_keep_the_chord_and_are_watertight_in_single_precision():
     design = design_of(DOME, "span_mm = 4.0", chord_mm=0.02)
-    plan, built = built_of(design)
-    meshes = all_meshed(built, 0.02)
+    meshes = all_meshed(built_of(design)[1], 0.02)
     assert 0.005 < max(mesh.chord for mesh in meshes.parts) <= 0.02
     for mesh in (*meshes.parts, *meshes.plates, meshes.rubber, meshes.outline):
         assert np.array_equal(mesh.vertices, mesh.vertices.astype(np.float32))
         check_watertight(mesh.name, mesh.vertices, mesh.triangles)
-        found = enclosed_volume(mesh.vertices, mesh.triangles)
-        assert found == pytest.approx(mesh.volume, rel=5e-3)
+        assert volume(mesh.vertices, mesh.triangles) == pytest.approx(mesh.volume, rel=5e-3)
     assert [mesh.name for mesh in meshes.plates] == ["plate_0", "plate_1", "plate_2"]
-    assert isinstance(plan, MoldPlan)
 
 
 def test_the_worker_writes_a_file_of_each_part_and_each_different_plate(tmp_path):
@@ -308,3 +294,44 @@ def test_a_kernel_that_takes_too_long_is_ended(tmp_path):
     design = design_of()
     with pytest.raises(GeometryError, match=r"did not finish in 0.1 s; the request is kept"):
         mold_meshes(design, plan_mold(design), tmp_path, time_limit_s=0.1)
+
+
+def along_z(*corners):
+    """A prism over all of the depth through corners (x, y)."""
+    return cq.Workplane("XY", origin=(0, 0, -20)).polyline(corners).close().extrude(40.0)
+
+
+DOVETAIL = ((-1, 10), (1, 10), (2, 8), (-2, 8))
+GROOVE = ((-2, 10), (2, 10), (1, 8), (-1, 8))  # widens upward
+ACROSS = cq.Workplane("YZ", origin=(-20, 4, 0)).circle(1.5).extrude(40.0)  # a hole along x
+
+
+@pytest.mark.parametrize(
+    ("tool", "held"),
+    [(along_z(*DOVETAIL), INSERT), (along_z(*GROOVE), None), (ACROSS, "")],
+)
+def test_faces_that_would_hold_a_part_are_named_and_refused(tool, held):
+    def make():
+        return cq.Workplane("XY").box(16.0, 10.0, 12.0).translate((0, 5.0, 0)).cut(tool)
+
+    plain = parse_design('design.name = "cut"\nplates.count = 0')
+    design = with_body(plain, make, mirrors_in_z=True)
+    plan = plan_mold(design)
+    faces = undercuts(outline_solid(design.body), plan)
+    if held is None:
+        assert faces == ()
+        assert build_mold(design, plan).rubber.solid.isValid()
+        return
+    assert faces
+    with pytest.raises(GeometryError, match=rf"face {faces[0].face} of body.step at \(.*{held}"):
+        build_mold(design, plan)
+    if held == INSERT:
+        assert [each.part for each in faces] == [INSERT] * 2
+        places = np.abs([each.place[:2] for each in faces])
+        assert np.all((places > [1.0, 8.0]) & (places < [2.0, 10.0]))
+
+
+@pytest.mark.parametrize("name", ["domed", "pin", "block", "maeno2000"])
+def test_shipped_shapes_hold_no_part(name):
+    design = shipped(name)
+    assert undercuts(outline_solid(design.body), plan_mold(design)) == ()

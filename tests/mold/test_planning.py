@@ -1,53 +1,108 @@
-"""Plans of molds: what shipped designs get, what is refused and how."""
+"""Plans of molds: the [mold] table, what shipped designs get, holes of the base, refusals."""
 
+import tomllib
+from itertools import combinations
+
+import numpy as np
 import pytest
 
-from fingerdesign.checks.load import with_values
-from fingerdesign.checks.starter import find_design
+from fingerdesign.checks.load import dump_design, parse_design, with_values
+from fingerdesign.checks.starter import starter_text
 from fingerdesign.errors import DesignError
-from fingerdesign.mold.plan.planning import mold_faults, plan_mold
+from fingerdesign.mold.checks.venting import pour_turn, upward
+from fingerdesign.mold.plan.base import base_holes_of, core_box
+from fingerdesign.mold.plan.extent import extent_of
+from fingerdesign.mold.plan.plan import PROFILES, density_of, limits_of
+from fingerdesign.mold.plan.planning import plan_mold
+from tests.support.molds import drawn, keys, mold_faults, shipped
 
 
-def changed(name="narrow", **values):
-    keys = {key.replace("__", "."): value for key, value in values.items()}
-    return with_values(find_design(name), {f"mold.{key}": value for key, value in keys.items()})
+def parsed(line=""):
+    return parse_design(f'design.name = "a"\n{line}')
 
 
-def keys(design):
-    return [fault.key for fault in mold_faults(design)]
+def narrow(**values):
+    return shipped("narrow", **{f"mold.{key}": value for key, value in values.items()})
+
+
+def test_each_process_has_a_profile_of_its_own_numbers_which_given_limits_replace():
+    for name, profile in PROFILES.items():
+        limits = limits_of(parsed(f'mold.process = "{name}"').mold)
+        assert limits == profile
+        assert limits.name == name
+        assert 0 < limits.feature_mm <= limits.wall_mm
+        assert 0 < limits.clearance_mm < limits.slot_mm <= limits.hole_mm < limits.pin_mm
+    limits = limits_of(parsed('mold.process = "fdm"\nmold.limits.slot_mm = 0.45').mold)
+    assert (limits.slot_mm, limits.hole_mm) == (0.45, PROFILES["fdm"].hole_mm)
+
+
+def test_shrinkage_follows_the_cure_and_density_the_material_unless_given():
+    tin = 'mold.cure = "condensation"'
+    for line, share in (("", 0.0), (tin, 0.02), (f"{tin}\nmold.shrinkage = 0.005", 0.005)):
+        assert parsed(line).mold.shrinkage_used == share
+    dragon = 'body.material = "dragon_skin_30"'
+    for line, density in (("", 1.1), (dragon, 1.08), ("mold.density_g_cm3 = 1.2", 1.2)):
+        assert density_of(parsed(line)) == density
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("mold.shrinkage", "0.2"),
+        ("mold.draft_deg", "46"),
+        ("mold.process", '"cnc"'),
+        ("mold.bolt", '"M5"'),
+        ("mold.limits.slot_mm", "0"),
+        ("mold.comb.shet_mm", "0.2"),
+    ],
+)
+def test_wrong_values_are_refused_by_key(key, value):
+    with pytest.raises(DesignError) as caught:
+        parsed(f"{key} = {value}")
+    assert keys(caught.value.faults) == [key]
+
+
+def test_the_starter_file_says_every_key_and_what_is_written_reads_back():
+    text = starter_text("mine")
+    block = text[text.index("[mold]") :]
+    for key in ("wall_mm", "plate_fixture", "excess", "[mold.limits]", "[mold.comb]", "sheet_mm"):
+        assert key in block
+    table = tomllib.loads(text)["mold"]
+    assert (table["process"], table.get("limits", {})) == ("sla", {})
+    design = parsed('mold.process = "machined"\nmold.comb.slot_mm = 0.15')
+    assert parse_design(dump_design(design)) == design
 
 
 @pytest.mark.parametrize("name", ["narrow", "homogeneous", "boned", "domed"])
 def test_a_shipped_design_has_a_mold(name):
-    plan = plan_mold(find_design(name))
+    plan = plan_mold(shipped(name))
     assert {hole.kind for hole in plan.base_holes} >= {"gate", "riser", "vent", "lock"}
     assert {bolt.axis for bolt in plan.bolts} == {"y", "z"}
     assert plan.top == pytest.approx(plan.crest + 6.0)
 
 
 @pytest.mark.parametrize(
-    ("values", "key"),
+    "values",
     [
-        ({"wall_mm": 5.0}, "mold.wall_mm"),
-        ({"draft_deg": 30.0}, "mold.draft_deg"),
-        ({"insert_mm": 0.6}, "mold.insert_mm"),
-        ({"base_mm": 0.6}, "mold.base_mm"),
-        ({"gate_mm": 0.5}, "mold.gate_mm"),
-        ({"vent_mm": 0.5}, "mold.vent_mm"),
-        ({"lock_mm": 0.5}, "mold.lock_mm"),
-        ({"bolt": "M4", "limits__wall_mm": 2.0}, "mold.bolt"),
-        ({"limits__wall_mm": 8.0}, "mold.limits.wall_mm"),
-        ({"limits__feature_mm": 1.5}, "mold.limits.feature_mm"),
-        ({"limits__clearance_mm": 0.6}, "mold.limits.clearance_mm"),
+        {"wall_mm": 5.0},
+        {"draft_deg": 30.0},
+        {"insert_mm": 0.6},
+        {"base_mm": 0.6},
+        {"gate_mm": 0.5},
+        {"vent_mm": 0.5},
+        {"lock_mm": 0.5},
+        {"bolt": "M4", "limits.wall_mm": 2.0},
+        {"limits.wall_mm": 8.0},
+        {"limits.feature_mm": 1.5},
+        {"limits.clearance_mm": 0.6},
     ],
 )
-def test_what_cannot_be_made_is_refused_with_key_bound_and_remedy(values, key):
-    design = with_values(changed(**values), {"plates.count": 3})
-    found = {fault.key: fault for fault in mold_faults(design)}
-    assert key in found
-    assert found[key].remedy
-    assert "->" not in str(found[key])
-    assert any(character.isdigit() for character in found[key].bound)
+def test_what_cannot_be_made_is_refused_with_key_bound_and_remedy(values):
+    faults = mold_faults(with_values(narrow(**values), {"plates.count": 3}))
+    fault = next(fault for fault in faults if fault.key == f"mold.{next(iter(values))}")
+    assert fault.remedy
+    assert "->" not in str(fault)
+    assert any(character.isdigit() for character in fault.bound)
 
 
 TINY = {
@@ -62,15 +117,15 @@ TINY = {
 
 
 @pytest.mark.parametrize(
-    ("name", "values", "key"),
+    ("values", "key"),
     [
-        ("block", TINY, "mold.bolt"),
-        ("block", {"plates.count": 1, "mold.limits.pin_mm": 20.0}, "mold.limits.wall_mm"),
-        ("block", {**TINY, "mold.limits.hole_mm": 1.6}, "mold.gate_mm"),
+        (TINY, "mold.bolt"),
+        ({"plates.count": 1, "mold.limits.pin_mm": 20.0}, "mold.limits.wall_mm"),
+        ({**TINY, "mold.limits.hole_mm": 1.6}, "mold.gate_mm"),
     ],
 )
-def test_a_remedy_of_room_has_numbers_and_works(name, values, key):
-    design = with_values(find_design(name), values)
+def test_a_remedy_of_room_has_numbers_and_works(values, key):
+    design = shipped("block", **values)
     fault = next(fault for fault in mold_faults(design) if fault.key == key)
     start = "one of these mends it: "
     assert fault.remedy.startswith(start)
@@ -78,48 +133,120 @@ def test_a_remedy_of_room_has_numbers_and_works(name, values, key):
     for change in fault.remedy.removeprefix(start).split("; "):
         items = (item.split(" = ") for item in change.split(", "))
         changes = {k: v.strip("'") if "'" in v else float(v) for k, v in items}
-        assert key not in keys(with_values(design, changes))
-
-
-@pytest.mark.parametrize(("pin", "fault"), [(0.2, ["mold.limits.pin_mm"]), (0.54, [])])
-def test_a_pin_thinner_than_sockets_and_tips_need_is_refused(pin, fault):
-    assert keys(with_values(find_design("block"), {"mold.limits.pin_mm": pin})) == fault
+        assert key not in keys(mold_faults(with_values(design, changes)))
 
 
 @pytest.mark.parametrize(
-    ("limit", "value"), [("feature_mm", 1.5), ("wall_mm", 0.3), ("feature_mm", 5.0)]
+    ("limit", "value", "refused"),
+    [
+        ("pin_mm", 0.2, True),  # thinner than sockets and tips need
+        ("pin_mm", 0.54, False),
+        ("feature_mm", 1.5, True),
+        ("wall_mm", 0.3, True),
+        ("feature_mm", 5.0, True),
+    ],
 )
-def test_the_limit_that_was_given_is_the_one_refused(limit, value):
-    design = with_values(find_design("block"), {f"mold.limits.{limit}": value})
-    assert set(keys(design)) == {f"mold.limits.{limit}"}
+def test_the_limit_that_was_given_is_the_one_refused(limit, value, refused):
+    key = f"mold.limits.{limit}"
+    assert set(keys(mold_faults(shipped("block", **{key: value})))) == ({key} if refused else set())
 
 
 def test_every_fault_is_reported_at_once():
-    with pytest.raises(DesignError) as caught:
-        plan_mold(changed(wall_mm=5.0, draft_deg=30.0, gate_mm=0.5))
-    assert {f.key for f in caught.value.faults} == {
-        "mold.wall_mm",
-        "mold.draft_deg",
-        "mold.gate_mm",
-    }
+    faults = mold_faults(narrow(wall_mm=5.0, draft_deg=30.0, gate_mm=0.5))
+    assert set(keys(faults)) == {"mold.wall_mm", "mold.draft_deg", "mold.gate_mm"}
 
 
-def test_a_wall_as_thick_as_the_bound_says_is_taken():
-    (fault,) = mold_faults(changed(wall_mm=5.0))
-    least = float(fault.bound.split()[2].rstrip(":"))
-    assert plan_mold(changed(wall_mm=least)).wall_z == least
-    assert keys(changed(wall_mm=least - 0.01)) == ["mold.wall_mm"]
-
-
-def test_a_draft_as_great_as_the_bound_says_is_taken():
-    (fault,) = mold_faults(changed(draft_deg=30.0))
-    most = float(fault.bound.split()[2].rstrip(":"))
-    assert min(pin.tip_diameter for pin in plan_mold(changed(draft_deg=most)).pins) >= 0.4
-    assert keys(changed(draft_deg=most + 0.05)) == ["mold.draft_deg"]
+@pytest.mark.parametrize(("key", "value", "beyond"), [("wall_mm", 5.0, -0.01),
+                                                      ("draft_deg", 30.0, 0.05)])  # fmt: skip
+def test_a_value_at_the_bound_that_is_reported_is_taken(key, value, beyond):
+    (fault,) = mold_faults(narrow(**{key: value}))
+    bound = float(fault.bound.split()[2].rstrip(":"))
+    plan = plan_mold(narrow(**{key: bound}))
+    assert min(pin.tip_diameter for pin in plan.pins) >= 0.4
+    assert key != "wall_mm" or plan.wall_z == bound
+    assert keys(mold_faults(narrow(**{key: bound + beyond}))) == [f"mold.{key}"]
 
 
 def test_shrinkage_enlarges_the_outline_not_the_plates():
-    plain, tin = plan_mold(changed()), plan_mold(changed(cure="condensation"))
+    plain, tin = plan_mold(narrow()), plan_mold(narrow(cure="condensation"))
     assert tin.half_width == pytest.approx(plain.half_width / 0.98)
     assert tin.rim == pytest.approx(plain.rim / 0.98)
     assert [f.length for f in tin.frames] == [f.length for f in plain.frames]
+
+
+DESIGNS = {"round, backed": 87, "parted by a core": 8, "step": 4}
+
+
+@pytest.mark.parametrize("which", ["block", "pin", "narrow", *DESIGNS])
+def test_holes_are_within_the_base_and_apart(which):
+    design = drawn(DESIGNS[which]) if which in DESIGNS else shipped(which)
+    limits, extent, core = limits_of(design.mold), extent_of(design, 1.0), core_box(design, 1.0)
+    holes, faults = base_holes_of(design, extent, 1.0, limits)
+    assert not faults
+    kinds = [hole.kind for hole in holes]
+    assert kinds[0] == "vent"
+    assert kinds.count("vent") >= 2
+    assert {"gate", "riser"} <= set(kinds)
+    for one, other in combinations(holes, 2):
+        gap = np.hypot(one.x - other.x, one.z - other.z)
+        gap -= 0.5 * (one.outer_diameter + other.outer_diameter)
+        assert gap >= limits.wall_mm - 1e-9
+    for hole in holes:
+        radius = 0.5 * hole.outer_diameter
+        assert hole.diameter >= limits.hole_mm
+        if design.body.shape == "revolved":
+            assert np.hypot(hole.x, hole.z) + radius <= extent.half_width
+        assert abs(hole.x) + radius <= extent.half_width
+        assert abs(hole.z) + radius <= extent.half_depth
+        if hole.kind == "lock":
+            assert hole.outer_diameter > hole.diameter
+        if core is not None and core[0][1] == 0.0:
+            out = np.maximum(np.abs([hole.x, hole.z]) - core[1][[0, 2]], 0.0)
+            assert (np.hypot(*out) >= radius) != (hole.kind == "screw")
+
+
+@pytest.mark.parametrize("name", ["block", "narrow", "pin"])
+def test_the_first_vent_is_where_the_tilted_base_is_highest(name):
+    plan = plan_mold(shipped(name))
+    up, first = upward(pour_turn(plan)), plan.base_holes[0]
+    assert up[1] == pytest.approx(-np.cos(np.radians(5.0)))
+    grid = np.linspace(-1.0, 1.0, 41)
+    x, z = (plan.half_width * grid[:, None], plan.half_depth * grid[None, :])
+    if name == "pin":
+        x, z = np.where(np.hypot(x, z) <= plan.half_width, 1.0, 0.0) * np.broadcast_arrays(x, z)
+    highest = float((up[0] * x + up[2] * z).max())
+    assert highest - (up[0] * first.x + up[2] * first.z) <= np.sin(np.radians(5.0)) * 1.2
+
+
+def test_each_part_of_a_parted_base_has_a_vent_at_its_highest_place():
+    design = drawn(DESIGNS["parted by a core"])
+    assert design.body.core.depth_mm is None
+    holes, _ = base_holes_of(design, extent_of(design, 1.0), 1.0, limits_of(design.mold))
+    half, deep = 0.5 * design.body.core.width_mm, 0.5 * design.body.depth_mm
+    vents = np.array([[hole.x, hole.z] for hole in holes if hole.kind == "vent"])
+    left = vents[vents[:, 0] < -half]
+    assert (np.array([-half, deep]) - left).min(axis=0) == pytest.approx([0.6, 0.6], abs=0.25)
+    assert left.sum(axis=1).max() == pytest.approx(-half + deep - 1.2, abs=0.5)
+
+
+def test_gate_and_riser_share_a_small_base_or_are_refused():
+    widths = {hole.kind: hole.diameter for hole in plan_mold(narrow()).base_holes}
+    assert 0.5 * widths["gate"] <= widths["riser"] <= widths["gate"] < 4.0
+    core = {"width_mm": 17.5, "depth_mm": 7.5, "height_mm": 3.0}
+    design = shipped("homogeneous", body__core=core, mold__process="fdm")
+    assert "mold.gate_mm" in keys(mold_faults(design))
+
+
+def test_a_backing_is_screwed_and_a_bone_is_pinned_unless_it_is_too_thin():
+    plan = plan_mold(shipped("boned", body__core__bottom_mm=0.0))
+    assert [hole.kind for hole in plan.base_holes].count("screw") == 2
+    assert not plan.core_pins
+    boned = plan_mold(shipped("boned"))
+    assert len({pin.side for pin in boned.core_pins}) == 2
+    for pin in boned.core_pins:
+        assert 1.0 < pin.y < 5.0
+        assert pin.tip + pin.depth == pytest.approx(4.5)
+    (fault,) = mold_faults(shipped("boned", body__core__height_mm=1.2))
+    assert fault.key == "body.core.height_mm"
+    least = float(fault.bound.split()[2])
+    assert not mold_faults(shipped("boned", body__core__height_mm=least))

@@ -90,7 +90,7 @@ MUTANTS = (
         "fingerdesign/mold/plan/slots.py",
         "return 1.0 / (1.0 - design.mold.shrinkage_used)",
         "return 1.0 - design.mold.shrinkage_used",
-        "tests/mold/test_base_plan.py tests/mold/test_legs.py tests/mold",
+        "tests/mold/test_planning.py tests/mold/test_legs.py tests/mold",
     ),
     Mutant(
         "readout: a half model's mirror image is not turned",

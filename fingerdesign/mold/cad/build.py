@@ -23,24 +23,11 @@ from fingerdesign.cad.bodies import outline_solid
 from fingerdesign.cad.kernel import box, one_solid
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.cad.features import Features, core_block, core_room, cut_plates, features_of
-from fingerdesign.mold.cad.parting import (
-    Blank,
-    FlatSide,
-    Parting,
-    direction,
-    parted,
-    seam,
-    sides_followed,
-)
+from fingerdesign.mold.cad.features import BEYOND_MM, Features, cut_plates, features_of
+from fingerdesign.mold.cad.parting import Blank, FlatSide, parted, seam, sides_followed
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, Made, comb_names, wall_name
-from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side
-
-# Faces of the finger that a mold part could not be drawn off from, by their normals.
-#
-# A part forms a face of the outline if it lies against it; it comes off along its draw where no
-# normal there looks against the draw. (What stands in the way further out is for the checks of the
-# meshes.) Importing this module loads the CAD kernel.
+from fingerdesign.mold.plan.base import core_box
+from fingerdesign.mold.plan.plan import SIDES, MoldPlan, Side, direction
 
 AGAINST = -1e-6  # normal . draw below which a face looks against the draw
 SAMPLES = 15  # along each of a face's parameters
@@ -51,7 +38,7 @@ _UP = np.array([0.0, 1.0, 0.0])
 @dataclass(frozen=True)
 class Undercut:
     """A face (its number in the body, from 1) that looks against the draw of the part that forms
-    it; the place where it does most, and normal . draw there."""
+    it, that is, which lies against it; the place where it does most, and normal . draw there."""
 
     face: int
     part: str
@@ -186,8 +173,7 @@ def build_mold(design: Design, plan: MoldPlan) -> Built:
     try:
         outline = enlarged(outline_solid(design.body), plan.scale)
         refuse_undercuts(design, outline, plan)
-        parting = parted(outline, plan)
-        parts = _parts(design, plan, parting, features_of(design, plan))
+        parts = _parts(design, plan, parted(outline, plan), features_of(design, plan))
         plates = cut_plates(plan)
         rubber = _rubber(design, plan, outline, plates)
     except GeometryError:
@@ -204,8 +190,7 @@ def build_mold(design: Design, plan: MoldPlan) -> Built:
         ),
         BuiltPart(RUBBER, rubber, None, STAYS, "silicone"),
         BuiltPart(OUTLINE, outline, None, STAYS, "silicone"),
-        parting.low,
-        parting.high,
+        *plan.block,
     )
 
 
@@ -220,63 +205,50 @@ def enlarged(outline: cq.Solid, scale: float) -> cq.Solid:
 
 
 def _parts(
-    design: Design, plan: MoldPlan, parting: Parting, features: Features
+    design: Design, plan: MoldPlan, blanks: dict[str, Blank], features: Features
 ) -> tuple[BuiltPart, ...]:
-    found = [_formed(parting, features, INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
+    formed: list[tuple[str, Direction, int, Made]]
+    formed = [(INSERT, (0.0, 1.0, 0.0), INSERT_ORDER, "process")]
     for side in SIDES:
-        sign = 1.0 if side[0] == "+" else -1.0
-        draw = (sign, 0.0, 0.0) if side.endswith("x") else (0.0, 0.0, sign)
+        x, y, z = direction(side).tolist()
         order = SIDE_ORDER if side.endswith("x") else END_ORDER
-        found.append(_formed(parting, features, wall_name(side), draw, order, "process"))
+        formed.append((wall_name(side), (x, y, z), order, "process"))
         holding = plan.side(side).holding
         made: Made = "sheet" if holding == "comb" else "process"
         # Sheets come off after the wall behind them, those of a jig together.
-        found.extend(
-            _formed(parting, features, name, draw, order + 1, made)
-            for name in comb_names(side, holding)
-        )
+        formed += [(name, (x, y, z), order + 1, made) for name in comb_names(side, holding)]
+    found = []
+    for name, draw, order, made in formed:
+        worked = _worked(blanks[name].part, features, name)
+        found.append(BuiltPart(name, worked, draw, order, made, blanks[name].filling))
     base = box((-plan.reach_x, -plan.base, -plan.reach_z), (plan.reach_x, 0.0, plan.reach_z))
     found.append(BuiltPart(BASE, _worked(base, features, BASE), None, STAYS, "process", base))
-    if design.body.core is not None:
-        core = core_block(design.body, plan.scale)
+    corners = core_box(design, plan.scale)
+    if corners is not None:
+        core = box(*(corner.tolist() for corner in corners))
         found.append(BuiltPart(CORE, _worked(core, features, CORE), None, STAYS, "metal", core))
     return tuple(found)
 
 
-def _formed(
-    parting: Parting, features: Features, name: str, draw: Direction, order: int, made: Made
-) -> BuiltPart:
-    blank: Blank = parting.blanks[name]
-    return BuiltPart(name, _worked(blank.part, features, name), draw, order, made, blank.filling)
-
-
 def _worked(blank: cq.Solid, features: Features, name: str) -> cq.Solid:
     """A blank with its features: what is added first, then all that is cut, each in one go."""
-    solid = blank
-    added = features.added.get(name, [])
+    solid, added = blank, features.added[name]
     if added:
         solid = one_solid(solid.fuse(*added).clean(), name)
-    bounds = solid.BoundingBox()
-    cut = [tool for tool in features.cut.get(name, []) if _meet(bounds, tool.BoundingBox())]
+    bounds = solid.BoundingBox().wrapped
+    cut = [tool for tool in features.cut[name] if not bounds.IsOut(tool.BoundingBox().wrapped)]
     return one_solid(solid.cut(*cut).clean(), name) if cut else solid
-
-
-def _meet(one: cq.BoundBox, other: cq.BoundBox) -> bool:
-    """Whether two boxes overlap."""
-    return bool(
-        one.xmin < other.xmax
-        and other.xmin < one.xmax
-        and one.ymin < other.ymax
-        and other.ymin < one.ymax
-        and one.zmin < other.zmax
-        and other.zmin < one.zmax
-    )
 
 
 def _rubber(
     design: Design, plan: MoldPlan, outline: cq.Solid, plates: tuple[cq.Solid, ...]
 ) -> cq.Solid:
-    tools = list(plates)
-    if design.body.core is not None:
-        tools.append(core_room(design.body, plan.scale, plan.half_depth))
+    """The outline without plates and core, which is drawn out of the faces that it reaches."""
+    tools, corners = list(plates), core_box(design, plan.scale)
+    if corners is not None:
+        low, high = corners
+        low[1] -= BEYOND_MM if low[1] == 0.0 else 0.0
+        if high[2] > plan.half_depth - 1e-6:
+            low[2], high[2] = low[2] - BEYOND_MM, high[2] + BEYOND_MM
+        tools.append(box(low.tolist(), high.tolist()))
     return one_solid(outline.cut(*tools), RUBBER) if tools else outline

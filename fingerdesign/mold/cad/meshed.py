@@ -6,8 +6,6 @@ checked is what is written. Importing this module loads the CAD kernel.
 
 from __future__ import annotations
 
-import errno
-from collections.abc import Callable
 from pathlib import Path
 
 import cadquery as cq
@@ -20,13 +18,13 @@ from fingerdesign.cad.export import (
     BONE,
     BRONZE,
     SILICONE_GREY,
+    check_whole_step,
     merge_vertices,
     triangulate_measured,
     write_triangles,
 )
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.design.schema import Design
-from fingerdesign.errors import GeometryError
 from fingerdesign.mold.cad.build import Built, BuiltPart, build_mold
 from fingerdesign.mold.part import BASE, CORE, INSERT, RUBBER, MoldMeshes, PartMesh
 from fingerdesign.mold.plan.plan import MoldPlan
@@ -59,24 +57,11 @@ def meshed(part: BuiltPart, chord_mm: float) -> PartMesh:
     GeometryError where the kernel yields none or does not keep the chord.
     """
     vertices, triangles, chord = _triangles(part.solid, chord_mm)
-    volume = part_volume(part.solid)
-    blank_vertices, blank_triangles, blank_volume = vertices, triangles, volume
+    blank = vertices, triangles, part_volume(part.solid)
+    found = part.name, vertices, triangles, part.draw, part.order, part.made, blank[2], chord
     if part.blank is not None and part.blank is not part.solid:
-        blank_vertices, blank_triangles, _ = _triangles(part.blank, chord_mm)
-        blank_volume = part_volume(part.blank)
-    return PartMesh(
-        part.name,
-        vertices,
-        triangles,
-        part.draw,
-        part.order,
-        part.made,
-        volume,
-        chord,
-        blank_vertices,
-        blank_triangles,
-        blank_volume,
-    )
+        blank = *_triangles(part.blank, chord_mm)[:2], part_volume(part.blank)
+    return PartMesh(*found, *blank)
 
 
 def part_volume(solid: cq.Shape) -> float:
@@ -112,9 +97,9 @@ def all_meshed(built: Built, chord_mm: float) -> MoldMeshes:
 
 def write_files(
     design: Design, plan: MoldPlan, built: Built, meshes: MoldMeshes, folder: Path
-) -> tuple[str, ...]:
+) -> None:
     """Write NAME.stl and NAME.step of each part and of each different plate ("plate_A", ... as of
-    ``flat_patterns``), and assembly.step. Returns the names of the files.
+    ``flat_patterns``), and assembly.step.
 
     GeometryError where triangles are not watertight or enclose another volume than their solid.
     """
@@ -123,33 +108,18 @@ def write_files(
     wanted = {part.name: part.name for part in built.parts}
     for pattern in flat_patterns(design, plan):
         wanted[pattern.name] = f"plate_{pattern.plates[0]}"
-    files = []
     for name, source in wanted.items():
         solid, mesh = solids[source], laid[source]
         slack = (mesh.chord + ROUNDING_MM) * float(solid.Area())
         write_triangles(mesh.vertices, mesh.triangles, folder / f"{name}.stl", mesh.volume, slack)
-        _exported(solid.exportStep, folder / f"{name}.step")
-        files += [f"{name}.stl", f"{name}.step"]
+        solid.exportStep(str(folder / f"{name}.step"))
+        check_whole_step(folder / f"{name}.step")
     assembly = cq.Assembly(name="mold")
     for part in (*built.parts, *built.plates, built.rubber):
-        assembly.add(part.solid, name=part.name, color=cq.Color(*colour(part.name)))
-    _exported(lambda path: assembly.export(path, "STEP"), folder / ASSEMBLY)
-    return (*files, ASSEMBLY)
-
-
-def colour(name: str) -> Rgba:
-    """Red, green, blue and opacity of a part in the assembly."""
-    return next((rgba for start, rgba in COLOURS.items() if name.startswith(start)), STEEL)
-
-
-def _exported(write: Callable[[str], object], path: Path) -> None:
-    write(str(path))
-    if not path.is_file() or path.stat().st_size == 0:
-        raise GeometryError(f"{path.name}: the CAD kernel wrote nothing")
-    with path.open("rb") as stream:
-        stream.seek(max(0, path.stat().st_size - 64))
-        if b"END-ISO-10303-21" not in stream.read():  # the kernel is silent about a full disk
-            raise OSError(errno.ENOSPC, "it was not written whole; is the disk full?", path.name)
+        colour = next((c for start, c in COLOURS.items() if part.name.startswith(start)), STEEL)
+        assembly.add(part.solid, name=part.name, color=cq.Color(*colour))
+    assembly.export(str(folder / ASSEMBLY), "STEP")
+    check_whole_step(folder / ASSEMBLY)
 
 
 def _triangles(solid: cq.Solid, chord_mm: float) -> tuple[Array, IntArray, float]:

@@ -31,8 +31,13 @@ def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Chec
     assembly = assemble(design, plan, meshes)
     broken = [name for name, solid in assembly.solids.items() if not sound(solid)]
     broken += [f"blank of {name}" for name, solid in assembly.blanks.items() if not sound(solid)]
-    found.append(_solids(broken, len(assembly.solids)))
-    found += plan_checks(plan, design.mold, assembly.limits)
+    right = f"all {len(assembly.solids)} meshes are solids that can be cut with each other"
+    words = (
+        f"no solid, so fill, walls, draws and vents could not be checked: {', '.join(broken)} "
+        "(first of them {0})"
+    )
+    found.append(Check.none("solids", "", broken, "parts", right, words))
+    found += plan_checks(design, plan)
     if broken:
         return tuple(found)
     rng = np.random.default_rng(SEED)
@@ -44,13 +49,3 @@ def run_checks(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> tuple[Chec
     found += vent_checks(assembly)
     found += hole_checks(assembly)
     return tuple(found)
-
-
-def _solids(broken: list[str], count: int) -> Check:
-    sentence = f"all {count} meshes are solids that can be cut with each other"
-    if broken:
-        sentence = (
-            f"no solid, so fill, walls, draws and vents could not be checked: {', '.join(broken)} "
-            f"(first of them {broken[0]})"
-        )
-    return Check("solids", "", not broken, float(len(broken)), 0.0, "parts", sentence)

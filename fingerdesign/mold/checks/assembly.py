@@ -11,14 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Error, Manifold, Mesh64
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import BASE, CORE, RUBBER, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import CorePin, Limits, MoldPlan, Slot, limits_of
+from fingerdesign.mold.part import BASE, CORE, RUBBER, MoldMeshes, PartMesh, doubled_areas
+from fingerdesign.mold.plan.plan import (
+    CorePin,
+    Limits,
+    MoldPlan,
+    Side,
+    Slot,
+    across,
+    direction,
+    limits_of,
+)
 
 # Flat faces differ by rounding only; the CAD turns curved ones by up to 0.3 rad a triangle.
 _FLAT_RAD, _SMOOTH_RAD = 1e-5, 0.4
@@ -68,12 +76,6 @@ def partners(triangles: IntArray) -> tuple[IntArray, IntArray]:
     return np.flatnonzero(found), second[found]
 
 
-def doubled_areas(vertices: Array, triangles: IntArray) -> Array:
-    """Normals times twice the area (t, 3), by the right-hand rule."""
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    return np.asarray(np.cross(b - a, c - a))
-
-
 def areas(vertices: Array, triangles: IntArray) -> Array:
     """Area of each triangle (t,), mm^2."""
     return np.asarray(0.5 * np.linalg.norm(doubled_areas(vertices, triangles), axis=1))
@@ -87,13 +89,7 @@ def heights(vertices: Array, triangles: IntArray) -> Array:
     return np.asarray(double / np.maximum(longest, np.finfo(float).tiny))
 
 
-def volume(vertices: Array, triangles: IntArray) -> float:
-    """Enclosed volume, mm^3, positive where wound outward; about the vertices' middle."""
-    a, b, c = (vertices[triangles[:, k]] - vertices.mean(axis=0) for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
-
-
-def curved(vertices: Array, triangles: IntArray) -> NDArray[np.bool_]:
+def curved(vertices: Array, triangles: IntArray) -> BoolArray:
     """Which triangles (t,) stand for curved faces: a neighbour is turned, but only a little."""
     normals = doubled_areas(vertices, triangles)
     sizes = np.linalg.norm(normals, axis=1)
@@ -114,8 +110,6 @@ def _parts(first: IntArray, second: IntArray, count: int) -> int:
     links = coo_array((np.ones(len(first), dtype=np.int8), (first, second)), shape=(count, count))
     return int(connected_components(links, directed=False, return_labels=False))
 
-
-# Seeded points on triangle meshes, and rays from them through solids. Lengths in mm.
 
 # Rays run nearly along axes, where the library finds what they pass quickest, but not so near
 # that they would run within a face.
@@ -143,7 +137,7 @@ def surface_points(
     return np.vstack([drawn, centroids]), np.vstack([normals[chosen], normals[large]])
 
 
-def inside(solid: Manifold, points: Array) -> NDArray[np.bool_]:
+def inside(solid: Manifold, points: Array) -> BoolArray:
     """Whether points (n, 3) lie inside a solid: on the shortest way out of its box, a ray passes
     its surface oddly often."""
     low, high = bounds(solid)
@@ -175,21 +169,15 @@ def bounds(solid: Manifold) -> tuple[Array, Array]:
     return box[:3], box[3:]
 
 
-# The openings that a mold's plan makes in the cavity's wall: slots and round holes.
-
-
-def across(side: str, points: Array) -> tuple[Array, Array]:
+def seen_from(side: Side, points: Array) -> tuple[Array, Array]:
     """Coordinates (place, distance outward) of points (n, 3) as seen from a side."""
-    sign = 1.0 if side[0] == "+" else -1.0
-    if side.endswith("z"):
-        return points[:, 0], sign * points[:, 2]
-    return points[:, 2], sign * points[:, 0]
+    return points @ across(side), points @ direction(side)
 
 
 def from_slot(slot: Slot, points: Array) -> Array:
     """How far points (n, 3) on a slot's side lie beyond it and its relief, mm; negative: within.
     NaN for points of the other half of the mold."""
-    place, out = across(slot.side, points)
+    place, out = seen_from(slot.side, points)
     angle = np.radians(slot.angle_deg)
     dx, dy = place - slot.place, points[:, 1] - slot.y
     along = np.abs(dx * np.cos(angle) + dy * np.sin(angle)) - 0.5 * slot.length
@@ -204,14 +192,12 @@ def from_slot(slot: Slot, points: Array) -> Array:
 
 def from_pin(pin: CorePin, points: Array) -> Array:
     """How far points (n, 3) lie beyond a core pin's hole, mm; NaN for the other half."""
-    place, out = across(pin.side, points)
+    place, out = seen_from(pin.side, points)
     beyond = np.hypot(place - pin.place, points[:, 1] - pin.y) - 0.5 * pin.diameter
     return np.asarray(np.where(out > 0.0, beyond, np.nan))
 
 
-def planned(
-    plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float
-) -> NDArray[np.bool_]:
+def planned(plan: MoldPlan, points: Array, clearance_mm: float, slack_mm: float) -> BoolArray:
     """Whether points (n, 3) lie in an opening of the plan, or within ``slack_mm`` of one; core pins
     have a clearance all round."""
     open_ = np.zeros(len(points), dtype=bool)

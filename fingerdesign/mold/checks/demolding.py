@@ -11,21 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Manifold
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.mold.checks.assembly import (
     Assembly,
     areas,
     bounds,
     curved,
-    doubled_areas,
     inside,
     pairs,
     place_text,
     surface_points,
 )
-from fingerdesign.mold.part import Check, PartMesh, axis_name
+from fingerdesign.mold.part import Check, PartMesh, axis_name, doubled_areas
 
 POINTS = 1500  # and as many centroids, a part; a tenth of it a plate
 FLAT_MM = 1e-6  # parts that slide along flat faces meet within rounding
@@ -38,7 +36,9 @@ def demolding_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check
     drawn = [part for part in assembly.meshes.parts if part.draw is not None]
     found = []
     for part in sorted(drawn, key=lambda each: each.order):
-        left = [p.name for p in drawn if p.order > part.order or _apart(part, p)]
+        # Those of one order that are drawn one way move together.
+        apart = [p for p in drawn if p.order == part.order and p.draw != part.draw]
+        left = [p.name for p in drawn if p.order > part.order or p in apart]
         found.append(_check(assembly, part, (*assembly.staying, *left), rng))
     return found
 
@@ -52,14 +52,11 @@ class Obstacle:
     low: Array
     high: Array
 
-    def meets(self, low: Array, high: Array) -> bool:
-        """Whether its box overlaps another."""
-        return bool(np.all(self.low < high) and np.all(low < self.high))
-
-
-def _apart(part: PartMesh, other: PartMesh) -> bool:
-    """Whether two of one order are drawn different ways; those of one way move together."""
-    return other.order == part.order and other.draw != part.draw
+    def shared(self, moved: Manifold) -> float:
+        """Volume that it shares with a part whose box it reaches, mm^3."""
+        low, high = bounds(moved)
+        near = np.all(self.low < high) and np.all(low < self.high)
+        return float((moved ^ self.solid).volume()) if near else 0.0
 
 
 def _check(
@@ -73,7 +70,8 @@ def _check(
     bound = slack(part, obstacles, assembly.chord)
     worst, where, name = 0.0, 0.0, ""
     for step in (step for step in STEPS_MM if step < clear):
-        shares = overlaps(solid.translate(tuple(step * draw)), obstacles)
+        moved = solid.translate(tuple(step * draw))
+        shares = {each.name: each.shared(moved) for each in obstacles}
         if sum(shares.values()) > worst:
             worst, where = sum(shares.values()), step
             name = max(shares, key=lambda each: shares[each])
@@ -90,13 +88,6 @@ def _check(
                 f"{place_text(first.place)}"
             )
     return Check("demolding", part.name, ok, worst, bound, "mm^3", f"{part.name}: {words}")
-
-
-def overlaps(moved: Manifold, obstacles: list[Obstacle]) -> dict[str, float]:
-    """Volume that a part shares with each obstacle whose box it reaches, mm^3."""
-    box = bounds(moved)
-    near = [each for each in obstacles if each.meets(*box)]
-    return {each.name: float((moved ^ each.solid).volume()) for each in near}
 
 
 def slack(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
@@ -166,7 +157,7 @@ def _hits_on_way(
     return found
 
 
-def _taken(points: Array, obstacles: list[Obstacle]) -> NDArray[np.bool_]:
+def _taken(points: Array, obstacles: list[Obstacle]) -> BoolArray:
     """Whether points (n, 3) lie in any obstacle."""
     found = np.zeros(len(points), dtype=bool)
     for each in obstacles:

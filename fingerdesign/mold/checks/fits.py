@@ -12,7 +12,7 @@ import numpy as np
 from manifold3d import Manifold
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.mold import Mold
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.volume import plate_volume
 from fingerdesign.mold.checks.assembly import (
     Assembly,
@@ -21,13 +21,19 @@ from fingerdesign.mold.checks.assembly import (
     heights,
     pairs,
     topology,
-    volume,
 )
-from fingerdesign.mold.part import BASE, Check, PartMesh
-from fingerdesign.mold.plan.plan import Bolt, Key, Limits, MoldPlan, Pin, SidePlan, Slot
-from fingerdesign.mold.plan.slots import webs
-
-# Whether each part's triangles are those of one solid, and of the exact solid they stand for.
+from fingerdesign.mold.part import BASE, Check, PartMesh, volume
+from fingerdesign.mold.plan.plan import (
+    Bolt,
+    Key,
+    Limits,
+    MoldPlan,
+    Pin,
+    SidePlan,
+    Slot,
+    limits_of,
+)
+from fingerdesign.mold.plan.slots import least_slot, least_web, webs
 
 # The kernel merges vertices closer than 1e-7 mm; anything flatter than this is rounding.
 LEAST_HEIGHT_MM = 1e-6
@@ -40,32 +46,23 @@ def part_checks(part: PartMesh, chord_mm: float) -> list[Check]:
     """Topology, triangles, volume and chord of one part. Rubber alone may enclose a core."""
     found, name = topology(part.triangles), part.name
     least = float(heights(part.vertices, part.triangles).min())
-    flat = f"the flattest of {len(part.triangles)} triangles is {least:.2g} mm high"
-    chord = f"triangles leave the exact surface by at most {part.chord:.4f} mm"
+    flat = f"{name}: the flattest of {len(part.triangles)} triangles is {least:.2g} mm high"
+    chord = f"{name}: triangles leave the exact surface by at most {part.chord:.4f} mm"
     one = found.shells == 1 or part.made == "silicone"
 
     def none_of(title: str, count: int, unit: str, what: str) -> Check:
-        words = f"{name}: {count or 'no'} {what}"
-        return Check(title, name, count == 0, float(count), 0.0, unit, words)
+        return Check.most(title, name, count, 0.0, unit, f"{name}: {count or 'no'} {what}")
 
-    def held(title: str, ok: bool, measured: float, bound: float, unit: str, words: str) -> Check:
-        return Check(title, name, ok, measured, bound, unit, f"{name}: {words}")
-
+    shells, whole = f"{name}: {found.shells} shells of triangles", least > LEAST_HEIGHT_MM
     return [
         none_of("watertight", found.open_edges, "edges", "edges that two triangles do not share"),
         none_of("winding", found.turned_edges, "edges", "edges that two triangles run alike"),
         none_of("manifold", found.extra_fans, "vertices", "vertices where shells merely touch"),
-        held(
-            *("one shell", one, float(found.shells), 1.0),
-            *("shells", f"{found.shells} shells of triangles"),
-        ),
-        held(
-            *("no degenerate triangles", least > LEAST_HEIGHT_MM, least, LEAST_HEIGHT_MM),
-            *("mm", flat),
-        ),
+        Check("one shell", name, one, float(found.shells), 1.0, "shells", shells),
+        Check("no degenerate triangles", name, whole, least, LEAST_HEIGHT_MM, "mm", flat),
         _written(part),
         _volume(part),
-        held("chord", part.chord <= chord_mm, part.chord, chord_mm, "mm", chord),
+        Check.most("chord", name, part.chord, chord_mm, "mm", chord),
     ]
 
 
@@ -75,7 +72,7 @@ def _written(part: PartMesh) -> Check:
     rounded = part.vertices[used].astype(np.float32)
     lost = len(used) - len(np.unique(rounded, axis=0))
     sentence = f"{part.name}: {lost} of {len(used)} vertices fall onto others in single precision"
-    return Check("as written", part.name, lost == 0, float(lost), 0.0, "vertices", sentence)
+    return Check.most("as written", part.name, lost, 0.0, "vertices", sentence)
 
 
 def _volume(part: PartMesh) -> Check:
@@ -93,7 +90,7 @@ def _volume(part: PartMesh) -> Check:
         f"{part.name}: its triangles enclose {found:.4f} mm^3, the exact solid "
         f"{part.volume:.4f} mm^3 ({error:.1e} apart)"
     )
-    return Check("volume", part.name, bool(error <= bound), error, bound, "1", sentence)
+    return Check.most("volume", part.name, error, bound, "1", sentence)
 
 
 AROUND = 12
@@ -112,16 +109,10 @@ def fit_checks(assembly: Assembly) -> list[Check]:
     return found + [_key(assembly, key) for key in assembly.plan.keys]
 
 
-def gap(start: Array, direction: Array, inner: Manifold | None, outer: Manifold) -> float:
-    """From where a ray leaves ``inner`` (None: from its start) to where it enters ``outer``, mm;
-    negative where it enters before; infinite where it does not meet ``outer``."""
-    end = tuple((start + _REACH_MM * direction).tolist())
-    first = 0.0
-    if inner is not None:
-        hits = inner.ray_cast(tuple(start.tolist()), end)
-        first = _REACH_MM * hits[0].distance if hits else float("inf")
-    hits = outer.ray_cast(tuple(start.tolist()), end)
-    return _REACH_MM * hits[0].distance - first if hits else float("inf")
+def far(solid: Manifold, start: Array, way: Array) -> float:
+    """How far along a ray a solid's surface is first met, mm; infinite: nowhere near."""
+    hits = solid.ray_cast(tuple(start.tolist()), tuple((start + _REACH_MM * way).tolist()))
+    return _REACH_MM * hits[0].distance if hits else float("inf")
 
 
 def _pin(assembly: Assembly, number: int, pin: Pin) -> list[Check]:
@@ -163,14 +154,11 @@ def _beside_pin(
 ) -> float:
     """From a pin to what is beside it of the parts named; infinite where it still is within the
     part that it stands on."""
-    solids = assembly.solids
-    beside = [gap(start, out, None, solids[name]) for name in names]
+    beside = min(far(assembly.solids[name], start, out) for name in names)
     if pin.dowel:
-        return min(beside) - radius
-    end = tuple((start + _REACH_MM * out).tolist())
-    own = solids[pin.on].ray_cast(tuple(start.tolist()), end)
-    at = _REACH_MM * own[0].distance if own else float("inf")
-    return min(beside) - at if at < radius + _ROUND_MM else float("inf")
+        return beside - radius
+    own = far(assembly.solids[pin.on], start, out)
+    return beside - own if own < radius + _ROUND_MM else float("inf")
 
 
 def _key(assembly: Assembly, key: Key) -> Check:
@@ -178,14 +166,14 @@ def _key(assembly: Assembly, key: Key) -> Check:
     along = 2 if high[2] - low[2] > high[0] - low[0] else 0
     side = np.eye(3)[2 - along]
     lean = np.cos(np.radians(key.draft_deg))
-    gaps = []
+    gaps = [np.inf]
     for share in ALONG:
         start = 0.5 * (low + high)
         start[along] = low[along] + share * (high[along] - low[along])
-        up = np.array([0.0, 1.0, 0.0])
-        for direction, slope in ((side, lean), (-side, lean), (up, 1.0)):
-            solids = assembly.solids[BASE], assembly.solids[key.into]
-            gaps.append(slope * gap(start, direction, *solids))
+        for way, slope in ((side, lean), (-side, lean), (np.array([0.0, 1.0, 0.0]), 1.0)):
+            out = far(assembly.solids[key.into], start, way)
+            if np.isfinite(out):
+                gaps.append(slope * (out - far(assembly.solids[BASE], start, way)))
     return _fit(assembly, f"key of {BASE} in {key.into}", key.into, min(gaps), key.clearance)
 
 
@@ -198,10 +186,7 @@ def _fit(assembly: Assembly, what: str, part: str, least: float, planned: float)
     return Check("clearance", part, bool(least >= bound), least, bound, "mm", sentence)
 
 
-# Whether the planned holes are there, in the triangles as they are made: rays through each.
-#
 # A hole that was filled leaves every part sound and the block filled; only the plan knows of it.
-
 INSET = 0.9  # of a hole's radius: where rays pass that must meet nothing
 SLACK_MM = 0.02  # of a measured diameter, chords of round holes apart
 _BEYOND_MM = 0.5
@@ -220,22 +205,25 @@ def _ring(radius: float) -> Array:
     return np.vstack([ring, np.zeros((1, 2))])
 
 
-def _blocked(solid: Manifold, starts: Array, ends: Array) -> bool:
-    return any(solid.ray_cast(start, end) for start, end in pairs(starts, ends))
+def _passes(solid: Manifold, hole: Bolt) -> bool:
+    """Whether nothing of a solid stands in a round hole."""
+    at = _ring(0.5 * INSET * hole.diameter) + np.array([hole.first, hole.second])
+    starts, ends = (
+        np.insert(at, 1 if hole.axis == "y" else 2, level, axis=1)
+        for level in (hole.low - _BEYOND_MM, hole.high + _BEYOND_MM)
+    )
+    return not any(solid.ray_cast(start, end) for start, end in pairs(starts, ends))
 
 
 def _open(assembly: Assembly) -> Check:
     plan, closed = assembly.plan, []
     for hole in plan.base_holes:
-        at = _ring(0.5 * INSET * hole.diameter) + np.array([hole.x, hole.z])
-        low = np.insert(at, 1, -plan.base - _BEYOND_MM, axis=1)
-        high = np.insert(at, 1, _BEYOND_MM, axis=1)
-        if _blocked(assembly.solids[BASE], low, high):
+        bar = Bolt("y", hole.x, hole.z, -plan.base, 0.0, "", hole.diameter)
+        if not _passes(assembly.solids[BASE], bar):
             closed.append(f"{hole.kind} at ({hole.x:.2f}, {hole.z:.2f})")
-    words = f"{BASE}: each of {len(plan.base_holes)} planned holes is open"
-    if closed:
-        words = f"{BASE}: {len(closed)} planned holes are closed, first of them the {closed[0]}"
-    return Check("open holes", BASE, not closed, float(len(closed)), 0.0, "holes", words)
+    right = f"{BASE}: each of {len(plan.base_holes)} planned holes is open"
+    words = f"{BASE}: {len(closed)} planned holes are closed, first of them the {{0}}"
+    return Check.none("open holes", BASE, closed, "holes", right, words)
 
 
 def _widths(assembly: Assembly) -> Check:
@@ -262,29 +250,19 @@ def _widths(assembly: Assembly) -> Check:
     bound = SLACK_MM + 2.0 * assembly.chord
     if not np.isfinite(worst):
         return Check("widths of holes", BASE, False, None, bound, "mm", words)
-    return Check("widths of holes", BASE, worst <= bound, worst, bound, "mm", words)
+    return Check.most("widths of holes", BASE, worst, bound, "mm", words)
 
 
 def _bolts(assembly: Assembly) -> Check:
-    closed = []
-    for number, bolt in enumerate(assembly.plan.bolts, 1):
-        starts, ends = _bolt_rays(bolt)
-        closed += [
-            f"bolt {number} ({bolt.size} along {bolt.axis}) in {part.name}"
-            for part in assembly.meshes.parts
-            if _blocked(assembly.solids[part.name], starts, ends)
-        ]
-    words = f"each of {len(assembly.plan.bolts)} bolts passes all parts on its way"
-    if closed:
-        words = f"{len(closed)} times a bolt meets a part: first {closed[0]}"
-    return Check("bolts pass", "", not closed, float(len(closed)), 0.0, "places", words)
-
-
-def _bolt_rays(bolt: Bolt) -> tuple[Array, Array]:
-    at = _ring(0.5 * INSET * bolt.diameter) + np.array([bolt.first, bolt.second])
-    axis = 1 if bolt.axis == "y" else 2
-    low, high = bolt.low - _BEYOND_MM, bolt.high + _BEYOND_MM
-    return np.insert(at, axis, low, axis=1), np.insert(at, axis, high, axis=1)
+    closed = [
+        f"bolt {number} ({bolt.size} along {bolt.axis}) in {part.name}"
+        for number, bolt in enumerate(assembly.plan.bolts, 1)
+        for part in assembly.meshes.parts
+        if not _passes(assembly.solids[part.name], bolt)
+    ]
+    right = f"each of {len(assembly.plan.bolts)} bolts passes all parts on its way"
+    words = f"{len(closed)} times a bolt meets a part: first {{0}}"
+    return Check.none("bolts pass", "", closed, "places", right, words)
 
 
 def _plates(assembly: Assembly) -> Check:
@@ -294,18 +272,18 @@ def _plates(assembly: Assembly) -> Check:
     wanted = {f"plate_{frame.index}": plate_volume(frame) for frame in plan.frames}
     wrong = sorted(set(made) ^ set(wanted))
     wrong += [name for name in wanted if name in made and made[name] < 0.999 * wanted[name]]
-    words = f"all {len(wanted)} plates of the plan are in the mold"
-    if wrong:
-        words = f"{len(wrong)} plates are missing, too many or too small: first {wrong[0]}"
-    return Check("plates", "", not wrong, float(len(wrong)), 0.0, "plates", words)
+    right = f"all {len(wanted)} plates of the plan are in the mold"
+    words = f"{len(wrong)} plates are missing, too many or too small: first {{0}}"
+    return Check.none("plates", "", wrong, "plates", right, words)
 
 
 _ROUNDING_MM = 1e-9
 ROOM_MM = 0.005  # beside a plate and its shim, or they cannot be pushed in
 
 
-def plan_checks(plan: MoldPlan, mold: Mold, limits: Limits) -> list[Check]:
+def plan_checks(design: Design, plan: MoldPlan) -> list[Check]:
     """One check a kind of feature: its least size against its limit."""
+    limits = limits_of(design.mold)
     walls = [plan.wall_x, plan.wall_z, plan.top - plan.crest, plan.base]
     holes = [d for hole in plan.base_holes for d in (hole.diameter, hole.outer_diameter)]
     holes += [bolt.diameter for bolt in plan.bolts]
@@ -319,16 +297,14 @@ def plan_checks(plan: MoldPlan, mold: Mold, limits: Limits) -> list[Check]:
     ]
     for side in plan.sides:
         if side.slots:
-            found += _side(plan, side, mold, limits)
+            found += _side(design, plan, side, limits)
     return found
 
 
-def _side(plan: MoldPlan, side: SidePlan, mold: Mold, limits: Limits) -> list[Check]:
-    cut = side.holding == "comb"
-    least = mold.comb.slot_mm if cut else limits.slot_mm
-    web = mold.comb.web_mm if cut else limits.feature_mm
-    thick = {frame.index: frame.thickness for frame in plan.frames}
-    room = [slot.width - slot.shim - thick[slot.plate] for slot in side.slots]
+def _side(design: Design, plan: MoldPlan, side: SidePlan, limits: Limits) -> list[Check]:
+    least = least_slot(design, side.holding, limits)
+    web = least_web(design, side.holding, limits)
+    room = [slot.width - slot.shim - plan.thickness[slot.plate] for slot in side.slots]
     leads = [_for_leads(side, slot) for slot in side.slots if slot.wire > 0.0]
     wire = max((slot.wire for slot in side.slots), default=0.0)
     where, between = f"side {side.side}", webs(side.slots, exact=True)[2]

@@ -2,8 +2,8 @@
 
 The base is up: height grows along -y. A level face holds air everywhere, so the mold is tilted by a
 few degrees, one opening highest; air then runs along every face to the local high points of the
-rubber, tilted as the casting notes say (``base_plan.pour_up``). Under a plate or the core it may
-also be freed by rocking: tilting the other ways.
+rubber, tilted as the casting notes say. Under a plate or the core it may also be freed by rocking:
+tilting the other ways.
 """
 
 from __future__ import annotations
@@ -18,15 +18,14 @@ from scipy.sparse.csgraph import connected_components
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.mold.checks.assembly import (
     Assembly,
-    across,
     from_pin,
     from_slot,
     inside,
     place_text,
 )
 from fingerdesign.mold.part import BASE, CORE, RUBBER, Check
-from fingerdesign.mold.plan.base import TILT_DEG, up
-from fingerdesign.mold.plan.plan import MoldPlan
+from fingerdesign.mold.plan.base import TILT_DEG
+from fingerdesign.mold.plan.plan import MoldPlan, Side, direction
 
 # Beyond an opening's edge, at that tilt, air that stays is no higher than 0.26 mm.
 REACH_MM = 3.0
@@ -63,23 +62,21 @@ def vent_checks(assembly: Assembly) -> list[Check]:
         words = (
             f"{said}, air stays at {place_text(farthest.place)}, {beyond:.1f} mm from any opening"
         )
-    metal = f"no air stays under plates or core when the mold is {said} and rocked"
-    if always:
-        metal = f"air stays under metal at {place_text(always[0].place)} however the mold is tilted"
+    none = f"no air stays under plates or core when the mold is {said} and rocked"
+    metal = "air stays under metal at {0} however the mold is tilted"
+    places = [place_text(each.place) for each in always]
     return [
         Check("vents", BASE, not own, beyond, REACH_MM, "mm", words),
-        Check("air under metal", RUBBER, not always, float(len(always)), 0.0, "places", metal),
+        Check.none("air under metal", RUBBER, places, "places", none, metal),
     ]
 
 
 def pour_turn(plan: MoldPlan) -> float:
     """Direction toward which the mold is tilted while it is filled: its first vent's corner, or +x
     +z without a vent; radians from +x toward +z."""
-    first = next((hole for hole in plan.base_holes if hole.kind == "vent"), None)
-    if first is None:
-        return float(np.pi / 4.0)
-    way = up(first)
-    return float(np.arctan2(way[2], way[0]))
+    vents = ((hole.x, hole.z) for hole in plan.base_holes if hole.kind == "vent")
+    x, z = next(vents, (1.0, 1.0))
+    return float(np.arctan2(np.sign(z) or 1.0, np.sign(x) or 1.0))
 
 
 def tilts(plan: MoldPlan) -> tuple[float, ...]:
@@ -164,19 +161,13 @@ def beyond_openings(plan: MoldPlan, points: Array) -> Array:
     for hole in (hole for hole in plan.base_holes if hole.kind in AIRING):
         level = np.hypot(points[:, 0] - hole.x, points[:, 2] - hole.z) - 0.5 * hole.diameter
         found = np.fmin(found, np.hypot(np.maximum(level, 0.0), points[:, 1]))
-    for side in plan.sides:
-        half = plan.half_depth if side.side.endswith("z") else plan.half_width
-        for slot in side.slots:
-            found = np.fmin(found, _out(slot.side, half, points, from_slot(slot, points)))
-    for pin in plan.core_pins:
-        half = plan.half_depth if pin.side.endswith("z") else plan.half_width
-        found = np.fmin(found, _out(pin.side, half, points, from_pin(pin, points)))
+    beyond: list[tuple[Side, Array]]
+    beyond = [(s.side, from_slot(slot, points)) for s in plan.sides for slot in s.slots]
+    beyond += [(pin.side, from_pin(pin, points)) for pin in plan.core_pins]
+    for side, far in beyond:
+        out = plan.half(side) - points @ direction(side)
+        found = np.fmin(found, np.hypot(np.maximum(far, 0.0), out))
     return found
-
-
-def _out(side: str, half: float, points: Array, beyond: Array) -> Array:
-    _, out = across(side, points)
-    return np.hypot(np.maximum(beyond, 0.0), half - out)
 
 
 def _summits(height: Array, triangles: IntArray) -> list[IntArray]:

@@ -10,20 +10,19 @@ from dataclasses import dataclass
 
 import numpy as np
 from manifold3d import Manifold
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.mold.checks.assembly import (
     Assembly,
-    across,
     bounds,
     from_slot,
     pairs,
     place_text,
+    seen_from,
     surface_points,
 )
 from fingerdesign.mold.part import BASE, Check, PartMesh, comb_names, wall_name
-from fingerdesign.mold.plan.plan import MoldPlan, SidePlan
+from fingerdesign.mold.plan.plan import MoldPlan, SidePlan, direction
 
 POINTS = 2500  # and as many centroids: on 2500 mm^2 two in a square millimetre
 OPPOSITE = np.cos(np.radians(30.0))
@@ -40,7 +39,7 @@ class Thin:
     normals: Array
     thickness: Array
 
-    def least(self, where: NDArray[np.bool_]) -> tuple[float, Array]:
+    def least(self, where: BoolArray) -> tuple[float, Array]:
         """The least thickness among some of the points, and its place."""
         if not where.any():
             return float("inf"), np.zeros(3)
@@ -85,41 +84,26 @@ def _holders(side: SidePlan) -> tuple[str, ...]:
 
 
 def _of_part(assembly: Assembly, part: PartMesh, side: SidePlan | None, thin: Thin) -> list[Check]:
-    limits = assembly.limits
-    pins = _on_pins(assembly.plan, part.name, thin)
-    found = _of_rest(assembly, part, side, thin, ~pins)
-    if pins.any():
-        slack = 2.0 * part.chord + 1e-3
-        found.append(_check("pin", part.name, *thin.least(pins), limits.feature_mm, slack))
-    return found
-
-
-def _of_rest(
-    assembly: Assembly,
-    part: PartMesh,
-    side: SidePlan | None,
-    thin: Thin,
-    rest: NDArray[np.bool_],
-) -> list[Check]:
-    """Walls, webs and sheets at the points of ``rest``, which lie on no pin or key."""
-    limits, comb = assembly.limits, assembly.design.mold.comb
-    slack = 2.0 * part.chord + 1e-3  # a round hole's chords, and rounding
+    """Walls, webs and sheets at points that lie on no pin or key; then these."""
+    limits, pins = assembly.limits, _on_pins(assembly.plan, part.name, thin)
     if side is None:
-        return [_check("wall", part.name, *thin.least(rest), limits.wall_mm, slack)]
-    if part.made == "sheet":
-        flat = np.abs(thin.normals[:, 2 if side.side.endswith("z") else 0]) > OPPOSITE
-        return [
-            _check("sheet", part.name, *thin.least(flat), side.sheet, slack),
-            _check("web", part.name, *thin.least(~flat), comb.web_mm, slack),
-        ]
-    slotted = _at_slots(side, thin)
+        kinds = [("wall", ~pins, limits.wall_mm)]
+    elif part.made == "sheet":
+        flat = np.abs(thin.normals @ direction(side.side)) > OPPOSITE
+        kinds = [("sheet", flat, side.sheet), ("web", ~flat, assembly.design.mold.comb.web_mm)]
+    else:
+        slotted = _at_slots(side, thin)
+        kinds = [("wall", ~pins & ~slotted, limits.wall_mm)]
+        kinds += [("web", ~pins & slotted, limits.feature_mm)]
+    if pins.any():
+        kinds.append(("pin", pins, limits.feature_mm))
+    slack = 2.0 * part.chord + 1e-3  # a round hole's chords, and rounding
     return [
-        _check("wall", part.name, *thin.least(rest & ~slotted), limits.wall_mm, slack),
-        _check("web", part.name, *thin.least(rest & slotted), limits.feature_mm, slack),
+        _check(kind, part.name, *thin.least(where), bound, slack) for kind, where, bound in kinds
     ]
 
 
-def _on_pins(plan: MoldPlan, name: str, thin: Thin) -> NDArray[np.bool_]:
+def _on_pins(plan: MoldPlan, name: str, thin: Thin) -> BoolArray:
     """Points on the planned pins and keys that stand on a part: their tips may be as thin as a
     feature."""
     found = np.zeros(len(thin.points), dtype=bool)
@@ -138,7 +122,7 @@ def _on_pins(plan: MoldPlan, name: str, thin: Thin) -> NDArray[np.bool_]:
     return found
 
 
-def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:
+def _at_slots(side: SidePlan, thin: Thin) -> BoolArray:
     """Points with a slot's face at one end of their rays: between it and the other lies a web."""
     ends = thin.points - np.where(np.isfinite(thin.thickness), thin.thickness, 0.0)[:, None] * (
         thin.normals
@@ -147,7 +131,7 @@ def _at_slots(side: SidePlan, thin: Thin) -> NDArray[np.bool_]:
     for slot in side.slots:
         for points in (thin.points, ends):
             found |= np.abs(from_slot(slot, points)) < _NEAR_SLOT_MM + side.shift
-    place, _ = across(side.side, thin.normals)
+    place, _ = seen_from(side.side, thin.normals)
     return np.asarray(found & (np.hypot(place, thin.normals[:, 1]) > OPPOSITE))
 
 

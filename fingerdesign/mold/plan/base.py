@@ -11,28 +11,31 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import Fault
 from fingerdesign.mold.plan.extent import Extent
-from fingerdesign.mold.plan.plan import BaseHole, CorePin, Limits, MoldPlan, Side, SidePlan, refusal
+from fingerdesign.mold.plan.plan import (
+    BaseHole,
+    CorePin,
+    HoleKind,
+    Limits,
+    Side,
+    SidePlan,
+    refusal,
+)
 from fingerdesign.mold.plan.slots import core_in_mold, openings_of
-
-Kind = Literal["gate", "riser", "vent", "lock", "screw"]
 
 TILT_DEG = 5.0
 VENT_MM = 1.0  # of vents that are not given
 UNDERCUT = 1.3  # outer diameter of gate, riser and locks over that at y = 0
 _EDGE_MM = 0.1  # from a hole to the finger's edge and to the core
 _GRID = 81  # places along each axis that are tried
-_LOCKS: tuple[Kind, ...] = ("lock", "lock", "lock", "lock", "lock", "lock")
-_OPENINGS: tuple[Kind, ...] = ("gate", "riser", *_LOCKS)
+_OPENINGS: list[HoleKind] = ["gate", "riser", "lock", "lock", "lock", "lock", "lock", "lock"]
 _SHARES = (1.0, 0.8, 0.65, 0.5, 0.4, 0.3, 0.2)  # of the gate's diameter that are tried
 # Clearance hole and pilot hole of a core's screws, mm (ISO 273, medium; drill for cut threads).
 _SCREWS = ((2.4, 1.6), (1.8, 1.25))
@@ -47,7 +50,7 @@ class _Base:
 
     places: Array
     room: Array
-    region: NDArray[np.int64]
+    region: IntArray
     web: float
 
     def free(self, holes: list[BaseHole]) -> Array:
@@ -58,18 +61,6 @@ class _Base:
             outer = 0.5 * max(hole.diameter, hole.outer_diameter)
             free = np.minimum(free, apart - outer - self.web)
         return free
-
-
-def up(first: BaseHole) -> Array:
-    """Unit vector (3,) that points up while casting: the base up, tilted toward the first vent."""
-    angle = np.radians(TILT_DEG)
-    away = np.array([np.sign(first.x) or 1.0, 0.0, np.sign(first.z) or 1.0]) / np.sqrt(2.0)
-    return np.asarray(np.sin(angle) * away - np.cos(angle) * np.array([0.0, 1.0, 0.0]))
-
-
-def pour_up(plan: MoldPlan) -> Array:
-    """Unit vector (3,) that points up while a mold is filled and cures."""
-    return up(next(hole for hole in plan.base_holes if hole.kind == "vent"))
 
 
 def core_box(design: Design, scale: float) -> tuple[Array, Array] | None:
@@ -86,7 +77,7 @@ def base_holes_of(
     design: Design, extent: Extent, scale: float, limits: Limits
 ) -> tuple[tuple[BaseHole, ...], list[Fault]]:
     """Every hole of the base plate, the highest vent first, and the fault of what has no room."""
-    mold = design.mold
+    mold, core = design.mold, design.body.core
     base = _base(design, extent, scale, limits.wall_mm)
     vent = max(VENT_MM, limits.hole_mm) if mold.vent_mm is None else mold.vent_mm
     screws = _screws(design, scale)
@@ -98,11 +89,13 @@ def base_holes_of(
         openings = _openings(base, holes, mold.gate_mm, mold.lock_mm, limits.hole_mm)
         if openings is not None:
             break
-    faults = []
+    lacking: list[tuple[str, float, str]] = []
     if sum(hole.kind == "vent" for hole in holes) < 2:
-        faults.append(_no_room(design, "mold.vent_mm", vent, limits, "two vents"))
+        lacking.append(("mold.vent_mm", vent, "two vents"))
     if openings is None:
-        faults.append(_no_room(design, "mold.gate_mm", mold.gate_mm, limits, "gate and riser"))
+        lacking.append(("mold.gate_mm", mold.gate_mm, "gate and riser"))
+    of = {"limits": limits, "core": core is not None and core.bottom_mm == 0.0}
+    faults = [refusal("no_hole", key, value, what=what, **of) for key, value, what in lacking]
     return (*holes, *(openings or ())), faults
 
 
@@ -129,11 +122,6 @@ def _openings(
         if len(found) >= 4 and found[1].diameter >= 0.5 * found[0].diameter:
             return found
     return best
-
-
-def _no_room(design: Design, key: str, value: float, limits: Limits, what: str) -> Fault:
-    core = design.body.core is not None and design.body.core.bottom_mm == 0.0
-    return refusal("no_hole", key, value, what=what, limits=limits, core=core)
 
 
 def _base(design: Design, extent: Extent, scale: float, web: float) -> _Base:
@@ -194,7 +182,7 @@ def _vents(base: _Base, diameter: float, least: float, corners: int) -> list[Bas
 
 
 def _largest(
-    base: _Base, holes: list[BaseHole], kind: Kind, diameter: float, least: float
+    base: _Base, holes: list[BaseHole], kind: HoleKind, diameter: float, least: float
 ) -> BaseHole | None:
     """A hole where it is largest, up to ``diameter``; among those the farthest from its kind."""
     free = base.free(holes)
@@ -202,12 +190,11 @@ def _largest(
     if not len(size) or not size.max() >= least - 1e-9:
         return None
     good = np.flatnonzero(size >= size.max() - 1e-6)
-    others = [hole for hole in holes if hole.kind in ("gate", "riser", "lock")]
-    apart = np.full(len(good), np.inf)
-    for hole in others:
-        from_it = base.places[good] - np.array([hole.x, hole.z])
-        apart = np.minimum(apart, np.linalg.norm(from_it, axis=1))
-    score = apart if others else -np.linalg.norm(base.places[good], axis=1)
+    others = [(hole.x, hole.z) for hole in holes if hole.kind in ("gate", "riser", "lock")]
+    if others:
+        score = np.min([np.linalg.norm(base.places[good] - at, axis=1) for at in others], axis=0)
+    else:
+        score = -np.linalg.norm(base.places[good], axis=1)
     best = good[int(np.argmax(np.round(score, 6)))]
     x, z = (float(value) for value in base.places[best])
     wide = float(np.floor(1000.0 * size[best]) / 1000.0)
@@ -232,11 +219,6 @@ def _screws(design: Design, scale: float) -> list[BaseHole]:
     return []
 
 
-# Straight pins through the walls that hold a core while the rubber cures around it; mm.
-#
-# For a core that is clear of the base: two pins on either side where it is wide enough, else one.
-# They are drawn with their walls; what they leave in the rubber is filled afterwards.
-
 DIAMETERS_MM = (2.0, 1.5, 1.2, 1.0, 0.8, 0.6, 0.5)  # steel pins and wire that are sold
 _MOST_DEPTH_MM = 3.0
 _DEPTH_SHARE = 0.3  # of the core's length
@@ -248,7 +230,11 @@ _AXES: tuple[tuple[Side, Side], ...] = (("+z", "-z"), ("+x", "-x"))
 def core_pins_of(
     design: Design, scale: float, sides: tuple[SidePlan, ...], limits: Limits
 ) -> tuple[tuple[CorePin, ...], list[Fault]]:
-    """The core's pins, and the fault of a core that none can hold."""
+    """The core's pins, and the fault of a core that none can hold.
+
+    Straight pins through the walls hold a core that is clear of the base while the rubber cures:
+    two on either side where it is wide enough, else one. They are drawn with their walls.
+    """
     box = core_box(design, scale)
     if box is None or box[0][1] == 0.0:
         return (), []

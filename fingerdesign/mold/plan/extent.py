@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array, IntArray
+from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.body import Body
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import StepFacts, step_facts
@@ -17,10 +16,6 @@ from fingerdesign.layout.frames import PlateFrame, crest_height, surface_height
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.mold.plan.plan import Side
 from fingerdesign.shapes.faces import CadFace, nearest
-
-# Where legs leave the finger: through a flat face, or how far out through which heights.
-#
-# Everything is asked of the design's own body; mold space is larger by ``scale``. Numbers only; mm.
 
 _ALONG, _ACROSS = 3, 2  # points of a bar's section at which it is followed outward
 _STEPS = 10  # along a leg in a STEP body, which need not be convex
@@ -52,14 +47,10 @@ class Exits:
 
     def with_others(self, others: Exits) -> Exits:
         """The worse of two bars at each leg: what holds for both."""
+        both = zip(vars(self).items(), vars(others).values(), strict=True)
+        great = ("farthest", "top", "reach")
         return Exits(
-            np.minimum(self.nearest, others.nearest),
-            np.maximum(self.farthest, others.farthest),
-            np.minimum(self.face_margin, others.face_margin),
-            np.minimum(self.surface_margin, others.surface_margin),
-            np.maximum(self.top, others.top),
-            np.minimum(self.bottom, others.bottom),
-            np.maximum(self.reach, others.reach),
+            *((np.maximum if name in great else np.minimum)(a, b) for (name, a), b in both)
         )
 
 
@@ -80,12 +71,11 @@ def flat_sided(body: Body) -> bool:
         return False
     if body.step is None:
         return True
-    sides = [face for face in step_facts(body.step).faces if face.name in ("side", "end")]
-    for face in sides:
-        flat = face.flat and min(abs(face.high[k] - face.low[k]) for k in (0, 2)) < _ON_FACE_MM
-        if not flat:
-            return False
-    return True
+    return all(
+        face.flat and min(abs(face.high[k] - face.low[k]) for k in (0, 2)) < _ON_FACE_MM
+        for face in step_facts(body.step).faces
+        if face.name in ("side", "end")
+    )
 
 
 def half_extent(body: Body, side: Side) -> float:
@@ -156,7 +146,7 @@ def _sections(bars: Sequence[PlateFrame]) -> Array:
 
 
 def _margins(
-    body: Body, points: Array, along_x: NDArray[np.bool_], signs: Array, shape: tuple[int, ...]
+    body: Body, points: Array, along_x: BoolArray, signs: Array, shape: tuple[int, ...]
 ) -> tuple[Array, Array]:
     """Least margin (n,) to the border of a flat face, and to the contact surface."""
     if body.step is None:
@@ -195,41 +185,37 @@ def _step_margins(facts: StepFacts, axis: int, sign: float, points: Array) -> tu
     extent = facts.high[axis] if sign > 0 else facts.low[axis]
     here: list[CadFace] = []
     others: list[CadFace] = []
-    contact: list[CadFace] = []
     for face in facts.faces:
         level = max(abs(face.low[axis] - extent), abs(face.high[axis] - extent)) < _ON_FACE_MM
         (here if face.flat and level else others).append(face)
-        if face.name == "contact":
-            contact.append(face)
     if not here:
         return np.full(len(points), -np.inf), np.full(len(points), -np.inf)
+    contact = tuple(face for face in facts.faces if face.name == "contact")
     on_it = nearest(tuple(here), points)[3] < _ON_FACE_MM
     inside = np.where(on_it, nearest(tuple(others), points)[3], -np.inf)
-    below = np.where(on_it, nearest(tuple(contact), points)[3], -np.inf)
-    return inside, below
+    return inside, np.where(on_it, nearest(contact, points)[3], -np.inf)
 
 
-def _followed(body: Body, space: object, first: Array, ends: Array, rest: IntArray) -> Array:
+def _followed(
+    body: Body, space: Callable[[Array], Array], first: Array, ends: Array, rest: IntArray
+) -> Array:
     """Distances (rest, points) at which the rays of some bars leave the body."""
-    assert callable(space)
     shape = first.shape
 
-    def inside(across: Array) -> NDArray[np.bool_]:
+    def inside(across: Array) -> BoolArray:
         full = np.array(ends, dtype=float)
         full[rest] = across
-        points = np.asarray(space(full)).reshape(*shape, 3)[rest].reshape(-1, 3)
+        points = space(full).reshape(*shape, 3)[rest].reshape(-1, 3)
         return _inside(body, points).reshape(across.shape)
 
     low, high = np.array(first[rest]), np.array(ends[rest])
     halvings = _HALVINGS
     if body.step is not None:
-        shares = np.linspace(0.0, 1.0, _STEPS + 1)[1:]
         last = np.array(low)
-        for share in shares:
+        for share in np.linspace(0.0, 1.0, _STEPS + 1)[1:]:
             trial = low + share * (high - low)
             last = np.where(inside(trial), trial, last)
-        step = (high - low) / _STEPS
-        low, high = last, np.minimum(last + step, high)
+        low, high = last, np.minimum(last + (high - low) / _STEPS, high)
         halvings = _STEP_HALVINGS
     for _ in range(halvings):
         middle = 0.5 * (low + high)
@@ -238,7 +224,7 @@ def _followed(body: Body, space: object, first: Array, ends: Array, rest: IntArr
     return high
 
 
-def _inside(body: Body, points: Array) -> NDArray[np.bool_]:
+def _inside(body: Body, points: Array) -> BoolArray:
     if body.step is not None:
         return np.asarray(nearest(step_facts(body.step).faces, points)[1] < 0.0)
     x, y, z = points.T
@@ -281,22 +267,15 @@ def extent_of(design: Design, scale: float) -> Extent:
     corner = half_depth
     if body.kind.turned:
         corner = half_depth / np.sqrt(2.0)
-    elif not continued:
-        corner = _corner(body, half_width, half_depth, rim)
-    return Extent(
-        half_width=scale * half_width,
-        half_depth=scale * half_depth,
-        corner=scale * float(corner),
-        rim=scale * rim,
-        crest=scale * float(crest_height(body)),
-        continued=continued,
-    )
+    elif body.step is not None and not continued:
+        corner = _corner(step_facts(body.step).faces, half_width, half_depth, rim)
+    sizes = scale * np.array([half_width, half_depth, corner, rim, crest_height(body)])
+    half_width, half_depth, corner, rim, crest = sizes.tolist()
+    return Extent(half_width, half_depth, corner, rim, crest, continued)
 
 
-def _corner(body: Body, half_width: float, half_depth: float, rim: float) -> float:
+def _corner(faces: tuple[CadFace, ...], half_width: float, half_depth: float, rim: float) -> float:
     """|z| up to which a STEP body, at every height below the rim, parts left from right."""
-    assert body.step is not None
-    faces = step_facts(body.step).faces
     heights = np.linspace(1e-3, 1.0 - 1e-3, _HEIGHTS) * rim
     shares = np.linspace(-1.0, 1.0, 2 * _PLACES + 1)
 

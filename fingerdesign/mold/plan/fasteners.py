@@ -11,7 +11,6 @@ the finger. One pin and one side's keys differ in size: parts fit one way only.
 from __future__ import annotations
 
 import math
-from typing import TypedDict
 
 from fingerdesign.design.mold import Mold
 from fingerdesign.errors import Fault
@@ -37,14 +36,6 @@ _PASSING_MM = 0.2  # between a key and a pin that passes over it
 _LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
 
 
-class Fasteners(TypedDict):
-    """What holds a mold together."""
-
-    bolts: tuple[Bolt, ...]
-    pins: tuple[Pin, ...]
-    keys: tuple[Key, ...]
-
-
 def tapered(
     walls: Walls,
     columns: Columns,
@@ -65,7 +56,7 @@ def tapered(
     return Pin(root, direction, diameter, wide, whole, clearance, on, into, walls.dowels)
 
 
-def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
+def fasteners_of(walls: Walls, columns: Columns) -> tuple[list[Bolt], list[Pin], list[Key]]:
     """Every bolt, pin and key; what cannot be had is a fault of :func:`fastener_faults`."""
     bolts, pins = list[Bolt](), list[Pin]()
     reach_z = walls.extent.half_depth + columns.wall_z
@@ -97,7 +88,7 @@ def fasteners_of(walls: Walls, columns: Columns) -> Fasteners:
     for side, at_x, at_z, small in insert_pins(walls, columns, level is None):
         if at_x is not None and at_z is not None:
             pins.append(_insert_pin(walls, columns, at_x, at_z, small, wall_name(side)))
-    return {"bolts": tuple(bolts), "pins": tuple(pins), "keys": _keys(walls, columns)}
+    return bolts, pins, _keys(walls, columns)
 
 
 def insert_bolts(
@@ -188,7 +179,7 @@ def key_height(walls: Walls, columns: Columns) -> float:
     return most if level is None else min(most, level - 0.5 * columns.small - _PASSING_MM)
 
 
-def _keys(walls: Walls, columns: Columns) -> tuple[Key, ...]:
+def _keys(walls: Walls, columns: Columns) -> list[Key]:
     """Ribs beside the side walls, from the end walls' inner faces to the insert's pins' sockets."""
     found = []
     height = key_height(walls, columns)
@@ -200,12 +191,9 @@ def _keys(walls: Walls, columns: Columns) -> tuple[Key, ...]:
             z = sorted((way * start, way * end))
             low = (sign * columns.x3 - half, 0.0, z[0])
             high = (sign * columns.x3 + half, height, z[1])
-            into = wall_name(side)
-            found.append(Key(low, high, walls.draft_deg, columns.clearance, into))
-    return tuple(found)
+            found.append(Key(low, high, walls.draft_deg, columns.clearance, wall_name(side)))
+    return found
 
-
-# What keeps a mold's fasteners from being made: each with key, value, bound and remedy.
 
 _LEAST_KEY_MM = 0.3
 
@@ -228,21 +216,14 @@ def limit_faults(mold: Mold, limits: Limits, reach: float) -> list[Fault]:
         limit("thin_pins", "pin_mm", thick=thick, draft=mold.draft_deg)
     if limits.clearance_mm > 0.25 * limits.pin_mm and "pin_mm" not in given:
         limit("wide_sockets", "clearance_mm", most=0.25 * limits.pin_mm)
-    sizes = {"insert_mm": mold.insert_mm, "base_mm": mold.base_mm}
-    holes = {"gate_mm": mold.gate_mm, "vent_mm": mold.vent_mm, "lock_mm": mold.lock_mm}
-    return [
-        *faults,
-        *(
-            refusal("thin_wall", f"mold.{key}", size, limits=limits)
-            for key, size in sizes.items()
-            if size < limits.wall_mm
-        ),
-        *(
-            refusal("narrow_hole", f"mold.{key}", hole, limits=limits)
-            for key, hole in holes.items()
-            if hole is not None and hole < limits.hole_mm
-        ),
-    ]
+    walls, holes = ("insert_mm", "base_mm"), ("gate_mm", "vent_mm", "lock_mm")
+    for key in (*walls, *holes):
+        size = getattr(mold, key)
+        least = limits.wall_mm if key in walls else limits.hole_mm
+        if size is not None and size < least:
+            words = "thin_wall" if key in walls else "narrow_hole"
+            faults.append(refusal(words, f"mold.{key}", size, limits=limits))
+    return faults
 
 
 def _least_pin(mold: Mold, limits: Limits, reach: float) -> float:
@@ -264,19 +245,15 @@ def _least_pin(mold: Mold, limits: Limits, reach: float) -> float:
 
 def fastener_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> list[Fault]:
     """What of bolts, pins and keys does not fit the walls of a mold."""
+    faults, of = [], {"limits": limits, "columns": columns}
+    if mold.wall_mm is not None and mold.wall_mm < columns.wall_z - 1e-9:
+        faults.append(refusal("thin_end_walls", "mold.wall_mm", mold.wall_mm, **of))
     return [
-        *_wall_faults(mold, limits, columns),
+        *faults,
         *_height_faults(mold, limits, walls, columns),
         *_draft_faults(mold, limits, walls, columns),
         *_room_faults(mold, limits, walls, columns),
     ]
-
-
-def _wall_faults(mold: Mold, limits: Limits, columns: Columns) -> list[Fault]:
-    if mold.wall_mm is None or mold.wall_mm >= columns.wall_z - 1e-9:
-        return []
-    of = {"limits": limits, "columns": columns}
-    return [refusal("thin_end_walls", "mold.wall_mm", mold.wall_mm, **of)]
 
 
 def _height_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> list[Fault]:

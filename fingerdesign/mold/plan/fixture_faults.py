@@ -15,10 +15,9 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
 from fingerdesign.mold.plan import slots
-from fingerdesign.mold.plan.leg_room import Fixture, crossing_legs, least_gap_mm, leg_gaps
+from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, refusal
-from fingerdesign.mold.plan.slots import leg_bar
 
 CLOSE = 2e-6  # mm; rounding
 TRIALS = 9  # halvings: a pitch to some hundredths of a millimetre
@@ -57,12 +56,9 @@ def least_value(
 
 def worst_exit(fixture: Fixture) -> tuple[Leg, float] | None:
     """The leg that leaves most too near to the contact zone, its nearest exit; None: none does."""
-    short = [
-        (fixture.room.least_exit(leg.side) - nearest, k)
-        for k, (leg, nearest) in enumerate(fixture.high)
-    ]
-    worst = max(short, key=lambda each: each[0], default=None)
-    return None if worst is None or not worst[0] > CLOSE else fixture.high[worst[1]]
+    lacks = [fixture.room.least_exit(leg.side) - nearest for leg, nearest in fixture.high]
+    worst = int(np.argmax(lacks)) if lacks else 0
+    return fixture.high[worst] if lacks and lacks[worst] > CLOSE else None
 
 
 def worst_web(fixture: Fixture) -> Web | None:
@@ -178,48 +174,39 @@ _ONE_ANGLE = 0.01  # degrees
 def fixture_faults(fixture: Fixture) -> list[Fault]:
     """Every fault of a design's legs and slots but for walls in their way, the worst of each
     kind."""
-    found = [*_leg_width(fixture.design), *_crossings(fixture)]
+    given = fixture.design.mold.leg_mm
+    least = min((row.table.length_mm for row in plate_rows(fixture.design)), default=math.inf)
+    found = []
+    if given is not None and given > least:
+        found.append(refusal("wide_legs", "mold.leg_mm", given, least=least))
+    found += _crossings(fixture)
     worst, high = worst_web(fixture), worst_exit(fixture)
     draft = None if high is None else _draft(fixture, *high)
     if draft is not None:
         found.append(draft)
     elif worst is not None or high is not None:
-        given = demanded(fixture.design, worst, high)
-        if given is not None:
-            found.append(given)
+        fault = demanded(fixture.design, worst, high)
+        if fault is not None:
+            found.append(fault)
         else:
             found += [] if high is None else [_too_high(fixture, *high)]
             found += [] if worst is None else [no_web(fixture, worst)]
     return found + _jig(fixture)
 
 
-def _leg_width(design: Design) -> list[Fault]:
-    given = design.mold.leg_mm
-    lengths = [row.table.length_mm for row in plate_rows(design)]
-    if given is None or not lengths or given <= min(lengths):
-        return []
-    return [refusal("wide_legs", "mold.leg_mm", given, least=min(lengths))]
-
-
 def _crossings(fixture: Fixture) -> list[Fault]:
-    design, legs = fixture.design, fixture.legs
-    if not legs:
+    near = [
+        (float(gap), leg.plate, "other plates or the core")
+        for leg, gap in zip(fixture.legs, fixture.gaps(), strict=True)
+        if gap < fixture.least_gap - CLOSE
+    ]
+    for one, two, distance in fixture.crossings():
+        near.append((distance, two.plate, f"the legs of plate {one.plate}"))
+    if not near:
         return []
-    least = least_gap_mm(design)
-    bars = tuple(leg_bar(fixture.by_index[leg.plate], leg, leg.exit) for leg in legs)
-    gaps = leg_gaps(design, legs, bars, fixture.frames)
-    worst = int(np.argmin(gaps))
-    reported: tuple[int, str, float] | None = None
-    if gaps[worst] < least - CLOSE:
-        reported = (legs[worst].plate, "other plates or the core", float(gaps[worst]))
-    for one, two, distance in crossing_legs(design, legs, fixture.frames):
-        if reported is None or distance < reported[2]:
-            reported = (two.plate, f"the legs of plate {one.plate}", distance)
-    if reported is None:
-        return []
-    plate, what, distance = reported
-    key, value = row_of(design, plate).blame(plate, "cover_mm")
-    of = {"least": least, "what": what, "plate": plate, "distance": distance}
+    distance, plate, what = min(near, key=lambda each: each[0])
+    key, value = row_of(fixture.design, plate).blame(plate, "cover_mm")
+    of = {"least": fixture.least_gap, "what": what, "plate": plate, "distance": distance}
     return [refusal("crossing_legs", key, value, **of)]
 
 
@@ -277,7 +264,7 @@ def _blocked(fixture: Fixture, corner: float | None) -> list[Fault]:
     if not loose:
         return []
     if corner is not None:
-        room = replace(room, corner=corner)
+        room = replace(room, extent=replace(room.extent, corner=corner))
     exits, openings = fixture.exits, fixture.openings
     found = []
     sunk = room.sunk(openings)
@@ -294,5 +281,6 @@ def _blocked(fixture: Fixture, corner: float | None) -> list[Fault]:
         row = row_of(design, leg.plate)
         key, value = row.blame(leg.plate, "pitch_mm" if len(row.frames) > 1 else "offset_mm")
         deep = float(into[worst])
-        found.append(refusal("legs_in_walls", key, value, leg=leg, corner=room.corner, into=deep))
+        corner = room.extent.corner
+        found.append(refusal("legs_in_walls", key, value, leg=leg, corner=corner, into=deep))
     return found

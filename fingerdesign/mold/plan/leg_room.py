@@ -7,22 +7,21 @@ fixture_faults.py.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 from manifold3d import Manifold
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.scene import SceneObject
 from fingerdesign.design.schema import Design
 from fingerdesign.design.step import step_facts
-from fingerdesign.layout.frames import PlateFrame, crest_height
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.gaps import FAR_MM, boxes_apart, core_gaps, solids_of
 from fingerdesign.layout.zone import candidate_zone
-from fingerdesign.mold.plan.extent import Exits, exits_of, extent_of, flat_sided, rim_height
+from fingerdesign.mold.plan.extent import Exits, Extent, exits_of, extent_of
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, Plug, Side, SidePlan, Slot
 from fingerdesign.mold.plan.slots import (
     as_bar,
@@ -36,62 +35,8 @@ from fingerdesign.mold.plan.slots import (
     turned_bar,
 )
 
-# How far legs lie from other plates, from other legs and from the core; numbers only, mm.
-
 LEAST_GAP_MM = 0.1
 _NEAR = 2.0  # mm: farther pairs are distinguished by their boxes alone
-
-
-def least_gap_mm(design: Design) -> float:
-    """Least distance of a leg from metal that is not its own, mm.
-
-    That which plates themselves keep where it is less: a leg is in its own plate's plane.
-    """
-    return min(LEAST_GAP_MM, 0.5 * design.plates.thickness_mm)
-
-
-def leg_gaps(
-    design: Design,
-    legs: tuple[Leg, ...],
-    bars: tuple[PlateFrame, ...],
-    frames: tuple[PlateFrame, ...],
-) -> Array:
-    """Least distance (legs,) of each leg's ``bar`` to other plates and to the core."""
-    found = np.full(len(legs), np.inf)
-    if not legs:
-        return found
-    core = design.body.core
-    if core is not None:
-        depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
-        # A core of full depth ends where the legs do.
-        distances = core_gaps(core_in_mold(core, scale_of(design)), depth, bars)
-        found = np.where(np.isnan(distances), np.inf, distances)
-    owners = np.array([leg.plate for leg in legs])
-    plates = np.array([frame.index for frame in frames])
-    solids, others = solids_of(_spanned(bars)), solids_of(_spanned(frames))
-    apart = boxes_apart(solids, others)
-    apart[owners[:, None] == plates] = np.inf  # its own plate's, which it is a part of
-    rows = zip(solids, apart, found, strict=True)
-    return np.array([_least(solid, others, row, most) for solid, row, most in rows])
-
-
-def crossing_legs(
-    design: Design, legs: tuple[Leg, ...], frames: tuple[PlateFrame, ...]
-) -> list[tuple[Leg, Leg, float]]:
-    """Legs of plates along x and of plates along z that come too near: both, and how near."""
-    along = {frame.index: frame for frame in frames}
-    one = [leg for leg in legs if leg.side.endswith("z")]
-    two = [leg for leg in legs if leg.side.endswith("x")]
-    if not one or not two:
-        return []
-    a, b = (
-        solids_of(_spanned(tuple(leg_bar(along[leg.plate], leg, leg.exit) for leg in some)))
-        for some in (one, two)
-    )
-    least = least_gap_mm(design) - 1e-6
-    near = np.argwhere(boxes_apart(a, b) < least)
-    found = [(one[i], two[j], float(a[i].min_gap(b[j], FAR_MM))) for i, j in near]
-    return [each for each in found if each[2] < least]
 
 
 def _least(solid: Manifold, others: list[Manifold], apart: Array, most: float) -> float:
@@ -104,7 +49,7 @@ def _least(solid: Manifold, others: list[Manifold], apart: Array, most: float) -
     return least
 
 
-def _spanned(frames: tuple[PlateFrame, ...]) -> tuple[PlateFrame, ...]:
+def _spanned(frames: Iterable[PlateFrame]) -> tuple[PlateFrame, ...]:
     """Frames with some span each: a leg that ends where it starts has none."""
     return tuple(replace(f, high=max(f.high, f.low + 1e-6)) for f in frames)
 
@@ -119,23 +64,19 @@ class Room:
 
     zone_x, zone_z   half-extents that it must cover on the contact surface, margin included;
                      infinite where the contact reaches the body's end
-    rim, top         heights of the contact surface's lowest border and of the block
-    corner           |z| at which end and side walls meet below the rim
+    top              height of the block
     wall             least wall, as below a window and beside it
     web              least web between the insert and a slot, or a slot and a wall's upper edge
     draft            tangent of the plug's draft
-    continued        whether the contact surface is continued outward beside flat sides
     """
 
+    extent: Extent
     zone_x: float
     zone_z: float
-    rim: float
     top: float
-    corner: float
     wall: float
     web: float
     draft: float
-    continued: bool
 
     @classmethod
     def of(cls, design: Design, scale: float, limits: Limits) -> Room:
@@ -143,16 +84,16 @@ class Room:
         zone = candidate_zone(design, SceneObject(), design.grip.max_approach_mm)
         body, margin = design.body, design.mold.contact_margin_mm
         wide, deep = zone.half_width, zone.half_depth
+        step = None if body.step is None else step_facts(body.step).digest
+        extent = extent_of(design, scale) if step is None else _step_extent(design, scale, step)
         return cls(
+            extent,
             scale * wide + margin if wide < 0.5 * body.width_mm else math.inf,
             math.inf if deep is None else scale * deep + margin,
-            scale * rim_height(body),
-            scale * float(crest_height(body)) + design.mold.insert_mm,
-            _corner(design, scale),
+            extent.crest + design.mold.insert_mm,
             limits.wall_mm,
             limits.feature_mm,
             math.tan(math.radians(design.mold.draft_deg)),
-            flat_sided(body),
         )
 
     def blocked(self, sides: Sequence[Side], openings: Exits, exits: Exits) -> Array:
@@ -163,10 +104,10 @@ class Room:
         axis. Where the contact surface is continued, end walls begin at the end faces.
         """
         along_z = np.array([side.endswith("z") for side in sides])
-        beside = openings.reach + self.web - self.corner
-        into = np.where(along_z, self.corner - exits.nearest, beside)
-        free = (self.continued & along_z) | (
-            self.above(openings) & (openings.bottom >= self.rim + self.web)
+        beside = openings.reach + self.web - self.extent.corner
+        into = np.where(along_z, self.extent.corner - exits.nearest, beside)
+        free = (self.extent.continued & along_z) | (
+            self.above(openings) & (openings.bottom >= self.extent.rim + self.web)
         )
         return np.where(free, 0.0, np.maximum(into, 0.0))
 
@@ -174,17 +115,17 @@ class Room:
         """By how much (n,) slots in walls come too near to the base, mm; 0: they do not."""
         return np.maximum(self.web - openings.bottom, 0.0)
 
-    def framed(self, sides: Sequence[Side], openings: Exits) -> NDArray[np.bool_]:
+    def framed(self, sides: Sequence[Side], openings: Exits) -> BoolArray:
         """Whether a wall stands below a window around slots (n,), and in side walls beside it."""
         least = self.wall + WINDOW_EDGE_MM
         along_z = np.array([side.endswith("z") for side in sides])
-        beside = along_z | (openings.reach <= self.corner - least + _ROUNDING_MM)
+        beside = along_z | (openings.reach <= self.extent.corner - least + _ROUNDING_MM)
         return np.asarray(beside & (openings.bottom >= least - _ROUNDING_MM))
 
     @property
     def narrowing(self) -> float:
         """By how much the draft narrows a plug from its top to the rim, mm."""
-        return (self.top - self.rim) * self.draft
+        return (self.top - self.extent.rim) * self.draft
 
     def zone(self, side: Side) -> float:
         """The half-extent that a plug between legs on ``side`` must cover."""
@@ -202,14 +143,14 @@ class Room:
         over = nearest - self.web - self.zone(side)
         if not 0.0 <= over < math.inf:
             return None
-        return math.degrees(math.atan2(over, self.top - self.rim))
+        return math.degrees(math.atan2(over, self.top - self.extent.rim))
 
-    def above(self, openings: Exits) -> NDArray[np.bool_]:
+    def above(self, openings: Exits) -> BoolArray:
         """Whether legs (n,) whose slots leave so are so high that the insert must end short of
         them."""
-        if self.continued:
+        if self.extent.continued:
             return np.asarray(openings.surface_margin < self.web - 1e-9)
-        return np.asarray(openings.top > self.rim - self.web + 1e-9)
+        return np.asarray(openings.top > self.extent.rim - self.web + 1e-9)
 
     def wanting(self, sides: Sequence[Side], openings: Exits, exits: Exits) -> Array:
         """How much farther out (n,) legs on ``sides`` would have to leave, mm; 0: they leave well.
@@ -220,17 +161,10 @@ class Room:
         return np.where(self.above(openings), np.maximum(least - exits.nearest, 0.0), 0.0)
 
 
-def _corner(design: Design, scale: float) -> float:
-    step = design.body.step
-    if step is None:
-        return extent_of(design, scale).corner
-    return _step_corner(design, scale, step_facts(step).digest)
-
-
 @lru_cache(maxsize=64)
-def _step_corner(design: Design, scale: float, digest: str) -> float:
+def _step_extent(design: Design, scale: float, digest: str) -> Extent:
     """That of a STEP body, which takes 0.1 s; ``digest``: of the file as it is now."""
-    return extent_of(design, scale).corner
+    return extent_of(design, scale)
 
 
 _FEATHERLESS = 0.8  # cosine of 37 degrees
@@ -279,10 +213,68 @@ class Fixture:
 
     def slots(self, side: Side) -> tuple[Slot, ...]:
         """The slots of one side, in the legs' order."""
-        holding = self.holding(side)
-        return tuple(
-            slot_of(self.design, holding, self.limits, self.bar(leg), leg) for leg in self.on(side)
-        )
+        return self._slots(self.on(side), self.holding(side))
+
+    def _slots(self, legs: Iterable[Leg], holding: Holding) -> tuple[Slot, ...]:
+        return tuple(slot_of(self.design, holding, self.limits, self.bar(leg), leg) for leg in legs)
+
+    @property
+    def least_gap(self) -> float:
+        """Least distance of a leg from metal that is not its own, mm.
+
+        That which plates themselves keep where it is less: a leg is in its own plate's plane.
+        """
+        return min(LEAST_GAP_MM, 0.5 * self.design.plates.thickness_mm)
+
+    def _solids(self, legs: Iterable[Leg]) -> list[Manifold]:
+        return solids_of(_spanned(leg_bar(self.by_index[leg.plate], leg, leg.exit) for leg in legs))
+
+    def gaps(self) -> Array:
+        """Least distance (legs,) of each leg to other plates and to the core."""
+        found, body = np.full(len(self.legs), np.inf), self.design.body
+        if not self.legs:
+            return found
+        if body.core is not None:
+            depth = body.core.depth_mm if body.core.depth_mm is not None else body.depth_mm
+            # A core of full depth ends where the legs do.
+            bars = tuple(leg_bar(self.by_index[leg.plate], leg, leg.exit) for leg in self.legs)
+            distances = core_gaps(core_in_mold(body.core, self.scale), depth, bars)
+            found = np.where(np.isnan(distances), np.inf, distances)
+        owners = np.array([leg.plate for leg in self.legs])
+        solids, others = self._solids(self.legs), solids_of(_spanned(self.frames))
+        apart = boxes_apart(solids, others)
+        # Its own plate is what it is a part of.
+        apart[owners[:, None] == np.array([frame.index for frame in self.frames])] = np.inf
+        rows = zip(solids, apart, found, strict=True)
+        return np.array([_least(solid, others, row, most) for solid, row, most in rows])
+
+    def crossings(self) -> list[tuple[Leg, Leg, float]]:
+        """Legs of plates along x and of plates along z that come too near: both, and how near."""
+        one = [leg for leg in self.legs if leg.side.endswith("z")]
+        two = [leg for leg in self.legs if leg.side.endswith("x")]
+        if not one or not two:
+            return []
+        a, b, least = self._solids(one), self._solids(two), self.least_gap - 1e-6
+        near = np.argwhere(boxes_apart(a, b) < least)
+        found = [(one[i], two[j], float(a[i].min_gap(b[j], FAR_MM))) for i, j in near]
+        return [each for each in found if each[2] < least]
+
+    def leg_exits(self, legs: Sequence[Leg]) -> Exits:
+        """How legs leave the finger."""
+        return self._exits(legs, [self.bar(leg) for leg in legs], True)
+
+    def slot_exits(self, legs: Sequence[Leg], holding: Holding) -> Exits:
+        """How the legs' slots leave the finger, with their reliefs."""
+        cut = list(zip(map(self.bar, legs), self._slots(legs, holding), strict=True))
+        found = self._exits(legs, [as_bar(bar, slot) for bar, slot in cut], False)
+        if self.design.mold.wire_mm <= 0.0:
+            return found
+        reliefs = [as_relief(bar, slot) for bar, slot in cut]
+        return found.with_others(self._exits(legs, reliefs, False))
+
+    def _exits(self, legs: Sequence[Leg], bars: Sequence[PlateFrame], follow: bool) -> Exits:
+        sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
+        return exits_of(self.design.body, self.scale, bars, sides, starts, follow)
 
     @cached_property
     def loose(self) -> tuple[Leg, ...]:
@@ -294,14 +286,12 @@ class Fixture:
     @cached_property
     def exits(self) -> Exits:
         """How the loose legs leave the finger."""
-        bars = [self.bar(leg) for leg in self.loose]
-        return leg_exits(self.design, self.loose, bars)
+        return self.leg_exits(self.loose)
 
     @cached_property
     def openings(self) -> Exits:
         """How the loose legs' slots leave it."""
-        bars = [self.bar(leg) for leg in self.loose]
-        return slot_exits(self.design, "slots", self.limits, self.loose, bars)
+        return self.slot_exits(self.loose, "slots")
 
     @cached_property
     def high(self) -> list[tuple[Leg, float]]:
@@ -309,9 +299,8 @@ class Fixture:
         nearest exit."""
         if not self.loose:
             return []
-        above = self.room.above(self.openings)
-        nearest = self.exits.nearest
-        return [(leg, float(nearest[k])) for k, leg in enumerate(self.loose) if above[k]]
+        each = zip(self.loose, self.exits.nearest, self.room.above(self.openings), strict=True)
+        return [(leg, float(nearest)) for leg, nearest, above in each if above]
 
     def side(self, side: Side) -> SidePlan:
         """How one side is closed and holds its plates."""
@@ -331,7 +320,7 @@ class Fixture:
         walls beside it, stay as thick as they must be."""
         corners = openings_corners(slots).reshape(-1, 2)
         (low, bottom), (high, _) = corners.min(axis=0), corners.max(axis=0)
-        most = self.room.corner - self.room.wall if side.endswith("x") else np.inf
+        most = self.room.extent.corner - self.room.wall if side.endswith("x") else np.inf
         return (
             float(max(low - _WINDOW_MM, min(-most, low))),
             float(min(high + _WINDOW_MM, max(most, high))),
@@ -361,29 +350,3 @@ class Fixture:
             return math.inf
         zone = self.room.zone_x if axis == "x" else self.room.zone_z
         return max(_FEATHERLESS * 0.5 * body.width_mm * self.scale, zone)
-
-
-def leg_exits(design: Design, legs: Sequence[Leg], bars: Sequence[PlateFrame]) -> Exits:
-    """How legs leave the finger; ``bars`` just hold their sections."""
-    sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
-    return exits_of(design.body, scale_of(design), bars, sides, starts)
-
-
-def slot_exits(
-    design: Design,
-    holding: Holding,
-    limits: Limits,
-    legs: Sequence[Leg],
-    bars: Sequence[PlateFrame],
-) -> Exits:
-    """How the legs' slots leave the finger, with their reliefs."""
-    sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]
-    both = list(zip(legs, bars, strict=True))
-    cut = [(bar, slot_of(design, holding, limits, bar, leg)) for leg, bar in both]
-    openings = [as_bar(bar, slot) for bar, slot in cut]
-    body, scale = design.body, scale_of(design)
-    found = exits_of(body, scale, openings, sides, starts, follow=False)
-    if design.mold.wire_mm <= 0.0:
-        return found
-    reliefs = [as_relief(bar, slot) for bar, slot in cut]
-    return found.with_others(exits_of(body, scale, reliefs, sides, starts, follow=False))

@@ -12,34 +12,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_rows
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.mold.plan import slots
 from fingerdesign.mold.plan.extent import half_extent
-from fingerdesign.mold.plan.leg_room import (
-    Fixture,
-    crossing_legs,
-    least_gap_mm,
-    leg_exits,
-    leg_gaps,
-    slot_exits,
-)
+from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, MoldPlan, Side, limits_of
-from fingerdesign.mold.plan.slots import (
-    end_of,
-    frames_in_mold,
-    leg_bar,
-    scale_of,
-    sides_of_plate,
-)
-
-# The search for legs: every plate end's leg at a few widths and places, the best of each kept.
-#
-# Numbers only; lengths in mm.
+from fingerdesign.mold.plan.slots import end_of, frames_in_mold, scale_of, sides_of_plate
 
 _LEAST_WIDTH_MM = 0.3  # a thinner strip of thin metal buckles when the rubber is poured
 _TAB = 0.6  # of the plate's length: the most of a tab's width
@@ -50,7 +32,7 @@ SLOTS: Holding = "slots"
 
 
 @dataclass(frozen=True)
-class Trial:
+class Stance:
     """Every plate end's leg at one width and place, and what is wrong with each."""
 
     legs: tuple[Leg, ...]
@@ -66,7 +48,7 @@ class Search(Fixture):
         return tuple((frame, side) for frame in self.frames for side in sides_of_plate(frame))
 
     @cached_property
-    def full(self) -> NDArray[np.bool_]:
+    def full(self) -> BoolArray:
         """Whether each plate end lies in the finger's end, (ends,)."""
         body = self.design.body
         found = []
@@ -83,7 +65,7 @@ class Search(Fixture):
             return least if given is None else min(given, frame.length)
         return least + share * max(_TAB * frame.length - least, 0.0)
 
-    def trial(self, share: float, place: float) -> Trial:
+    def stance(self, share: float, place: float) -> Stance:
         """All legs at one width and place."""
         requested = self.design.mold.plate_fixture
         sides = [side for _, side in self.ends]
@@ -93,12 +75,8 @@ class Search(Fixture):
             offset = round(place * 0.5 * (frame.length - width), 4)
             start = end_of(frame, side)
             drafts.append(Leg(frame.index, side, width, offset, start, start, start, False))
-        bars = [self.bar(leg) for leg in drafts]
-        exits = leg_exits(self.design, drafts, bars)
-        openings = {
-            way: slot_exits(self.design, way, self.limits, drafts, bars)
-            for way in dict.fromkeys((requested, SLOTS))
-        }
+        exits = self.leg_exits(drafts)
+        openings = {way: self.slot_exits(drafts, way) for way in {requested, SLOTS}}
         web = slots.least_web(self.design, requested, self.limits)
         flat = openings[requested].face_margin >= web - CLOSE
         if requested != SLOTS:
@@ -115,13 +93,11 @@ class Search(Fixture):
         penalty = {SLOTS: wrong + _LEFT * ((short > CLOSE) + short)}
         if requested != SLOTS:
             penalty[requested] = wrong + _NOT_FLAT * ~flat
-        return Trial(tuple(legs), penalty)
+        return Stance(tuple(legs), penalty)
 
     def _wrong(self, legs: tuple[Leg, ...]) -> Array:
         """Of each leg, whether it meets other metal, or a hole of its own plate."""
-        bars = tuple(leg_bar(self.by_index[leg.plate], leg) for leg in legs)
-        gaps = leg_gaps(self.design, legs, bars, self.frames)
-        crossed = gaps < least_gap_mm(self.design) - CLOSE
+        crossed = replace(self, legs=legs).gaps() < self.least_gap - CLOSE
         crossed |= np.array([meets_hole(self.by_index[leg.plate], leg) for leg in legs])
         return np.asarray(_CROSSED * crossed)
 
@@ -136,21 +112,21 @@ class Search(Fixture):
         return found
 
     def choose(
-        self, trials: dict[float, Trial], pattern: tuple[float, float]
+        self, stances: dict[float, Stance], pattern: tuple[float, float]
     ) -> tuple[tuple[Leg, ...], float]:
         """The best place of each leg, near to a pattern's; and what is wrong in the end."""
         requested = self.design.mold.plate_fixture
-        legs, wrong = self._chosen(trials, pattern, dict.fromkeys(SIDES, requested))
-        chosen = Fixture(self.design, self.limits, self.frames, legs)
+        legs, wrong = self._chosen(stances, pattern, dict.fromkeys(SIDES, requested))
+        chosen = replace(self, legs=legs)
         ways = {side: chosen.holding(side) for side in SIDES}
-        if any(way == SLOTS for way in ways.values()):
-            legs, wrong = self._chosen(trials, pattern, ways)
-            chosen = replace(chosen, legs=legs)
+        if SLOTS in ways.values():
+            legs, wrong = self._chosen(stances, pattern, ways)
+            chosen = replace(self, legs=legs)
         return legs, wrong + wrong_between(chosen)
 
     def _chosen(
         self,
-        trials: dict[float, Trial],
+        stances: dict[float, Stance],
         pattern: tuple[float, float],
         ways: dict[Side, Holding],
     ) -> tuple[tuple[Leg, ...], float]:
@@ -159,23 +135,21 @@ class Search(Fixture):
             way = SLOTS if ways[side] == "wall" else ways[side]
             number, rank = self.ranks[frame.index]
             wanted = pattern[0] * (-1.0 if number % 2 else 1.0) + pattern[1] * rank
-            ranked = [
-                (float(trial.penalty[way][k]), abs(place - wanted), place)
-                for place, trial in trials.items()
-            ]
-            best = min(ranked)[2]
-            chosen.append(trials[best].legs[k])
-            total += float(trials[best].penalty[way][k])
+            wrong, _, best = min(
+                (float(stance.penalty[way][k]), abs(place - wanted), place)
+                for place, stance in stances.items()
+            )
+            chosen.append(stances[best].legs[k])
+            total += wrong
             total += 0.0 if chosen[-1].flat else _NOT_FLAT
         return tuple(chosen), total
 
 
 def wrong_between(fixture: Fixture) -> float:
     """What is wrong between legs: webs that are not held (their lack), legs that cross."""
-    design, limits = fixture.design, fixture.limits
-    wrong = _CROSSED * len(crossing_legs(design, fixture.legs, fixture.frames))
+    wrong = _CROSSED * len(fixture.crossings())
     for side in SIDES:
-        web = slots.least_web(design, fixture.holding(side), limits)
+        web = slots.least_web(fixture.design, fixture.holding(side), fixture.limits)
         lack = web - slots.webs(fixture.slots(side))[2]
         wrong += float((0.1 + _LACK * lack[lack > CLOSE]).sum())
     return wrong
@@ -211,7 +185,7 @@ def fixture_of(design: Design, thorough: bool = True) -> Fixture:
     limits = limits_of(design.mold)
     search = Search(design, limits, frames_in_mold(design, scale_of(design)))
     if not search.frames:
-        return Fixture(design, limits, ())
+        return search
     best: tuple[Leg, ...] = ()
     least = np.inf
     shares: tuple[float, ...] = _SHARES if search.full.any() else _SHARES[:1]
@@ -221,9 +195,9 @@ def fixture_of(design: Design, thorough: bool = True) -> Fixture:
         shares, rounds = tuple(dict.fromkeys((shares[0], shares[-1]))), rounds[:1]
     for places, patterns in rounds:
         for share in shares:
-            trials = {place: search.trial(share, place) for place in places}
+            stances = {place: search.stance(share, place) for place in places}
             for pattern in patterns:
-                legs, wrong = search.choose(trials, pattern)
+                legs, wrong = search.choose(stances, pattern)
                 if wrong < least:
                     best, least = legs, wrong
             if least == 0.0:
@@ -260,7 +234,7 @@ def legs_volume(plan: MoldPlan) -> float:
 
     At most: where a leg leaves through a slanted face, to its farthest point.
     """
-    thick = {frame.index: frame.thickness for frame in plan.frames}
+    thick = plan.thickness
     return sum(leg.width * thick[leg.plate] * (leg.exit - leg.start) for leg in plan.legs)
 
 

@@ -12,12 +12,15 @@ through a flat face, and the base plate below y = 0, which stays on the finger.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Literal
 
+import numpy as np
+
+from fingerdesign.arrays import Array
 from fingerdesign.design.faults import at_least, at_most
 from fingerdesign.design.mold import Mold
 from fingerdesign.design.schema import Design
@@ -25,17 +28,11 @@ from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.report.page import macros
 
-# What a process holds, and how heavy silicones are: typical values; measure yours.
-#
-# The limits are what makers of desktop machines and job shops commonly advise for walls, holes and
-# fits (no one source; assumed): print or cut a test piece and give yours in ``[mold.limits]``.
-
 
 @dataclass(frozen=True)
 class Limits:
-    """What a process can make, mm.
+    """What a process can make, mm; ``name``: "sla", "fdm" or "machined".
 
-    name          "sla", "fdm" or "machined"
     wall_mm       least wall that stands by itself
     feature_mm    least web, rib or tip
     hole_mm       least diameter of a round hole
@@ -60,7 +57,8 @@ class Limits:
         return self.name == "machined"
 
 
-# wall, feature, hole, slot, clearance, pin, tolerance
+# What makers of desktop machines and job shops commonly advise (no one source; assumed): cut a
+# test piece. In the order of the fields: wall, feature, hole, slot, clearance, pin, tolerance.
 PROFILES: Mapping[str, Limits] = MappingProxyType(
     {
         "sla": Limits("sla", 1.0, 0.4, 0.8, 0.3, 0.1, 2.0, 0.1),  # desktop resin printers
@@ -117,6 +115,22 @@ LEAD_SIDES: tuple[Side, ...] = ("+z", "+x")  # where the gages' leads leave the 
 JOINED_MM = 0.02  # a relief's circle crosses the slot's sides so far before its end
 
 
+def direction(side: Side) -> Array:
+    """The outward unit normal (3,) of a side."""
+    return in_space(side, 0.0, 0.0, 1.0)
+
+
+def across(side: Side) -> Array:
+    """The level unit vector (3,) along a side, +x or +z."""
+    return in_space(side, 1.0, 0.0)
+
+
+def in_space(side: Side, place: float, y: float, out: float = 0.0) -> Array:
+    """The point (3,) at a place along a side and a height, ``out`` from the mid-plane."""
+    out = out if side[0] == "+" else -out
+    return np.array([place, y, out] if side.endswith("z") else [out, y, place])
+
+
 @dataclass(frozen=True)
 class Leg:
     """What of a plate reaches out of the finger at one end of its span, to be held there.
@@ -160,17 +174,14 @@ class Slot:
     relief: float = 0.0
 
     @property
-    def joined(self) -> float:
-        """How far the relief's centre lies beyond the slot's end, mm: it takes all of that end."""
-        half = 0.5 * min(self.width, self.relief)
-        return math.sqrt(0.25 * self.relief**2 - half**2) - JOINED_MM
-
-    @property
     def relief_centre(self) -> tuple[float, float]:
-        """Centre (place, y) of the relief: down along the slot; along it where it lies level."""
+        """Centre (place, y) of the relief: down along the slot; along it where it lies level. It
+        lies so far beyond the slot's end that it takes all of that end."""
         angle = math.radians(self.angle_deg)
         way = -1.0 if math.sin(angle) > 1e-9 else 1.0
-        out = way * (0.5 * self.length + self.joined)
+        half = 0.5 * min(self.width, self.relief)
+        joined = math.sqrt(0.25 * self.relief**2 - half**2) - JOINED_MM
+        out = way * (0.5 * self.length + joined)
         return self.place + out * math.cos(angle), self.y + out * math.sin(angle)
 
 
@@ -191,6 +202,11 @@ class SidePlan:
     shift: float
     window: tuple[float, float, float] | None
     slots: tuple[Slot, ...]
+
+    @property
+    def thick(self) -> float:
+        """Thickness of all sheets together, mm."""
+        return self.sheet * {"comb": 1, "jig": 2}.get(self.holding, 0)
 
 
 @dataclass(frozen=True)
@@ -216,6 +232,10 @@ class Bolt:
     high: float
     size: str
     diameter: float
+
+    def at(self, distance: float) -> Array:
+        """The point (3,) of its axis at a distance along it."""
+        return np.insert([self.first, self.second], 1 if self.axis == "y" else 2, distance)
 
 
 @dataclass(frozen=True)
@@ -254,13 +274,16 @@ class Key:
     into: str
 
 
+HoleKind = Literal["gate", "riser", "vent", "lock", "screw"]
+
+
 @dataclass(frozen=True)
 class BaseHole:
     """A hole through the base plate at (x, z). kind: "gate" (silicone is poured in), "riser",
     "vent", "lock" (silicone or primer holds the finger; wider outside, an undercut), "screw" (to
     the core). ``diameter`` at y = 0, ``outer_diameter`` at the plate's back."""
 
-    kind: Literal["gate", "riser", "vent", "lock", "screw"]
+    kind: HoleKind
     x: float
     z: float
     diameter: float
@@ -325,10 +348,48 @@ class MoldPlan:
         return self.half_width + self.wall_x + self.ear
 
     @property
+    def block_x(self) -> float:
+        """|x| of the faces of the block that is filled: side walls end, and the ears begin."""
+        return self.half_width + self.wall_x
+
+    @property
+    def block(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Corners of the block that outline and blanks fill; base plate and ears are left out."""
+        high = (self.block_x, self.top, self.reach_z)
+        return (-high[0], 0.0, -high[2]), high
+
+    @property
     def reach_z(self) -> float:
         """|z| of the block's faces."""
         return self.half_depth + self.wall_z
 
+    def reach(self, side: Side) -> float:
+        """How far out the block's face on a side is."""
+        return self.reach_x if side.endswith("x") else self.reach_z
+
+    def half(self, side: Side) -> float:
+        """How far out the outline reaches on a side."""
+        return self.half_width if side.endswith("x") else self.half_depth
+
+    def wall(self, side: Side) -> float:
+        """Thickness of a side's wall."""
+        return self.wall_x if side.endswith("x") else self.wall_z
+
     def side(self, side: Side) -> SidePlan:
         """The plan of one side."""
         return next(each for each in self.sides if each.side == side)
+
+    def legs_of(self, plate: int) -> tuple[Leg, ...]:
+        """A plate's legs."""
+        return tuple(leg for leg in self.legs if leg.plate == plate)
+
+    def held(self) -> Iterator[tuple[SidePlan, Slot, float]]:
+        """Every slot with its side, and the width of the leg in it."""
+        widths = {(leg.plate, leg.side): leg.width for leg in self.legs}
+        for side in self.sides:
+            yield from ((side, slot, widths[slot.plate, side.side]) for slot in side.slots)
+
+    @property
+    def thickness(self) -> dict[int, float]:
+        """Of each plate, by its number."""
+        return {frame.index: frame.thickness for frame in self.frames}

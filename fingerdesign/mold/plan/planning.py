@@ -1,10 +1,4 @@
-"""Design -> MoldPlan: every number of a mold, or every reason why there is none.
-
-Cast with the base up, tilted by ``base.TILT_DEG`` toward the first vent of ``base_holes``, in
-the corner +x +z: ``base.pour_up`` points up. The highest place of the rubber is then that
-corner of the base (of a round base: its rim there); a backing core that parts the base leaves more
-such places, each with a vent of its own.
-"""
+"""Design -> MoldPlan: every number of a mold, or every reason why there is none."""
 
 from __future__ import annotations
 
@@ -15,22 +9,15 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.mold.plan.base import base_holes_of, core_pins_of
-from fingerdesign.mold.plan.extent import Extent, extent_of, seam_height
+from fingerdesign.mold.plan.extent import Extent, seam_height
 from fingerdesign.mold.plan.fasteners import fastener_faults, fasteners_of, limit_faults
 from fingerdesign.mold.plan.fixture_faults import fixture_faults, with_walls
 from fingerdesign.mold.plan.leg_room import Fixture
 from fingerdesign.mold.plan.legs import fixture_of
-from fingerdesign.mold.plan.plan import (
-    SIDES,
-    Limits,
-    MoldPlan,
-    limits_of,
-)
-from fingerdesign.mold.plan.slots import scale_of
+from fingerdesign.mold.plan.plan import SIDES, Limits, MoldPlan, limits_of
 from fingerdesign.mold.plan.walls import Columns, Walls, columns_of, pin_height, z_bolt_height
 
-# Remedies with numbers for faults of room: found by planning the mold again with another value.
-
+# Remedies for faults of room are found by planning the mold again, a value so many times as large.
 _UP = (1.05, 1.1, 1.2, 1.3, 1.5, 1.75, 2.0, 2.5)
 _DOWN = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2)
 _BOLT, _PIN, _WALL = "mold.bolt", "mold.limits.pin_mm", "mold.limits.wall_mm"
@@ -70,7 +57,8 @@ def _mended(design: Design, key: str, group: set[str], before: set[str]) -> str:
         except DesignError:
             continue
         if not after & group and after <= before:
-            return ", ".join(f"{name} = {_said(value)}" for name, value in values.items())
+            said = (f"{v:g}" if isinstance(v, float) else repr(v) for v in values.values())
+            return ", ".join(f"{name} = {value}" for name, value in zip(values, said, strict=True))
     return ""
 
 
@@ -82,22 +70,15 @@ def _candidates(design: Design, key: str) -> Iterator[Mapping[str, float | str]]
     elif key.startswith("body."):
         if body.step is not None:
             return
-        name = key.removeprefix("body.")
-        if name == "depth_mm" and body.kind.turned:
+        if key == _DEPTH and body.kind.turned:
             return
-        also = {_DEPTH} if name == "width_mm" and body.kind.turned else set[str]()
-        now = float(getattr(body, name))
-        for share in _UP:
-            value = round(share * now, 1)
-            if value > now:
-                yield dict.fromkeys((key, *also), value)
+        keys = (key, _DEPTH) if key == _WIDTH and body.kind.turned else (key,)
+        now = float(getattr(body, key.removeprefix("body.")))
+        values = (round(share * now, 1) for share in _UP)
+        yield from (dict.fromkeys(keys, value) for value in values if value > now)
     else:
         now = float(getattr(limits_of(design.mold), key.removeprefix("mold.limits.")))
         yield from ({key: round(share * now, 2)} for share in _DOWN)
-
-
-def _said(value: float | str) -> str:
-    return f"'{value}'" if isinstance(value, str) else f"{value:g}"
 
 
 AUTO_BOLTS = ("M3", "M2.5", "M2")
@@ -105,10 +86,11 @@ CORNERS = (1.0, 0.85, 0.7, 0.5)  # of the outermost |z| at which end and side wa
 
 
 def plan_mold(design: Design) -> MoldPlan:
-    """The plan of a sound design's mold.
+    """The plan of a sound design's mold; DesignError with every fault.
 
-    Up while casting is ``base.pour_up(plan)``: the base up, tilted so that the first vent's corner
-    is the highest place of the rubber. Raises DesignError with every fault.
+    It is cast with the base up, tilted by ``base.TILT_DEG`` toward the first vent, in the corner
+    +x +z: this is then the highest place of the rubber. A core that parts the base leaves more such
+    places, each with a vent of its own.
     """
     plan, faults = _planned(design)
     if plan is None:
@@ -116,17 +98,11 @@ def plan_mold(design: Design) -> MoldPlan:
     return plan
 
 
-def mold_faults(design: Design) -> list[Fault]:
-    """Every fault that keeps a sound design's mold from being made; empty where it can be."""
-    return _with_remedies(design, _planned(design)[1])
-
-
 def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
     """The plan, or its faults, remedies of room left out."""
-    mold = design.mold
-    limits, scale = limits_of(mold), scale_of(design)
-    fixture = fixture_of(design)
-    extent, unheld = _parted(fixture, extent_of(design, scale))
+    mold, limits, fixture = design.mold, limits_of(design.mold), fixture_of(design)
+    scale = fixture.scale
+    extent, unheld = _parted(fixture, fixture.room.extent)
     sides = tuple(fixture.side(side) for side in SIDES)
     core_pins, no_pins = core_pins_of(design, scale, sides, limits)
     holes, no_room = base_holes_of(design, extent, scale, limits)
@@ -158,6 +134,7 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
         return None, list({str(fault): fault for fault in faults}.values())
     if mold.wall_mm is not None:
         columns = replace(columns, wall_z=mold.wall_mm)
+    bolts, pins, keys = fasteners_of(walls, columns)
     plan = MoldPlan(
         scale=scale,
         frames=fixture.frames,
@@ -174,7 +151,9 @@ def _planned(design: Design) -> tuple[MoldPlan | None, list[Fault]]:
         wall_z=columns.wall_z,
         ear=columns.ear,
         base=walls.base,
-        **fasteners_of(walls, columns),
+        bolts=tuple(bolts),
+        pins=tuple(pins),
+        keys=tuple(keys),
         base_holes=holes,
         core_pins=core_pins,
     )
@@ -188,27 +167,18 @@ def _parted(fixture: Fixture, extent: Extent) -> tuple[Extent, list[Fault]]:
     shares = (1.0,) if extent.continued or not fixture.legs else CORNERS
     found = []
     for share in shares:
-        trial = replace(extent, corner=share * extent.corner)
-        faults = with_walls(fixture, held, trial.corner)
-        found.append((trial, faults))
-        if not faults:
+        parted = replace(extent, corner=share * extent.corner)
+        found.append((parted, with_walls(fixture, held, parted.corner)))
+        if not found[-1][1]:
             break
     return min(found, key=lambda each: len(each[1]))
 
 
 def _columns(walls: Walls, limits: Limits, bolt: str) -> Columns:
     """Columns for the given bolts, or for the largest of ``AUTO_BOLTS`` that fit along z."""
-    thick = {p.side: p.sheet * {"comb": 1, "jig": 2}.get(p.holding, 0) for p in walls.sides}
-    sheets, beside = max(thick["+z"], thick["-z"]), max(thick["+x"], thick["-x"])
-    ends = [planned for planned in walls.sides if planned.side.endswith("z")]
-    open_ends = [planned.side for planned in ends if planned.window is not None]
-    tips = max((walls.tips[side] for side in open_ends), default=0.0)
-    bar, plugged = walls.plug("x") is not None, walls.plug("z") is not None
-
-    def of(size: str, wide: bool) -> Columns:
-        return columns_of(walls.extent, limits, size, sheets, beside, tips, bar, wide)
-
+    plugged = walls.plug("z") is not None
     sizes = AUTO_BOLTS if bolt == "auto" else (bolt,)
-    size = next((s for s in sizes if z_bolt_height(walls, of(s, plugged)) is not None), sizes[-1])
-    low = pin_height(walls, of(size, plugged)) is None and not bar
-    return of(size, plugged or low)
+    tried = [columns_of(walls, limits, size, plugged) for size in sizes]
+    columns = next((c for c in tried if z_bolt_height(walls, c) is not None), tried[-1])
+    low = pin_height(walls, columns) is None and walls.plug("x") is None
+    return columns_of(walls, limits, columns.size, plugged or low)

@@ -10,9 +10,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
@@ -27,11 +26,6 @@ from fingerdesign.mold.plan.plan import (
     Slot,
 )
 
-# Where plates and their legs lie in mold space, as frames: numbers only.
-#
-# Rubber shrinks toward the origin as it cures, and carries the plates' middles with it;
-# metal does not. So in the mold middles are farther out by ``scale``, and plates keep their size.
-
 
 def scale_of(design: Design) -> float:
     """The outline's enlargement that the rubber's linear shrinkage s takes back: 1 / (1 - s)."""
@@ -39,7 +33,10 @@ def scale_of(design: Design) -> float:
 
 
 def frames_in_mold(design: Design, scale: float) -> tuple[PlateFrame, ...]:
-    """The plates in mold space: middles times ``scale``, sizes, bends and holes unchanged; mm."""
+    """The plates in mold space: middles times ``scale``, sizes, bends and holes unchanged; mm.
+
+    Rubber shrinks toward the origin as it cures and carries the plates' middles with it.
+    """
     found = []
     for frame in plate_frames(design):
         shift = (scale - 1.0) * frame.middle
@@ -234,9 +231,7 @@ def openings_of(planned: SidePlan) -> list[tuple[float, float, float, float]]:
     return [(low, high, bottom, top) for low, high, bottom, top in rows.tolist()]
 
 
-def _relief_gaps(
-    slots: Sequence[Slot], first: NDArray[np.int64], second: NDArray[np.int64]
-) -> Array:
+def _relief_gaps(slots: Sequence[Slot], first: IntArray, second: IntArray) -> Array:
     """Least distance of the first slots' reliefs from the second slots and their reliefs, mm."""
     centres = np.array([slot.relief_centre for slot in slots])
     values = np.array([[o.place, o.y, o.angle_deg, o.length, o.width, o.relief] for o in slots])
@@ -252,9 +247,7 @@ def _relief_gaps(
     return np.where(radius[first] > 0.0, np.maximum(gaps, 0.0), np.inf)
 
 
-def webs(
-    slots: Sequence[Slot], exact: bool = False
-) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+def webs(slots: Sequence[Slot], exact: bool = False) -> tuple[IntArray, IntArray, Array]:
     """Every pair of slots (first, second) of one side, and the distance between them with their
     reliefs, mm; unless ``exact``, of those far apart a bound from below."""
     first, second = np.triu_indices(len(slots), 1)

@@ -15,12 +15,6 @@ from fingerdesign.mold.plan.extent import Extent
 from fingerdesign.mold.plan.plan import CorePin, Limits, Plug, Side, SidePlan
 from fingerdesign.mold.plan.slots import openings_of
 
-# Where fasteners stand beside the finger: columns beyond its side, depths beyond its corner; mm.
-#
-# Going out along x: the z-bolts (x1), then the tapered pins along z and the y-bolts (x2), then the
-# insert's pins and the base's keys (x3). Going out along z from the corner: the pins along z, then
-# the y-bolts and the insert's pins. Between any two, and to every face, the process's wall is left.
-
 # Clearance holes of the medium series (ISO 273), mm; M2.5 in the table of the same series.
 CLEARANCE_HOLES = {"M2": 2.4, "M2.5": 2.9, "M3": 3.4, "M4": 4.5}
 SPARE_MM = 0.05  # beyond the least wall: round holes are measured as triangles
@@ -29,7 +23,11 @@ SLENDER = 1.5  # a pin's length, in diameters
 
 @dataclass(frozen=True)
 class Columns:
-    """Places and sizes, mm.
+    """Places and sizes of fasteners beside the finger, mm.
+
+    Going out along x: the z-bolts (x1), then the tapered pins along z and the y-bolts (x2), then
+    the insert's pins and the base's keys (x3). Going out along z from the corner: the pins along z,
+    then the y-bolts and the insert's pins.
 
     gap          wall that is left everywhere; hole: diameter of a bolt's clearance hole
     small, big   diameters of the pins: one of each kind is small, so that parts fit one way only
@@ -73,39 +71,23 @@ class Columns:
         return self.hole + 2.0 * self.gap
 
 
-def pin_sizes(limits: Limits) -> tuple[float, float]:
-    """Diameters of the small and the big pins: a big one does not enter a small one's socket."""
-    step = 1.0 if limits.dowels else max(0.5, 4.0 * limits.clearance_mm)
-    return limits.pin_mm, limits.pin_mm + step
-
-
-def pin_length(diameter: float, sheets: float, limits: Limits, corner: float) -> float:
-    """How far a pin along z reaches beyond the side wall's end; a dowel reaches as far into it."""
-    length = SLENDER * diameter + sheets
-    return min(length, corner - limits.wall_mm) if limits.dowels else length
-
-
-def columns_of(
-    extent: Extent,
-    limits: Limits,
-    size: str,
-    sheets: float,
-    beside: float = 0.0,
-    tips: float = 0.0,
-    bar: bool = False,
-    wide: bool = False,
-) -> Columns:
-    """The columns for bolts of a size.
-
-    ``sheets``: thickness of the combs or jigs of an end, ``beside``: of a flank; ``tips``: how far
-    plates reach out of open windows at the ends, 0: there are none; ``bar``: the insert is narrowed
-    along x, its bolts and pins stand beyond the finger's ends; ``wide``: it has pins in the side
-    walls, which reach as far as the end walls.
-    """
+def columns_of(walls: Walls, limits: Limits, size: str, wide: bool) -> Columns:
+    """The columns for bolts of a size; ``wide``: the insert has pins in the side walls, which reach
+    as far as the end walls."""
+    extent, bar = walls.extent, walls.plug("x") is not None
+    sheets, beside = (
+        max(planned.thick for planned in walls.sides if planned.side.endswith(axis))
+        for axis in "zx"
+    )
+    ends = [planned.side for planned in walls.sides if planned.side.endswith("z")]
+    tips = max(walls.tips[side] if walls.planned(side).window else 0.0 for side in ends)
     gap, hole = limits.wall_mm + SPARE_MM, CLEARANCE_HOLES[size]
-    small, big = pin_sizes(limits)
+    small = limits.pin_mm  # a big pin does not enter a small one's socket
+    big = small + (1.0 if limits.dowels else max(0.5, 4.0 * limits.clearance_mm))
     socket, radius = 0.5 * big + limits.clearance_mm, 0.5 * hole
-    reach = pin_length(big, sheets, limits, extent.corner)
+    reach = SLENDER * big + sheets
+    if limits.dowels:  # as far into the side wall's end
+        reach = min(reach, extent.corner - limits.wall_mm)
     most = max(radius, socket)
     x1 = extent.half_width + beside + gap + radius
     x2 = x1 + radius + gap + most
@@ -189,16 +171,20 @@ class Walls:
         """Half-width of the insert where it is narrowed along an axis; None where it is not."""
         return next((plug.at_surface for plug in self.plugs if plug.axis == axis), None)
 
-    def obstacles(self, side: Side) -> tuple[Obstacle, ...]:
+    def planned(self, side: Side) -> SidePlan:
+        """How one side is closed."""
+        return next(each for each in self.sides if each.side == side)
+
+    def obstacles(self, side: Side) -> list[Obstacle]:
         """The windows, slots and core pins of one side's wall."""
-        planned = next(each for each in self.sides if each.side == side)
+        planned = self.planned(side)
         open_ = planned.window is not None
         found = [Obstacle(*bounds, open_) for bounds in openings_of(planned)]
         for pin in self.core_pins:
             if pin.side == side:
                 r = 0.5 * pin.diameter
                 found.append(Obstacle(pin.place - r, pin.place + r, pin.y - r, pin.y + r, False))
-        return tuple(found)
+        return found
 
 
 def z_bolt_height(walls: Walls, columns: Columns) -> float | None:
@@ -265,7 +251,7 @@ def pin_place(walls: Walls, columns: Columns, side: Side, small: bool) -> float 
     room = 0.5 * diameter + columns.clearance + columns.gap
     plug, reach = _reaches(walls, side)
     most = min(reach - room, plug - 0.5 * diameter - SPARE_MM)
-    return _free_place(most, room, list(walls.obstacles(side)))
+    return _free_place(most, room, walls.obstacles(side))
 
 
 def _reaches(walls: Walls, side: Side) -> tuple[float, float]:

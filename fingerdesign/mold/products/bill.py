@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fingerdesign.design.schema import Design
 from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
-from fingerdesign.mold.plan.plan import BaseHole, Bolt, MoldPlan, density_of
+from fingerdesign.mold.plan.plan import Bolt, MoldPlan, density_of
 from fingerdesign.mold.products.flat_pattern import FlatPattern
 from fingerdesign.records.base import write_csv
-
-# How much silicone to mix for one finger.
 
 
 @dataclass(frozen=True)
@@ -55,39 +53,24 @@ class Silicone:
 
 def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Silicone:
     """What rubber, base holes and slots hold; plates without rubber between leave no flash."""
-    filled = dict.fromkeys(("gate", "riser", "vent", "lock"), 0.0)
+    locks, openings = 0.0, 0.0
     for hole in plan.base_holes:
-        if hole.kind in filled:
-            filled[hole.kind] += _cone(hole, plan.base)
-    locks = filled.pop("lock")
-    return Silicone(
-        meshes.rubber.volume,
-        locks,
-        sum(filled.values()),
-        _flash(plan),
-        design.mold.excess,
-        density_of(design),
-    )
-
-
-def _cone(hole: BaseHole, base: float) -> float:
-    d, outer = hole.diameter, hole.outer_diameter
-    return float(np.pi * base * (d**2 + d * outer + outer**2) / 12.0)
+        d, outer = hole.diameter, hole.outer_diameter
+        cone = math.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
+        locks += cone if hole.kind == "lock" else 0.0
+        openings += cone if hole.kind in ("gate", "riser", "vent") else 0.0
+    sizes = (meshes.rubber.volume, locks, openings, _flash(plan))
+    return Silicone(*sizes, design.mold.excess, density_of(design))
 
 
 def _flash(plan: MoldPlan) -> float:
     """Slots less the legs in them, as deep as what holds them: sheets, or the whole wall."""
-    thick = {frame.index: frame.thickness for frame in plan.frames}
-    legs = {(leg.plate, leg.side): leg for leg in plan.legs}
     whole = 0.0
-    for side in plan.sides:
-        wall = plan.wall_z if side.side.endswith("z") else plan.wall_x
-        deep = {"comb": side.sheet, "jig": 2.0 * side.sheet}.get(side.holding, wall)
-        for slot in side.slots:
-            leg = legs[slot.plate, side.side]
-            metal = leg.width * (thick[slot.plate] + slot.shim)
-            hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
-            whole += (max(0.0, slot.length * slot.width - metal) + hole) * deep
+    for side, slot, width in plan.held():
+        metal = width * (plan.thickness[slot.plate] + slot.shim)
+        hole = 0.25 * np.pi * (slot.relief**2 - slot.wire**2) if slot.relief else 0.0
+        free = max(0.0, slot.length * slot.width - metal) + hole
+        whole += free * (side.thick or plan.wall(side.side))
     return float(whole)
 
 
@@ -133,9 +116,7 @@ def bill_of_materials(
 
 def write_bill(items: Sequence[Item], path: Path) -> None:
     """bill_of_materials.csv: a row an item, units in the column names."""
-    names = ["item", "count", "made", "material", "size", "mass_g", "files"]
-    rows = ([asdict(item)[name] for name in names] for item in items)
-    write_csv(path, names, rows)
+    write_csv(path, Item.__annotations__, (astuple(item) for item in items))
 
 
 def bolt_length(bolt: Bolt) -> int | None:
@@ -171,39 +152,32 @@ def hardware(plan: MoldPlan) -> tuple[Item, ...]:
         rods = sum(b.size == size and bolt_length(b) is None for b in plan.bolts)
         items.append(Item("nut", count + rods, "bought", "steel", size))
         items.append(Item("washer", 2 * count, "bought", "steel", size))
-    dowels = Counter((p.diameter, round(p.length, 2)) for p in plan.pins if p.dowel)
-    for (diameter, length), count in sorted(dowels.items()):
-        items.append(
-            Item("dowel pin", count, "bought", "steel", f"{diameter:g} mm x {length:g} mm")
-        )
-    pins = Counter((pin.diameter, round(_pin_length(plan, pin.side, pin.tip), 2)) for pin in
-                   plan.core_pins)  # fmt: skip
-    for (diameter, length), count in sorted(pins.items()):
-        size = f"{diameter:g} mm, {length:g} mm or longer"
-        items.append(Item("core pin", count, "bought", "steel rod or drill shank", size))
-    screws = Counter(hole.diameter for hole in plan.base_holes if hole.kind == "screw")
-    for diameter, count in sorted(screws.items()):
-        size = f"for a {diameter:g} mm hole, {plan.base:g} mm plate"
-        items.append(Item("core screw", count, "bought", "steel", size))
-    return (*items, *_shims(plan))
+    pins = [(pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins]
+    screws = [(hole.diameter,) for hole in plan.base_holes if hole.kind == "screw"]
+    threaded = f"for a {{:g}} mm hole, {plan.base:g} mm plate"
+    shims = [
+        (slot.shim, width, plan.wall(side.side)) for side, slot, width in plan.held() if slot.shim
+    ]
+    stock = "shim stock, assorted, brass or steel: measure the slots"
+    dowels = [(pin.diameter, pin.length) for pin in plan.pins if pin.dowel]
+    return (
+        *items,
+        *_alike("dowel pin", "bought", "steel", dowels, "{:g} mm x {:g} mm"),
+        *_alike(
+            "core pin", "bought", "steel rod or drill shank", pins, "{:g} mm, {:g} mm or longer"
+        ),
+        *_alike("core screw", "bought", "steel", screws, threaded),
+        *_alike("shim", "cut", stock, shims, "{:g} mm thick as drawn, {:g} mm wide x {:g} mm"),
+    )
 
 
-def _pin_length(plan: MoldPlan, side: str, tip: float) -> float:
-    return (plan.reach_z if side.endswith("z") else plan.reach_x) - abs(tip)
-
-
-def _shims(plan: MoldPlan) -> Iterable[Item]:
-    found: Counter[tuple[float, float, float]] = Counter()
-    for side in plan.sides:
-        deep = plan.wall_z if side.side.endswith("z") else plan.wall_x
-        wide = {leg.plate: leg.width for leg in plan.legs if leg.side == side.side}
-        for slot in side.slots:
-            if slot.shim > 0.0:
-                found[round(slot.shim, 3), round(wide[slot.plate], 2), round(deep, 2)] += 1
-    for (thick, wide_mm, deep), count in sorted(found.items()):
-        size = f"{thick:g} mm thick as drawn, {wide_mm:g} mm wide x {deep:g} mm"
-        stock = "shim stock, assorted, brass or steel: measure the slots"
-        yield Item("shim", count, "cut", stock, size)
+def _alike(
+    item: str, made: str, material: str, sizes: Iterable[tuple[float, ...]], words: str
+) -> Iterator[Item]:
+    """A line for each different size of a thing, which ``words`` say."""
+    counts = Counter((size[0], *(round(value, 2) for value in size[1:])) for size in sizes)
+    for size, count in sorted(counts.items()):
+        yield Item(item, count, made, material, words.format(*size))
 
 
 def _part(design: Design, part: PartMesh) -> Item:

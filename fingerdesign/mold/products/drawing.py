@@ -6,7 +6,8 @@ ezdxf loads when a file is written. Lengths in mm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,8 @@ import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names
-from fingerdesign.mold.plan.plan import MoldPlan, Side
+from fingerdesign.mold.part import MoldMeshes, PartMesh, comb_names, doubled_areas
+from fingerdesign.mold.plan.plan import MoldPlan, Side, across, direction
 from fingerdesign.mold.products.flat_pattern import FlatPattern
 from fingerdesign.mold.products.notes import numbers_text
 
@@ -45,11 +46,11 @@ class Sheet:
     text: tuple[str, ...] = ()
 
     @property
-    def area(self) -> float:
-        """Of the metal that is left, mm^2."""
-        cut_out = sum(polygon_area(polygon) for polygon in self.openings)
-        round_ones = sum(np.pi * radius**2 for *_, radius in self.circles)
-        return polygon_area(self.outline) - cut_out - float(round_ones)
+    def polygons(self) -> Iterator[tuple[str, Array]]:
+        """The closed polygons, each with its layer."""
+        yield "CUT", self.outline
+        yield from (("HOLES", polygon) for polygon in self.openings)
+        yield from (("GAGES", polygon) for polygon in self.gages)
 
 
 def polygon_area(points: Array) -> float:
@@ -88,18 +89,12 @@ def write_dxf(sheets: Sequence[Sheet], path: Path) -> None:
 
 
 def _draw(space: Any, sheet: Sheet, shift: Array) -> None:
-    def closed(points: Array, layer: str) -> None:
-        moved = (points + shift).tolist()
+    for layer, polygon in sheet.polygons:
+        moved = (polygon + shift).tolist()
         space.add_lwpolyline(moved, close=True, dxfattribs={"layer": layer})
-
-    closed(sheet.outline, "CUT")
-    for polygon in sheet.openings:
-        closed(polygon, "HOLES")
     for x, y, radius in sheet.circles:
         centre = (x + float(shift[0]), y + float(shift[1]))
         space.add_circle(centre, radius, dxfattribs={"layer": "HOLES"})
-    for polygon in sheet.gages:
-        closed(polygon, "GAGES")
     for start, end in sheet.bends:
         space.add_line((start + shift).tolist(), (end + shift).tolist(), {"layer": "BEND"})
     height = _text_height(sheet)
@@ -121,33 +116,21 @@ def _compare(name: str, document: Any, sheets: Sequence[Sheet]) -> None:
         raise GeometryError(f"{name} is faulty: {len(found.errors)} errors, the first: {first}")
     if document.header["$INSUNITS"] != MILLIMETRES:
         raise GeometryError(f"{name}: its unit is not the millimetre")
-    areas: dict[str, list[float]] = {layer: [] for layer in CLOSED}
+    held: list[tuple[str, float]] = []
     for line in document.modelspace().query("LWPOLYLINE"):
         if not line.closed:
             raise GeometryError(f"{name}: an outline on layer {line.dxf.layer} is not closed")
         points = np.array(list(line.get_points("xy")), dtype=float)
-        areas[line.dxf.layer].append(polygon_area(points))
-    for circle in document.modelspace().query("CIRCLE"):
-        areas[circle.dxf.layer].append(float(np.pi * circle.dxf.radius**2))
-    wanted = {
-        "CUT": [polygon_area(each.outline) for each in sheets],
-        "HOLES": [
-            area
-            for each in sheets
-            for area in (
-                *(polygon_area(p) for p in each.openings),
-                *(float(np.pi * r**2) for *_, r in each.circles),
-            )
-        ],
-        "GAGES": [polygon_area(p) for each in sheets for p in each.gages],
-    }
+        held.append((line.dxf.layer, polygon_area(points)))
+    circles = (circle.dxf for circle in document.modelspace().query("CIRCLE"))
+    held += [(circle.layer, math.pi * circle.radius**2) for circle in circles]
+    given = [(layer, polygon_area(points)) for each in sheets for layer, points in each.polygons]
+    given += [("HOLES", math.pi * radius**2) for each in sheets for *_, radius in each.circles]
     for layer in CLOSED:
-        held, given = sorted(areas[layer]), sorted(wanted[layer])
-        if len(held) != len(given) or not np.allclose(held, given, rtol=1e-9, atol=1e-9):
+        found, wanted = (sorted(a for on, a in areas if on == layer) for areas in (held, given))
+        if len(found) != len(wanted) or not np.allclose(found, wanted, rtol=1e-9, atol=1e-9):
             raise GeometryError(f"{name}: areas on layer {layer} are not those that were given")
 
-
-# The outline of a sheet part, from the triangles of its flat face: what a cutter follows.
 
 MICRON = 3  # decimals
 ROUND = 12  # corners of a polygon that may stand for a circle
@@ -161,29 +144,24 @@ def comb_sheet(part: PartMesh, side: Side) -> Sheet:
     GeometryError where the flat face is not one piece, or where outline times thickness is not the
     sheet's volume.
     """
-    axis = 2 if side.endswith("z") else 0
-    direction = np.zeros(3)
-    direction[axis] = 1.0 if side.startswith("+") else -1.0
-    corners = part.vertices[part.triangles]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    size = np.linalg.norm(across, axis=1)
-    reach = float((part.vertices @ direction).max())
-    facing = across @ direction > 0.999 * np.maximum(size, 1e-300)
-    facing &= np.abs(corners @ direction - reach).max(axis=1) < 1e-6
+    normals = doubled_areas(part.vertices, part.triangles)
+    out = part.vertices @ direction(side)
+    facing = normals @ direction(side) > 0.999 * np.linalg.norm(normals, axis=1)
+    facing &= np.abs(out[part.triangles] - out.max()).max(axis=1) < 1e-6
     if not facing.any():
         raise GeometryError(f"{part.name} has no flat face across {side}")
-    plane = [0, 1] if axis == 2 else [2, 1]
+    flat = np.column_stack([part.vertices @ across(side), part.vertices[:, 1]])
     loops = [
-        _without_straight_points(part.vertices[loop][:, plane])
+        _without_straight_points(flat[loop])
         for loop in border_loops(part.triangles[facing], part.name)
     ]
     loops.sort(key=polygon_area, reverse=True)
     outline, openings = loops[0], tuple(loops[1:])
     area = polygon_area(outline) - sum(polygon_area(loop) for loop in openings)
-    thickness = float(np.ptp(part.vertices[:, axis]))
+    thickness = float(np.ptp(out))
     border = sum(np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1).sum() for p in loops)
     # A chord cuts off that much at most; single precision moves both faces by half a step each.
-    rounding = float(np.spacing(np.float32(np.abs(part.vertices[:, axis]).max()))) / thickness
+    rounding = float(np.spacing(np.float32(np.abs(out).max()))) / thickness
     allowed = max(part.chord, 1e-6) * border + (rounding + 1e-6) * area
     if abs(area * thickness - part.volume) > allowed * thickness:
         raise GeometryError(
@@ -192,7 +170,8 @@ def comb_sheet(part: PartMesh, side: Side) -> Sheet:
         )
     rounds = {k: circle for k, loop in enumerate(openings) if (circle := as_circle(loop))}
     polygons = tuple(loop for k, loop in enumerate(openings) if k not in rounds)
-    seen = "x to the right, seen from +z" if axis == 2 else "z to the right, seen from -x"
+    upright = side.endswith("z")
+    seen = "x to the right, seen from +z" if upright else "z to the right, seen from -x"
     cut = f"{len(polygons)} openings, {len(rounds)} round holes"
     text = (f"{part.name}: 1 of {thickness:g} mm sheet, {cut}", f"{seen}, y up")
     return Sheet(part.name, outline, polygons, tuple(rounds.values()), text=text)
@@ -253,20 +232,13 @@ PLATES_FILE = "plates.dxf"
 
 def write_drawings(
     plan: MoldPlan, meshes: MoldMeshes, patterns: Sequence[FlatPattern], folder: Path
-) -> tuple[str, ...]:
-    """All drawings into a folder; their names. GeometryError where one is not what was cut."""
-    names = []
+) -> None:
+    """All drawings into a folder. GeometryError where one is not what was cut."""
     if patterns:
         write_dxf([plate_sheet(pattern) for pattern in patterns], folder / PLATES_FILE)
-        names.append(PLATES_FILE)
-    made = {part.name: part for part in meshes.parts}
     for side in plan.sides:
-        for name in comb_names(side.side, side.holding):
-            part = made[name]
-            if part.made == "sheet":
-                write_dxf([comb_sheet(part, side.side)], folder / f"{name}.dxf")
-                names.append(f"{name}.dxf")
-    return tuple(names)
+        for name in comb_names(side.side, side.holding) if side.holding == "comb" else ():
+            write_dxf([comb_sheet(meshes.part(name), side.side)], folder / f"{name}.dxf")
 
 
 def plate_sheet(pattern: FlatPattern) -> Sheet:

@@ -19,6 +19,7 @@ from fingerdesign.mold.plan.slots import end_of
 
 Face = Literal["upper", "lower"]
 _ALIKE = 3  # digits of a millimetre by which plates are distinguished
+_IDLE_MM2 = 1e-9  # between a corner and its neighbours
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
     """One pattern for each different plate of a mold, in the order of their first plates."""
     kinds: dict[tuple[object, ...], list[PlateFrame]] = {}
     for frame in plan.frames:
-        kinds.setdefault(_kind(frame, _legs(plan, frame)), []).append(frame)
+        kinds.setdefault(_kind(frame, plan.legs_of(frame.index)), []).append(frame)
     found = []
     for number, alike in enumerate(kinds.values()):
         first = alike[0]
@@ -71,7 +72,7 @@ def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
             FlatPattern(
                 f"plate_{_letters(number)}",
                 tuple(frame.index for frame in alike),
-                outline_of(first, _legs(plan, first)),
+                outline_of(first, plan.legs_of(first.index)),
                 tuple((hole.s, hole.w - first.middle, hole.radius) for hole in first.holes),
                 _gages(design),
                 first.bend_radius,
@@ -85,7 +86,8 @@ def flat_patterns(design: Design, plan: MoldPlan) -> tuple[FlatPattern, ...]:
 
 
 def outline_of(frame: PlateFrame, legs: tuple[Leg, ...]) -> Array:
-    """The polygon (n, 2) of one plate with its legs, in (s, w), anticlockwise."""
+    """The polygon (n, 2) of one plate with its legs, in (s, w), anticlockwise, without double
+    corners and those that lie between their neighbours in one line."""
     s, w = 0.5 * frame.length, 0.5 * frame.span
     sides: dict[str, list[tuple[float, float]]] = {"+": [], "-": []}
     for leg in legs:
@@ -93,31 +95,24 @@ def outline_of(frame: PlateFrame, legs: tuple[Leg, ...]) -> Array:
         out = w + leg.tip - leg.start
         sides[leg.side[0]] = [(low, w), (low, out), (high, out), (high, w)]
     lower = [(a, -b) for a, b in sides["-"]]
-    upper = list(reversed(sides["+"]))
-    points = [(-s, -w), *lower, (s, -w), (s, w), *upper, (-s, w)]
-    kept = [p for p, q in zip(points, [*points[1:], points[0]], strict=True) if not _same(p, q)]
-    return np.array(kept)
-
-
-def _same(first: tuple[float, float], second: tuple[float, float]) -> bool:
-    return max(abs(first[0] - second[0]), abs(first[1] - second[1])) < 1e-9
-
-
-def _legs(plan: MoldPlan, frame: PlateFrame) -> tuple[Leg, ...]:
-    return tuple(leg for leg in plan.legs if leg.plate == frame.index)
+    points = np.array([(-s, -w), *lower, (s, -w), (s, w), *reversed(sides["+"]), (-s, w)])
+    while True:
+        one, two = points - np.roll(points, 1, axis=0), np.roll(points, -1, axis=0) - points
+        idle = np.flatnonzero(np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) < _IDLE_MM2)
+        if not len(idle):
+            return points
+        points = np.delete(points, idle[0], axis=0)
 
 
 def _kind(frame: PlateFrame, legs: tuple[Leg, ...]) -> tuple[object, ...]:
     """What plates that are cut alike have in common."""
-    sizes: list[object] = [frame.along]
-    bend = 0.0 if frame.bend_radius is None else frame.bend_radius
-    numbers = [frame.length, frame.thickness, frame.span, bend]
+    numbers = [frame.length, frame.thickness, frame.span, frame.bend_radius or 0.0]
     for hole in frame.holes:
         numbers += [hole.s, hole.w - frame.middle, hole.radius]
     for leg in legs:
-        sizes.append(leg.side)
         numbers += [leg.width, leg.offset, leg.tip - end_of(frame, leg.side)]
-    return (*sizes, *(round(number, _ALIKE) + 0.0 for number in numbers))
+    sides = (leg.side for leg in legs)
+    return (frame.along, *sides, *(round(number, _ALIKE) + 0.0 for number in numbers))
 
 
 def _gages(design: Design) -> tuple[GageMark, ...]:

@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.errors import GeometryError
-from fingerdesign.mold.part import PartMesh
-
-# How parts lie on a printer's bed: a flat face down, side by side. Lengths in mm, bed z = 0.
+from fingerdesign.mold.part import PartMesh, doubled_areas, volume
 
 GAP_MM = 5.0  # between neighbours on the bed
 FLAT = 1e-6  # mm; how far from its plane a face may lie
@@ -72,12 +70,11 @@ def laid_out(parts: tuple[PartMesh, ...]) -> tuple[Posed, ...]:
 
 def flat_faces(part: PartMesh, most: int = 60) -> list[tuple[float, Array]]:
     """(area, outward normal) of the flat faces that a part can lie on, largest first."""
-    corners = part.vertices[part.triangles]
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    double = np.linalg.norm(across, axis=1)
+    normals = doubled_areas(part.vertices, part.triangles)
+    double = np.linalg.norm(normals, axis=1)
     sound = double > 0.0
-    normals, areas = across[sound] / double[sound, None], 0.5 * double[sound]
-    corners = corners[sound]
+    normals, areas = normals[sound] / double[sound, None], 0.5 * double[sound]
+    corners = part.vertices[part.triangles][sound]
     _, kinds = np.unique(np.round(normals, 4) + 0.0, axis=0, return_inverse=True)
     kinds = kinds.reshape(-1)
     sums = np.bincount(kinds, areas)
@@ -183,8 +180,8 @@ def read_3mf(path: Path) -> tuple[Held, ...]:
         triangles = _array(mesh.GetTriangleIndices(), np.uint32).astype(np.int64)
         if not mesh.IsManifoldAndOriented():
             raise GeometryError(f"{path.name}: {mesh.GetName()} is not one closed surface there")
-        volume = _volume(vertices, triangles)
-        held.append(Held(mesh.GetName(), len(vertices), len(triangles), volume))
+        sizes = len(vertices), len(triangles), volume(vertices, triangles)
+        held.append(Held(mesh.GetName(), *sizes))
     return tuple(held)
 
 
@@ -204,17 +201,12 @@ def _compare(name: str, posed: Sequence[Posed], held: Sequence[Held]) -> None:
     if wanted != found:
         raise GeometryError(f"{name} holds {found}, and was given {wanted}")
     for part, back in zip(posed, held, strict=True):
-        volume = _volume(part.vertices, part.triangles)
+        given = volume(part.vertices, part.triangles)
         # Single precision: each face is off by its size times 1e-7 at most.
-        if abs(back.volume - volume) > 1e-5 * abs(volume) + 1e-9:
+        if abs(back.volume - given) > 1e-5 * abs(given) + 1e-9:
             raise GeometryError(
-                f"{name}: {part.name} has {back.volume:.8g} mm^3, and was given {volume:.8g} mm^3"
+                f"{name}: {part.name} has {back.volume:.8g} mm^3, and was given {given:.8g} mm^3"
             )
-
-
-def _volume(vertices: Array, triangles: IntArray) -> float:
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
 
 
 def _buffers(lib3mf: Any, posed: Posed) -> tuple[Any, Any]:

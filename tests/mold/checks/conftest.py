@@ -31,11 +31,16 @@ class Made:
             kept = ("blank_vertices", "blank_triangles", "blank_volume")
             return replace(new, **{key: getattr(part, key) for key in kept})
 
+        every = (*self.meshes.parts, *self.meshes.plates, self.meshes.rubber)
+        return self.with_part(next(apply(part) for part in every if part.name == name))
+
+    def with_part(self, new):
+        """The same with another part, plate or rubber of a name."""
         meshes = self.meshes
-        if name == meshes.rubber.name:
-            return replace(self, meshes=replace(meshes, rubber=apply(meshes.rubber)))
-        parts = tuple(apply(p) if p.name == name else p for p in meshes.parts)
-        plates = tuple(apply(p) if p.name == name else p for p in meshes.plates)
+        if new.name == RUBBER:
+            return replace(self, meshes=replace(meshes, rubber=new))
+        parts = tuple(new if p.name == new.name else p for p in meshes.parts)
+        plates = tuple(new if p.name == new.name else p for p in meshes.plates)
         return replace(self, meshes=replace(meshes, parts=parts, plates=plates))
 
     def planned(self, **changes):
@@ -102,28 +107,11 @@ def plan_of(design):
         SidePlan(side, "slots" if side in slots else "wall", 0.0, 0.0, None, slots.get(side, ()))
         for side in ("+z", "-z", "+x", "-x")
     )
-    return MoldPlan(
-        scale=1.0,
-        frames=plate_frames(design),
-        legs=legs,
-        sides=sides,
-        plugs=(),
-        half_width=10.0,
-        half_depth=5.0,
-        corner=5.0,
-        rim=12.0,
-        crest=12.0,
-        top=18.0,
-        wall_x=8.0,
-        wall_z=8.0,
-        ear=6.0,
-        base=4.0,
-        bolts=(),
-        pins=(PIN,),
-        keys=(KEY,),
-        base_holes=HOLES,
-        core_pins=(),
-    )
+    sizes = {"half_width": 10.0, "half_depth": 5.0, "corner": 5.0, "rim": 12.0, "crest": 12.0}
+    sizes |= {"top": 18.0, "wall_x": 8.0, "wall_z": 8.0, "ear": 6.0, "base": 4.0, "scale": 1.0}
+    held = {"frames": plate_frames(design), "legs": legs, "sides": sides, "plugs": ()}
+    holes = {"bolts": (), "pins": (PIN,), "keys": (KEY,), "base_holes": HOLES, "core_pins": ()}
+    return MoldPlan(**sizes, **held, **holes)
 
 
 @pytest.fixture(scope="session")

@@ -4,11 +4,10 @@ import csv
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from fingerdesign.mold.plan.legs import legs_share
-from fingerdesign.mold.plan.plan import Bolt, CorePin, Key
+from fingerdesign.mold.plan.plan import Bolt, CorePin
 from fingerdesign.mold.products.bill import (
     bill_of_materials,
     bolt_length,
@@ -17,14 +16,10 @@ from fingerdesign.mold.products.bill import (
     write_bill,
 )
 from fingerdesign.mold.products.flat_pattern import flat_patterns
-from fingerdesign.mold.products.notes import (
-    casting_notes,
-    mixing_of,
-    numbers_text,
-    warnings_of,
-)
+from fingerdesign.mold.products.notes import casting_notes, mixing_of, numbers_text, warnings_of
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
+CLOSE, OPEN = "Close the mold", "Cure and open"
 
 
 def notes_of(design, plan, meshes):
@@ -33,15 +28,15 @@ def notes_of(design, plan, meshes):
     return {section["title"]: " ".join(section["steps"]) for section in sections}
 
 
+def in_order(text, *words):
+    places = [text.index(each) for each in words]
+    assert places == sorted(places)
+
+
 def test_sections_in_the_order_of_the_work(hand_made):
     assert list(notes_of(*hand_made())) == [
-        "Make the parts",
-        "Clean, cure, test",
-        "Plates and gages",
-        "Close the mold",
-        "Mix and pour",
-        "Cure and open",
-        "Finish and measure",
+        *("Make the parts", "Clean, cure, test", "Plates and gages", CLOSE),
+        *("Mix and pour", OPEN, "Finish and measure"),
     ]
 
 
@@ -53,65 +48,76 @@ def test_the_masses_weighed_are_what_is_mixed(hand_made):
     assert a + b == pytest.approx(silicone.mass_g, abs=0.011)
     assert a == pytest.approx(b, abs=0.011)  # Dragon Skin: 1 : 1
     assert silicone.mixed_cm3 > 1.15 * 2.4  # the block and its excess
-
-
-def test_an_elastomer_that_is_not_known_is_said_to_be(hand_made):
     sylgard = mixing_of("sylgard_184", "platinum")
     assert sylgard.known
     assert sylgard.shares(22.0) == pytest.approx((20.0, 2.0))
     assert not mixing_of("mine", "condensation").known
 
 
-def test_parts_come_off_in_their_order(hand_made):
-    text = notes_of(*hand_made())["Cure and open"]
-    order = ["contact insert", "end wall front", "comb front", "side wall right"]
-    assert "Draw contact insert" in text
-    places = [text.index(name) for name in order[:1]]
-    places += [text.index(f"{name} (") for name in order[1:]]
-    assert places == sorted(places)
-    assert "base plate (" not in text
+ORDERS = [
+    (
+        "comb",
+        "Clean, cure, test",
+        *("Wash", "Bake", "Dry fit", "wet-sand", "Degrease", "barrier coat", "Polish the coat"),
+        *("Inhibition test", "on the coated face"),
+    ),
+    (
+        "comb",
+        CLOSE,
+        *("Lay end wall back", "side wall right and left on it", "push plates 0-2 into"),
+        *("bundle of wires first", "over the plates' other ends", "Set end wall front", "keys up"),
+        "Set the contact insert on",
+    ),
+    # The front's holder, where the wires leave, comes after the plates stand in the back.
+    ("jig", CLOSE, "push plates 0-2 into", "jig front inner and jig front outer"),
+    ("slots", CLOSE, "push plates 0-2 into", "over the plates' other ends"),
+    ("comb", OPEN, "contact insert", "end wall front (", "comb front (", "side wall right ("),
+    # Wires are freed and shims pulled before walls are drawn.
+    ("slots", OPEN, "no connector yet", "Pull every shim", "Draw, each straight outward"),
+]
 
 
-def test_resin_prints_with_platinum_silicone_are_warned_of(hand_made):
-    for process, cure, warned in (
-        ("sla", "platinum", True),
-        ("sla", "condensation", False),
-        ("machined", "platinum", False),
-    ):
-        design, plan, meshes = hand_made(process=process, cure=cure)
-        reported = warnings_of(design, plan, SILENT)
-        assert any("Resin prints" in each for each in reported) is warned
-        text = notes_of(design, plan, meshes)["Clean, cure, test"]
-        assert ("barrier coat" in text) is warned
+@pytest.mark.parametrize("order", ORDERS)
+def test_steps_come_in_the_order_of_the_work(hand_made, order):
+    holding, section, *words = order
+    in_order(notes_of(*hand_made(holding))[section], *words)
 
 
-def test_resin_is_coated_after_it_is_fitted_and_degreased_and_tested_on_the_coat(hand_made):
-    text = notes_of(*hand_made())["Clean, cure, test"]
-    order = ["Wash", "Bake", "Dry fit", "wet-sand", "Degrease", "barrier coat", "Polish the coat"]
-    places = [text.index(each) for each in (*order, "Inhibition test")]
-    assert places == sorted(places)
-    assert "on the coated face" in text
+@pytest.mark.parametrize(
+    ("holding", "words"),
+    [
+        ("comb", ("comb front", "legs and wires into its window")),
+        ("jig", ("that clamps the plates",)),
+        ("slots", ("end wall front", "Measure the gap beside each leg")),
+    ],
+)
+def test_plates_are_threaded_into_what_holds_them(hand_made, holding, words):
+    notes = notes_of(*hand_made(holding))
+    assert all(each in notes[CLOSE] for each in words)
+    assert "along their keys" not in notes[CLOSE]
+    assert ("shim" in notes[OPEN]) is (holding == "slots")
+    assert "base plate (" not in notes[OPEN]
+    assert "rises in the 6 locks, too" in notes["Mix and pour"]
+    assert "vents and locks flush" in notes["Finish and measure"]
 
 
 @pytest.mark.parametrize("process", ["sla", "fdm", "machined"])
-def test_what_stops_a_platinum_cure_at_the_gages_is_reported_for_every_process(hand_made, process):
-    design, plan, meshes = hand_made(process=process)
-    reported = " ".join(warnings_of(design, plan, SILENT))
-    assert "Solder flux" in reported
-    assert "amine" in notes_of(design, plan, meshes)["Plates and gages"]
-    design, plan, meshes = hand_made(process=process, cure="condensation")
-    assert "Solder flux" not in " ".join(warnings_of(design, plan, SILENT))
-
-
-def test_shrinkage_that_is_assumed_is_said_to_be(hand_made):
-    design, plan, meshes = hand_made(cure="condensation")
-    assert any("Shrinkage is assumed" in w for w in warnings_of(design, plan, SILENT))
-    assert "1.0204 times" in notes_of(design, plan, meshes)["Finish and measure"]
+@pytest.mark.parametrize("cure", ["platinum", "condensation"])
+def test_what_stops_a_cure_is_warned_of(hand_made, process, cure):
+    design, plan, meshes = hand_made(process=process, cure=cure)
+    reported, notes = " ".join(warnings_of(design, plan, SILENT)), notes_of(design, plan, meshes)
+    platinum = cure == "platinum"
+    assert ("Solder flux" in reported) is platinum
+    assert ("amine" in notes["Plates and gages"]) is platinum
+    assert ("Resin prints" in reported) is (platinum and process == "sla")
+    assert ("barrier coat" in notes["Clean, cure, test"]) is (platinum and process == "sla")
+    assert ("Shrinkage is assumed" in reported) is not platinum
+    assert ("1.0204 times" in notes["Finish and measure"]) is not platinum
 
 
 def test_a_fixture_other_than_requested_is_reported(hand_made):
-    design, plan, _ = hand_made("slots")
-    reported = " ".join(warnings_of(design, plan, SILENT))
+    design, _, _ = hand_made()
+    reported = " ".join(warnings_of(design, hand_made("slots")[1], SILENT))
     assert "not by mold.plate_fixture = 'comb'" in reported
     assert "shims" in reported
 
@@ -130,100 +136,14 @@ def test_large_effects_are_warned_of(hand_made):
 
 def test_core_pins_are_pulled_and_their_tunnels_filled(hand_made):
     design, plan, meshes = hand_made()
-    plan = replace(plan, core_pins=(CorePin("+z", 0.0, 6.0, 2.0, 3.0, 1.0),) * 2)
+    plan = replace(plan, core_pins=(CorePin("+z", 0.0, 6.0, 2.0, plan.reach_z - 12.0, 1.0),) * 2)
     notes = notes_of(design, plan, meshes)
-    assert "2 core pins (2 mm" in notes["Close the mold"]
-    assert "Pull the core pins" in notes["Cure and open"]
+    assert "2 core pins (2 mm" in notes[CLOSE]
+    assert "Pull the core pins" in notes[OPEN]
     assert "2 tunnels" in notes["Finish and measure"]
     (pin,) = [item for item in hardware(plan) if item.item == "core pin"]
     assert pin.count == 2
-    assert "12 mm or longer" in pin.size  # from the block's face at 15 to the tip at 3
-
-
-@pytest.mark.parametrize(
-    ("grip", "size", "length"), [(30.0, "M3", 35), (22.0, "M3", 30), (10.0, "M2", 16)]
-)
-def test_bolts_reach_through_washers_and_nut(grip, size, length):
-    assert bolt_length(Bolt("z", 0.0, 0.0, 0.0, grip, size, 3.4)) == length
-
-
-def test_a_bolt_longer_than_any_is_a_rod(hand_made):
-    _, plan, _ = hand_made()
-    long = replace(plan, bolts=(Bolt("z", 0.0, 0.0, -100.0, 100.0, "M4", 4.5),))
-    items = {item.item: item for item in hardware(long)}
-    assert items["threaded rod"].count == 1
-    assert items["nut"].count == 2
-    assert "bolt" not in items
-
-
-def test_the_bill_names_everything_once(hand_made, tmp_path):
-    design, plan, meshes = hand_made()
-    patterns = flat_patterns(design, plan)
-    items = bill_of_materials(design, plan, meshes, patterns, silicone_of(design, plan, meshes))
-    write_bill(items, tmp_path / "bill.csv")
-    with (tmp_path / "bill.csv").open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    counts = {}
-    for row in rows:
-        counts[row["item"]] = counts.get(row["item"], 0) + int(row["count"])
-    assert {part.name for part in meshes.parts} <= set(counts)
-    assert counts["plate_A"] == 3
-    assert counts["strain gage"] == 6  # both faces of three plates
-    assert counts["bolt"] == counts["nut"] == 6
-    assert counts["washer"] == 12
-    mixed = next(row for row in rows if row["item"] == "elastomer, mixed")
-    assert float(mixed["mass_g"]) > 0.0
-    assert "shim" not in counts
-
-
-def test_slots_need_shims_and_dowels_are_bought(hand_made):
-    _, plan, _ = hand_made("slots", process="machined")
-    items = {item.item: item for item in hardware(plan)}
-    assert items["shim"].count == 6
-    assert items["shim"].size.startswith("0.2 mm thick")
-    assert items["dowel pin"].count == 1
-
-
-@pytest.mark.parametrize(
-    ("holding", "holder", "words"),
-    [
-        ("comb", "comb front", "legs and wires into its window"),
-        ("jig", "jig front inner and jig front outer", "that clamps the plates"),
-        ("slots", "end wall front", "Measure the gap beside each leg"),
-    ],
-)
-def test_plates_are_threaded_into_what_holds_them(hand_made, holding, holder, words):
-    text = notes_of(*hand_made(holding))["Close the mold"]
-    assert holder in text
-    assert "push plates 0-2 into" in text
-    assert words in text
-    # The front's holder, where the wires leave, comes after the plates stand in the back.
-    assert text.index("push plates 0-2") < text.index("over the plates' other ends")
-    assert text.index("bundle of wires first") < text.index("over the plates' other ends")
-
-
-def test_walls_are_put_together_upright_and_set_onto_the_keys(hand_made):
-    design, plan, meshes = hand_made()
-    key = Key((12.0, 0.0, 6.0), (14.0, 2.0, 9.0), 2.0, 0.1, "end_wall_front")
-    text = notes_of(design, replace(plan, keys=(key,)), meshes)["Close the mold"]
-    order = ["Lay end wall back", "side wall right and left on it", "Set end wall front", "keys up"]
-    places = [text.index(each) for each in (*order, "Set the contact insert on")]
-    assert places == sorted(places)
-    assert "along their keys" not in text
-
-
-def test_wires_are_freed_and_shims_pulled_before_walls_are_drawn(hand_made):
-    text = notes_of(*hand_made("slots"))["Cure and open"]
-    drawn = text.index("Draw, each straight outward")
-    assert text.index("no connector yet") < drawn
-    assert text.index("Pull every shim") < drawn
-    assert "shim" not in notes_of(*hand_made())["Cure and open"]
-
-
-def test_locks_are_reported_to_fill(hand_made):
-    notes = notes_of(*hand_made())
-    assert "rises in the 1 lock, too" in notes["Mix and pour"]
-    assert "vents and locks flush" in notes["Finish and measure"]
+    assert "12 mm or longer" in pin.size  # from the block's face to the tip
 
 
 def test_a_finger_without_plates_has_notes_without_them(hand_made):
@@ -236,6 +156,38 @@ def test_a_finger_without_plates_has_notes_without_them(hand_made):
     assert "legs" not in notes["Finish and measure"]
 
 
+def test_bolts_reach_through_washers_and_nut_or_are_rods(hand_made):
+    for grip, size, length in ((30.0, "M3", 35), (22.0, "M3", 30), (10.0, "M2", 16)):
+        assert bolt_length(Bolt("z", 0.0, 0.0, 0.0, grip, size, 3.4)) == length
+    long = replace(hand_made()[1], bolts=(Bolt("z", 0.0, 0.0, -100.0, 100.0, "M4", 4.5),))
+    counts = {item.item: item.count for item in hardware(long)}
+    assert (counts["threaded rod"], counts["nut"], "bolt" in counts) == (1, 2, False)
+
+
+@pytest.mark.parametrize("holding", ["comb", "slots"])
+def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
+    design, plan, meshes = hand_made(holding, process="machined" if holding == "slots" else "sla")
+    patterns = flat_patterns(design, plan)
+    items = bill_of_materials(design, plan, meshes, patterns, silicone_of(design, plan, meshes))
+    write_bill(items, tmp_path / "bill.csv")
+    with (tmp_path / "bill.csv").open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    counts = {}
+    for row in rows:
+        counts[row["item"]] = counts.get(row["item"], 0) + int(row["count"])
+    assert {part.name for part in meshes.parts} <= set(counts)
+    assert counts["plate_A"] == 3
+    assert counts["strain gage"] == 6  # both faces of three plates
+    assert counts["bolt"] == counts["nut"] == len(plan.bolts)
+    assert counts["washer"] == 2 * len(plan.bolts)
+    sizes = {row["item"]: row["size"] for row in rows}
+    masses = {row["item"]: row["mass_g"] for row in rows}
+    assert float(masses["elastomer, mixed"]) > 0.0
+    assert counts.get("shim", 0) == (6 if holding == "slots" else 0)
+    assert counts.get("dowel pin", 0) == (len(plan.pins) if holding == "slots" else 0)
+    assert "shim" not in counts or re.match(r"0\.\d+ mm thick", sizes["shim"])
+
+
 def test_plates_by_their_numbers():
-    assert numbers_text(np.arange(15).tolist()) == "0-14"
+    assert numbers_text(range(15)) == "0-14"
     assert numbers_text([4, 0, 1]) == "0-1, 4"

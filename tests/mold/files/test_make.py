@@ -15,6 +15,7 @@ from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.mold import make
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.picture import Badge, Exploded, exploded_job
+from fingerdesign.mold.record import mold_digest
 from fingerdesign.records.base import DATA, ResultError, json_schema, schema_text
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
@@ -24,15 +25,17 @@ FILES = [
     *("comb_back.dxf", "comb_front.dxf", "exploded.png", "mold.3mf", "mold_report.json"),
     *("plates.dxf", "report.html"),
 ]
+CHANGE = {"rms": 0.01, "worst": 0.03, "worst_plate": 1}
 EFFECT = {
     "reason": None,
     "sentences": ["A plate 0.04 mm off changes its reading by up to 3 % of the largest."],
-    "changes": [
-        {"name": "along_x", "largest": 0.04, "unit": "mm", "rms": 0.01, "worst": 0.03,
-         "worst_plate": 1}
-    ],
-    "together": {"rms": 0.01, "worst": 0.03, "worst_plate": 1},
-}  # fmt: skip
+    "changes": [{"name": "along_x", "largest": 0.04, "unit": "mm", **CHANGE}],
+    "together": CHANGE,
+}
+
+
+def names_in(folder):
+    return sorted(path.name for path in folder.iterdir())
 
 
 @pytest.fixture
@@ -73,7 +76,7 @@ def test_the_folder_holds_everything_and_the_record_fits_its_schema(stages, tmp_
     with make.FOLDER.written(tmp_path / "block") as folder:
         report = make.make_mold(design, folder)
     assert report["status"] == "ok"
-    assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
+    assert names_in(tmp_path / "block") == sorted(FILES)
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
     jsonschema.validate(data, json_schema("mold"))
     assert data["files"] == sorted(FILES)
@@ -97,7 +100,7 @@ def test_the_page_needs_nothing_from_outside(stages, tmp_path):
 
 def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, monkeypatch):
     design = stages()
-    doubtful = {**EFFECT, "together": {"rms": 0.4, "worst": 0.7, "worst_plate": 1}}
+    doubtful = {**EFFECT, "together": {**CHANGE, "worst": 0.7}}
     monkeypatch.setattr(make, "placement_of", lambda job: doubtful)
     assert make.make_mold(design, tmp_path)["status"] == "ok"
     page = (tmp_path / "report.html").read_text("utf-8")
@@ -108,47 +111,54 @@ def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, mon
 
 def test_the_base_plates_holes_are_drawn_and_named(stages, tmp_path):
     make.make_mold(stages(), tmp_path)
-    base = json.loads((tmp_path / "mold_report.json").read_text("utf-8"))["base"]
-    assert [hole["kind"] for hole in base["holes"]] == ["gate", "riser", "vent", "vent", "lock"]
+    holes = json.loads((tmp_path / "mold_report.json").read_text("utf-8"))["base"]["holes"]
+    kinds = [hole["kind"] for hole in holes]
+    assert kinds == [*["vent"] * 4, "gate", "riser", *["lock"] * 6]
     page = (tmp_path / "report.html").read_text("utf-8")
     svg = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]
     drawn = ElementTree.fromstring(svg)
-    texts = [each.text for each in drawn.iter("text")]
-    assert texts[:5] == ["G", "R", "V1", "V2", "L"]
-    gate, riser = list(drawn.iter("circle"))[:2]
-    assert float(gate.get("cx")) < float(riser.get("cx"))  # x to the right
-    small = {each.text: float(each.get("x")) for each in drawn.iter("text")}
-    vents = [float(each.get("cx")) for each in drawn.iter("circle")][2:4]
-    assert small["V1"] > vents[0] + 10.0  # beside the hole, outward
-    assert small["V2"] < vents[1] - 10.0
+    places = {each.text: float(each.get("x")) for each in drawn.iter("text")}
+    assert list(places)[:6] == ["V1", "V2", "V3", "V4", "G", "R"]
+    circles = [float(each.get("cx")) for each in drawn.iter("circle")]
+    assert [circle > 320 for circle in circles] == [hole["x_mm"] > 0 for hole in holes]
+    assert places["V1"] > circles[0] + 10.0  # beside the hole, outward
+    assert places["V2"] < circles[1] - 10.0
+    assert places["G"] == circles[4]
     assert "gate: pour in here" in page
-    assert "G gate at x -6.0, z 0.0 mm" in page
+    assert "G gate at x 0.0, z 0.0 mm" in page
     assert "2 bolts (M3 x 35" in page
 
 
-def test_failing_checks_fail_the_mold_but_all_is_written(stages, tmp_path, capsys):
-    design = stages(checks=(PASSED, FAILED))
-    with make.FOLDER.written(tmp_path / "block") as folder:
-        report = make.make_mold(design, folder)
-    assert report["status"] == "failed"
-    assert report["failure"] == "1 of 2 checks failed: wall (base_plate)"
-    assert sorted(path.name for path in (tmp_path / "block").iterdir()) == sorted(FILES)
-    page = (tmp_path / "block" / "report.html").read_text("utf-8")
-    assert "its least wall is 0.5 mm" in page
-    assert "not ready" in page
+UNDERCUT = "side_wall_right: face 7 is an undercut"
 
 
-def test_what_cannot_be_built_leaves_a_record_that_says_so(stages, tmp_path):
-    design = stages(cad_error=GeometryError("side_wall_right: face 7 is an undercut"))
-    with make.FOLDER.written(tmp_path / "block") as folder:
-        report = make.make_mold(design, folder)
-    assert report["failure"] == "side_wall_right: face 7 is an undercut"
-    names = sorted(path.name for path in (tmp_path / "block").iterdir())
-    assert names == ["mold_report.json", "report.html"]
+@pytest.mark.parametrize(
+    ("given", "failure", "names", "said"),
+    [
+        (
+            {"checks": (PASSED, FAILED)},
+            "1 of 2 checks failed: wall (base_plate)",
+            sorted(FILES),
+            ("its least wall is 0.5 mm", "not ready"),
+        ),
+        (
+            {"cad_error": GeometryError(UNDERCUT)},
+            UNDERCUT,
+            ["mold_report.json", "report.html"],
+            (UNDERCUT,),
+        ),
+    ],
+)
+def test_a_mold_that_fails_leaves_a_record_that_says_so(
+    stages, tmp_path, given, failure, names, said
+):
+    make.write_mold(stages(**given), tmp_path / "block")
+    assert names_in(tmp_path / "block") == names
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
     jsonschema.validate(data, json_schema("mold"))
-    assert data["status"] == "failed"
-    assert "face 7 is an undercut" in (tmp_path / "block" / "report.html").read_text("utf-8")
+    assert (data["status"], data["failure"]) == ("failed", failure)
+    page = (tmp_path / "block" / "report.html").read_text("utf-8")
+    assert all(words in page for words in said)
 
 
 def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkeypatch):
@@ -161,7 +171,7 @@ def test_a_file_that_cannot_be_written_keeps_the_checks(stages, tmp_path, monkey
     assert report["failure"].startswith("comb_front: the border")
     assert report["failure"].endswith("1 of 2 checks failed: wall (base_plate)")
     assert [check["ok"] for check in report["checks"]] == [True, False]
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["mold_report.json", "report.html"]
+    assert names_in(tmp_path) == ["mold_report.json", "report.html"]
 
 
 def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch):
@@ -179,50 +189,57 @@ def test_the_shipped_schema_is_the_schema():
 
 
 def test_digests_tell_molds_apart_and_fingers_not(hand_made):
-    from fingerdesign.mold.record import mold_digest
-
     one, other = hand_made()[0], hand_made(draft_deg=3.0)[0]
     assert one.digest() == other.digest()
     assert mold_digest(one) != mold_digest(other)
 
 
-def test_the_command_prints_parts_and_verdict(stages, tmp_path, design_file, capsys):
+@pytest.fixture
+def command(tmp_path, capsys):
+    """``command(*options)``: exit code, stdout and stderr of `mold` into tmp_path / "out"."""
+    path = tmp_path / "block_by_hand.toml"
+    path.write_text('[design]\nname = "block_by_hand"\n', encoding="utf-8")
+
+    def run(*options):
+        code = main(["mold", str(path), "--out", str(tmp_path / "out"), *options])
+        return code, *capsys.readouterr()
+
+    return run
+
+
+def test_the_command_prints_parts_and_verdict(stages, command):
     stages()
-    assert main(["mold", str(design_file), "--out", str(tmp_path / "out")]) == 0
-    reported = capsys.readouterr()
-    assert "contact_insert" in reported.out
-    assert "all 1 checks passed" in reported.out
-    assert "warning: " in reported.out
+    code, out, _ = command()
+    assert code == 0
+    for words in ("contact_insert", "all 1 checks passed", "warning: "):
+        assert words in out
 
 
-def test_the_command_exits_1_where_a_check_fails(stages, tmp_path, design_file, capsys):
+def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
     stages(checks=(FAILED,))
-    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--json"]) == 1
-    reported = capsys.readouterr()
-    assert json.loads(reported.out)["status"] == "failed"
-    assert "wall (base_plate): its least wall is 0.5 mm" in reported.err
+    code, out, err = command("--json")
+    assert (code, json.loads(out)["status"]) == (1, "failed")
+    assert "wall (base_plate): its least wall is 0.5 mm" in err
     assert (tmp_path / "out" / "block_by_hand" / "mold_report.json").is_file()
 
 
-def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, tmp_path, design_file, capsys):
+def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, command, tmp_path):
     fault = Fault("mold.draft_deg", 30.0, "at most 12.5", "lower it")
     stages(plan_error=DesignError([fault, replace(fault, key="mold.wall_mm")]))
-    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
-    reported = capsys.readouterr().err.splitlines()
-    assert [line.split(" = ")[0].split(": ")[-1] for line in reported] == [
-        "mold.draft_deg",
-        "mold.wall_mm",
-    ]
+    code, _, err = command("--quiet")
+    keys = [line.split(" = ")[0].split(": ")[-1] for line in err.splitlines()]
+    assert (code, keys) == (2, ["mold.draft_deg", "mold.wall_mm"])
     assert not (tmp_path / "out" / "block_by_hand").exists()
 
 
-def test_what_is_no_mold_is_not_replaced(stages, tmp_path, design_file, capsys):
+def test_what_is_no_mold_is_not_replaced(stages, command, tmp_path):
     stages()
     foreign = tmp_path / "out" / "block_by_hand"
     foreign.mkdir(parents=True)
     (foreign / "mine.step").write_text("x")
-    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 2
-    assert "mine.step" in capsys.readouterr().err
+    code, _, err = command("--quiet")
+    assert code == 2
+    assert "mine.step" in err
     assert (foreign / "mine.step").read_text("utf-8") == "x"
 
 
@@ -263,7 +280,7 @@ def test_a_full_disk_leaves_the_older_mold(stages, tmp_path, monkeypatch, stage)
     assert str(target) in str(reported.value)
     assert "No space left on device; the older mold is as it was; free space" in str(reported.value)
     assert (target / "mold_report.json").read_bytes() == before
-    assert [path.name for path in tmp_path.iterdir()] == ["block"]
+    assert names_in(tmp_path) == ["block"]
 
 
 def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path, monkeypatch):
@@ -277,21 +294,19 @@ def test_a_disk_that_takes_no_more_is_no_finding_about_the_mold(stages, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_replaces_a_good_mold_says_so(stages, tmp_path, design_file, capsys):
-    arguments = ["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]
+def test_what_replaces_a_good_mold_says_so(stages, command):
     stages()
-    assert main(arguments) == 0
+    assert command("--quiet")[0] == 0
     stages(checks=(FAILED,))
-    assert main(arguments) == 1
-    assert "replaces an older mold that had passed" in capsys.readouterr().err
-    assert main(arguments) == 1
-    assert "replaces" not in capsys.readouterr().err
+    for replaced in (True, False):
+        code, _, err = command("--quiet")
+        assert code == 1
+        assert ("replaces an older mold that had passed" in err) is replaced
 
 
-def test_an_interruption_writes_nothing_and_says_so(stages, tmp_path, design_file, capsys):
+def test_an_interruption_writes_nothing_and_says_so(stages, command, tmp_path):
     stages(cad_error=KeyboardInterrupt())
-    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), "--quiet"]) == 130
-    assert capsys.readouterr().err == "interrupted; nothing was written\n"
+    assert command("--quiet") == (130, "", "interrupted; nothing was written\n")
     assert list((tmp_path / "out").iterdir()) == []
 
 
@@ -305,7 +320,7 @@ def test_what_killed_runs_left_is_swept_after_a_day(stages, tmp_path):
         for path in (tmp_path / name / "core.stl", tmp_path / name):
             os.utime(path, (1.0, 1.0))
     make.write_mold(design, tmp_path / "block")
-    assert sorted(path.name for path in tmp_path.iterdir()) == [*names[1:], "block"]
+    assert names_in(tmp_path) == [*names[1:], "block"]
 
 
 def test_what_is_no_design_is_refused_in_a_sentence(tmp_path):
@@ -313,19 +328,9 @@ def test_what_is_no_design_is_refused_in_a_sentence(tmp_path):
         make.make_mold("maeno2000", tmp_path)
 
 
-def test_process_and_fixture_of_the_command_go_before_the_table(
-    stages, tmp_path, design_file, capsys
-):
+def test_process_and_fixture_of_the_command_go_before_the_table(stages, command):
     stages()
-    more = ["--process", "fdm", "--fixture", "slots", "--json"]
-    assert main(["mold", str(design_file), "--out", str(tmp_path / "out"), *more]) == 0
-    process = json.loads(capsys.readouterr().out)["process"]
-    assert (process["name"], process["plate_fixture"]) == ("fdm", "slots")
+    code, out, _ = command("--process", "fdm", "--fixture", "slots", "--json")
+    process = json.loads(out)["process"]
+    assert (code, process["name"], process["plate_fixture"]) == (0, "fdm", "slots")
     assert process["limits"]["slot_mm"] == 0.6
-
-
-@pytest.fixture
-def design_file(hand_made, tmp_path):
-    path = tmp_path / "block_by_hand.toml"
-    path.write_text('[design]\nname = "block_by_hand"\n', encoding="utf-8")
-    return path

@@ -1,11 +1,13 @@
 """A mold's exploded picture: what moves where, the drawing itself, a drawing that fails."""
 
+import struct
+
 import numpy as np
 import pytest
 
 from fingerdesign.errors import PictureError
 from fingerdesign.mold import picture as mold_picture
-from fingerdesign.mold.part import MoldMeshes, PartMesh
+from fingerdesign.mold.part import MoldMeshes
 from fingerdesign.mold.picture import (
     SIZE,
     View,
@@ -14,28 +16,13 @@ from fingerdesign.mold.picture import (
     exploded_parts,
     numbered,
 )
-
-CORNERS = np.array(
-    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float
-)
-BOX = np.array(
-    [
-        *([0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4]),
-        *([1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]),
-    ]
-)
-
-
-def box(name, low, high, draw, order=0, made="process"):
-    low, high = np.array(low, float), np.array(high, float)
-    points, volume = CORNERS * (high - low) + low, float(np.prod(high - low))
-    return PartMesh(name, points, BOX, draw, order, made, volume, 0.0, points, BOX, volume)
+from tests.support.molds import box
 
 
 def meshes():
     rubber = box("rubber", (-10, 0, -5), (10, 12, 5), None, 9, "silicone")
     parts = (
-        box("contact_insert", (-20, 12, -15), (20, 18, 15), (0, 1, 0)),
+        box("contact_insert", (-20, 12, -15), (20, 18, 15), (0, 1, 0), 0),
         box("end_wall_front", (-20, 0, 5.3), (20, 12, 15), (0, 0, 1), 1),
         box("comb_front", (-10, 0, 5), (10, 12, 5.3), (0, 0, 1), 2, "sheet"),
         box("side_wall_left", (-18, 0, -5), (-10, 12, 5), (-1, 0, 0), 3),
@@ -54,14 +41,11 @@ def test_each_part_moves_along_its_draw_and_the_finger_stays():
     assert moves["base_plate"][1] < moves["core"][1] < 0.0
     assert not moves["rubber"].any()
     assert not moves["plate_0"].any()
-
-
-def test_every_part_has_a_number_of_its_own():
     assert sorted(numbered(meshes()).values()) == [1, 2, 3, 4, 5, 6]
 
 
 def test_the_camera_sees_every_corner():
-    points = np.vstack([s.mesh.vertices + np.array(s.move) for s in exploded_parts(meshes())])
+    points = np.vstack([shown.points for shown in exploded_parts(meshes())])
     view = View.of(points)
     places = view.places(points)
     assert places.min() > 0.0
@@ -71,8 +55,6 @@ def test_the_camera_sees_every_corner():
 
 
 def test_drawn_in_a_process_with_its_badges():
-    import struct
-
     with exploded_job(meshes()) as job:
         shown = exploded_of(job, meshes())
     assert shown.png[:8] == b"\x89PNG\r\n\x1a\n"

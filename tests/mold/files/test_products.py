@@ -1,0 +1,232 @@
+"""What is cut and printed: patterns of plates, outlines of sheets, DXF and 3MF, read back."""
+
+import locale
+import zipfile
+from functools import partial
+
+import ezdxf
+import numpy as np
+import pytest
+
+from fingerdesign.errors import GeometryError
+from fingerdesign.mold.part import volume
+from fingerdesign.mold.plan.legs import legs_share, legs_volume
+from fingerdesign.mold.plan.planning import plan_mold
+from fingerdesign.mold.products import drawing, three_mf
+from fingerdesign.mold.products.drawing import (
+    Sheet,
+    as_circle,
+    border_loops,
+    comb_sheet,
+    polygon_area,
+    write_dxf,
+)
+from fingerdesign.mold.products.flat_pattern import flat_patterns
+from fingerdesign.mold.products.three_mf import flat_faces, laid_out, read_3mf, write_3mf
+from tests.support.molds import BOX, CORNERS, box, meshed, shipped
+
+SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+def patterns_of(design):
+    plan = plan_mold(design)
+    return plan, flat_patterns(design, plan)
+
+
+def test_like_plates_are_cut_alike_with_their_gages():
+    design = shipped("maeno2000", gages__z_mm=0.5, gages__face="upper")
+    plan, (only,) = patterns_of(design)
+    assert (only.name, only.count, only.plates) == ("plate_A", 15, tuple(range(15)))
+    assert (only.bend_radius, only.seen) == (None, "lower")
+    assert np.ptp(only.outline, axis=0) == pytest.approx([0.9, 10.0 + 2 * 3.3])
+    assert polygon_area(only.outline) == pytest.approx(0.9 * 10.0 + 2 * 0.54 * 3.3)
+    assert legs_volume(plan) == 0.0
+    (mark,) = only.gages
+    assert mark.face == "upper"
+    assert mark.corners.mean(axis=0) == pytest.approx([0.0, 0.5])
+    assert np.ptp(mark.corners, axis=0) == pytest.approx([0.5, 1.0])
+
+
+def test_bent_perforated_plates_keep_their_holes_and_their_bend():
+    plan, found = patterns_of(shipped("boned"))
+    assert sorted(plate for each in found for plate in each.plates) == [0, 1, 2, 3, 4]
+    for pattern in found:
+        frame = plan.frames[pattern.plates[0]]
+        assert pattern.bend_radius == frame.bend_radius
+        assert pattern.material == "spring_steel"
+        assert [w for _, w, _ in pattern.holes] == pytest.approx([-1.0, 1.0])
+        legs = plan.legs_of(frame.index)
+        area = frame.length * 6.0 + sum(leg.width * (leg.tip - leg.start) for leg in legs)
+        x, y = pattern.outline.T
+        assert 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) == pytest.approx(area)
+        assert [each.face for each in pattern.gages] == ["upper", "lower"]
+
+
+def test_plates_along_z_are_another_kind_seen_from_above():
+    _, found = patterns_of(shipped("both_ways"))
+    assert {pattern.seen for pattern in found} == {"lower", "upper"}
+    assert len({pattern.name for pattern in found}) == len(found)
+
+
+def test_legs_displace_little_rubber():
+    design = shipped("domed")
+    plan = plan_mold(design)
+    assert legs_volume(plan) == pytest.approx(26 * 0.3 * 0.1 * 3.0)
+    assert 1e-4 < legs_share(design, plan) < 1e-2
+
+
+def comb(axis="z", thickness=0.3, exact=None):
+    """A sheet 10 x 8 with one opening 4 x 2, from z = 5 to 5 + thickness."""
+    outer, inner = SQUARE * [10.0, 8.0], SQUARE * [4.0, 2.0] + 3.0
+    low = np.column_stack([np.vstack([outer, inner]), np.full(8, 5.0)])
+    points = np.vstack([low, low + np.array([0, 0, thickness])])
+    triangles = []
+    for k in range(4):
+        j = (k + 1) % 4
+        triangles += [[8 + k, 8 + j, 12 + j], [8 + k, 12 + j, 12 + k]]
+        triangles += [[k, 4 + j, j], [k, 4 + k, 4 + j], [k, j, 8 + j], [k, 8 + j, 8 + k]]
+        triangles += [[4 + j, 4 + k, 12 + k], [4 + j, 12 + k, 12 + j]]
+    triangles = np.array(triangles)
+    if axis == "x":
+        points, triangles = points[:, [2, 1, 0]], triangles[:, ::-1]
+    exact = (80.0 - 8.0) * thickness if exact is None else exact
+    return meshed("comb_front", points, triangles, (0, 0, 1), 1, "sheet", exact)
+
+
+@pytest.mark.parametrize(("axis", "side"), [("z", "+z"), ("z", "-z"), ("x", "+x"), ("x", "-x")])
+def test_outline_and_opening_of_a_sheet(axis, side):
+    found = comb_sheet(comb(axis), side)
+    assert len(found.outline) == 4
+    assert polygon_area(found.outline) == pytest.approx(80.0)
+    assert [polygon_area(each) for each in found.openings] == pytest.approx([8.0])
+    assert found.circles == ()
+
+
+def test_a_round_hole_is_distinguished_from_a_slot():
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    circle = np.column_stack([3.0 + 1.5 * np.cos(angle), -2.0 + 1.5 * np.sin(angle)])
+    assert as_circle(circle) == pytest.approx((3.0, -2.0, 1.5))
+    assert as_circle(circle + 1.23456e-4) == (3.0, -2.0, 1.5)  # in micrometres: what is cut
+    assert as_circle(circle * [1.0, 1.01]) is None
+    assert as_circle(SQUARE) is None
+
+
+def test_outlines_that_are_not_the_solid_or_meet_themselves_are_refused():
+    with pytest.raises(GeometryError, match="comb_front: its outline times its thickness"):
+        comb_sheet(comb(exact=20.0), "+z")
+    with pytest.raises(GeometryError, match="meets itself"):
+        border_loops(np.array([[0, 1, 2], [0, 3, 4]]), "comb_front")
+
+
+SHEETS = (
+    Sheet(
+        "plate_A",
+        SQUARE * [2.0, 10.0],
+        circles=((1.0, 2.0, 0.3),),
+        gages=(SQUARE + np.array([0.5, 4.5]),),
+        bends=(np.array([[0.0, 5.0], [2.0, 5.0]]),),
+        text=("plate_A: 15 of 0.1 mm phosphor bronze",),
+    ),
+    Sheet("comb_front", SQUARE * 8.0, openings=(SQUARE + np.array([2.0, 2.0]),)),
+)
+
+
+def test_drawn_in_millimetres_on_its_layers_pieces_apart(tmp_path):
+    path = tmp_path / "plates.dxf"
+    write_dxf(SHEETS, path)
+    document = ezdxf.filemanagement.readfile(path)
+    assert document.header["$INSUNITS"] == 4
+    kinds = sorted((each.dxf.layer, each.dxftype()) for each in document.modelspace())
+    assert kinds == [
+        *(("BEND", "LINE"), ("CUT", "LWPOLYLINE"), ("CUT", "LWPOLYLINE"), ("GAGES", "LWPOLYLINE")),
+        *(("HOLES", "CIRCLE"), ("HOLES", "LWPOLYLINE"), ("TEXT", "TEXT")),
+    ]
+    lines = document.modelspace().query('LWPOLYLINE[layer=="CUT"]')
+    spans = [[x for x, _ in line.get_points("xy")] for line in lines]
+    assert min(spans[1]) - max(spans[0]) >= 5.0
+
+
+def test_a_drawing_that_is_not_what_was_given_is_refused(tmp_path, monkeypatch):
+    real = drawing._draw
+
+    def larger(space, sheet, shift):
+        real(space, Sheet(sheet.name, sheet.outline * 1.01, text=sheet.text), shift)
+
+    monkeypatch.setattr(drawing, "_draw", larger)
+    with pytest.raises(GeometryError, match="areas on layer CUT"):
+        write_dxf(SHEETS, tmp_path / "plates.dxf")
+
+
+def printed(name, size, draw=(0.0, 1.0, 0.0)):
+    return box(name, (3.0, 4.0, 5.0), np.add(size, [3.0, 4.0, 5.0]), draw, 0)
+
+
+def test_largest_face_lies_on_the_bed():
+    (posed,) = laid_out((printed("wall", (2.0, 7.0, 5.0), None),))
+    assert posed.flat_area == pytest.approx(35.0)
+    assert posed.size == pytest.approx((7.0, 5.0, 2.0))
+    assert posed.vertices.min(axis=0) == pytest.approx(0.0)
+
+
+def test_turning_keeps_the_part_from_being_mirrored():
+    wedge = CORNERS * [2.0, 7.0, 5.0]
+    wedge[6] += [0.0, 3.0, 1.0]
+    for draw in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, -1.0), None):
+        (posed,) = laid_out((meshed("wedge", wedge, BOX, draw),))
+        assert volume(posed.vertices, BOX) == pytest.approx(volume(wedge, BOX), rel=1e-12)
+
+
+@pytest.mark.parametrize("x", [1.0, -1.0])
+def test_the_face_away_from_the_finger_is_taken_before_its_like(x):
+    (posed,) = laid_out((printed("side", (2.0, 7.0, 5.0), (x, 0.0, 0.0)),))
+    assert posed.down == pytest.approx((x, 0.0, 0.0))
+
+
+def test_a_face_that_something_stands_out_of_is_none_to_lie_on():
+    bumped = CORNERS * [10.0, 10.0, 1.0]
+    bumped[6, 2] = 2.0  # the face z = 1 is no longer flat
+    normals = [tuple(np.round(n, 3)) for _, n in flat_faces(meshed("b", bumped, BOX))]
+    assert (0.0, 0.0, -1.0) in normals
+    assert (0.0, 0.0, 1.0) not in normals
+
+
+def test_neighbours_keep_apart():
+    posed = laid_out(tuple(printed(f"p{k}", (10.0 + k, 3.0 + k, 20.0)) for k in range(7)))
+    low = np.array([each.place for each in posed])
+    high = low + [each.size[:2] for each in posed]
+    gaps = np.maximum(low[:, None] - high[None], low[None] - high[:, None]).max(axis=2)
+    assert (gaps[np.triu_indices(7, 1)] >= 5.0 - 1e-9).all()
+
+
+PARTS = (printed("base_plate", (30.0, 4.0, 20.0)), printed("contact_insert", (30, 9, 20)))
+
+
+def test_written_and_read_back_in_millimetres(tmp_path):
+    before, posed, path = locale.setlocale(locale.LC_ALL), laid_out(PARTS), tmp_path / "mold.3mf"
+    held = write_3mf(posed, path, "a finger's mold")
+    assert [each.name for each in held] == [each.name for each in posed]
+    volumes = {each.name: round(each.volume, 3) for each in held}
+    assert volumes == {"base_plate": 2400.0, "contact_insert": 5400.0}
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("3D/3dmodel.model").decode()
+    assert 'unit="millimeter"' in text
+    assert "a finger's mold" in text or "a finger&apos;s mold" in text
+    assert locale.setlocale(locale.LC_ALL) == before  # the library sets it to C
+
+
+def test_a_file_that_lost_something_is_refused(tmp_path, monkeypatch):
+    def smaller(path):
+        held = read_3mf(path)
+        return tuple(three_mf.Held(h.name, h.vertices, h.triangles, 1.001 * h.volume) for h in held)
+
+    monkeypatch.setattr(three_mf, "read_3mf", smaller)
+    with pytest.raises(GeometryError, match="base_plate has"):
+        write_3mf(laid_out(PARTS), tmp_path / "mold.3mf", "x")
+
+
+@pytest.mark.parametrize(
+    "write", [partial(write_dxf, SHEETS), partial(write_3mf, laid_out(PARTS), title="x")]
+)
+def test_a_folder_that_is_not_there_is_a_sentence(tmp_path, write):
+    with pytest.raises(GeometryError, match=r"a\.file could not be written"):
+        write(path=tmp_path / "none" / "a.file")

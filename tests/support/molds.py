@@ -1,0 +1,66 @@
+"""Designs, faults and parts of boxes that tests of molds share."""
+
+import numpy as np
+from fingerdesign_bench.any_finger.designs import random_design
+
+from fingerdesign.checks.load import with_values
+from fingerdesign.checks.starter import find_design
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step_file import resolved
+from fingerdesign.errors import DesignError
+from fingerdesign.mold.part import PartMesh
+from fingerdesign.mold.plan.planning import plan_mold
+
+CORNERS = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float
+)
+BOX = np.array(
+    [
+        *([0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4]),
+        *([1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]),
+    ]
+)
+
+
+def box(name, low, high, draw=None, order=9, made="process"):
+    """A box between two corners as a part."""
+    low, high = np.array(low, float), np.array(high, float)
+    return meshed(name, CORNERS * (high - low) + low, BOX, draw, order, made)
+
+
+def meshed(name, points, triangles, draw=None, order=9, made="process", volume=None):
+    """Triangles as a part; the volume of a box by default."""
+    volume = float(np.prod(np.ptp(points, axis=0))) if volume is None else volume
+    return PartMesh(
+        name, points, triangles, draw, order, made, volume, 0.0, points, triangles, volume
+    )
+
+
+def made(body=None, plates=None, mold=None):
+    """A design of three tables."""
+    tables = {"body": body or {}, "plates": plates or {}, "mold": mold or {}}
+    return Design.model_validate({"design": {"name": "t"}, **tables})
+
+
+def shipped(name, **values):
+    """A shipped design with other values, ``__`` for the dots of their keys."""
+    return with_values(find_design(name), {k.replace("__", "."): v for k, v in values.items()})
+
+
+def drawn(seed):
+    """A random design."""
+    return Design.model_validate(resolved(random_design(seed)).data)
+
+
+def mold_faults(design):
+    """What keeps a design's mold from being planned."""
+    try:
+        plan_mold(design)
+    except DesignError as error:
+        return error.faults
+    return []
+
+
+def keys(faults):
+    """The keys of faults."""
+    return [fault.key for fault in faults]
