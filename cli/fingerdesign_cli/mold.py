@@ -13,8 +13,7 @@ from fingerdesign_cli.inputs import read_case, refuse_foreign
 from fingerdesign_cli.terminal import print_json, print_table, progress
 
 if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mold.record import CheckData, MoldData, PartData
+    from fingerdesign.mold.record import MoldData, PartData
 
 _INTERRUPTED = 130
 _SHOWN = 10  # failing checks that are shown one by one
@@ -31,7 +30,9 @@ def mold(
     """Make the mold that DESIGN is cast in: parts, plate fixture, checks, casting notes."""
     design, _ = read_case(design_file)
     name = design.design.name
-    design = _made_by(design, process, fixture)
+    given = {"process": process, "plate_fixture": fixture}
+    given = {key: value for key, value in given.items() if value is not None}
+    design = design.model_copy(update={"mold": design.mold.model_copy(update=given)})
     refuse_foreign(FOLDER, out / name)
     passed = older_passed(out / name)
     try:
@@ -47,17 +48,11 @@ def mold(
     if report["failure"] is not None:
         click.echo(f"{name}: {report['failure']}", err=True)
         for check in [check for check in report["checks"] if not check["ok"]][:_SHOWN]:
-            click.echo(f"{name}: {_reported(check)}", err=True)
+            part = f" ({check['part']})" if check["part"] else ""
+            click.echo(f"{name}: {check['name']}{part}: {check['sentence']}", err=True)
         if passed:
             click.echo(f"{name}: it replaces an older mold that had passed its checks", err=True)
     return 0 if report["status"] == "ok" else 1
-
-
-def _made_by(design: Design, process: str | None, fixture: str | None) -> Design:
-    """The design with another process or fixture in its [mold] table."""
-    given = {"process": process, "plate_fixture": fixture}
-    update = {key: value for key, value in given.items() if value is not None}
-    return design.model_copy(update={"mold": design.mold.model_copy(update=update)})
 
 
 def _show(report: MoldData, folder: Path) -> None:
@@ -87,8 +82,3 @@ def _cells(part: PartData) -> list[str]:
     draw = "stays on the finger" if part["draw"] is None else axis_name(part["draw"])
     volume = f"{1e-3 * part['volume_mm3']:.2f}"
     return [part["name"], part["made"], size, volume, f"{part['triangles']:,}", draw]
-
-
-def _reported(check: CheckData) -> str:
-    part = f" ({check['part']})" if check["part"] else ""
-    return f"{check['name']}{part}: {check['sentence']}"

@@ -1,16 +1,11 @@
 """What a plate off its place does to its gage's reading: placement tolerance in terms of strain.
 
-    effect = placement_effect(design, plan)
-    effect["sentences"]   # "A plate 0.04 mm off along x changes its reading by up to 3 % ..."
-
-Two parts. Plates among each other: a fixture holds a plate to within its tolerance. The whole row
-against the contact surface: insert and walls are placed by pins, to within their clearance and the
-process's tolerance; it is moved as one, along x and in height ("row" of the record).
-
-Plates among each other: three one-sided changes: by the tolerance along x,
-by it in height, turned by the angle that it allows over the leg's width; each once of all plates
-alike and once of every second plate the other way. Alone, a plate's own change is the mean of the
-two but for what farther plates do, so that it is at most the larger, which counts.
+Plates among each other, which a fixture holds to within its tolerance: three one-sided changes, by
+the tolerance along x, by it in height, turned by the angle that it allows over the leg's width;
+each once of all plates alike and once of every second plate the other way. Alone, a plate's own
+change is the mean of the two but for what farther plates do, so that it is at most the larger,
+which counts. The whole row against the contact surface ("row" of the record): insert and walls are
+placed by pins, to within their clearance and the process's tolerance.
 
 The section z = 0 in plane strain is pressed and sheared with the plates in their places and after
 each change. Changes of a reading are relative to the largest one of their row, and the three count

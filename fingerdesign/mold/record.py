@@ -276,7 +276,13 @@ def mold_record(
             "design_digest": design.digest(),
             "status": "ok" if failure is None else "failed",
             "failure": failure,
-            "process": _process(design),
+            "process": values_of(
+                ProcessData,
+                design.mold,
+                name=design.mold.process,
+                limits=values_of(LimitsData, limits_of(design.mold)),
+                comb=design.mold.comb.model_dump(mode="json"),
+            ),
             "shrinkage": design.mold.shrinkage_used,
             "scale": plan.scale,
             "parts": [
@@ -291,7 +297,7 @@ def mold_record(
                 asdict(check) | {"measured": _finite(check.measured), "bound": _finite(check.bound)}
                 for check in checks
             ],
-            "silicone": _silicone(made.silicone) if made else None,
+            "silicone": values_of(SiliconeData, made.silicone) if made else None,
             "placement": placement,
             "warnings": warnings_of(design, plan, placement) if placement else [],
             "notes": casting_notes(design, plan, parts, patterns, made.silicone) if made else [],
@@ -326,17 +332,6 @@ def values_of(kind: type, source: object, **given: Any) -> dict[str, Any]:
         name = key if hasattr(source, key) else re.sub("_(mm[23]?|cm3)$", "", key)
         found[key] = given[key] if key in given else getattr(source, name)
     return found
-
-
-def _process(design: Design) -> dict[str, Any]:
-    mold, limits = design.mold, limits_of(design.mold)
-    return values_of(
-        ProcessData,
-        mold,
-        name=mold.process,
-        limits=values_of(LimitsData, limits),
-        comb=mold.comb.model_dump(mode="json"),
-    )
 
 
 def _part(part: PartMesh, number: int, posed: Posed | None, files: list[str]) -> dict[str, Any]:
@@ -397,17 +392,6 @@ def _base(plan: MoldPlan) -> dict[str, Any]:
         "finger_half_z_mm": plan.half_depth,
         "holes": [values_of(HoleData, hole) for hole in plan.base_holes],
     }
-
-
-def _silicone(silicone: Silicone) -> dict[str, Any]:
-    return values_of(
-        SiliconeData,
-        silicone,
-        finger_cm3=1e-3 * silicone.rubber,
-        locks_cm3=1e-3 * silicone.locks,
-        gate_risers_vents_cm3=1e-3 * silicone.openings,
-        flash_cm3=1e-3 * silicone.flash,
-    )
 
 
 def _finite(value: float | None) -> float | None:

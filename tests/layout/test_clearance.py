@@ -10,7 +10,6 @@ from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
 from fingerdesign.layout.gaps import least_gap
-from fingerdesign.mold.plan.slots import pair_distances
 
 QUICK = settings(max_examples=50, derandomize=True, deadline=None)
 NUMBER = st.floats(-3, 3)
@@ -18,10 +17,6 @@ NUMBER = st.floats(-3, 3)
 
 def frame(x, y, angle, length=2.0, thickness=0.3):
     return PlateFrame(0, x, y, angle, length, thickness, -1.0, 1.0)
-
-
-def all_corners(frames):
-    return np.array([each.corners() for each in frames])
 
 
 def filled(plate, count=41):
@@ -38,7 +33,7 @@ def filled(plate, count=41):
 @given(NUMBER, NUMBER, st.floats(-180, 180), st.floats(-180, 180))
 def test_distance_of_two_rectangles_is_that_of_their_points(x, y, first_angle, second_angle):
     first, second = frame(0, 0, first_angle), frame(x, y, second_angle)
-    exact = pair_distances(all_corners((first,)), all_corners((second,)))[0]
+    exact = least_gap((first, second)).distance
     between = filled(first)[:, None] - filled(second)[None]
     sampled = np.sqrt((between**2).sum(-1)).min()
     assert exact <= sampled + 1e-12
@@ -47,7 +42,7 @@ def test_distance_of_two_rectangles_is_that_of_their_points(x, y, first_angle, s
 
 def test_crossing_rectangles_touch():
     first, second = frame(0, 0, 0), frame(0, 0, 90)
-    assert pair_distances(all_corners((first,)), all_corners((second,)))[0] == 0.0
+    assert least_gap((first, second)).distance == 0.0
 
 
 def test_least_gap_finds_the_pair():
@@ -64,13 +59,12 @@ def test_least_gap_finds_the_pair():
 def test_cover_is_the_distance_to_the_surface(x, y, angle, half_span, dome):
     body = Body(shape="dome", dome_radius_mm=25.0, depth_mm=14.0) if dome else Body(depth_mm=14.0)
     plate = replace(frame(x, y, angle), low=-half_span, high=half_span)
-    corners = all_corners((plate,))
     clearance = cover_clearances(body, (plate,))[0]
     u = np.linspace(-10, 10, 401)
     w = np.linspace(-7, 7, 281)
     grid = np.meshgrid(u, w, indexing="ij")
     surface = np.stack([grid[0], surface_height(body, *grid), grid[1]], axis=-1).reshape(-1, 3)
-    ends = [np.append(corner, half_span) for corner in corners[0]]
+    ends = [np.append(corner, half_span) for corner in plate.corners()]
     below = all(end[1] < surface_height(body, end[0], end[2]) for end in ends)
     if below:
         sampled = min(np.linalg.norm(surface - end, axis=1).min() for end in ends)

@@ -15,6 +15,7 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.body import Core
 from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
+from fingerdesign.layout.gaps import FAR_MM, boxes_apart, flat_corners, solids_of
 from fingerdesign.mold.plan.plan import (
     JOINED_MM,
     LEAD_SIDES,
@@ -113,7 +114,6 @@ _LEAST_SHIM_MM = 0.02  # the thinnest shim stock; less is left as play
 _SLIDES_MM = 0.01  # a shim is thinner than its room by this at least
 _THREADED_MM = 0.05  # leads are threaded through a hole wider by this at least
 _WIDER = 1.1  # a relief is wider than its slot
-_SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 def least_web(design: Design, holding: Holding, limits: Limits) -> float:
@@ -203,23 +203,27 @@ def as_relief(bar: PlateFrame, slot: Slot) -> PlateFrame:
 
 def slot_corners(slots: Sequence[Slot]) -> Array:
     """Corners (n, 4, 2) of slots in their side's plane (place, y), anticlockwise; no reliefs."""
-    values = np.array([[o.place, o.y, o.angle_deg, o.length, o.width] for o in slots])
-    place, y, angle, length, width = values.reshape(-1, 5).T[..., None]
-    s = 0.5 * length * np.array([-1.0, 1.0, 1.0, -1.0])
-    v = 0.5 * width * np.array([-1.0, -1.0, 1.0, 1.0])
-    cosine, sine = np.cos(np.radians(angle)), np.sin(np.radians(angle))
-    return np.stack([place + s * cosine - v * sine, y + s * sine + v * cosine], axis=-1)
+    return flat_corners(_sections(slots))
 
 
 def openings_corners(slots: Sequence[Slot]) -> Array:
     """Corners (m, 4, 2) of slots and of the squares around their reliefs."""
-    corners = slot_corners(slots)
     squares = [
-        (np.array(slot.relief_centre) + 0.5 * slot.relief * _SQUARE)[None]
+        PlateFrame(slot.plate, *slot.relief_centre, 0.0, slot.relief, slot.relief, 0.0, 1.0)
         for slot in slots
         if slot.relief
     ]
-    return np.concatenate([corners, *squares])
+    return flat_corners((*_sections(slots), *squares))
+
+
+def _sections(slots: Sequence[Slot]) -> tuple[PlateFrame, ...]:
+    """Slots as bars of unit span."""
+    return tuple(
+        PlateFrame(
+            slot.plate, slot.place, slot.y, slot.angle_deg, slot.length, slot.width, 0.0, 1.0
+        )
+        for slot in slots
+    )
 
 
 def openings_of(planned: SidePlan) -> list[tuple[float, float, float, float]]:
@@ -253,40 +257,11 @@ def webs(slots: Sequence[Slot], exact: bool = False) -> tuple[IntArray, IntArray
     first, second = np.triu_indices(len(slots), 1)
     if not len(first):
         return first, second, np.zeros(0)
-    corners = slot_corners(slots)
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    apart = np.maximum(low[second] - high[first], low[first] - high[second])
-    distance = np.linalg.norm(np.maximum(apart, 0.0), axis=1)
-    near = np.flatnonzero(distance < (np.inf if exact else 2.0))
-    distance[near] = pair_distances(corners[first[near]], corners[second[near]])
+    solids = solids_of(_sections(slots))
+    distance = boxes_apart(solids, solids)[first, second]
+    for k in np.flatnonzero(distance < (np.inf if exact else 2.0)):
+        distance[k] = solids[first[k]].min_gap(solids[second[k]], FAR_MM)
     if any(slot.relief for slot in slots):
         distance = np.minimum(distance, _relief_gaps(slots, first, second))
         distance = np.minimum(distance, _relief_gaps(slots, second, first))
     return first, second, distance
-
-
-def pair_distances(first: Array, second: Array) -> Array:
-    """Distances between the convex quads (n, 4, 2) and (n, 4, 2) of the plane: shape (n,).
-
-    0 where they overlap, by separating axes; else the least distance of a corner of one to an
-    edge of the other, which is exact for convex polygons.
-    """
-    edges = np.concatenate(
-        [np.roll(first, -1, axis=1) - first, np.roll(second, -1, axis=1) - second], axis=1
-    )
-    normals = np.stack([-edges[..., 1], edges[..., 0]], axis=-1)
-    along_first = np.einsum("nkd,ncd->nkc", normals, first)
-    along_second = np.einsum("nkd,ncd->nkc", normals, second)
-    apart = (along_first.min(2) > along_second.max(2)) | (along_second.min(2) > along_first.max(2))
-    distance = np.minimum(corners_to_edges(first, second), corners_to_edges(second, first))
-    return np.where(apart.any(axis=1), distance, 0.0)
-
-
-def corners_to_edges(points: Array, polygon: Array) -> Array:
-    """Least distance (n,) of the points (n, p, 2) to the edges of the polygons (n, 4, 2)."""
-    start = polygon[:, None]
-    edge = np.roll(polygon, -1, axis=1)[:, None] - start
-    offset = points[:, :, None] - start
-    share = (offset * edge).sum(-1) / (edge * edge).sum(-1)
-    rest = offset - np.clip(share, 0.0, 1.0)[..., None] * edge
-    return np.asarray(np.sqrt((rest * rest).sum(-1)).min(axis=(1, 2)))

@@ -19,12 +19,12 @@ from fingerdesign.records.base import write_csv
 
 @dataclass(frozen=True)
 class Silicone:
-    """Volumes in mm^3: the finger's rubber as cast, what stands in locks, in gate, risers and
+    """Volumes in cm^3: the finger's rubber as cast, what stands in locks, in gate, risers and
     vents, and the flash around plates in their slots; ``excess`` is the share mixed beyond."""
 
-    rubber: float
+    finger: float
     locks: float
-    openings: float
+    gate_risers_vents: float
     flash: float
     excess: float
     density_g_cm3: float
@@ -32,8 +32,8 @@ class Silicone:
     @property
     def mixed_cm3(self) -> float:
         """Volume to mix, cm^3."""
-        filled = self.rubber + self.locks + self.openings + self.flash
-        return 1e-3 * filled * (1.0 + self.excess)
+        filled = self.finger + self.locks + self.gate_risers_vents + self.flash
+        return filled * (1.0 + self.excess)
 
     @property
     def mass_g(self) -> float:
@@ -45,8 +45,8 @@ class Silicone:
         """The amount in words."""
         return (
             f"mix {self.mixed_cm3:.2f} cm³ ({self.mass_g:.1f} g at {self.density_g_cm3:g} "
-            f"g/cm³): {1e-3 * self.rubber:.2f} cm³ of finger, "
-            f"{1e-3 * (self.locks + self.openings + self.flash):.2f} cm³ in locks, gate, risers, "
+            f"g/cm³): {self.finger:.2f} cm³ of finger, "
+            f"{self.locks + self.gate_risers_vents + self.flash:.2f} cm³ in locks, gate, risers, "
             f"vents and flash, and {100.0 * self.excess:.0f} % to spare"
         )
 
@@ -59,8 +59,9 @@ def silicone_of(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Silicone:
         cone = math.pi * plan.base * (d**2 + d * outer + outer**2) / 12.0
         locks += cone if hole.kind == "lock" else 0.0
         openings += cone if hole.kind in ("gate", "riser", "vent") else 0.0
-    sizes = (meshes.rubber.volume, locks, openings, _flash(plan))
-    return Silicone(*sizes, design.mold.excess, density_of(design))
+    volumes = np.array([meshes.rubber.volume, locks, openings, _flash(plan)])
+    finger, locks, openings, flash = (1e-3 * volumes).tolist()
+    return Silicone(finger, locks, openings, flash, design.mold.excess, density_of(design))
 
 
 def _flash(plan: MoldPlan) -> float:

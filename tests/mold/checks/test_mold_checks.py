@@ -177,12 +177,11 @@ def test_limits_of_the_plan_and_its_slots(made):
 
 def test_silicone_to_mix(made):
     found = silicone_of(made.design, made.plan, made.meshes)
-    assert found.rubber == pytest.approx(2396.0)
-    assert found.locks == pytest.approx(np.pi * 4 * (4 + 6 + 9) / 12)
-    assert found.openings == pytest.approx(np.pi * 4 * (16 + 20 + 25) / 12 + np.pi * 4)
-    assert found.flash == pytest.approx(2 * 8 * (3.2 * 0.4 - 3.0 * 0.38))
-    whole = found.rubber + found.locks + found.openings + found.flash
-    assert found.mixed_cm3 == pytest.approx(1.15e-3 * whole)
+    locks, openings = np.pi * 4 * (4 + 6 + 9) / 12, np.pi * 4 * (16 + 20 + 25) / 12 + np.pi * 4
+    sizes = (2396.0, locks, openings, 2 * 8 * (3.2 * 0.4 - 3.0 * 0.38))
+    volumes = (found.finger, found.locks, found.gate_risers_vents, found.flash)
+    assert volumes == pytest.approx(1e-3 * np.array(sizes))
+    assert found.mixed_cm3 == pytest.approx(1.15 * sum(volumes))
     assert found.mass_g == pytest.approx(1.1 * found.mixed_cm3)
     assert f"{found.mass_g:.1f} g" in found.sentence
 
