@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 from fingerdesign_cli.main import main
 
+from tests.support.coarser import write_coarser
+
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "README.md").read_text("utf-8")
 PAGES = (
@@ -36,6 +38,7 @@ def toured(tmp_path, monkeypatch):
     (tmp_path / "scene.toml").write_text(blocks("toml")[0], encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert main(["new", "mine.toml"]) == 0
+    write_coarser(tmp_path / "mine.toml")
     return tmp_path
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fingerdesign_bench.fidelity.fidelity import ReferencesMissing, judge, references, rows
 from fingerdesign_bench.fidelity.pairs import KINDS, TOLERANCES, pairs
-from fingerdesign_bench.fidelity.run import model_key, plain, read, readings_from, rungs_of
+from fingerdesign_bench.fidelity.run import model_key, plain, readings_from, rungs_of
 
 from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.analysis.fidelity.rungs import rung
@@ -99,12 +99,6 @@ def test_plane_strain_that_does_is_expected_to_be_used():
 def test_references_that_are_missing_or_of_other_pairs_are_refused():
     with pytest.raises(ReferencesMissing, match="--references"):
         references(EVERY[:1], "[]")
-
-
-def test_a_line_cut_short_is_left_out(tmp_path):
-    path = tmp_path / "rungs.jsonl"
-    path.write_text('{"pair": 1}\n{"pair": 2', encoding="utf-8")
-    assert read(path) == [{"pair": 1}]
 
 
 def test_a_reference_of_each_pair_is_shipped():

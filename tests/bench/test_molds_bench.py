@@ -14,6 +14,7 @@ from fingerdesign_bench.any_finger.molds import (
     write_molds,
 )
 from fingerdesign_bench.any_finger.molds_worker import design_of, reported
+from fingerdesign_bench.lines import read_lines
 from fingerdesign_cli.main import main
 
 from fingerdesign.checks.starter import shipped_designs
@@ -26,42 +27,32 @@ def record(case, **changed):
     return {"case": case, "name": case, "kinds": ["arc", "level"]} | made | numbers | changed
 
 
+def failing(found):
+    return [check.name for check in found.checks() if not check.holds]
+
+
 def refused(case):
     reason = "mold.limits.slot_mm = 0.2: must be at least 0.3; raise it"
     return record(case, status="refused", reason=reason, volume_error=None)
 
 
-@pytest.fixture
-def quick(monkeypatch):
-    """Nothing is made: which cases are asked for is remembered."""
-    asked = []
-
-    def run(case):
-        asked.append(case)
-        return record(case)
-
-    monkeypatch.setattr(molds, "_run", run)
-    return asked
-
-
-def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
+def test_an_interrupted_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
+    asked, cases = [], [*shipped_designs(), "0", "1", "2", "3"]
+    monkeypatch.setattr(molds, "_run", lambda case: asked.append(case) or record(case))
     measure_molds(tmp_path, seeds=4)
-    assert sorted(quick) == sorted([*shipped_designs(), "0", "1", "2", "3"])
+    assert sorted(asked) == sorted(cases)
     path = tmp_path / LINES
-    lines = path.read_text("utf-8").splitlines()
-    first, second, *rest = (json.loads(line) for line in lines)
-    first["version"] = "another"
-    second["status"] = "crashed"
-    kept = [json.dumps(each) for each in (first, second, *rest[:-1])]
-    path.write_text("\n".join([*kept, lines[-1][:30]]), encoding="utf-8")
-    again = sorted([first["case"], second["case"], rest[-1]["case"]])
-    quick.clear()
+    first, second, *rest, last = read_lines(path)
+    changed = [first | {"version": "another"}, second | {"status": "crashed"}, *rest]
+    kept = [json.dumps(each) for each in changed]
+    path.write_text("\n".join([*kept, json.dumps(last)[:30]]), encoding="utf-8")
+    asked.clear()
     found = measure_molds(tmp_path, seeds=4)
-    assert sorted(quick) == again  # of other code, crashed, cut short
-    assert [each["case"] for each in found.records] == [*shipped_designs(), "0", "1", "2", "3"]
-    quick.clear()
+    assert set(asked) == {each["case"] for each in (first, second, last)}
+    assert [each["case"] for each in found.records] == cases
+    asked.clear()
     measure_molds(tmp_path, seeds=4)
-    assert quick == []
+    assert asked == []
 
 
 @pytest.mark.parametrize(
@@ -77,16 +68,14 @@ def test_an_interrupted_run_goes_on_where_it_stopped(quick, tmp_path):
 )
 def test_each_check_can_fall_short(invalid, falls):
     good = [record(str(k)) for k in range(40)]
-    assert all(check.holds for check in Molds(good).checks())
-    bad = Molds([record("40", **invalid), *good])
-    assert [check.name for check in bad.checks() if not check.holds] == [falls]
+    assert failing(Molds(good)) == []
+    assert failing(Molds([record("40", **invalid), *good])) == [falls]
 
 
 def test_a_twentieth_may_be_refused_and_no_more():
     good = [record(str(k)) for k in range(19)]
-    assert all(check.holds for check in Molds([refused("a"), *good]).checks())
-    short = Molds([refused("a"), refused("b"), *good]).checks()
-    assert [check.name for check in short if not check.holds] == ["designs without a mold"]
+    assert failing(Molds([refused("a"), *good])) == []
+    assert failing(Molds([refused("a"), refused("b"), *good])) == ["designs without a mold"]
 
 
 def test_a_process_that_ends_early_is_a_crash(monkeypatch):
@@ -96,7 +85,7 @@ def test_a_process_that_ends_early_is_a_crash(monkeypatch):
     monkeypatch.setattr(molds, "call", ends)
     found = molds._run("pin")
     assert (found["status"], found["reason"]) == ("crashed", "its process was ended by SIGSEGV")
-    assert not all(check.holds for check in Molds([found]).checks())
+    assert failing(Molds([found]))
     assert "crashed" in words(found)
 
 
@@ -138,14 +127,13 @@ def test_tables_and_chart_are_written(tmp_path):
     paths = write_molds(found, tmp_path)
     assert [path.name for path in paths] == ["molds.json", "molds.csv", "molds.png"]
     assert len(json.loads(paths[0].read_text("utf-8"))["designs"]) == 3
-    with paths[1].open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = list(csv.DictReader(paths[1].read_text("utf-8").splitlines()))
     assert [row["status"] for row in rows] == ["made", "made", "refused"]
     assert [row["cad_s"] for row in rows] == ["", "4.5", ""]
     assert paths[2].stat().st_size > 10_000
 
 
-def test_the_command_reports_what_was_not_made(quick, monkeypatch, tmp_path, capsys):
+def test_the_command_reports_what_was_not_made(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(molds, "_run", lambda case: refused(case) if case == "0" else record(case))
     code = main(["bench", "molds", "--out", str(tmp_path), "--seeds", "30"])
     shown = capsys.readouterr().out

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import tomlkit
-from fingerdesign_bench.studies import paper_finger as space
 from fingerdesign_bench.studies import paper_finger as study
 from fingerdesign_bench.studies import paper_finger_bench as bench
 from fingerdesign_cli.main import main
@@ -22,7 +21,7 @@ WINNER = 326  # of 384, with quadratic elements; with mixed ones a tie with numb
 
 @pytest.fixture(scope="module")
 def drawn():
-    return space.candidates(bench.COUNT, bench.SEED)
+    return study.candidates(bench.COUNT, bench.SEED)
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +33,8 @@ def shipped(drawn):
 
 
 def test_sampling_is_repeatable_and_seeded(drawn):
-    assert space.candidates(bench.COUNT, bench.SEED) == drawn
-    assert space.candidates(16, bench.SEED) == drawn[:16]
-    assert space.candidates(16, bench.SEED + 1) != drawn[:16]
+    assert study.candidates(16, bench.SEED) == drawn[:16]
+    assert study.candidates(16, bench.SEED + 1) != drawn[:16]
     assert len({tuple(c.values.values()) for c in drawn}) > 0.95 * len(drawn)
 
 
@@ -48,7 +46,7 @@ def test_what_cannot_be_cast_is_counted_not_analysed(drawn):
 
 def test_a_design_that_the_checks_refuse_is_named_by_its_keys():
     values = {"plates.length_mm": 1.0, "gages.length_mm": 2.0}
-    got = space._checked(space.Candidate(0, values, 0.1))
+    got = study._checked(study.Candidate(0, values, 0.1))
     assert "gages.length_mm" in got.refused
 
 
@@ -105,7 +103,7 @@ def test_the_relation_hardly_depends_on_friction(shipped):
 
 
 def test_slip_that_never_completes_is_a_named_failure(shipped):
-    design = space.design_of(shipped.candidate, coarse=True)
+    design = study.design_of(shipped.candidate, coarse=True)
     problem = study.build_problem(design, 0.1).with_friction(5.0)
     with pytest.raises(SolverError, match="no complete slip"):
         study.complete_slip_shear(problem, 0.1)
@@ -113,7 +111,7 @@ def test_slip_that_never_completes_is_a_named_failure(shipped):
 
 def test_a_finger_pressed_too_hard_is_refused(shipped):
     values = {**shipped.candidate.values, "body.arc_radius_mm": 20.0}
-    got = study.analyse_candidate(space.Candidate(0, values, 0.4))
+    got = study.analyse_candidate(study.Candidate(0, values, 0.4))
     assert got.refused == "pressed too hard"
 
 
@@ -135,8 +133,7 @@ def test_the_bench_writes_all_candidates_the_winner_and_a_chart(tmp_path, capsys
     arguments = ["bench", "paper-finger", "--count", "8", "--workers", "1"]
     assert main([*arguments, "--out", str(tmp_path), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
-    with (tmp_path / "candidates.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = list(csv.DictReader((tmp_path / "candidates.csv").read_text("utf-8").splitlines()))
     coarse = [row for row in rows if row["mesh"] == "coarse"]
     assert [int(row["number"]) for row in coarse] == list(range(8))
     assert coarse[2]["refused"] == "no contact"
@@ -144,7 +141,7 @@ def test_the_bench_writes_all_candidates_the_winner_and_a_chart(tmp_path, capsys
     assert said["refused"]["no contact"] == 1
     assert said["analysed"] + sum(said["refused"].values()) == 8
     design = parse_design((tmp_path / "maeno2000.toml").read_text("utf-8"))
-    values = space.candidates(8, bench.SEED)[1].values
+    values = study.candidates(8, bench.SEED)[1].values
     assert design.plates.pitch_mm == values["plates.pitch_mm"]
     assert crest_height(design.body) > values["body.base_height_mm"]
     scene = parse_scene((tmp_path / "fundamental.toml").read_text("utf-8"))
@@ -169,7 +166,7 @@ def test_the_winners_files_keep_their_comments(shipped):
 
 
 def test_the_correlation_at_the_studys_own_threshold_is_the_studys(shipped):
-    design = space.design_of(shipped.candidate, coarse=True)
+    design = study.design_of(shipped.candidate, coarse=True)
     problem = study.build_problem(design, shipped.candidate.approach)
     (only,) = slip_studies(problem, shipped.rows, "both", (0.5,))
     assert study.correlation_at(only, only.threshold) == pytest.approx(

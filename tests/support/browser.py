@@ -152,12 +152,6 @@ class Browser:
         ]
         self.call("Emulation.setEmulatedMedia", media="print" if paper else "", features=features)
 
-    def screenshot(self, path, whole=False):
-        """A PNG of the window, or of the whole page."""
-        found = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=whole)
-        path.write_bytes(base64.b64decode(found["data"]))
-        return path
-
     def pdf(self, path):
         """The page as it is printed."""
         found = self.call("Page.printToPDF", preferCSSPageSize=True)

@@ -23,6 +23,13 @@ def command(arguments):
     return code, written.getvalue()
 
 
+def increments(design, scene):
+    """Of an analysis in plane strain, without a report."""
+    from fingerdesign import analyse, load_design, load_scene
+
+    return analyse(load_design(design), load_scene(scene), "plane-strain").increments
+
+
 def who(*given):
     """The number of the process, and its threads' setting; it prints, too."""
     print("this is no answer", flush=True)

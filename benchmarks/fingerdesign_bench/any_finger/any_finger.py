@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from fingerdesign.mesh.cache import FORMAT
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.lines import Record, resumed
 from fingerdesign_bench.machine import machine
 
 # Random fingers drawn: seconds against tetrahedra, and the least angle of each mesh.
@@ -64,8 +64,6 @@ def draw_any_finger(records: Sequence[dict[str, Any]], path: Path) -> None:
         axes.grid(alpha=0.25)
     figure.savefig(path, dpi=130)
 
-
-Record = dict[str, Any]
 
 DESIGNS, QUICK_DESIGNS = 200, 8
 WORKERS = 2
@@ -135,23 +133,8 @@ def measure_any_finger(
 ) -> AnyFinger:
     """Mesh the designs that ``folder`` has no record of yet, and try the faults."""
     number = count if count is not None else (QUICK_DESIGNS if quick else DESIGNS)
-    folder.mkdir(parents=True, exist_ok=True)
-    done = _known(folder / LINES)
-    missing = [seed for seed in range(number) if seed not in done]
-    if len(missing) < number:
-        report(f"{number - len(missing)} of {number} designs were done before")
-    with ThreadPoolExecutor(WORKERS) as pool:
-        jobs = {pool.submit(_run, seed): seed for seed in missing}
-        try:
-            for job in as_completed(jobs):
-                record = job.result()
-                done[record["seed"]] = record
-                _append(folder / LINES, record)
-                report(f"{len(done)} of {number}: {_words(record)}")
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    records = [done[seed] for seed in range(number)]
+    version = f"{versions()['fingerdesign']}, meshes {FORMAT}"
+    records = resumed(folder / LINES, "seed", range(number), _run, version, WORKERS, report, _words)
     report("the extruded ones, and the faults")
     return AnyFinger(records, refuse_faults(number), extrude_straight(number), machine())
 
@@ -217,29 +200,7 @@ def _run(seed: int) -> Record:
     except ProcessError as error:
         record = {"seed": seed, "kinds": list(kinds(seed)), "status": "crashed"}
         record["reason"] = str(error)
-    return record | {"version": _version()}
-
-
-def _version() -> str:
-    return f"{versions()['fingerdesign']}, meshes {FORMAT}"
-
-
-def _known(path: Path) -> dict[int, Record]:
-    """Whole records of this version; a line cut short by an interruption is none."""
-    found: dict[int, Record] = {}
-    for line in path.read_text("utf-8").splitlines() if path.exists() else ():
-        try:
-            record = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if record.get("version") == _version() and record["status"] != "crashed":
-            found[int(record["seed"])] = record
-    return found
-
-
-def _append(path: Path, record: Record) -> None:
-    with path.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(record, allow_nan=False) + "\n")
+    return record
 
 
 def _words(record: Record) -> str:

@@ -11,7 +11,6 @@ import hashlib
 import json
 import time
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from fingerdesign.analysis.summary import versions
 from fingerdesign.runtime.isolate import ProcessError, call
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.check import Check
+from fingerdesign_bench.lines import Record, resumed
 from fingerdesign_bench.machine import machine
 
 # Molds drawn: seconds and volume error of each, by the kind of its body.
@@ -75,8 +75,6 @@ def _place(record: dict[str, Any], number: int) -> float:
     golden = 0.618034
     return BODIES.index(str(_body(record))) + 0.6 * float(np.modf(number * golden)[0]) - 0.3
 
-
-Record = dict[str, Any]
 
 SEEDS, WORKERS = 100, 2
 TIME_LIMIT_S = 300.0  # of one mold, CAD and pictures and all: fifteen times what is asked
@@ -134,25 +132,9 @@ def measure_molds(
 
     found_machine = machine()
     cases = [*shipped_designs(), *(str(seed) for seed in range(seeds))]
-    folder.mkdir(parents=True, exist_ok=True)
-    version = code_version()
-    done = _known(folder / LINES, version)
-    missing = [case for case in cases if case not in done]
-    if len(missing) < len(cases):
-        report(f"{len(cases) - len(missing)} of {len(cases)} molds were made before")
-    with ThreadPoolExecutor(workers) as pool:
-        jobs = [pool.submit(_run, case) for case in missing]
-        try:
-            for job in as_completed(jobs):
-                record = job.result() | {"version": version}
-                done[record["case"]] = record
-                _append(folder / LINES, record)
-                count = sum(case in done for case in cases)
-                report(f"{count} of {len(cases)}: {words(record)}")
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
-    return Molds([done[case] for case in cases], workers, found_machine)
+    lines, version = folder / LINES, code_version()
+    records = resumed(lines, "case", cases, _run, version, workers, report, words)
+    return Molds(records, workers, found_machine)
 
 
 def code_version() -> str:
@@ -176,25 +158,6 @@ def _run(case: str) -> Record:
         record = {"case": case, "name": case, "kinds": [], "status": CRASHED}
         record["reason"] = str(error)
     return record | {"whole_s": round(time.perf_counter() - start, 2)}
-
-
-def _known(path: Path, version: str) -> dict[str, Record]:
-    """Whole records of this version; a line cut short by an interruption is none."""
-    found: dict[str, Record] = {}
-    for line in path.read_text("utf-8").splitlines() if path.exists() else ():
-        try:
-            record = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if record.get("version") == version and record["status"] != CRASHED:
-            found[str(record["case"])] = record
-    return found
-
-
-def _append(path: Path, record: Record) -> None:
-    cut = path.exists() and path.read_bytes()[-1:] not in (b"", b"\n")
-    with path.open("a", encoding="utf-8") as file:
-        file.write("\n" * cut + json.dumps(record, allow_nan=False) + "\n")
 
 
 def words(record: Record) -> str:

@@ -25,15 +25,14 @@ from fingerdesign_bench.check import Check
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
 from fingerdesign_bench.fidelity.run import (
     REFERENCES,
-    Record,
     Recorded,
     model_key,
     plain,
-    read,
     readings_from,
     recorded,
     run,
 )
+from fingerdesign_bench.lines import Record, read_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -254,14 +253,14 @@ def measure_fidelity(
     run("finest", _sizes(path), beyond, workers, report)
     made = make_references(folder, report, workers) if anew else None
     truth = references(every, made.read_text(encoding="utf-8") if made else None)
-    return judge(every, [*read(path), *read(beyond)], truth, machine())
+    return judge(every, [*read_lines(path), *read_lines(beyond)], truth, machine())
 
 
 def _sizes(rungs: Path) -> list[tuple[int, int]]:
     """Pairs, and the equations at scale 1 that their finest rung foretells."""
     found = {
         each["pair"]: round(each["dofs"] * each["scale"] ** GROWTH)
-        for each in read(rungs)
+        for each in read_lines(rungs)
         if each.get("dimension") == "3-D"
     }
     return sorted(found.items())
@@ -272,7 +271,7 @@ def make_references(folder: Path, report: Report, workers: int = 1) -> Path:
     path = folder / "references.jsonl"
     run("reference", _sizes(folder / "rungs.jsonl"), path, workers, report)
     found = folder / REFERENCES
-    found.write_text(json.dumps(read(path), allow_nan=False) + "\n", encoding="utf-8")
+    found.write_text(json.dumps(read_lines(path), allow_nan=False) + "\n", encoding="utf-8")
     return found
 
 

@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,11 +24,11 @@ from fingerdesign.errors import FingerDesignError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 from fingerdesign_bench.fidelity.pairs import Pair, pairs
+from fingerdesign_bench.lines import Record, read_lines
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import InTurn
 
-Record = dict[str, Any]
 
 REFERENCES = "fidelity_references.json"
 MOST_DOFS = 150_000  # of the rungs, so that references can be finer than they
@@ -167,7 +167,7 @@ def run(
     kind: str, wanted: Iterable[tuple[int, int]], path: Path, workers: int, report: Report
 ) -> None:
     """Solve what ``path`` (JSON lines) does not hold yet; each pair is added when it is whole."""
-    have = {each["pair"] for each in read(path)}
+    have = {each["pair"] for each in read_lines(path)}
     tasks = [(kind, number, dofs) for number, dofs in wanted if number not in have]
     if not tasks:
         return
@@ -183,19 +183,6 @@ def run(
         except BaseException:
             pool.kill()
             raise
-
-
-def read(path: Path) -> list[Record]:
-    """The records of a JSON-lines file; a last line cut short is left out."""
-    if not path.exists():
-        return []
-    found = []
-    for line in path.read_text(encoding="utf-8").splitlines():
-        try:
-            found.append(json.loads(line))
-        except ValueError:
-            continue
-    return found
 
 
 def recorded(pair: Pair, record: Record) -> Recorded:

@@ -1,0 +1,462 @@
+"""bench plane-strain: the study's file and run, the map with its rule, what is written."""
+
+import json
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from fingerdesign_bench.cli.bench import command
+from fingerdesign_bench.studies import plane_strain
+from fingerdesign_bench.studies.plane_strain import (
+    compare,
+    key_of,
+    known_records,
+    models_of,
+    run_study,
+)
+from fingerdesign_bench.studies.plane_strain_bench import (
+    FINER,
+    judged,
+    mesh_errors,
+    uncertainty,
+    write_plane_strain,
+)
+from fingerdesign_bench.studies.plane_strain_chart import sampled
+from fingerdesign_bench.studies.plane_strain_file import (
+    StudyMesh,
+    parse_study,
+    points_of,
+    read_study,
+    shipped_study,
+)
+from fingerdesign_bench.studies.plane_strain_rule import Rule, fitted
+from fingerdesign_bench.studies.plane_strain_table import (
+    PRESSED,
+    SHEARED,
+    half_width,
+    row_errors,
+    table_of,
+    write_table,
+)
+
+from fingerdesign import parse_design, parse_scene, with_values
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.gaps import layered
+from fingerdesign.validate.plane_strain import QUANTITIES, map_of, plane_strain_error
+
+FINGER = parse_design(
+    """
+    design.name = "known"
+    body.width_mm = 20.0
+    body.base_height_mm = 10.0
+    body.arc_radius_mm = 20.0
+    plates.count = 0
+    materials.silicone.poissons_ratio = 0.49
+    """
+)
+
+
+def readings(force, width, gages):
+    rows = len(gages)
+    return {
+        "normal_force": [force] * rows,
+        "tangential_force": [0.5 * force] * rows,
+        "contact_width": [width] * rows,
+        "stick_ratio": [0.8] * rows,
+        "gages": gages,
+    }
+
+
+def record(poisson, span, depth, scale, name=""):
+    """A model whose errors are ``scale`` at the first approach, twice that at the second."""
+    rows = []
+    for k, half in enumerate((1.0, 2.0)):
+        truth = readings(10.0, 2.0 * half, [[[100.0, -50.0]]] * 4)
+        moved = readings(10.0 * (1.0 + (k + 1) * scale), 2.0 * half, [[[100.0, -45.0]]] * 4)
+        rows.append({"approach_mm": 0.1, "space": truth, "motion": moved, "force": None})
+    return {
+        "name": name,
+        "values": {},
+        "radius_mm": 20.0,
+        "depth_mm": depth,
+        "width_mm": 20.0,
+        "height_mm": 10.0,
+        "poissons_ratio": poisson,
+        "span_share": span,
+        "dofs": 1,
+        "rows": rows,
+    }
+
+
+@pytest.fixture(scope="module")
+def made():
+    return table_of(
+        [
+            record(nu, span, depth, nu * (1.0 + span) / depth)
+            for nu in (0.3, 0.5)
+            for span in (0.0, 1.0)
+            for depth in (10.0, 40.0)
+        ]
+    )
+
+
+def test_errors_are_plane_strain_against_space():
+    truth = readings(10.0, 4.0, [[[0.0, 0.0]], [[100.0, -50.0]], [[1.0, 1.0]], [[200.0, 0.0]]])
+    moved = readings(12.0, 5.0, [[[9.0, 9.0]], [[110.0, -50.0]], [[9.0, 9.0]], [[200.0, -10.0]]])
+    found = row_errors({"space": truth, "motion": moved, "force": None})
+    assert found["normal_force"] == pytest.approx(0.2)
+    assert found["contact_width"] == pytest.approx(0.25)
+    assert found["stick_ratio"] == 0.0
+    assert found["gage_face"] == pytest.approx(0.1)  # pressed: 10 of 100; sheared: 10 of 200
+    assert found["gage_both"] == pytest.approx(0.2)  # pressed: 5 of 25
+    assert found["force_gage_both"] is None
+    assert set(found) == set(QUANTITIES)
+    assert (PRESSED, SHEARED) == (1, 3)
+
+
+def test_a_finger_without_plates_has_no_gage_error():
+    bare = readings(10.0, 4.0, np.zeros((4, 0, 2)).tolist())
+    found = row_errors({"space": bare, "motion": bare, "force": bare})
+    assert found["gage_both"] is None
+    assert found["normal_force"] == 0.0
+
+
+def test_the_map_holds_at_its_points_and_goes_straight_between(made):
+    chart = map_of(made)
+    at = chart.error("normal_force", 0.5, 1.0, 4.0, 0.1)
+    assert at == pytest.approx(0.5 * 2.0 / 40.0)
+    assert chart.error("normal_force", 0.5, 1.0, 4.0, 0.2) == pytest.approx(2.0 * at)
+    assert chart.error("normal_force", 0.4, 0.0, 1.0, 0.1) == pytest.approx(0.04)
+    assert chart.error("normal_force", 0.3, 0.5, 1.0, 0.1) == pytest.approx(0.045)
+    middle = chart.error("normal_force", 0.3, 0.0, 2.0, 0.1)
+    assert middle == pytest.approx(0.5 * (0.03 + 0.0075))
+    assert np.isnan(chart.error("force_gage_both", 0.3, 0.0, 2.0, 0.1))
+
+
+def test_beyond_the_map_its_border_holds_and_is_reported(made):
+    chart = map_of(made)
+    assert chart.error("normal_force", 0.3, 0.0, 40.0, 0.1) == pytest.approx(0.0075)
+    assert chart.inside(0.3, 0.0, 2.0, 0.15)
+    for place in ((0.2, 0, 2, 0.15), (0.3, 0, 8, 0.15), (0.3, 0, 2, 0.5), (0.3, 0, 2, 0.01)):
+        assert not chart.inside(*place)
+
+
+def test_a_grid_with_a_hole_is_no_map(made):
+    with pytest.raises(ValueError, match="no full grid"):
+        map_of(made | {"points": made["points"][1:]})
+
+
+def test_a_table_goes_through_its_file(made, tmp_path):
+    path = write_table(made | {"rules": {"a": 1.0}}, tmp_path / "table.json")
+    assert json.loads(path.read_text("utf-8")) == made | {"rules": {"a": 1.0}}
+
+
+def test_the_estimate_reads_a_designs_ratios(made):
+    chart = map_of(made)
+    crest = 10.0 + 20.0 - np.sqrt(300.0)
+    design = with_values(FINGER, {"body.depth_mm": 2.0 * crest})
+    found = plane_strain_error(design, half_width=0.15 * crest, chart=chart)
+    assert found.ratios["depth_over_height"] == pytest.approx(2.0)
+    assert found.ratios["span_over_depth"] == 0.0
+    assert found.errors["normal_force"] == pytest.approx(
+        chart.error("normal_force", 0.49, 0.0, 2.0, 0.15)
+    )
+    assert "gage" not in found.errors
+    assert found.inside
+    beyond = plane_strain_error(design, half_width=0.9 * crest, chart=chart)
+    assert not beyond.inside
+    assert "sketch" in beyond.words
+    assert beyond.most("normal_force") > found.most("normal_force")
+    assert found.least("normal_force") <= found.errors["normal_force"]
+
+
+def test_bodies_and_objects_that_no_section_shows_have_no_estimate():
+    dome = with_values(FINGER, {"body.shape": "dome", "body.dome_radius_mm": 25.0})
+    with pytest.raises(DesignError, match=r"body\.shape"):
+        plane_strain_error(dome, half_width=1.0)
+    ball = parse_scene(
+        'object.shape = "sphere"\nobject.radius_mm = 5\npath.increments_mm=[[0.1,0]]'
+    )
+    with pytest.raises(DesignError, match=r"object\.shape"):
+        plane_strain_error(FINGER, ball)
+    with pytest.raises(ValueError, match="scene or a half_width"):
+        plane_strain_error(FINGER)
+
+
+RULE = Rule("normal_force", 0.0, 3.0, 1.2, 0.3, 0.9, 0.0, 0.0)
+
+
+def model(poisson, span, depth, name="", more=1.0):
+    """A model whose every error follows RULE, times ``more``."""
+    rows = []
+    for width in (0.06, 0.12, 0.3):
+        error = more * float(RULE.error(poisson, depth, width))
+        rows.append({"half_width_over_height": width} | dict.fromkeys(QUANTITIES, error))
+    return {
+        "name": name,
+        "poissons_ratio": poisson,
+        "span_over_depth": span,
+        "depth_over_height": depth,
+        "radius_over_height": 1.6,
+        "width_over_height": 1.6,
+        "dofs": 1,
+        "rows": rows,
+    }
+
+
+@pytest.fixture
+def table():
+    grid = [
+        model(nu, span, depth)
+        for nu in (0.3, 0.45, 0.49)
+        for span in (0.0, 1.0)
+        for depth in (0.4, 0.8, 1.6, 3.2)
+    ]
+    also = [
+        model(0.49, 1.0, 0.8, FINER, 1.05),
+        *(model(0.49, 1.0, 0.8, f"other {k}", 1.0 + 0.1 * k) for k in range(5)),
+    ]
+    return {"points": grid, "also": also}
+
+
+def test_the_fit_finds_the_rule_that_made_the_errors(table):
+    found = fitted(map_of(table), "normal_force", 0.0)
+    assert found.factor == pytest.approx(3.0, rel=0.05)
+    assert found.poisson == pytest.approx(1.2, abs=0.02)
+    assert found.width == pytest.approx(0.3, abs=0.01)
+    assert found.depth == pytest.approx(0.9, rel=0.05)
+    assert found.typical < found.off < 2e-3
+
+
+def test_how_sure_a_look_up_is_comes_from_the_one_off_models(table):
+    chart = map_of(table)
+    largest = float(RULE.error(0.49, 0.8, 0.3))
+    assert mesh_errors(chart)["normal_force"] == pytest.approx(0.05 * largest, rel=1e-6)
+    found = uncertainty(chart)["gage_face"]
+    assert found["absolute"] == pytest.approx(max(0.01, 0.05 * largest), rel=0.01)
+    assert 0.2 < found["relative"] < 0.4  # nine of ten, the meshes' part taken off
+
+
+def test_the_chart_is_sampled_over_what_was_computed(table):
+    across, depth, values = sampled(map_of(table), "normal_force", 0.0, 0.49)
+    assert across.shape == depth.shape == values.shape
+    assert np.allclose(depth / across, (depth / across)[0])
+    assert depth.min() == pytest.approx(0.4)
+    assert np.isfinite(values).all()
+
+
+def test_everything_is_written(table, tmp_path):
+    found = judged(table, tmp_path / "plane_strain.jsonl")
+    paths = write_plane_strain(found, tmp_path / "out")
+    written = json.loads((tmp_path / "out" / "plane_strain.json").read_text("utf-8"))
+    assert set(written) == {"points", "also", "rules", "uncertainty"}
+    assert len((tmp_path / "out" / "plane_strain.csv").read_text("utf-8").splitlines()) == 91
+    assert (tmp_path / "out" / "plane_strain.png").read_bytes()[:4] == b"\x89PNG"
+    assert paths[-1].name == "plane_strain.jsonl"
+    names = [check.name for check in found.checks]
+    assert any("finer" in name for name in names)
+    assert any("no plates" in name for name in names)
+
+
+def test_a_study_file_with_a_fault_is_refused_before_any_work(tmp_path):
+    study = tmp_path / "study.toml"
+    study.write_text('[study]\nname = "x"\nbase = "maeno2000"\n', encoding="utf-8")
+    run = CliRunner().invoke(
+        command, ["plane-strain", "--study", str(study), "--out", str(tmp_path / "out")]
+    )
+    assert run.exit_code != 0
+    assert "parameters" in str(run.exception)
+    assert not (tmp_path / "out").exists()
+
+
+SMALL = """
+[study]
+name = "small"
+base = "maeno2000"
+[fixed]
+"body.width_mm" = 20.0
+"body.base_height_mm" = 10.0
+"body.arc_radius_mm" = 20.0
+"plates.count" = 1
+"plates.length_mm" = 2.0
+"plates.cover_mm" = 2.0
+"gages.length_mm" = 1.0
+[parameters]
+"body.depth_mm" = [10.0, 40.0]
+"plates.span_mm / body.depth_mm" = [0.0, 1.0]
+[scene]
+approach_mm = [0.4]
+[mesh]
+contact_size_mm = 0.6
+plate_size_mm = 1.0
+far_size_mm = 4.0
+gradation = 0.6
+end_layer_mm = 1.0
+[[also]]
+name = "rough"
+"scene.friction_coefficient" = 1.0
+"mesh.contact_size_mm" = 0.7
+"body.base_height_mm" = 12.0
+"""
+
+
+def test_the_shipped_study_is_a_grid_of_sound_designs():
+    study = read_study(shipped_study())
+    points = list(points_of(study))
+    grid = [point for point in points if not point.name]
+    lists = [len(values) for values in study.parameters.values()]
+    assert len(grid) == lists[0] * lists[1] * lists[2] >= 48
+    assert len({key_of(point) for point in points}) == len(points)
+    assert {"finer", "twice the radius", "half the base height"} <= {p.name for p in points}
+    assert len(list(points_of(study, quick=True))) == 8
+    for point in grid:
+        plates, depth = point.design.plates, point.design.body.depth_mm
+        share = point.values["plates.span_mm / body.depth_mm"]
+        assert plates.model == ("none" if share == 0.0 else "solid")
+        assert plates.span_mm == pytest.approx(depth * (share or 1.0))
+        assert layered(point.design)
+
+
+def test_layers_follow_the_depth_and_both_models_have_one_section():
+    shallow, *_, deep, _ = points_of(parse_study(SMALL))
+    assert shallow.design.body.depth_mm == 10.0
+    assert 3 <= shallow.layers < deep.layers
+    flat, solid = models_of(deep)
+    assert flat.sizes == solid.sizes
+    assert flat.element == solid.element == "mixed"
+    assert solid.layers == deep.layers
+
+
+def test_one_off_models_change_what_they_name():
+    *_, rough = points_of(parse_study(SMALL))
+    assert rough.name == "rough"
+    assert rough.scene.friction_coefficient == 1.0
+    assert rough.mesh.contact_size_mm == 0.7
+    assert rough.design.body.base_height_mm == 12.0
+
+
+def _record(point):
+    """What compare gives of a model, made up."""
+    readings = {
+        "normal_force": [0.0, 1.0, 1.0, 1.0],
+        "tangential_force": [0.0, 0.0, 0.1, 0.2],
+        "contact_width": [1.0, 2.0, 2.0, 2.0],
+        "stick_ratio": [1.0, 1.0, 0.9, 0.8],
+        "gages": [[]] * 4,
+    }
+    row = {"space": readings, "motion": readings, "force": None, "why": "made up"}
+    sizes = ("radius_mm", "depth_mm", "width_mm", "height_mm", "poissons_ratio", "span_share")
+    own = dict.fromkeys(sizes, 1.0) | {"dofs": 1, "seconds": 60.0, "rows": [row]}
+    return own | {"name": point.name, "values": point.values}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [b'{"foo": 1}', b"[1]", b"7", b"\xff\xfe\x00\x80", b'{"key": "a", "rows": []}', b"[" * 9999],
+)
+def test_damaged_lines_are_left_out_and_said(line, tmp_path, monkeypatch):
+    points = list(points_of(parse_study(SMALL)))[:2]
+    monkeypatch.setattr(plane_strain, "compare", _record)
+    lines = tmp_path / "records.jsonl"
+    run_study(points[:1], lines)
+    lines.write_bytes(line + b"\n" + lines.read_bytes() + line)
+    said, reported = [], []
+    assert len(run_study(points, lines, reported.append, said.append)) == 2
+    (note,) = said
+    assert "2 lines are no records, left out" in note
+    assert reported[0] == "1 of 2 models to solve, about 1 min"
+    said.clear()
+    run_study(points, lines, note=said.append)
+    assert set(known_records(lines)[0]) == {key_of(point) for point in points}
+
+
+def test_records_of_another_study_are_left_out_and_said(tmp_path, monkeypatch):
+    monkeypatch.setattr(plane_strain, "compare", _record)
+    lines, said = tmp_path / "records.jsonl", []
+    run_study(list(points_of(parse_study(SMALL)))[:2], lines, note=said.append)
+    assert not said
+    other = list(points_of(parse_study(SMALL.replace("gradation = 0.6", "gradation = 0.7"))))[:1]
+    assert len(run_study(other, lines, note=said.append)) == 1
+    assert "2 of 2 records are of models that this study does not ask for" in said[0]
+
+
+def test_too_many_models_are_refused_at_once():
+    values = ", ".join(f"{10.0 + 0.01 * k:g}" for k in range(3000))
+    study = parse_study(SMALL.replace("[10.0, 40.0]", f"[{values}]"))
+    with pytest.raises(DesignError) as caught:
+        next(points_of(study))
+    assert str(caught.value).startswith(
+        "parameters = 3000 x 2 + 1 models: must be at most 2000 models in all (6001 would take "
+    )
+    assert len(list(points_of(study, quick=True))) == 4
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[10.0, 40.0]", "[]", 'parameters."body.depth_mm" = []: must be an array of at least 1;'),
+        ("[10.0, 40.0]", "[inf]", 'parameters."body.depth_mm"[0] = inf: must be a finite number;'),
+        ("[10.0, 40.0]", "3.0", 'parameters."body.depth_mm" = 3.0: must be an array;'),
+        ("[0.4]", "[]", "scene.approach_mm = []: must be an array of at least 1; add to it"),
+        ('_mm" = 0.7', '_mm" = -1.0', "also rough: mesh.contact_size_mm = -1.0: must be at least"),
+        ("[10.0, 40.0]", "[9.0, 9.0]", '"body.depth_mm" = [9.0, 9.0]: must be values that differ;'),
+        ('name = "rough"', "", "also.name = (absent): must be text in quotes; add one"),
+        ("s.span_mm / b", "s.span_mm / B", 'parameters = "... / Body.depth_mm": must be a key'),
+        ('name = "small"', 'name = ""', "study.name"),
+        ("approach_mm = [0.4]", "approach_mm = [-1.0]", "scene.approach_mm"),
+        ("gradation = 0.6", "gradient = 0.6", "mesh.gradient"),
+        ('base = "maeno2000"', 'base = "maeno2000"\nsampling = "sobol"', "study.sampling"),
+        ("[study]", "[study", "file"),
+        ('"plates.cover_mm" = 2.0', '"plates.cover_mm" = 0.1', "plates.cover_mm"),  # no finger
+    ],
+)
+def test_faults_are_in_our_words(old, new, words):
+    with pytest.raises(DesignError) as caught:
+        list(points_of(parse_study(SMALL.replace(old, new))))
+    assert words in str(caught.value)
+    assert "nput should" not in str(caught.value)
+
+
+def test_a_stopped_run_goes_on_where_it_stopped(tmp_path, monkeypatch):
+    points = list(points_of(parse_study(SMALL)))
+    made = []
+
+    monkeypatch.setattr(plane_strain, "compare", lambda at: made.append(at) or _record(at))
+    lines = tmp_path / "deep" / "records.jsonl"
+    run_study(points[:2], lines)
+    with lines.open("a") as file:
+        file.write('{"key": "cut sho')
+    found = run_study(points, lines)
+    assert len(made) == len(points) == len(found)
+    assert [record["values"] for record in found] == [point.values for point in points]
+    assert set(known_records(lines)[0]) == {key_of(point) for point in points}
+    other = points[0].mesh.model_copy(update={"gradation": 0.7})
+    assert isinstance(other, StudyMesh)
+    changed = type(points[0])(points[0].design, points[0].scene, other, points[0].values)
+    assert key_of(changed) != key_of(points[0])
+
+
+def test_plane_strain_overstates_by_what_was_known():
+    """R = 20, nu = 0.49, approach 0.4, depth 10, no plates: 31 %; a coarse mesh does for it."""
+    point = next(iter(points_of(parse_study(SMALL))))
+    record = compare(point)
+    line = json.dumps(record | {"key": key_of(point)}, allow_nan=False)
+    assert plane_strain._record(line.encode()) is not None
+    (row,) = record["rows"]
+    found = row_errors(row)
+    assert found["normal_force"] == pytest.approx(0.31, abs=0.02)
+    assert 0.05 < found["tangential_force"] < 0.2
+    assert abs(found["force_contact_width"]) < 0.5 * found["contact_width"]
+    assert half_width(row) == pytest.approx(2.45, abs=0.15)
+    assert record["height_mm"] == pytest.approx(12.68, abs=0.01)
+    assert record["span_share"] == 0.0
+
+
+@pytest.mark.slow
+def test_plane_strain_is_nearer_where_the_finger_is_deep():
+    """Depth 40: 12 % without plates; plates of full span halve that."""
+    _, _, bare, plated, _ = points_of(parse_study(SMALL))
+    assert bare.design.body.depth_mm == plated.design.body.depth_mm == 40.0
+    errors = [row_errors(compare(point)["rows"][0]) for point in (bare, plated)]
+    assert errors[0]["normal_force"] == pytest.approx(0.12, abs=0.02)
+    assert errors[1]["normal_force"] < errors[0]["normal_force"]
