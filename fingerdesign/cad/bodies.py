@@ -235,30 +235,15 @@ def _dome(body: Body, profile: Profile, half: bool) -> cq.Solid:
     floor = 0.5 * (max(axis, 0.0) + lowest) if axis > 0.0 else 0.0
     low_z, side = 0.0 if half else -z_end, profile.half_width
     # Turned from the horizontal through the vertical: all that lies above the axis.
-    section = flat_face(_turned_down(_section(profile, 0.0, axis), axis))
-    above = revolved(section, np.array([0.0, axis, 0.0]), np.array([1.0, 0.0, 0.0]), 180.0)
+    section = flat_face(_section(profile, 0.0, axis))
+    level = section.rotate(cq.Vector(0.0, axis, 0.0), cq.Vector(1.0, axis, 0.0), -90.0)
+    above = revolved(level, np.array([0.0, axis, 0.0]), np.array([1.0, 0.0, 0.0]), 180.0)
     block = box((-side - 1.0, floor, low_z), (side + 1.0, profile.crest + 1.0, z_end))
     top = one_solid(above.intersect(block), "body outline")
     if floor == 0.0:
         return top
     foot = box((-side, 0.0, low_z), (side, floor, z_end))
     return one_solid(top.fuse(foot).clean(), "body outline")
-
-
-def _turned_down(section: list[Line | Arc], axis: float) -> list[Line | Arc]:
-    """A section at z = 0 turned about the axis into the horizontal plane, toward -z."""
-
-    def turn(place: Array) -> Array:
-        return np.array([place[0], axis, axis - place[1]])
-
-    turned: list[Line | Arc] = []
-    for part in section:
-        if isinstance(part, Line):
-            turned.append(Line(turn(part.start), turn(part.end)))
-        else:
-            up = np.array([0.0, 1.0, 0.0])
-            turned.append(Arc(turn(part.start), turn(part.end), turn(part.centre), up, part.radius))
-    return turned
 
 
 def step_outline(step: StepFile) -> cq.Solid:

@@ -105,25 +105,23 @@ def condense_body(body: Body, readouts: Sequence[sp.csr_matrix] = ()) -> Condens
     loads = np.zeros(body.fixed.shape) if body.loads is None else body.loads
     scale = float(np.abs(loads).sum()) or 1.0  # the size of the other rows
     own = sp.csr_matrix(loads / scale)
-    reduction = _reduce(body, [trace.operator, own, *readouts])
-    by_force = [block[:, :size].copy() for block in reduction.blocks]
+    system, condensation, blocks, timings = _reduce(body, [trace.operator, own, *readouts])
+    by_force = [block[:, :size].copy() for block in blocks]
     moved = scale * by_force[1][0]
     # What acts on held dofs goes into the supports at once.
-    reaction = by_force[-1] - (trace.operator @ reduction.system.held).toarray().T
-    load_reaction = scale * (
-        reduction.blocks[-1][:, size] - (own @ reduction.system.held).toarray()[0]
-    )
+    reaction = by_force[-1] - (trace.operator @ system.held).toarray().T
+    load_reaction = scale * (blocks[-1][:, size] - (own @ system.held).toarray()[0])
     return CondensedBody(
         body=body,
         trace=trace,
-        system=reduction.system,
-        condensation=reduction.condensation,
+        system=system,
+        condensation=condensation,
         compliance=by_force[0],
         readouts=tuple(by_force[2:-1]),
         reaction=reaction,
         load_displacement=None if body.loads is None else moved,
         load_reaction=load_reaction,
-        timings=reduction.timings,
+        timings=timings,
     )
 
 
@@ -147,18 +145,13 @@ def _check_sound(body: Body) -> None:
     owners(body.mesh, body.contact)
 
 
-@dataclass(frozen=True)
-class _Reduction:
-    """blocks: rows of R K^-1 R^T, one array a block of R; the supports' rows come last."""
+def _reduce(
+    body: Body, rows: Sequence[sp.csr_matrix]
+) -> tuple[System, Condensation, list[Array], dict[str, float]]:
+    """Condense a body onto functionals (r, n dim) of its displacements and onto its supports.
 
-    system: System
-    condensation: Condensation
-    blocks: list[Array]
-    timings: dict[str, float]
-
-
-def _reduce(body: Body, rows: Sequence[sp.csr_matrix]) -> _Reduction:
-    """Condense a body onto functionals (r, n dim) of its displacements and onto its supports."""
+    The third: rows of R K^-1 R^T, one array a block of R; the supports' rows come last.
+    """
     start = time.perf_counter()
     system = assemble_system(
         body.mesh,
@@ -181,7 +174,7 @@ def _reduce(body: Body, rows: Sequence[sp.csr_matrix]) -> _Reduction:
     blocks = np.split(matrix, np.cumsum([part.shape[0] for part in parts])[:-1])
     done = time.perf_counter()
     timings = {"assemble": assembled - start, "condense": done - assembled}
-    return _Reduction(system, condensation, blocks, timings)
+    return system, condensation, blocks, timings
 
 
 def body_model(body: Body) -> ReducedModel:
@@ -254,11 +247,11 @@ def facing_compliance(body: Body, finger: ReducedModel) -> Array:
     """
     _check_sound(body)
     rows = facing_rows(body.mesh, body.contact, finger)
-    reduction = _reduce(body, [rows])
+    system, _, blocks, _ = _reduce(body, [rows])
     size = rows.shape[0]
-    reaction = reduction.blocks[1][:, :size] - (rows @ reduction.system.held).toarray().T
+    reaction = blocks[1][:, :size] - (rows @ system.held).toarray().T
     _check_balance(reaction, finger.locked, finger.nodes)
-    compliance = reduction.blocks[0][:, :size].copy()
+    compliance = blocks[0][:, :size].copy()
     locked = finger.locked.reshape(-1)
     compliance[locked] = 0.0
     compliance[:, locked] = 0.0

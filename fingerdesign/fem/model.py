@@ -16,7 +16,6 @@ from fingerdesign.fem.readout import (
     gage_rows,
     plate_at,
     plate_strain_rows,
-    sheet_gage_rows,
     strain_rows,
 )
 from fingerdesign.fem.sheet import design_sheets
@@ -86,10 +85,9 @@ def build_model(
     """
     start = time.perf_counter()
     frames = plate_frames(design)
-    read_gages = sheet_gage_rows if design.plates.model == "sheet" else gage_rows
     points, signs = _readout_points(mesh, readout_points)
     readouts = [
-        read_gages(mesh, frames, design.gages),
+        gage_rows(mesh, frames, design.gages),
         *[
             sp.csr_matrix(sp.diags_array(sign) @ _point_rows(design, mesh, point))
             for point, sign in zip(points, signs, strict=True)

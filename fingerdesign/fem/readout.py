@@ -67,12 +67,17 @@ def _near(mesh: Mesh, point: Array, cells: IntArray) -> tuple[IntArray, Array, A
 def displacement_rows(mesh: Mesh, point: Array, prefer: int | None = None) -> sp.csr_matrix:
     """Rows (dim, n dim) that give the displacement at a point."""
     cells, reference = locate(mesh, point, prefer)
-    table = tabulate(mesh.dimension, reference[:, :1])
-    dimension, nodes = mesh.dimension, mesh.cells[cells[0]]
+    value = tabulate(mesh.dimension, reference[:, :1]).value[:, 0]
+    return _interpolated(mesh, mesh.cells[cells[0]], value)
+
+
+def _interpolated(mesh: Mesh, nodes: IntArray, value: Array) -> sp.csr_matrix:
+    """Rows (dim, n dim): the displacement where nodes (k,) have the shape functions ``value``."""
+    dimension = mesh.dimension
     row = np.repeat(np.arange(dimension), len(nodes))
     column = (nodes[None, :] * dimension + np.arange(dimension)[:, None]).ravel()
-    value = np.tile(table.value[:, 0], dimension)
-    return sp.csr_matrix((value, (row, column)), shape=(dimension, mesh.points.size))
+    entries = (np.tile(value, dimension), (row, column))
+    return sp.csr_matrix(entries, shape=(dimension, mesh.points.size))
 
 
 def strain_rows(mesh: Mesh, point: Array) -> sp.csr_matrix:
@@ -148,6 +153,7 @@ def _strain_from_gradient(mesh: Mesh, nodes: IntArray, even: Array, odd: Array) 
 def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix:
     """Rows (2 plates, n dim): mean strain along the plate over the gage, upper then lower face.
 
+    A plate that is a sheet has its gages on the faces of its slot.
     Of a flat plate the mean over the length is exact: the difference of the end displacements along
     the plate divided by the length. On a bent one, with rho the radius of the face that carries the
     gage, the strain along it is du_t/ds + u_n / rho: the first part is again a difference of end
@@ -156,17 +162,18 @@ def gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_
     """
     rows = []
     for frame in frames:
+        sheet = sheet_of(mesh, frame) if f"plate_{frame.index}_upper" in mesh.facets else None
         for side in (0.5, -0.5):
             points, vectors = _gage_places(mesh, frame, gages, side * frame.thickness)
-            parts = [
-                sp.csr_matrix(vector) @ displacement_rows(mesh, point, frame.index + 1)
-                for point, vector in zip(points, vectors, strict=True)
-            ]
+            parts = []
+            for point, vector in zip(points, vectors, strict=True):
+                if sheet is None:
+                    own = displacement_rows(mesh, point, frame.index + 1)
+                else:
+                    face = sheet.nodes if side > 0.0 else sheet.nodes_below
+                    own = _displacement(mesh, sheet, face, places_on(frame, point[None])[0])
+                parts.append(sp.csr_matrix(vector) @ own)
             rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
-    return _stacked(mesh, rows)
-
-
-def _stacked(mesh: Mesh, rows: list[sp.csr_matrix]) -> sp.csr_matrix:
     return sp.vstack([sp.csr_matrix((0, mesh.points.size)), *rows], format="csr")
 
 
@@ -197,31 +204,6 @@ def _outward(frame: PlateFrame, s: float) -> Array:
     """Unit normal of a bent plate toward its upper side at ``s``, in the section plane, (2,)."""
     along = frame.tangent(s)
     return np.array([-along[1], along[0]])
-
-
-# What gages on sheets read: the stretch of the slot's faces, on which they are bonded.
-#
-# And the strain inside such a plate, where a point is asked for: linear between its faces'.
-
-
-def sheet_gage_rows(mesh: Mesh, frames: Sequence[PlateFrame], gages: Gages) -> sp.csr_matrix:
-    """Rows (2 plates, n dim): mean strain along each plate over its gage, upper then lower face.
-
-    As ``readout.gage_rows`` has them for solid plates that are flat: exact along the plate, a Gauss
-    rule across it about the plate's middle + z_mm.
-    """
-    rows = []
-    for frame in frames:
-        sheet = sheet_of(mesh, frame)
-        points, vectors = _gage_places(mesh, frame, gages, 0.0)
-        places = places_on(frame, points)
-        for face in (sheet.nodes, sheet.nodes_below):
-            parts = [
-                _displacement(mesh, sheet, face, place, vector)
-                for place, vector in zip(places, vectors, strict=True)
-            ]
-            rows.append(sp.csr_matrix(sum(parts[1:], parts[0])))
-    return _stacked(mesh, rows)
 
 
 def _gage_places(mesh: Mesh, frame: PlateFrame, gages: Gages, v: float) -> tuple[Array, Array]:
@@ -289,17 +271,12 @@ def plate_strain_rows(
     return sp.csr_matrix((rows.ravel(), where), shape=(6, mesh.points.size))
 
 
-def _displacement(
-    mesh: Mesh, sheet: SheetFacets, face: IntArray, place: Array, vector: Array
-) -> sp.csr_matrix:
-    """Row (1, n dim): product of ``vector`` (dim,) with the displacement at a place (s,) in the
-    surface's coordinates, of the face with the facets ``face`` (f, k)."""
+def _displacement(mesh: Mesh, sheet: SheetFacets, face: IntArray, place: Array) -> sp.csr_matrix:
+    """Rows (dim, n dim): the displacement at a place (s,) in the surface's coordinates, of the face
+    with the facets ``face`` (f, k)."""
     facet, reference = _holding(sheet, place)
     value = tabulate(sheet.dimension, reference[:, None]).value[:, 0]
-    dimension = mesh.dimension
-    dofs = sheet.own[face[facet]][:, None] * dimension + np.arange(dimension)
-    where = (np.zeros(dofs.size, dtype=int), dofs.ravel())
-    return sp.csr_matrix((np.outer(value, vector).ravel(), where), shape=(1, mesh.points.size))
+    return _interpolated(mesh, sheet.own[face[facet]], value)
 
 
 def _holding(sheet: SheetFacets, place: Array) -> tuple[int, Array]:

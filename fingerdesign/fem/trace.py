@@ -187,7 +187,7 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
     dimension = points.shape[1]
     where, weights = quadrature(dimension - 1, TRACE_ORDER)
     table = tabulate(dimension - 1, where)
-    hats = _hat_functions(where)
+    hats = tabulate(dimension - 1, where, degree=1).value
     corners = facets[:, :dimension]
     nodes, local = np.unique(corners, return_inverse=True)
     local = local.reshape(corners.shape)  # facet corners numbered among the nodes
@@ -220,8 +220,3 @@ def contact_trace(points: Array, facets: IntArray, thickness: float = 1.0) -> Co
     )
     facet_areas: Array = measure.sum(axis=1)
     return ContactTrace(nodes, local, facet_areas, areas, operator, surface)
-
-
-def _hat_functions(where: Array) -> Array:
-    """Linear shape functions (dim, q) at reference points (dim - 1, q)."""
-    return np.vstack([1.0 - where.sum(axis=0), where])

@@ -207,25 +207,40 @@ def plate_frames(design: Design) -> tuple[PlateFrame, ...]:
         for row in plates.all_rows:
             found += row_frames(body, row, len(found))
         return tuple(found)
-    half = 0.5 * (plates.span_mm if plates.span_mm is not None else body.depth_mm)
+    span = plates.span_mm if plates.span_mm is not None else body.depth_mm
     frames = []
     for index, (x, y, angle, *more) in enumerate(plates.placement):
-        middle = float(more[0]) if more else plates.span_offset_mm
-        middle += 0.5 * plates.stagger_mm * (-1.0 if index % 2 else 1.0)
-        frames.append(
-            PlateFrame(
-                index,
-                float(x),
-                float(y),
-                float(angle),
-                plates.length_mm,
-                plates.thickness_mm,
-                middle - half,
-                middle + half,
-                holes=holes_of(plates, middle, 2.0 * half),
-            )
-        )
+        middle = _middle(plates, index, float(more[0]) if more else plates.span_offset_mm)
+        place = float(x), float(y), float(angle)
+        frames.append(_frame(plates, index, place, None, middle, span))
     return tuple(frames)
+
+
+def _middle(row: Plates, number: int, offset: float) -> float:
+    """The middle of a plate's span, mm; every other one of a row is staggered."""
+    return offset + 0.5 * row.stagger_mm * (-1.0 if number % 2 else 1.0)
+
+
+def _frame(
+    row: Plates,
+    index: int,
+    place: tuple[float, float, float],
+    bend: float | None,
+    middle: float,
+    span: float,
+) -> PlateFrame:
+    """A row's plate at a place and angle in its section plane."""
+    return PlateFrame(
+        index,
+        *place,
+        row.length_mm,
+        row.thickness_mm,
+        middle - 0.5 * span,
+        middle + 0.5 * span,
+        row.along,
+        bend,
+        holes_of(row, middle, span),
+    )
 
 
 # Rows of plates: from pitch, cover and the surface that they follow to a frame for each plate.
@@ -243,23 +258,9 @@ def row_frames(body: Body, row: Plates, first: int) -> list[PlateFrame]:
     paces = row.offset_mm + (np.arange(row.count) - 0.5 * (row.count - 1)) * row.pitch_mm
     frames = []
     for k, pace in enumerate(paces):
-        middle = row.span_offset_mm + 0.5 * row.stagger_mm * (-1.0 if k % 2 else 1.0)
-        place, y, turn, bend = row.layout.placed(body, row, float(pace), middle)
-        frames.append(
-            PlateFrame(
-                first + k,
-                place,
-                y,
-                row.angle_deg + turn,
-                row.length_mm,
-                row.thickness_mm,
-                middle - 0.5 * span,
-                middle + 0.5 * span,
-                row.along,
-                bend,
-                holes_of(row, middle, span),
-            )
-        )
+        middle = _middle(row, k, row.span_offset_mm)
+        x, y, turn, bend = row.layout.placed(body, row, float(pace), middle)
+        frames.append(_frame(row, first + k, (x, y, row.angle_deg + turn), bend, middle, span))
     return frames
 
 

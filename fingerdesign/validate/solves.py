@@ -178,11 +178,10 @@ class Reader:
 
     def read(self, gages: Gages) -> Readings:
         """The readings with these gages. Raises DesignError where they leave the finger."""
-        from fingerdesign.fem.readout import gage_rows, sheet_gage_rows
+        from fingerdesign.fem.readout import gage_rows
 
         frames, old = plate_frames(self.solved.design), self.own
-        sheets = self.solved.design.plates.model == "sheet"
-        operator = (sheet_gage_rows if sheets else gage_rows)(self.solved.mesh, frames, gages)
+        operator = gage_rows(self.solved.mesh, frames, gages)
         strains = MICRO * (operator @ self._fields.T).T.reshape(old.gages.shape)
         return replace(old, gages=strains, face=gages.face)
 

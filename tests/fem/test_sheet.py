@@ -11,7 +11,7 @@ from fingerdesign.contact.problem import Motion, contact_problem
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.model import build_model
-from fingerdesign.fem.readout import plate_strain_rows, sheet_gage_rows
+from fingerdesign.fem.readout import gage_rows, plate_strain_rows
 from fingerdesign.fem.sheet import SheetFacets, sheet_of, sheet_stiffness
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.mesh.section.extrude import extrude
@@ -181,7 +181,7 @@ def test_a_strip_bends_like_a_beam_in_space():
 
 
 def test_gages_read_stretch_and_bending(mesh):
-    rows = sheet_gage_rows(mesh, [FRAME], DESIGN.gages)
+    rows = gage_rows(mesh, [FRAME], DESIGN.gages)
     s, n, z = coordinates(mesh)
     stretch, curvature = 3e-4, 0.02
     u = field(mesh, stretch * s - n * curvature * s, 0.5 * curvature * s**2 + 0 * z)

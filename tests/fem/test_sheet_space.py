@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
-from fingerdesign.fem.readout import plate_at, plate_strain_rows, sheet_gage_rows
+from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows
 from fingerdesign.fem.sheet import sheet_of, sheet_stiffness
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.layout.frames import PlateFrame
@@ -123,11 +123,11 @@ def test_gages_read_stretch_and_bending(case):
     along = stretch * s - v * curvature * s + 1e-4 * w
     u = np.column_stack([along, 0.5 * curvature * s**2, 2e-4 * s]) @ axes(frame)
     half = 0.5 * T * curvature
-    got = sheet_gage_rows(mesh, [frame], GAGES) @ u.ravel()
+    got = gage_rows(mesh, [frame], GAGES) @ u.ravel()
     np.testing.assert_allclose(got, [stretch - half, stretch + half], rtol=1e-9)
     wide = Gages(length_mm=0.8, width_mm=3.0, z_mm=1.5)
     with pytest.raises(SolverError, match="off the plate"):
-        sheet_gage_rows(mesh, [frame], wide)
+        gage_rows(mesh, [frame], wide)
 
 
 def test_strain_inside_a_sheet(case):
@@ -153,5 +153,5 @@ def test_gages_of_a_half_are_those_of_the_whole():
     z = mesh.points[:, 2]
     u = np.zeros_like(mesh.points)
     u[:, 2] = 1e-3 * z + 2e-4 * z**3 * mesh.points[:, 1]
-    rows = [sheet_gage_rows(m, [frame], GAGES) @ u.ravel() for m in (mesh, kept)]
+    rows = [gage_rows(m, [frame], GAGES) @ u.ravel() for m in (mesh, kept)]
     np.testing.assert_allclose(rows[0], rows[1], rtol=1e-9)

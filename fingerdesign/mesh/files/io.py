@@ -130,8 +130,11 @@ def _names_of_block(
 FIRST_REGION_GROUP = 100  # Gmsh's physical group of region r is 100 + r; a facet's is its number
 
 
-def to_meshio(mesh: Mesh) -> Any:
-    """A meshio.Mesh with the cells first, then the named facets; 2-D points get z = 0."""
+def to_meshio(mesh: Mesh, gmsh: bool = False) -> Any:
+    """A meshio.Mesh with the cells first, then the named facets; 2-D points get z = 0.
+
+    Of a .msh file meshio reads back the groups, not further data of cells of two kinds: ``gmsh``.
+    """
     import meshio
 
     cell_type, facet_type = CELL_TYPES[mesh.dimension]
@@ -145,24 +148,24 @@ def to_meshio(mesh: Mesh) -> Any:
     facet = np.concatenate([np.zeros(0, dtype=np.int64), *numbers]).astype(np.int64)
     cells = [(cell_type, mesh.cells)] + ([(facet_type, facets)] if len(facets) else [])
     nothing, dimension = np.zeros(len(facets), dtype=np.int64), mesh.dimension
-    physical = [FIRST_REGION_GROUP + mesh.regions, facet]
-    data = {
-        "region": [mesh.regions, nothing],
-        "facet": [np.zeros(len(mesh.cells), dtype=np.int64), facet],
-        "gmsh:physical": physical,
-        "gmsh:geometrical": physical,
-    }
-    for number, name in mesh.region_names.items():
-        data[name] = [(mesh.regions == number).astype(np.int64), nothing]
-    groups = {name: np.array([number_of[name], dimension - 1]) for name in names}
-    for number in np.unique(mesh.regions).tolist():
-        groups[mesh.region_name(number)] = np.array([FIRST_REGION_GROUP + number, dimension])
+    groups: dict[str, IntArray] = {}
+    if gmsh:
+        physical = [FIRST_REGION_GROUP + mesh.regions, facet]
+        data = {"gmsh:physical": physical, "gmsh:geometrical": physical}
+        groups = {name: np.array([number_of[name], dimension - 1]) for name in names}
+        for number in np.unique(mesh.regions).tolist():
+            groups[mesh.region_name(number)] = np.array([FIRST_REGION_GROUP + number, dimension])
+    else:
+        data = {
+            "region": [mesh.regions, nothing],
+            "facet": [np.zeros(len(mesh.cells), dtype=np.int64), facet],
+        }
+        for number, name in mesh.region_names.items():
+            data[name] = [(mesh.regions == number).astype(np.int64), nothing]
     return meshio.Mesh(
         points,
         cells,
-        cell_data={
-            name: [part.copy() for part in parts[: len(cells)]] for name, parts in data.items()
-        },
+        cell_data={name: parts[: len(cells)] for name, parts in data.items()},
         field_data=groups,
     )
 
@@ -184,15 +187,8 @@ def write_mesh(mesh: Mesh, path: Path | str) -> Path:
 def _write_meshio(mesh: Mesh, path: Path) -> None:
     import meshio
 
-    content = to_meshio(mesh)
     gmsh = path.suffix == ".msh"
-    # Of a .msh file meshio reads back the groups, not further data of cells of two kinds.
-    groups = ("gmsh:physical", "gmsh:geometrical")
-    for name in list(content.cell_data):
-        if (name in groups) != gmsh:
-            del content.cell_data[name]
-    if not gmsh:
-        content.field_data = {}
+    content = to_meshio(mesh, gmsh)
     try:
         # To meshio .msh is ANSYS's first, which has no quadratic cells; and MSH 4 wants entities.
         content.write(path, file_format="gmsh22" if gmsh else None)

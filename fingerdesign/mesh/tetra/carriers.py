@@ -23,30 +23,20 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Chain(Carrier):
+class Chain(ContactSurface, Carrier):
     """Pieces of a parametric body's outline, swept as the body is; the side may be among them.
 
     side: number of the piece that is the straight side, not contact.
     """
 
     name: str
-    surface: ContactSurface
     side: int | None = None
 
     @property
     def flat(self) -> bool:
-        top, *others = self.surface.pieces
+        top, *others = self.pieces
         flat = not others and not top.radius and top.start[0] == 0
-        return self.surface.body.straight and flat
-
-    def distance(self, points: Array) -> Array:
-        return self.surface.distance(points)
-
-    def normal(self, points: Array) -> Array:
-        return self.surface.normal(points)
-
-    def misfit(self, points: Array) -> Array:
-        return self.surface.misfit(points)
+        return self.body.straight and flat
 
     @property
     def boundaries(self) -> tuple[str, ...]:
@@ -55,7 +45,7 @@ class Chain(Carrier):
     def names(self, points: Array) -> NDArray[np.str_]:
         if self.side is None:
             return super().names(points)
-        return np.where(self.surface.owner(points) == self.side, "side", "contact")
+        return np.where(self.owner(points) == self.side, "side", "contact")
 
 
 def plane(name: str, direction: tuple[float, float, float], offset: float) -> Face:
@@ -110,16 +100,15 @@ def _outside(body: Body, symmetric: bool) -> list[Carrier]:
     profile = profile_of(body)
     below = Piece((profile.half_width, profile.side_height), (profile.half_width, 0.0))
     for chain in Profile((*profile.pieces, below)).chains():
-        surface = ContactSurface(body, chain)
         if chain == (below,):
             if body.kind.turned:
-                found.append(Chain("side", surface, 0))
+                found.append(Chain(body, chain, "side", 0))
             else:
                 sides = ((-1.0, 0.0, 0.0), (1.0, 0.0, 0.0))
                 found += [plane("side", side, profile.half_width) for side in sides]
         else:
             side = len(chain) - 1 if chain[-1] == below else None
-            found.append(Chain("contact", surface, side))
+            found.append(Chain(body, chain, "contact", side))
     return found
 
 
