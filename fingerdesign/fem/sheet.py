@@ -29,11 +29,6 @@ sheets on 211k: 2.1 and 7.1 %; against solid plates cut into a mesh of the same 
 7.9 %, forces 3e-4. Faces are worse there: the gage ends two thicknesses from the plate's square
 ends, where sections warp; extruded sheets are off by 3.5 and, in complete slip, 6.3 % from extruded
 solid plates, and by 1.4 % in the membrane strain.
-
-Tried and left: a sheet at the mid-surface without a slot, its bending by an interior penalty on w
-(Engel et al., CMAME 191 (2002) 3669), was off by 17 to 32 % in membrane strain and 2 % in F_n; the
-same penalty in a slot was as good as this in the plane, and in space off by twice as much as solid
-plates on the same layers.
 """
 
 from __future__ import annotations
@@ -53,11 +48,8 @@ from fingerdesign.layout.frames import PlateFrame, plate_frames
 
 if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
     from fingerdesign.mesh.types import Mesh
 
-
-# The two faces of a plate's slot: their facets, and which node faces which.
 
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
 

@@ -22,8 +22,6 @@ from fingerdesign.fem.elements import inverse_map, quadrature, tabulate
 from fingerdesign.mesh.types import TETRA_FACETS, TRIANGLE_EDGES, Mesh, with_mid_nodes
 from fingerdesign.reduced import ReducedModel, SurfaceQuadrature
 
-# Where one body's contact points meet the quadratic contact facets of another, along y.
-
 _CHUNK = 256  # points at a time, against all facets
 _OUTSIDE = 1e-3  # barycentric: an edge of the one body may miss that of the other by rounding
 

@@ -1,9 +1,6 @@
 """Distances between plates in space, and from plates to the core, by manifold3d; mm.
 
 A plate is its section polygon drawn straight across its section plane, a bent one with chords.
-Against the closed forms that stood here before, distances differ by 2e-15 mm at most (6000 random
-pairs). The least gap of 500 plates takes 0.2 (plates crosswise) to 1.2 times (one row) as long,
-gaps of neighbours and to a core 3 to 5 times, a whole check of 500 plates 0.6 to 1.3 times.
 """
 
 from __future__ import annotations
@@ -160,8 +157,6 @@ def core_gaps(core: Core, depth: float, frames: tuple[PlateFrame, ...]) -> Array
 #
 # The section is drawn with all plates and the core at once, whatever their reach along z. So they
 # must not lie over one another in it, even where they never meet in space.
-
-# Which plates the finite elements cannot see as sheets (numpy only).
 
 
 def not_a_sheet(frame: PlateFrame, half: bool = False) -> str | None:

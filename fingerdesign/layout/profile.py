@@ -2,14 +2,15 @@
 
 Half of it, x >= 0, as pieces from the crest outward; the other half mirrors it. Every parametric
 body is this outline drawn straight along z, revolved about a line along x (dome) or about y
-(revolved). Numpy only; lengths in mm; points (n, 2) are (x, y).
+(revolved): in its plane one formula serves all, edges included. Each kind of body, by the name that
+``body.shape`` takes, answers for its own geometry. Numpy only; lengths in mm; points (n, 2) are
+(x, y), those asked of a body also (n, 3).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +18,6 @@ from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.body import Body, BodyKind, body
 from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.errors import GeometryError
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
 
 
 @dataclass(frozen=True)
@@ -242,14 +240,6 @@ def profile_of(body: Body) -> Profile:
     if radius < half or (edge is not None and not edge <= min(half, radius)):
         raise ValueError("the arc or its edge does not fit the width")
     return _outline(half, body.base_height_mm, radius, edge, body.edge == "chamfer")
-
-
-# The kinds of bodies by the name that ``body.shape`` takes; each answers for its own geometry.
-#
-# A parametric body is the section's outline (profile.py) in one of three ways: drawn straight along
-# z; revolved about the x-parallel axis at height crest - dome radius (dome); revolved about y. In
-# the plane of the outline one formula serves all, edges included. Numpy only; lengths in mm; points
-# are (n, 2), in the mid-section z = 0, or (n, 3).
 
 
 @body("arc", place=1)

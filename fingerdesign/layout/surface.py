@@ -1,10 +1,8 @@
 """A body's contact surface: nearest point, normal, signed distance, height (numpy only).
 
-A parametric body's is its section's outline (layout/profile.py) in one of three ways: drawn
-straight along z; revolved about the x-parallel axis at height crest - dome radius (dome); revolved
-about y. In the meridian coordinates of each the surface is the plane outline, so one formula serves
-all, edges included. A STEP body's is that of its CAD faces, closed forms and NURBS: distances and
-heights are those of the true surface, not of a tessellation.
+A parametric body's is its section's outline (layout/profile.py), in the meridian coordinates of
+its kind. A STEP body's is that of its CAD faces, closed forms and NURBS: distances and heights are
+those of the true surface, not of a tessellation.
 """
 
 from __future__ import annotations

@@ -26,12 +26,6 @@ def outline_volume(body: Body, half: bool = False) -> float:
     return share * body.kind.volume(body)
 
 
-# What must be true of a finger's solids: volumes and areas in closed form (numpy only).
-#
-# Whether plates lie inside the body and clear of each other is checks/design.py's to say, before
-# anything is built; here stands what the solids are held against.
-
-
 def plate_volume(frame: PlateFrame, half: bool = False) -> float:
     """Volume of one plate, mm^3; ``half``: of the part z >= 0 of one that mirrors in z = 0.
 

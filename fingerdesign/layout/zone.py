@@ -18,8 +18,6 @@ from fingerdesign.layout.gaps import least_gap
 from fingerdesign.layout.profile import profile_of
 from fingerdesign.layout.volume import outline_volume
 
-# What can be said of a design before any model is built: volumes and the contact's width.
-
 
 def plates_volume(design: Design) -> float:
     """Volume of all plates together, mm^3; their holes left out."""

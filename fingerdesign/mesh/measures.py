@@ -180,8 +180,6 @@ def curved_areas(points: Array, facets: IntArray) -> Array:
     return total
 
 
-# How well a mesh fits its design: areas and volumes, distances of nodes to the CAD faces.
-
 _TOUCHES = 1e-6  # mm: a plate that ends in a face of the body
 
 

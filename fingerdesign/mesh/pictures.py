@@ -148,12 +148,6 @@ def _draw(plotter: Any, data: dict[str, NDArray[Any]], cut: bool) -> None:
     plotter.camera.zoom(1.15)
 
 
-# A picture of a mesh's quality: the mesh cut open, coloured by least angle, and histograms.
-#
-# As mesh/pictures.py it draws in a process of its own.
-
-# Histograms of a mesh's angles and sizes, on matplotlib's axes.
-
 _NAMES = {"contact": "at the contact", "rest": "elsewhere in the rubber"}
 _COLOURS = {"contact": "#0b6fb0", "plates": "#d2560a", "core": "#b0569a", "rest": "#0a8f6b"}
 _STYLES = {"contact": "-", "plates": "--", "core": "-.", "rest": ":"}

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 
-# The sizes that a design asks its mesher for, to hold a mesh against (numpy only).
-
 _END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)
 
 

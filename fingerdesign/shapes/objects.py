@@ -153,9 +153,6 @@ def touching(
     return rigid.at_height(y - drop), np.array([centre[0], y, centre[1]])
 
 
-# What a scene's table says of each.
-
-
 class SceneShape:
     """A kind of object, as a scene's table asks for it; a new one says at least ``make``.
 

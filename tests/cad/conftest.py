@@ -1,7 +1,6 @@
 """Designs of every kind of body, plate and core, by name, for the tests of the CAD solids."""
 
 import tomllib
-from collections.abc import Callable
 
 import pytest
 
@@ -59,8 +58,6 @@ CORES = {
     "standing, full width": "width_mm = 20.0\ndepth_mm = 5.0",
     "a backing": "width_mm = 20.0",
 }
-
-Make = Callable[..., Design]
 
 
 def make_design(body="arc", plates="", core=""):

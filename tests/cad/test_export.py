@@ -1,7 +1,5 @@
 """STEP and STL files: parts by name, watertight at an absolute chord tolerance, whole or not."""
 
-from collections.abc import Callable
-
 import cadquery as cq
 import numpy as np
 import pytest
@@ -16,12 +14,9 @@ from fingerdesign.cad.export import (
 )
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.solid import build_solid
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import core_volume, outline_volume, plate_volume
-
-Make = Callable[..., Design]
 
 
 def read_stl(path):

@@ -4,18 +4,14 @@ import pytest
 
 import fingerdesign
 from fingerdesign import DesignError
-from fingerdesign.design import step as facts_module
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import mirrors_in_z
+from tests.support.steps import read_here
 
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch, tmp_path):
-    from fingerdesign.runtime.child import resolved
-
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    monkeypatch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
-    facts_module._outcome.cache_clear()
+    read_here(monkeypatch, tmp_path)
 
 
 @pytest.fixture

@@ -1,11 +1,12 @@
 """CAD solids: every kind's volumes and areas against closed forms, shared faces, halves."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
+import cadquery as cq
 import numpy as np
 import pytest
 
+from fingerdesign.cad.export import write_cad
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.solid import build_solid
 from fingerdesign.design.schema import Design
@@ -18,8 +19,7 @@ from fingerdesign.layout.volume import (
     outline_volume,
     plate_volume,
 )
-
-Make = Callable[..., Design]
+from tests.support.steps import write
 
 
 def assert_true_to_the_design(solid, design):
@@ -167,3 +167,42 @@ def test_plates_lie_where_their_frames_say(plates, design_of):
         found = [plate.isInside(tuple(point), 1e-9) for point in points.tolist()]
         assert found == frame.holds(points).tolist()
         assert 5 < sum(found) < 55
+
+
+# Solids of STEP bodies.
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """A block of 20 x 12 x 10 mm whose upper edges are rounded; drawn upright along z."""
+    path = tmp_path_factory.mktemp("step") / "block.step"
+    block = cq.Workplane("XY").rect(20, 10).extrude(12).faces(">Z").edges().fillet(3.0)
+    return write(block, path)
+
+
+def step_design(file, mirrors=True):
+    step = {"file": str(file), "up": "z", "mirrors_in_z": mirrors}
+    sizes = {"width_mm": 20.0, "depth_mm": 10.0, "base_height_mm": 9.0}
+    core = {"width_mm": 20.0, "height_mm": 2.0, "depth_mm": 6.0}
+    return Design.model_validate(
+        {
+            "design": {"name": "t"},
+            "body": {"shape": "step", "step": step, "core": core, **sizes},
+            "plates": {"placement": [[-3.0, 6.0, 20.0], [3.0, 6.0, 20.0]]},
+        }
+    )
+
+
+def test_a_step_body_is_fused(file, tmp_path):
+    design = step_design(file)
+    whole, half = (build_solid(design, half) for half in (False, True))
+    assert whole.outline.Area() == pytest.approx(sum(face_areas(design.body).values()), rel=1e-6)
+    # The core ends in the base and in the sides.
+    assert [sum(on_base(face) for face in part.Faces()) for part in whole.parts] == [2, 0, 0, 1]
+    assert volume_of(half.body) == pytest.approx(0.5 * volume_of(whole.body), rel=1e-6)
+    assert "core.stl" in write_cad(whole, tmp_path)
+
+
+def test_a_half_is_refused_where_the_user_does_not_vouch_for_it(file):
+    with pytest.raises(GeometryError, match="mirrors_in_z is false"):
+        build_solid(step_design(file, mirrors=False), half=True)

@@ -2,19 +2,15 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
-from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.volume import outline_volume
-
-Make = Callable[..., Design]
 
 
 def test_triangles_are_those_of_this_process(design_of):

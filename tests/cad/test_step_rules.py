@@ -10,6 +10,7 @@ from fingerdesign.design.body import StepFile
 from fingerdesign.design.step import step_facts
 from fingerdesign.design.step_file import portable, resolved
 from fingerdesign.errors import GeometryError
+from tests.support.steps import read_here, write
 
 TEXT = """
 design.name = "mine"
@@ -23,19 +24,7 @@ file = "body.step"
 
 @pytest.fixture(autouse=True)
 def in_this_process(monkeypatch, tmp_path):
-    """The worker's code without a process of its own: fast, and what it says is the same."""
-    from fingerdesign.runtime.child import resolved
-
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
-    facts_module._outcome.cache_clear()
-
-
-def write(work, path):
-    from cadquery import exporters
-
-    exporters.export(work, str(path), exporters.ExportTypes.STEP)
-    return path
+    read_here(monkeypatch, tmp_path / "cache")
 
 
 def block(chamfer=1.0):
@@ -120,6 +109,9 @@ def test_no_face_that_the_rules_find(tmp_path):
     assert fault.key == "body.step.base_direction"
     assert "[0, -1, 0]" in fault.remedy
     assert "[0, 0, 1]" in fault.remedy
+    fault = fault_of(path, base_direction=(0.0, 1.0, 0.0))
+    assert fault.key == "body.step.base_direction"
+    assert "same face" in fault.bound
     fault = fault_of(path, contact_direction=(1.0, 1.0, 1.0), contact_angle_deg=5.0)
     assert fault.key == "body.step.contact_direction"
     assert "[0, 1, 0] at y = 12" in fault.remedy
@@ -302,12 +294,6 @@ def test_tables_that_are_no_sound_step_body_are_left_alone():
     for data in ({}, {"body": 3}, {"body": {"shape": "arc"}}, {"body": {"shape": "step"}}):
         assert resolved(data).data == data
     assert not resolved(odd).faults  # its keys' own
-
-
-def test_base_and_contact_look_apart(tmp_path):
-    fault = fault_of(write(block(), tmp_path / "b.step"), base_direction=(0.0, 1.0, 0.0))
-    assert fault.key == "body.step.base_direction"
-    assert "same face" in fault.bound
 
 
 def test_a_faulty_rule_keeps_the_file_unread(tmp_path):

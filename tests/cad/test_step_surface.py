@@ -13,6 +13,7 @@ from fingerdesign.design.step_file import step_sizes
 from fingerdesign.layout.surface import ContactSurface, step_carriers, surface_of
 from fingerdesign.layout.volume import outline_volume
 from fingerdesign.shapes.faces import nearest
+from tests.support.steps import read_here, write
 
 BODIES = {
     "arc": Body(),
@@ -21,13 +22,6 @@ BODIES = {
     "dome, a torus": Body(shape="dome", dome_radius_mm=25.0),
     "dome, a spindle": Body(shape="dome", dome_radius_mm=12.0),
 }
-
-
-def write(work, path):
-    from cadquery import exporters
-
-    exporters.export(work, str(path), exporters.ExportTypes.STEP)
-    return str(path)
 
 
 def section(width=20.0, depth=10.0):
@@ -105,18 +99,11 @@ MAKES = {
 @pytest.fixture(scope="module")
 def steps(tmp_path_factory):
     """Each body as [body.step], read by the worker's code in this process."""
-    from fingerdesign.runtime.child import resolved
-
     folder = tmp_path_factory.mktemp("steps")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FINGERDESIGN_CACHE", str(folder / "cache"))
-        patch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
-        yield {
-            name: StepFile(
-                file=write(make(), folder / f"{name}.step"), mirrors_in_z="pin" not in name
-            )
-            for name, make in MAKES.items()
-        }
+        read_here(patch, folder / "cache")
+        files = {name: str(write(make(), folder / f"{name}.step")) for name, make in MAKES.items()}
+        yield {name: StepFile(file=f, mirrors_in_z="pin" not in name) for name, f in files.items()}
 
 
 def near(body, count=400):
@@ -289,17 +276,14 @@ def test_points_beside_a_centre_of_curvature_have_a_distance(tmp_path, monkeypat
     """Within an ellipsoid, where a nearest point hardly differs from its neighbours."""
     import cadquery as cq
 
-    from fingerdesign.runtime.child import resolved
-
-    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(facts_module, "call", lambda name, *given, time_s: resolved(name)(*given))
+    read_here(monkeypatch, tmp_path / "cache")
     axes = np.array([9.0, 5.0, 7.0])
     stretch = cq.Matrix([[*row, 0.0] for row in np.diag(axes)] + [[0.0, 0.0, 0.0, 1.0]])
     ball = cq.Workplane("XY").sphere(1).val().transformGeometry(stretch)
     upper = cq.Workplane("XY").box(40, 40, 40).translate((0, 20, 0))
     shank = cq.Workplane("XZ").ellipse(9, 7).extrude(8)
     work = cq.Workplane(ball).intersect(upper).union(shank)
-    facts = step_facts(StepFile(file=write(work, tmp_path / "ellipsoid.step")))
+    facts = step_facts(StepFile(file=str(write(work, tmp_path / "ellipsoid.step"))))
     (cap,) = facts.contact
     points = np.random.default_rng(0).uniform(facts.low, facts.high, (1500, 3))
     points = np.vstack([points * [1.0, 1.0, 0.0], [[-3.4222, 6.5084, 0.0]]])

@@ -1,7 +1,5 @@
 """Triangles keep an absolute chord on every kind of face, shared faces once, vertices merged."""
 
-from collections.abc import Callable
-
 import cadquery as cq
 import numpy as np
 import pytest
@@ -19,8 +17,6 @@ from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
-
-Make = Callable[..., Design]
 
 SHARES = np.vstack([np.random.default_rng(8).dirichlet([1.0, 1.0, 1.0], 12), np.ones((1, 3)) / 3])
 

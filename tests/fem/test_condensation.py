@@ -47,39 +47,19 @@ far_size_mm = 1.0
 POINT = np.array([[0.5, 3.2, 0.0]])
 
 
-@pytest.fixture(scope="module", params=["section", "half", "whole"])
+CASES = [(kind, "P2") for kind in ("section", "half", "whole")]
+CASES += [(kind, element) for kind in ("section", "half") for element in ("P1", "mixed")]
+
+
+@pytest.fixture(scope="module", params=CASES, ids=" ".join)
 def case(request):
+    kind, element = request.param
     design = parse_design(COARSE)
-    if request.param == "section":
-        mesh = mesh_section(design, 1.5)
-    else:
-        mesh = extrude(design, 1.5, symmetric=request.param == "half")
+    if element != "P2":
+        keys = {"mesh.element": element, "materials.silicone.poissons_ratio": 0.4999}
+        design = with_values(design, keys)
+    mesh = mesh_section(design, 1.5) if kind == "section" else extrude(design, 1.5, kind == "half")
     return design, mesh, build_model(design, mesh, 1.5, POINT)
-
-
-@pytest.mark.parametrize("element", ["P1", "mixed"])
-@pytest.mark.parametrize("kind", ["section", "half"])
-def test_other_elements_condense_alike(element, kind):
-    """Condensed equals full, symmetric, in balance, fields recovered: for P1 and mixed too."""
-    design = with_values(
-        parse_design(COARSE),
-        {"mesh.element": element, "materials.silicone.poissons_ratio": 0.4999},
-    )
-    mesh = mesh_section(design, 1.5) if kind == "section" else extrude(design, 1.5)
-    built = build_model(design, mesh, 1.5, POINT)
-    assert built.element == element
-    model = built.reduced
-    force = random_force(model)
-    field = built.displacement_fields(force[None])[0]
-    u = (built.condensed.trace.operator @ field.ravel()).reshape(force.shape)
-    assert np.abs(model.displacement(force) - u)[~model.locked].max() < 1e-9 * np.abs(u).max()
-    gages = (gage_rows(mesh, plate_frames(design), design.gages) @ field.ravel()).reshape(-1, 2)
-    assert np.abs(model.gage_strain(force) - gages).max() < 1e-9 * np.abs(gages).max()
-    compliance = model.compliance
-    assert np.abs(compliance - compliance.T).max() <= 1e-10 * np.abs(compliance).max()
-    assert np.linalg.eigvalsh(compliance).min() > 0.0
-    reaction = model.reaction_readout @ force.ravel()
-    assert np.allclose(reaction, -force.sum(axis=0), rtol=0, atol=1e-7)
 
 
 def test_auto_goes_by_the_poisson_ratio():
@@ -114,9 +94,16 @@ def random_force(model, seed=0):
 
 
 def test_condensed_equals_full(case):
-    """Contact displacement, gage and point strain of the reduced and of the full solution."""
+    """Contact displacement, gage and point strain of the reduced and of the full solution.
+
+    The compliance is symmetric positive definite, and every force comes out at the supports.
+    """
     design, mesh, built = case
     model = built.reduced
+    assert built.element == design.mesh.element
+    compliance = model.compliance
+    assert np.abs(compliance - compliance.T).max() <= 1e-10 * np.abs(compliance).max()
+    assert np.linalg.eigvalsh(compliance).min() > 0.0
     force = random_force(model)
     field = built.displacement_fields(force[None])[0]
     u = (built.condensed.trace.operator @ field.ravel()).reshape(force.shape)
@@ -128,6 +115,12 @@ def test_condensed_equals_full(case):
     point = POINT[0, : mesh.dimension]
     strain = strain_rows(mesh, point) @ field.ravel()
     assert np.abs(model.point_strain(force)[0] - strain).max() < 1e-9 * np.abs(strain).max()
+    bearing = 2 if model.locked.any() else model.dimension
+    reaction, least = (
+        model.reaction_readout @ force.ravel(),
+        1e-8 if built.element == "P2" else 1e-7,
+    )
+    assert np.allclose(reaction[:bearing], -force.sum(axis=0)[:bearing], rtol=0, atol=least)
 
 
 def stiffness_of(design, mesh):
@@ -142,6 +135,8 @@ def stiffness_of(design, mesh):
 def test_field_satisfies_the_full_equations(case):
     """K u = f on the free dofs of the full stiffness."""
     design, mesh, built = case
+    if built.element != "P2":
+        pytest.skip("its stiffness is not that of P2")
     force = random_force(built.reduced, 1)
     field = built.displacement_fields(force[None])[0].ravel()
     upper = stiffness_of(design, mesh)
@@ -150,20 +145,6 @@ def test_field_satisfies_the_full_equations(case):
     free = ~fixed_dofs(mesh)
     internal = abs(upper) @ np.abs(field)  # what cancels in each row
     assert np.abs(residual[free]).max() < 1e-12 * internal.max()
-
-
-def test_compliance_is_symmetric_positive_definite(case):
-    compliance = case[2].reduced.compliance
-    assert np.abs(compliance - compliance.T).max() <= 1e-10 * np.abs(compliance).max()
-    assert np.linalg.eigvalsh(compliance).min() > 0.0
-
-
-def test_reaction_balances_every_force(case):
-    model = case[2].reduced
-    force = random_force(model, 2)
-    held = 2 if model.locked.any() else model.dimension
-    reaction = model.reaction_readout @ force.ravel()
-    assert np.allclose(reaction[:held], -force.sum(axis=0)[:held], rtol=0, atol=1e-8)
 
 
 def test_half_model_equals_whole():

@@ -10,9 +10,10 @@ from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows
 from fingerdesign.fem.sheet import sheet_of, sheet_stiffness
 from fingerdesign.fem.system import assemble_system
 from fingerdesign.layout.frames import PlateFrame
-from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.measures import oriented
 from fingerdesign.mesh.tetra.slots import open_slots
 from fingerdesign.mesh.types import Mesh, quadratic, with_mid_nodes
+from tests.support.boxes import simplices
 
 E, NU, T = 4.96, 0.49, 0.1
 TILTED = PlateFrame(0, 0.4, 0.3, 35.0, 2.0, T, -1.0, 1.0)
@@ -26,23 +27,12 @@ GAGES = Gages(length_mm=0.8, width_mm=0.6, z_mm=0.2)
 
 def slotted(frame):
     """A block around one plate, in its axes, with a slot; shaken off the mid-surface."""
-    s, v, w = np.meshgrid(*(np.linspace(-2, 2, 9), np.linspace(-2, 2, 9), np.linspace(-2, 2, 9)))
-    local = np.stack([s.ravel(), v.ravel(), w.ravel()], axis=1)
+    local, tets = simplices(*[np.linspace(-2, 2, 9)] * 3)
     shaken = (np.abs(local) < 1.9).all(axis=1) & (local[:, 1] != 0.0)
     rng = np.random.default_rng(1)
     local[shaken] += rng.uniform(-0.05, 0.05, (shaken.sum(), 3))
-    number = np.arange(len(local)).reshape(s.shape)
-    c = [
-        number[i : i - 1 or None, j : j - 1 or None, k : k - 1 or None].ravel()
-        for i in (0, 1)
-        for j in (0, 1)
-        for k in (0, 1)
-    ]
-    ways = ((4, 6), (4, 5), (2, 6), (2, 3), (1, 5), (1, 3))
-    tets = np.vstack([np.stack([c[0], c[a], c[b], c[7]], axis=1) for a, b in ways])
     points = frame.to_space(frame.from_local(local[:, 0], local[:, 1]), local[:, 2])
-    negative = cell_volumes(points, tets) < 0.0
-    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
+    tets = oriented(points, tets)
     middle = local[tets].mean(axis=1)
     box = (np.abs(middle[:, 0]) < 0.5 * frame.length) & (np.abs(middle[:, 1] - 0.25) < 0.24)
     box &= (middle[:, 2] > frame.low) & (middle[:, 2] < frame.high)

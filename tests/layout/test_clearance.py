@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
-from fingerdesign.layout.gaps import least_gap
 
 QUICK = settings(max_examples=50, derandomize=True, deadline=None)
 NUMBER = st.floats(-3, 3)
@@ -17,41 +16,6 @@ NUMBER = st.floats(-3, 3)
 
 def frame(x, y, angle, length=2.0, thickness=0.3):
     return PlateFrame(0, x, y, angle, length, thickness, -1.0, 1.0)
-
-
-def filled(plate, count=41):
-    """Points all over a plate's rectangle."""
-    along, across = np.meshgrid(np.linspace(-1, 1, count), np.linspace(-1, 1, 9))
-    return (
-        np.array([plate.x, plate.y])
-        + 0.5 * plate.length * along.reshape(-1, 1) * plate.axis
-        + 0.5 * plate.thickness * across.reshape(-1, 1) * plate.normal
-    )
-
-
-@QUICK
-@given(NUMBER, NUMBER, st.floats(-180, 180), st.floats(-180, 180))
-def test_distance_of_two_rectangles_is_that_of_their_points(x, y, first_angle, second_angle):
-    first, second = frame(0, 0, first_angle), frame(x, y, second_angle)
-    exact = least_gap((first, second)).distance
-    between = filled(first)[:, None] - filled(second)[None]
-    sampled = np.sqrt((between**2).sum(-1)).min()
-    assert exact <= sampled + 1e-12
-    assert sampled - exact < 0.06  # the sampling's spacing
-
-
-def test_crossing_rectangles_touch():
-    first, second = frame(0, 0, 0), frame(0, 0, 90)
-    assert least_gap((first, second)).distance == 0.0
-
-
-def test_least_gap_finds_the_pair():
-    places = enumerate((0.0, 1.0, 1.9, 3.0))
-    frames = tuple(replace(frame(x, 0, 90), index=k) for k, x in places)
-    gap = least_gap(frames)
-    assert (gap.first, gap.second) == (1, 2)
-    assert np.isclose(gap.distance, 0.6)
-    assert least_gap(frames[:1]) is None
 
 
 @QUICK

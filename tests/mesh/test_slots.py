@@ -13,6 +13,7 @@ from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.tetra.slots import carrier_frames, held_on_faces, open_slots
 from fingerdesign.mesh.tetra.snap import least_dihedral
 from fingerdesign.mesh.types import boundary_facets, quadratic
+from tests.support.boxes import simplices
 
 # Boxes of the grid below are 1 x 0.5 x 1 mm: mid-surfaces lie between its cells.
 INSIDE = PlateFrame(0, 0.0, 2.5, 0.0, 2.0, 0.1, -1.0, 1.0)
@@ -28,21 +29,7 @@ def grid(half=False, seed=0):
     steps = [np.linspace(-3, 3, 7), np.linspace(0, 5, 11), np.linspace(0 if half else -3, 3, 7)]
     if half:
         steps[2] = steps[2][::2]
-    x, y, z = np.meshgrid(*steps, indexing="ij")
-    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-    number = np.arange(len(points)).reshape(x.shape)
-    corners = [
-        number[i : i - 1 or None, j : j - 1 or None, k : k - 1 or None].ravel()
-        for i in (0, 1)
-        for j in (0, 1)
-        for k in (0, 1)
-    ]
-    ways = ((4, 6), (4, 5), (2, 6), (2, 3), (1, 5), (1, 3))
-    tets = np.vstack(
-        [np.stack([corners[0], corners[a], corners[b], corners[7]], axis=1) for a, b in ways]
-    )
-    negative = cell_volumes(points, tets) < 0.0
-    tets[negative] = tets[negative][:, [0, 2, 1, 3]]
+    points, tets = simplices(*steps)
     shaken = (np.abs(points) < [2.9, 4.9, 2.9]).all(axis=1) & (points[:, 1] > 0.1)
     shaken &= ~np.isin(points[:, 1], [2.5, 3.0]) & (points[:, 2] > 0.01 if half else True)
     rng = np.random.default_rng(seed)

@@ -26,7 +26,6 @@ from fingerdesign.fem.finite.elements import Group, group
 from fingerdesign.fem.system import pressure_nodes
 
 if TYPE_CHECKING:
-    from fingerdesign.fem.body import Body
     from fingerdesign.reduced import ReducedModel
 
 

@@ -23,8 +23,6 @@ from fingerdesign.mesh.files.named import NamedMesh, facet_name, facet_number
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.files import whole_file
 
-# From blocks of cells, as most file formats hold them, to a mesh with names.
-
 CELL_TYPES = {2: ("triangle6", "line3"), 3: ("tetra10", "triangle6")}
 LINEAR = {"tetra10": "tetra", "triangle6": "triangle", "line3": "line"}
 

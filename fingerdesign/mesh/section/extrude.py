@@ -38,8 +38,6 @@ if TYPE_CHECKING:
     from fingerdesign.layout.zone import Zone
 
 
-# Layers along z for the extruded mesher: thin at free ends and where plates end.
-
 LEAST_DEG = 1.1  # 1 degree is required of extruded layers; snapped nodes may take a little of it
 _GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane
 _SAME = 1e-9  # mm: borders that are one

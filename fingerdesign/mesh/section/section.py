@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Body, Design
 
 
-# Plates in the section's outline: boxes, bent boxes, or the mid-lines of sheets.
-
 _SAGITTA = 0.1  # of the thickness: what a chord of a bent face may leave, before its middle is bent
 
 
