@@ -57,33 +57,24 @@ def cropped(image: NDArray[Any]) -> tuple[NDArray[Any], tuple[int, int]]:
     return image[top : rows.max() + 1, left : columns.max() + 1], (left, top)
 
 
-def draw_mesh(
-    mesh: Mesh, path: Path | str, time_limit_s: float = TIME_LIMIT_S, name: str = ""
-) -> Path:
+def draw_mesh(mesh: Mesh, path: Path, name: str = "") -> Path:
     """Write a PNG of a mesh: a section seen along -z, a half model with its mid-plane in front, a
     whole one beside itself cut open at z = 0. ``name``: the design's, for the title.
 
     MeshError where nothing can be rendered (no off-screen graphics on this machine).
     """
-    path = Path(path)
     cores = [number for number, region in mesh.region_names.items() if region == "core"]
     part = np.where(np.isin(mesh.regions, cores), 2, np.minimum(mesh.regions, 1))
     whole = mesh.dimension == 3 and not mesh.symmetric
-    data = {
-        "points": placed(mesh),
-        "cells": mesh.corners,
-        "part": part,
-        "whole": whole,
-        "title": picture_title(mesh, name),
-    }
-    return drawn(paint_mesh, path, time_limit_s, data)
+    data = {"points": placed(mesh), "cells": mesh.corners, "part": part}
+    return drawn(paint_mesh, path, data, picture_title(mesh, name), whole)
 
 
-def drawn(paint: Function, path: Path, time_limit_s: float, *given: Any) -> Path:
+def drawn(paint: Function, path: Path, *given: Any) -> Path:
     """``paint(*given, path)`` in a process of its own, whole or not at all; MeshError says why."""
     try:
         with whole_file(path.absolute()) as aside:
-            call(paint, *given, aside, time_s=time_limit_s)
+            call(paint, *given, aside, time_s=TIME_LIMIT_S)
     except ProcessError as error:
         raise MeshError(f"the picture {path} could not be drawn: {error}") from error
     return path
@@ -98,11 +89,10 @@ def picture_title(mesh: Mesh, name: str = "") -> str:
     return f"{name}: {about}" if name else about
 
 
-def paint_mesh(data: dict[str, Any], target: Path) -> None:
+def paint_mesh(data: dict[str, NDArray[Any]], title: str, whole: bool, target: Path) -> None:
     """Draw a PNG; runs in its process. VTK's errors pass: the caller gets the last line of them."""
     import pyvista
 
-    whole = bool(data["whole"])
     plotter = pyvista.Plotter(
         off_screen=True,
         window_size=[SIZE[0] * (1 + whole), SIZE[1]],
@@ -113,7 +103,7 @@ def paint_mesh(data: dict[str, Any], target: Path) -> None:
         plotter.subplot(0, column)
         _draw(plotter, data, cut=column == 1)
     plotter.subplot(0, 0)
-    plotter.add_text(data["title"], position="upper_left", font_size=14, color="black")
+    plotter.add_text(title, position="upper_left", font_size=14, color="black")
     parts = zip(("elastomer", "plates", "core"), (SILICONE, BRONZE, CORE), strict=True)
     shown = [list(part) for k, part in enumerate(parts) if (data["part"] == k).any()]
     # VTK writes each word in the colour of its part: only a dark ground shows them all.
@@ -207,17 +197,15 @@ def draw_quality(
     mesh: Mesh,
     design: Design,
     report: QualityReport,
-    path: Path | str,
-    requested: AskedSizes | None = None,
-    time_limit_s: float = TIME_LIMIT_S,
+    path: Path,
+    requested: AskedSizes,
 ) -> Path:
     """Write the PNG: the mesh cut open at z = 0, those of its worst elements marked that lie near
-    the cut, the histogram of all angles and, with ``asked``, those of the sizes over the sizes
-    asked for, zone by zone.
+    the cut, the histogram of all angles and those of the sizes over the sizes asked for, zone by
+    zone.
 
     MeshError where nothing can be rendered.
     """
-    path = Path(path)
     least = cell_angles(mesh.points, mesh.corners).min(axis=1)
     where, nodes = _interest(mesh, design)
     arrays: dict[str, Any] = {
@@ -230,11 +218,10 @@ def draw_quality(
         "counts": np.array(report.dihedral_histogram["counts"]),
         "edges": np.array(report.dihedral_histogram["edges_deg"]),
     }
-    if requested is not None:
-        ratios = requested.ratios(mesh.points, mesh.corners)
-        for zone, rows in size_zones(mesh, design, requested).items():
-            if rows.any():
-                arrays[f"ratio_{zone}"] = ratios[rows]
+    ratios = requested.ratios(mesh.points, mesh.corners)
+    for zone, rows in size_zones(mesh, design, requested).items():
+        if rows.any():
+            arrays[f"ratio_{zone}"] = ratios[rows]
     about = {
         "title": f"{design.design.name}: {report.elements} elements ({report.mesher}), "
         f"{report.dofs} dofs{', cut flat at z = 0' * (report.modelled == 'whole')}",
@@ -243,7 +230,7 @@ def draw_quality(
         "where": where,
         "worst": min(MARKED, len(report.worst)),
     }
-    return drawn(paint_quality, path, time_limit_s, arrays, about)
+    return drawn(paint_quality, path, arrays, about)
 
 
 def near_cut(mesh: Mesh, cells: list[int]) -> IntArray:
@@ -294,8 +281,7 @@ def paint_quality(data: dict[str, NDArray[Any]], about: dict[str, Any], target: 
     label = f"least {about['angle']} of an element, degrees; red rings: {rings}"
     figure.colorbar(scale, ax=scene, location="bottom", aspect=40, extend="max", label=label)
     draw_angles(figure.add_subplot(grid[0, 1]), data, about)
-    if ratios:
-        draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
+    draw_ratios(figure.add_subplot(grid[1, 1]), ratios)
     figure.savefig(target)
 
 
