@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
@@ -32,13 +31,11 @@ from fingerdesign.cad.kernel import (
     revolved,
     upper_half,
 )
+from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.step import outline_file
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import Piece, Profile, profile_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body, StepFile
 
 
 def plate_solid(frame: PlateFrame, half: bool = False) -> cq.Solid:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cadquery as cq
 import numpy as np
@@ -30,13 +29,10 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.kernel import volume_of
 from fingerdesign.cad.solid import Solid, build_solid
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
+from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.runtime.files import whole_file
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.frames import PlateFrame
-
 
 # Triangles of CAD faces at an absolute chord tolerance, with shared vertices.
 #

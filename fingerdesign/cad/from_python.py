@@ -10,15 +10,13 @@ import hashlib
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fingerdesign.checks.load import with_values
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault, GeometryError
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.files import scratch
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 # Keys of [body] that a solid of one's own says by itself.
 _IDLE = (

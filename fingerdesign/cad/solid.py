@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Set
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import cadquery as cq
 from OCP.BOPAlgo import BOPAlgo_Builder
@@ -19,12 +18,10 @@ from OCP.TopTools import TopTools_IndexedMapOfShape
 
 from fingerdesign.cad.bodies import core_solid, outline_solid, plate_solid
 from fingerdesign.cad.kernel import volume_of
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import check_volume, core_volume, outline_volume, plate_volume
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 
 @dataclass(frozen=True)

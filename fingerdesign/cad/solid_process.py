@@ -9,19 +9,16 @@ Importing this module loads no CAD kernel.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic_core import to_json
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, GeometryError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.runtime.files import keep_request
 from fingerdesign.runtime.isolate import ProcessError, call
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 TIME_LIMIT_S = 120.0  # thirty times what 200 plates take
 

@@ -3,33 +3,24 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.body import Body as FingerBody
+from fingerdesign.design.schema import Design, Gages
 from fingerdesign.fem.body import Body, CondensedBody, condense_body, reduced_model
-from fingerdesign.fem.readout import (
-    gage_rows,
-    plate_at,
-    plate_strain_rows,
-    strain_rows,
-)
+from fingerdesign.fem.readout import gage_rows, plate_at, plate_strain_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
-from fingerdesign.layout.frames import plate_frames
+from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.reduced import ReducedModel
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from fingerdesign.design.body import Body as FingerBody
-    from fingerdesign.design.schema import Design, Gages
-    from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.mesh.types import Mesh
 
 # From this Poisson's ratio "auto" takes the mixed element. Measured on a finger with three plates
 # (bench.precision_run.VALUES), five increments, errors of F_n and of the largest gage reading

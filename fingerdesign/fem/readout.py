@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Gages
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.fem.elements import inverse_map, jacobians, quadrature, tabulate
 from fingerdesign.fem.sheet import SheetFacets, places_on, sheet_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Gages
-    from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.mesh.types import Mesh
-
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.types import Mesh
 
 _INSIDE = 1e-6  # barycentric: a point on a face or an edge belongs to both cells or facets
 _NEAR = 0.02  # barycentric: a point just outside a curved or snapped boundary

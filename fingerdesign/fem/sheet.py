@@ -35,21 +35,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import lame_parameters, quadrature, tabulate
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.mesh.types import Mesh
-
+from fingerdesign.mesh.types import Mesh
 
 _SAME_PLACE = 1e-6  # mm: far below any element, far above rounding
 

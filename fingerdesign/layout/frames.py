@@ -9,22 +9,18 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.plates import PlateLayout, plate_layout
-from fingerdesign.design.step import step_facts
+from fingerdesign.design.body import Body
+from fingerdesign.design.plates import PlateLayout, Plates, plate_layout
+from fingerdesign.design.schema import Design
+from fingerdesign.design.step import StepFacts, step_facts
 from fingerdesign.layout.profile import profile_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
-    from fingerdesign.design.plates import Plates
-    from fingerdesign.design.schema import Design
-    from fingerdesign.design.step import StepFacts
 
 
 @dataclass(frozen=True)

@@ -9,19 +9,14 @@ import math
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from manifold3d import Manifold, Mesh64
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.design.schema import Core
+from fingerdesign.design.schema import Core, Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 MOST_PIECES = 16  # of a bent plate
 _STRAY_MM = 1e-3  # by which its chords may

@@ -8,11 +8,11 @@ those of the true surface, not of a tessellation.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.design.body import Body, StepFile
 from fingerdesign.design.step import step_facts
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import crest_height, surface_height
@@ -25,9 +25,6 @@ from fingerdesign.layout.profile import (
     profile_of,
 )
 from fingerdesign.shapes.faces import CadFace, Smooth, nearest
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body, StepFile
 
 
 @dataclass(frozen=True)

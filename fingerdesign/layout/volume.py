@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from fingerdesign.design.body import Body
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import Hole, PlateFrame
 from fingerdesign.layout.profile import profile_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.body import Body
-    from fingerdesign.design.schema import Design
 
 
 def section_area(body: Body) -> float:

@@ -12,20 +12,18 @@ import json
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.design.digest import content_digest
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.cache import GARBLED, Cache
 from fingerdesign.version import __version__
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 FORMAT = 4  # raise it when the way from CAD to mesh changes
 KEPT = 300  # meshes of a few MB each; the longest unused go first

@@ -8,15 +8,13 @@ class MyMesher(Mesher):
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
+from fingerdesign.layout.zone import Zone
+from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.registry import MESHERS, own_values
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.zone import Zone
-    from fingerdesign.mesh.types import Mesh
 
 
 class Mesher:

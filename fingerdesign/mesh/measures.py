@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.volume import (
     core_volume,
@@ -18,17 +18,8 @@ from fingerdesign.layout.volume import (
     section_area,
 )
 from fingerdesign.mesh.tetra.carriers import carriers_of, core_faces, plane, plate_faces
-from fingerdesign.mesh.types import (
-    TETRA_EDGES,
-    TETRA_FACETS,
-    TRIANGLE_EDGES,
-    Mesh,
-    boundary_facets,
-)
+from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS, TRIANGLE_EDGES, Mesh, boundary_facets
 from fingerdesign.shapes.faces import Carrier
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 
 def cell_volumes(points: Array, cells: IntArray) -> Array:

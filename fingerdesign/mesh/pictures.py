@@ -7,22 +7,19 @@ graphics drivers are odd: it draws in a process of its own.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.quality import AskedSizes, QualityReport, parts_of, size_zones
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime.files import whole_file
 from fingerdesign.runtime.isolate import Function, ProcessError, call
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 TIME_LIMIT_S = 120.0  # drawing takes 1 to 2 s; a software renderer on a busy machine far longer
 SIZE = (1600, 1120)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.schema import Design
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import surface_of
 from fingerdesign.mesh.files.imported import import_words
@@ -27,11 +29,6 @@ from fingerdesign.mesh.measures import (
 from fingerdesign.mesh.section.section import extruded_sizes, section_sizes
 from fingerdesign.mesh.sizing import FACETS_ACROSS, MeshSizes, SizeField, distances_to_plate
 from fingerdesign.mesh.types import Mesh
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.schema import Design
-
 
 _END_WORDS = ("in plates and beside them finer at the plates' ends, where stress is singular",)
 

@@ -11,19 +11,15 @@ the rubber has its true shape, and the plate is the slot, which structural eleme
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Body
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import chain_misfit, profile_of
 from fingerdesign.mesh.types import boundary_facets
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body
-
 
 FACES = ("upper", "lower", "end")
 _ON = 1e-9  # mm: the mesher's vertices lie on their lines to rounding

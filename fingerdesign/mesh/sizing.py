@@ -9,19 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import permutations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import Surface
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 GRID_POINTS = 200_000
 # Measured on a finger with three plates against a fine extruded mesh (errors of membrane strain out

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 # Corner pairs of the mid-edge nodes, in the order of VTK, meshio and scikit-fem alike.
 TRIANGLE_EDGES = ((0, 1), (1, 2), (0, 2))

@@ -7,13 +7,7 @@ import scipy.sparse as sp
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.fem.factor import Condensation
-from fingerdesign.fem.model import (
-    MIXED_FROM,
-    build_model,
-    element_of,
-    fixed_dofs,
-    materials_of,
-)
+from fingerdesign.fem.model import MIXED_FROM, build_model, element_of, fixed_dofs, materials_of
 from fingerdesign.fem.readout import gage_rows, strain_rows
 from fingerdesign.fem.sheet import design_sheets
 from fingerdesign.fem.system import assemble_system

@@ -8,9 +8,7 @@ from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.tetra.boundary import boundary_facets
 from fingerdesign.mesh.tetra.carriers import Chain, carriers_of, plate_faces
-from fingerdesign.mesh.tetra.snap import (
-    snap_to_carriers,
-)
+from fingerdesign.mesh.tetra.snap import snap_to_carriers
 from fingerdesign.mesh.types import quadratic, with_mid_nodes
 
 UNIT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

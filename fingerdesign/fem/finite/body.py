@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -24,10 +23,7 @@ from fingerdesign.fem.elements import lame_parameters
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.finite.elements import Group, group
 from fingerdesign.fem.system import pressure_nodes
-
-if TYPE_CHECKING:
-    from fingerdesign.reduced import ReducedModel
-
+from fingerdesign.reduced import ReducedModel
 
 # A body's equations at finite strain: forces and stiffness on the free unknowns.
 #

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,18 +25,15 @@ from fingerdesign.contact.increment import (
 )
 from fingerdesign.contact.path import Forces, NoEquilibrium, solve_forces
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
+from fingerdesign.design.schema import Gages
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.finite.body import FiniteBody, Linearised
 from fingerdesign.fem.readout import displacement_rows, gage_heights
 from fingerdesign.fem.trace import TRACE_ORDER
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Gages
-    from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.mesh.types import Mesh
-    from fingerdesign.shapes.objects import Indenter
-
+from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.mesh.types import Mesh
+from fingerdesign.shapes.objects import Indenter
 
 # What a gage reads at finite strain: how much longer its own line on the plate has become.
 #

@@ -11,14 +11,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.design.mesh import mesh_file_faults
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.frames import crest_height, plate_frames
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.files.io import read_named
 from fingerdesign.mesh.files.named import NamedMesh
 from fingerdesign.mesh.make import Mesher, mesher
@@ -44,11 +45,6 @@ from fingerdesign.mesh.types import (
     quadratic,
     with_mid_nodes,
 )
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.zone import Zone
-
 
 VOLUME_ERROR = 1e-2  # of body, plates, core: chords of a coarse mesh miss less
 AREA_ERROR = 2e-2  # of base and contact

@@ -10,16 +10,18 @@ with triquadratic hexahedra, or better; the strains of gages are not, by a facto
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.checks.body import sound_outline
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, mirrors_in_z, plate_frames
 from fingerdesign.layout.gaps import layered, lies_over, not_layered, not_sweepable
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.measures import cell_angles, oriented
 from fingerdesign.mesh.section.section import (
@@ -31,12 +33,6 @@ from fingerdesign.mesh.section.section import (
 )
 from fingerdesign.mesh.sheets import sheet_facets
 from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, prisms, quadratic
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.schema import Design
-    from fingerdesign.layout.zone import Zone
-
 
 LEAST_DEG = 1.1  # 1 degree is required of extruded layers; snapped nodes may take a little of it
 _GROWTH = 1.15  # from the free end, where the field changes fastest, toward the mid-plane

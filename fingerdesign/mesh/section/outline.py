@@ -7,17 +7,14 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.schema import Body
 from fingerdesign.layout.profile import Piece, profile_of
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.schema import Body
-
 
 BODY = 1  # domain numbers: the body, then plate k as BODY + 1 + k, the core after the last plate
 _LEAST_LENGTH = 1e-9  # mm: an edge's rounding may be of no length where the arc ends upright

@@ -7,11 +7,12 @@ a library that is imported, unlike gmsh's (GPL) and Triangle's (no commercial us
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.mesh import SectionMesh
+from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.surface import surface_of
@@ -22,11 +23,6 @@ from fingerdesign.mesh.section.outline import BODY, Outline, body_outline, core_
 from fingerdesign.mesh.sheets import line_beyond, open_sheets, room_around, sheet_facets
 from fingerdesign.mesh.sizing import contact_size
 from fingerdesign.mesh.types import Mesh, boundary_facets, core_name, quadratic
-
-if TYPE_CHECKING:
-    from fingerdesign.design.mesh import SectionMesh
-    from fingerdesign.design.schema import Body, Design
-
 
 _SAGITTA = 0.1  # of the thickness: what a chord of a bent face may leave, before its middle is bent
 

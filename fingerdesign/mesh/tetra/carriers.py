@@ -6,20 +6,17 @@ Faces that join without an edge (under 12 degrees) are one carrier: a mesher kee
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, BoolArray
+from fingerdesign.design.schema import Body, Design
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.profile import Piece, Profile, profile_of
 from fingerdesign.layout.surface import ContactSurface, step_carriers
 from fingerdesign.shapes.faces import Carrier, Face
 from fingerdesign.shapes.quadrics import Cone, Plane
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body, Design
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.mesh.measures import cell_volumes, oriented
@@ -23,10 +23,6 @@ from fingerdesign.mesh.tetra.carriers import Carriers, carriers_of, in_core
 from fingerdesign.mesh.tetra.slots import PlateWay, Slots, open_slots
 from fingerdesign.mesh.tetra.snap import curve_facets, improve, snap_to_carriers
 from fingerdesign.mesh.types import TETRA_EDGES, Mesh, core_name, prisms, quadratic, with_mid_nodes
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
-
 
 # Split edges that came out longer than asked: fTetWild stops when shapes are good, not sizes.
 #

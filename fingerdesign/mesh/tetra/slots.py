@@ -10,11 +10,11 @@ which structural elements fill (fem/sheet.py), or prisms for a solid plate (slot
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
+from fingerdesign.design.schema import Design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import PlateFrame, plate_frames
 from fingerdesign.layout.gaps import not_a_sheet
@@ -25,9 +25,6 @@ from fingerdesign.mesh.tetra.slot_cut import Cut, plan_cut, sheet_facets_of
 from fingerdesign.mesh.tetra.snap import improve
 from fingerdesign.mesh.types import TETRA_FACETS, Stars, boundary_facets
 from fingerdesign.shapes.faces import Carrier
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Design
 
 __all__ = ["Slots", "carrier_frames", "open_slots", "sized_frames"]
 

@@ -9,16 +9,18 @@ from __future__ import annotations
 import io
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from fingerdesign.arrays import Array, IntArray
 from fingerdesign.cad.solid_process import finger_triangles
 from fingerdesign.checks.design import tetwild_faults
+from fingerdesign.design.schema import Body, Design
 from fingerdesign.errors import DesignError, Fault, MeshError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.layout.surface import surface_of
+from fingerdesign.layout.zone import Zone
 from fingerdesign.mesh.cache import keep_mesh, load_mesh, mesh_key
 from fingerdesign.mesh.make import Mesher, mesher
 from fingerdesign.mesh.quality import QualityReport, assess
@@ -28,11 +30,6 @@ from fingerdesign.mesh.tetra.finish import finish
 from fingerdesign.mesh.tetra.slots import PlateWay, plate_ways
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.runtime import files, isolate
-
-if TYPE_CHECKING:
-    from fingerdesign.design.schema import Body, Design
-    from fingerdesign.layout.zone import Zone
-
 
 # fTetWild run safely: its input validated, in a process and folder of its own, with a time limit.
 #
