@@ -11,7 +11,6 @@ from fingerdesign.layout.clearance import cover_clearances, least_dome_radius
 from fingerdesign.layout.frames import PlateFrame, crest_height, plate_frames, surface_height
 
 QUICK = settings(max_examples=50, derandomize=True, deadline=None)
-NUMBER = st.floats(-3, 3)
 
 
 def frame(x, y, angle, length=2.0, thickness=0.3):
