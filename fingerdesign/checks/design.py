@@ -6,15 +6,13 @@ computed remedy. Everything is in closed form; nothing here loads a CAD kernel.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from fingerdesign.checks.body import body_faults, sound_outline
 from fingerdesign.checks.placing import placing_findings
 from fingerdesign.checks.spacing import spacing_findings
 from fingerdesign.design.faults import at_least, at_most
-from fingerdesign.design.grip import lifting_tugs
+from fingerdesign.design.grip import Grip, lifting_tugs
 from fingerdesign.design.mesh import mesh_file_faults
 from fingerdesign.design.scene import Scene
 from fingerdesign.design.schema import Design
@@ -28,11 +26,6 @@ from fingerdesign.layout.frames import (
 )
 from fingerdesign.layout.gaps import not_a_sheet
 from fingerdesign.runtime.registry import MESHERS
-
-if TYPE_CHECKING:
-    from fingerdesign.design.grip import Grip
-    from fingerdesign.design.schema import Design
-
 
 # Faults between the keys of ``[grip]`` that say what is gripped, and with what hardware.
 
@@ -97,18 +90,17 @@ def _upward_faults(grip: Grip) -> list[Fault]:
 
 
 def _dead_gage_faults(design: Design) -> list[Fault]:
-    dead, plates = design.grip.hardware.dead_gages, design.plates.number
+    dead, plates = list(design.grip.hardware.dead_gages), design.plates.number
+    key, most = "grip.hardware.dead_gages", max(plates - _LEAST_GAGES, 0)
     if len(set(dead)) < len(dead):
-        return [Fault("grip.hardware.dead_gages", list(dead), "each once", "say a plate once")]
-    wrong = [plate for plate in dead if plate >= plates]
-    if not wrong:
-        if len(dead) <= max(plates - _LEAST_GAGES, 0):
-            return []
-        bound = f"at most {max(plates - _LEAST_GAGES, 0)} of the design's {plates}"
+        return [Fault(key, dead, "each once", "say a plate once")]
+    if wrong := [plate for plate in dead if plate >= plates]:
+        bound = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
+        return [Fault(key, wrong, bound, "name plates that there are")]
+    if len(dead) > most:
         remedy = f"leave {_LEAST_GAGES} gages that answer: a rig is calibrated by them"
-        return [Fault("grip.hardware.dead_gages", list(dead), bound, remedy)]
-    bound = f"plates 0 to {plates - 1}" if plates else "empty: the design has no plates"
-    return [Fault("grip.hardware.dead_gages", wrong, bound, "name plates that there are")]
+        return [Fault(key, dead, f"at most {most} of the design's {plates}", remedy)]
+    return []
 
 
 def _stage_faults(grip: Grip) -> list[Fault]:
@@ -411,15 +403,7 @@ def _sheet_faults(design: Design) -> list[Fault]:
         bound = "'auto', 'P2' or 'mixed' for plates as sheets"
         remedy = "linear elements do not bend; leave mesh.element out"
         faults.append(Fault("mesh.element", "P1", bound, remedy))
-    if not sound_outline(design.body):
-        return faults
-    for frame in plate_frames(design):
-        why = not_a_sheet(frame)
-        if why is not None:
-            bound = f"'solid' or 'none' for plate {frame.index}: {why}"
-            faults.append(Fault("plates.model", "sheet", bound, "set plates.model = 'solid'"))
-            break
-    return faults
+    return faults + (tetwild_faults(design, False) if sound_outline(design.body) else [])
 
 
 def tetwild_faults(design: Design, symmetric: bool) -> list[Fault]:

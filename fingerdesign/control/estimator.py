@@ -37,6 +37,12 @@ _LEAST_MOTION = 1e-4  # mm
 _LEAST_CHANGE = 0.02  # N: smaller changes of force tell nothing through a force cell
 _NORMAL_SHARE = 0.3  # of F_n's change counts as much as F_t's
 _NO_FILE = "it is not a file that `fingerdesign teach` wrote"
+_INVALID = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
+_CURVES = {  # key of the file: field of FingerCurves
+    "normal_force_N": "normal_force",
+    "pressed_microstrain": "pressed",
+    "sticking_microstrain_per_N": "sticking",
+}
 _LEAST_RESPONSE = 1e-6  # microstrain/N
 _OUTLIER = 5.0  # standard deviations of the features: farther the network was never taught
 
@@ -159,11 +165,7 @@ class GripEstimator:
             "format": FORMAT,
             "design": self.design,
             "gages": self.gages,
-            "curves": {
-                "normal_force_N": _plain(self.curves.normal_force),
-                "pressed_microstrain": _plain(self.curves.pressed),
-                "sticking_microstrain_per_N": _plain(self.curves.sticking),
-            },
+            "curves": {key: _plain(getattr(self.curves, own)) for key, own in _CURVES.items()},
             "noise_microstrain": self.noise,
             "lags": list(LAGS),
             "bands": [
@@ -172,8 +174,7 @@ class GripEstimator:
                     "center": _plain(band.center),
                     "scale": _plain(band.scale),
                     "layers": [
-                        {"weight": _plain(each.weight), "bias": _plain(each.bias)}
-                        for each in band.layers
+                        {k: _plain(v) for k, v in vars(each).items()} for each in band.layers
                     ],
                     "spread": _plain(band.spread),
                 }
@@ -192,20 +193,14 @@ class GripEstimator:
             curves = record["curves"]
             found = GripEstimator(
                 record["design"],
-                FingerCurves(
-                    _array(curves["normal_force_N"]),
-                    _array(curves["pressed_microstrain"]),
-                    _array(curves["sticking_microstrain_per_N"]),
-                ),
+                FingerCurves(*(_array(curves[key]) for key in _CURVES)),
                 float(record["noise_microstrain"]),
                 tuple(_band(each) for each in record["bands"]),
             )
             wrong = _faults(found)
         except EstimatorError:
             raise
-        except (ArithmeticError, AttributeError, LookupError, RecursionError) as error:
-            raise EstimatorError(f"{_NO_FILE} ({type(error).__name__})") from error
-        except (TypeError, ValueError) as error:
+        except _INVALID as error:
             raise EstimatorError(f"{_NO_FILE} ({type(error).__name__})") from error
         if wrong:
             raise EstimatorError(f"{_NO_FILE}: {wrong[0]}")

@@ -134,6 +134,13 @@ def to_svg(figure: Canvas, key: str, alternative: str) -> str:
     return inlined(stream.getvalue(), key, alternative)
 
 
+def to_png(figure: Canvas) -> bytes:
+    """The figure as a PNG on paper's colour, the same in every run."""
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
+    return stream.getvalue()
+
+
 def inlined(text: str, key: str, alternative: str) -> str:
     """A drawing's SVG file as an element: ids made unique by ``key``, colours as CSS variables."""
     import html

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +21,7 @@ from fingerdesign.report.style import (
     VERMILION,
     canvas,
     house_style,
+    to_png,
     whole_numbers,
 )
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-SCHEMA_VERSION = 1
 RECORD_FILE, GAGES_FILE, COUNTS_FILE = "observability.json", "gages.csv", "counts.csv"
 CHART_FILE = "observability.png"
 
@@ -147,10 +146,7 @@ class Observability:
 
     def count(self, number: int) -> Count:
         """The row for ``number`` gages. Raises KeyError where there is none."""
-        for each in self.counts:
-            if len(each.kept) == number:
-                return each
-        raise KeyError(number)
+        return {len(each.kept): each for each in self.counts}[number]
 
     @property
     def confirmed(self) -> tuple[Count, ...]:
@@ -231,8 +227,10 @@ class Observability:
 
     def data(self) -> dict[str, Any]:
         """As in the file."""
+        silent = asdict(self.dead)
+        dead = self.gages[silent.pop("gage")]
         return {
-            "schema_version": SCHEMA_VERSION,
+            "schema_version": 1,
             "design": self.design,
             "digest": self.digest,
             "status": "ok",
@@ -253,16 +251,11 @@ class Observability:
             "counts": [self._named(each) for each in self.counts],
             "layouts": [self._named(each) for each in self.layouts],
             "noises": [asdict(each) for each in self.noises],
-            "dead_gage": self._dead(),
+            "dead_gage": {"plate": dead.plate, "x_mm": dead.x_mm, **silent},
             "floors": [asdict(each) for each in self.floors],
             "pressings": [asdict(each) for each in self.pressings],
             "seconds": self.seconds,
         }
-
-    def _dead(self) -> dict[str, Any]:
-        values = asdict(self.dead)
-        gage = self.gages[values.pop("gage")]
-        return {"plate": gage.plate, "x_mm": gage.x_mm, **values}
 
     def _named(self, row: Count | Layout) -> dict[str, Any]:
         """A row with plates and places instead of numbers in the order of the gages."""
@@ -292,12 +285,6 @@ def _cell(value: Any) -> Any:
     return " ".join(f"{each:g}" for each in value) if isinstance(value, list) else value
 
 
-# The chart of what gages tell: error by number of gages, and what each gage's silence costs.
-#
-# Data as in observability.json.
-
-# The folder of a study of gages, and what is written into it.
-
 FOLDER = RecordFolder(
     "study of gages", RECORD_FILE, (RECORD_FILE, GAGES_FILE, COUNTS_FILE, CHART_FILE)
 )
@@ -311,16 +298,14 @@ def write_observability(found: Observability, folder: Path) -> None:
 
 
 def chart_png(data: dict[str, Any]) -> bytes:
-    """The chart as a PNG on paper's colour."""
+    """Error by number of gages, and what each gage's silence costs, of observability.json."""
     with house_style():
         figure = canvas(9.6, 4.9)
         by_count, along = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
         _by_count(by_count, data)
         _along(along, data)
         figure.suptitle(f"{data['design']}, gage noise {data['noise_microstrain']:g} microstrain")
-        stream = io.BytesIO()
-        figure.savefig(stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
-    return stream.getvalue()
+        return to_png(figure)
 
 
 def _by_count(axes: Axes, data: dict[str, Any]) -> None:

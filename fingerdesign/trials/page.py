@@ -5,7 +5,6 @@ Data as in control.json; rows: a dictionary a grip, JudgedGrip's fields and crus
 
 from __future__ import annotations
 
-import io
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,7 +23,6 @@ from fingerdesign.report.style import (
     INK,
     MUTED,
     OPEN_COLOUR,
-    PAPER,
     PURPLE,
     VERMILION,
     ReportFigure,
@@ -32,6 +30,7 @@ from fingerdesign.report.style import (
     house_style,
     small_multiples,
     spread,
+    to_png,
 )
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials.record import ControlData
@@ -99,11 +98,6 @@ def look_of(controller: str) -> tuple[str, Any, str]:
     return COLOURS.get(colour, colour), dashes, marker
 
 
-def title_of(controller: str) -> str:
-    """A controller's name as a reader should meet it."""
-    return controller.replace("_", " ")
-
-
 def success_figure(data: ControlData) -> ReportFigure:
     """Success against noise, a line a controller, with Wilson's intervals."""
     most = data["criteria"]["most_force_ratio"]
@@ -115,12 +109,8 @@ def success_figure(data: ControlData) -> ReportFigure:
 
 def chart_png(data: ControlData) -> bytes:
     """Success against noise as a PNG on paper's colour."""
-    stream = io.BytesIO()
     with house_style():
-        _success(data).savefig(
-            stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None}
-        )
-    return stream.getvalue()
+        return to_png(_success(data))
 
 
 def _success(data: ControlData) -> Canvas:
@@ -135,14 +125,8 @@ def _success(data: ControlData) -> Canvas:
         shares = [row.success for row in each["by_noise"]]
         rate, low, high = np.array([(each.rate, each.low, each.high) for each in shares]).T
         axes.vlines(places, 100 * low, 100 * high, color=colour, lw=0.9)
-        axes.plot(
-            places,
-            100 * rate,
-            color=colour,
-            ls=dashes,
-            marker=marker,
-            label=title_of(each["controller"]),
-        )
+        label = each["controller"].replace("_", " ")
+        axes.plot(places, 100 * rate, color=colour, ls=dashes, marker=marker, label=label)
     axes.set_xticks(range(len(noises)), [f"{noise:g}" for noise in noises])
     axes.set_xlabel("gage noise (microstrain, standard deviation of a sample)")
     axes.set_ylabel("success (%)")
@@ -176,7 +160,7 @@ def force_figure(data: ControlData, rows: Sequence[Row], noise: float) -> Report
             axes.plot([first, third], [place, place], color=colour, lw=5, alpha=0.5)
             axes.plot([median], [place], color=INK, marker="|", ms=13, mew=2, ls="none")
             peaks[name] = median, first, third, ratios.max()
-        axes.set_yticks(range(len(names)), [title_of(name) for name in names])
+        axes.set_yticks(range(len(names)), [name.replace("_", " ") for name in names])
         axes.set_ylim(len(names) - 0.5, -0.5)
         axes.set_xscale("log")
         _plain_log(axes)
@@ -197,6 +181,7 @@ def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFi
     with house_style():
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import LinearSegmentedColormap, Normalize
+        from matplotlib.lines import Line2D
 
         figure = canvas(1.2 + 2.1 * columns, 0.9 + 2.1 * panels_down)
         panels = small_multiples(figure, len(names), columns, sharex=True, sharey=True)
@@ -205,7 +190,7 @@ def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFi
         for axes, name in zip(panels, names, strict=True):
             own = _at(rows, name, noise)
             _draw_map(axes, own, frictions, masses, colours, scale)
-            axes.set_title(title_of(name))
+            axes.set_title(name.replace("_", " "))
             found = Counter(map(_why, own))
             counts[name] = {why: found[why] for why in ("", *_MARKS) if found[why]}
         for axes in panels[::columns]:
@@ -215,7 +200,11 @@ def map_figure(data: ControlData, rows: Sequence[Row], noise: float) -> ReportFi
         figure.colorbar(
             ScalarMappable(scale, colours), ax=panels, label="margin at lift", shrink=0.8
         )
-        _mark_legend(figure)
+        handles = [
+            Line2D([], [], color=colour, marker=marker, ls="none", ms=5, label=why)
+            for why, (marker, colour) in _MARKS.items()
+        ]
+        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
         return captioned(figure, WORDS, "maps", noise=noise, counts=counts)
 
 
@@ -241,16 +230,6 @@ def _draw_map(
     for axis, along, decimals in ((axes.xaxis, frictions, 2), (axes.yaxis, masses, 0)):
         ticks = spread(len(along), 4)
         axis.set_ticks(ticks, [f"{along[k]:.{decimals}f}" for k in ticks])
-
-
-def _mark_legend(figure: Canvas) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [
-        Line2D([], [], color=colour, marker=marker, ls="none", ms=5, label=why)
-        for why, (marker, colour) in _MARKS.items()
-    ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
 def paths_figure(traces: Sequence[GripTrace], noise: float) -> ReportFigure:
@@ -281,7 +260,7 @@ def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
     for trace in traces:
         colour, dashes, _ = look_of(trace.controller)
         normal, tangential = trace.normal_force, trace.tangential_force
-        name = title_of(trace.controller)
+        name = trace.controller.replace("_", " ")
         axes.plot(normal, tangential, color=colour, ls=dashes, lw=1.4, label=name)
         if trace.lift_step is not None:
             here = trace.lift_step
@@ -292,11 +271,8 @@ def _draw_paths(axes: Axes, traces: Sequence[GripTrace]) -> None:
 
 
 def _at(rows: Sequence[Row], controller: str, noise: float) -> list[Row]:
-    return [
-        row
-        for row in rows
-        if row["controller"] == controller and row["noise"] == noise and row["tug"] == 0.0
-    ]
+    wanted = controller, noise, 0.0
+    return [row for row in rows if (row["controller"], row["noise"], row["tug"]) == wanted]
 
 
 def _why(row: Row) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +17,7 @@ from fingerdesign.report.style import (
     canvas,
     house_style,
     small_multiples,
+    to_png,
 )
 from fingerdesign.report.table import Table
 from fingerdesign.validate.advice import NONE, TEMPLATES, WORDS, percent_cell, spread_cell
@@ -73,10 +73,7 @@ def chart_figure(of: Validation) -> ReportFigure:
 def chart_png(of: Validation) -> bytes:
     """The chart as a PNG on paper's colour, with the names of the numbers."""
     with house_style():
-        figure = _chart(of)
-        stream = io.BytesIO()
-        figure.savefig(stream, format="png", dpi=150, facecolor=PAPER, metadata={"Software": None})
-    return stream.getvalue()
+        return to_png(_chart(of))
 
 
 def along_z_figure(of: Validation) -> ReportFigure | None:

@@ -21,7 +21,7 @@ away, a rig's other sign, are not in a model without inertia.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -112,11 +112,12 @@ class _Hand:
     """Brings F_n to a wanted force and pulls; what is wanted is the controller's own affair."""
 
     name: str
+    _own: Any
 
     def __init__(self, grip: Grip, own: Rival, held: Object) -> None:
         self._approach_step, self._shear_step = grip.approach_step_mm, grip.shear_step_mm
         self._preload, self._bench_travel = grip.preload_mm, grip.max_approach_mm
-        self._pull_share = own.pull_share
+        self._own = own
 
     def start(self, calibration: Calibration, sample: Sample) -> None:
         """Begin a grip; see :class:`fingerdesign.control.roster.Controller`."""
@@ -154,7 +155,7 @@ class _Hand:
         return False
 
     def _largest_pull(self, sample: Sample) -> float:
-        rise = self._pull_share * max(sample.normal_force, 0.0)
+        rise = float(self._own.pull_share) * max(sample.normal_force, 0.0)
         return min(self._shear_step, rise / self._stiffness)
 
     def _closing(self, now: float, wanted: float) -> float:
@@ -188,12 +189,8 @@ class FixedForceHand(_Hand):
 
     name = "fixed_force"
 
-    def __init__(self, grip: Grip, own: FixedForce, held: Object) -> None:
-        super().__init__(grip, own, held)
-        self._force = own.force_N
-
     def _wanted(self, sample: Sample) -> float:
-        return self._force
+        return float(self._own.force_N)
 
 
 @controller(
@@ -214,18 +211,14 @@ class FixedRatioHand(_Hand):
 
     name = "fixed_ratio"
 
-    def __init__(self, grip: Grip, own: FixedRatio, held: Object) -> None:
-        super().__init__(grip, own, held)
-        self._ratio = own.ratio
-
     def _wanted(self, sample: Sample) -> float:
         ahead = 0.0 if sample.lifted else self._largest_pull(sample) * self._stiffness
-        return max(self._preloaded, (sample.tangential_force + ahead) / self._ratio)
+        return max(self._preloaded, (sample.tangential_force + ahead) / float(self._own.ratio))
 
     def _pull(self, sample: Sample, wanted: float) -> float:
         now = sample.normal_force
         after = self._force_at(self._depth_at(now) + self._closing(now, wanted))
-        allowed = self._ratio * after - sample.tangential_force
+        allowed = float(self._own.ratio) * after - sample.tangential_force
         return min(max(_GAIN * allowed / self._stiffness, 0.0), self._largest_pull(sample))
 
 
@@ -254,18 +247,14 @@ class ReactiveHand(_Hand):
 
     name = "reactive"
 
-    def __init__(self, grip: Grip, own: Reactive, held: Object) -> None:
-        super().__init__(grip, own, held)
-        self._own = own
-
     def _begin(self, sample: Sample) -> None:
-        self._target = max(self._own.first_force_N, self._preloaded)
+        self._target: float = max(self._own.first_force_N, self._preloaded)
         self._waiting = False
         self._lift: Sample | None = None
         self._begin_pulls()
 
     def _begin_pulls(self) -> None:
-        self._stiffest = self._stiffness
+        self._stiffest: float = self._stiffness
         self._way = 0.0
         self._since: list[tuple[float, float]] = []  # (way, F_t) before each pull
 
@@ -315,12 +304,14 @@ class OracleHand(_Hand):
     as weight.
     """
 
-    def __init__(self, grip: Grip, own: Oracle, held: Object, margin: float) -> None:
+    margin: float
+
+    def __init__(self, grip: Grip, own: Oracle, held: Object) -> None:
         super().__init__(grip, own, held)
         assert held.friction is not None
         assert held.mass_g is not None
-        self.name = f"oracle_{margin:g}"
-        self._per_force = margin / held.friction
+        self.name = f"oracle_{self.margin:g}"
+        self._per_force = self.margin / held.friction
         self._weight = weight_per_finger(held.mass_g)
 
     def _wanted(self, sample: Sample) -> float:
@@ -339,33 +330,23 @@ def _line_through(x: Array, y: Array, at: float) -> float:
     return float(y[k] + (at - x[k]) * (y[k + 1] - y[k]) / (x[k + 1] - x[k]))
 
 
-_PULL_OF_AN_ORACLE = (Range("grip.oracle.pull_share", *_PULL),)
-_TOLD = "friction and weight"
+_ORACLE: dict[str, Any] = {
+    "table": Oracle,
+    "table_name": "oracle",
+    "tuned": (Range("grip.oracle.pull_share", *_PULL),),
+    "knows": "friction and weight",
+}
 
 
-@controller(
-    "oracle_1.2",
-    place=5,
-    table=Oracle,
-    table_name="oracle",
-    tuned=_PULL_OF_AN_ORACLE,
-    look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"),
-    knows=_TOLD,
-)
-def oracle_near(grip: Grip, own: Oracle, held: Object) -> OracleHand:
+@controller("oracle_1.2", place=5, look=("ink", (0, (3, 1, 1, 1, 1, 1)), "P"), **_ORACLE)
+class OracleNear(OracleHand):
     """1.2 times the least force that holds."""
-    return OracleHand(grip, own, held, 1.2)
+
+    margin = 1.2
 
 
-@controller(
-    "oracle_1.5",
-    place=6,
-    table=Oracle,
-    table_name="oracle",
-    tuned=_PULL_OF_AN_ORACLE,
-    look=("muted", (0, (4, 2)), "X"),
-    knows=_TOLD,
-)
-def oracle_safe(grip: Grip, own: Oracle, held: Object) -> OracleHand:
+@controller("oracle_1.5", place=6, look=("muted", (0, (4, 2)), "X"), **_ORACLE)
+class OracleSafe(OracleHand):
     """1.5 times the least force that holds."""
-    return OracleHand(grip, own, held, 1.5)
+
+    margin = 1.5
