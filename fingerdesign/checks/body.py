@@ -6,7 +6,7 @@ import numpy as np
 
 from fingerdesign.checks.placing import greatest
 from fingerdesign.design.faults import at_least, at_most
-from fingerdesign.design.schema import Body
+from fingerdesign.design.schema import Body, Core
 from fingerdesign.errors import Fault
 from fingerdesign.layout import clearance
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
@@ -101,17 +101,15 @@ def _core_faults(body: Body) -> list[Fault]:
         faults.append(Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy))
     return (
         faults
-        or _whole_section(body)
-        or _round_core(body)
-        or _core_top(body)
-        or _core_in_step(body)
+        or _whole_section(body, core)
+        or _round_core(body, core)
+        or _core_top(body, core)
+        or _core_in_step(body, core)
     )
 
 
-def _whole_section(body: Body) -> list[Fault]:
+def _whole_section(body: Body, core: Core) -> list[Fault]:
     """A core off the base that fills the body's whole section: it cuts the rubber in two."""
-    core = body.core
-    assert core is not None
     full = core.width_mm == body.width_mm and core.depth_mm in (None, body.depth_mm)
     if not full or core.bottom_mm == 0.0:
         return []
@@ -120,10 +118,8 @@ def _whole_section(body: Body) -> list[Fault]:
     return [Fault("body.core.bottom_mm", core.bottom_mm, bound, remedy)]
 
 
-def _core_in_step(body: Body) -> list[Fault]:
+def _core_in_step(body: Body, core: Core) -> list[Fault]:
     """A core that leaves a STEP body's sides or ends, meets its voids, or lies too near to them."""
-    core = body.core
-    assert core is not None
     if body.shape != "step":
         return []
 
@@ -151,10 +147,8 @@ def _core_in_step(body: Body) -> list[Fault]:
     return [Fault("body.core.width_mm", core.width_mm, reported, remedy)]
 
 
-def _round_core(body: Body) -> list[Fault]:
+def _round_core(body: Body, core: Core) -> list[Fault]:
     """A core in a revolved body: its corners stay inside the round section."""
-    core = body.core
-    assert core is not None
     if not body.kind.turned:
         return []
     depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
@@ -166,15 +160,10 @@ def _round_core(body: Body) -> list[Fault]:
     reported = f"{bound} of radius {0.5 * body.width_mm:g} (they reach {reach:.4g})"
     room = allowed**2 - 0.25 * core.width_mm**2
     if core.depth_mm is None:
-        if room > 0.01:
-            most = at_most(2.0 * float(np.sqrt(room)))
-            return [
-                Fault(
-                    "body.core.depth_mm", "(absent: the full depth)", reported, f"set it to {most}"
-                )
-            ]
         side = at_most(allowed * float(np.sqrt(2.0)))
         remedy = f"set it, and body.core.width_mm, to at most {side}"
+        if room > 0.01:
+            remedy = f"set it to {at_most(2.0 * float(np.sqrt(room)))}"
         return [Fault("body.core.depth_mm", "(absent: the full depth)", reported, remedy)]
     left = allowed**2 - 0.25 * depth**2
     remedy = "lower it and body.core.depth_mm"
@@ -183,10 +172,8 @@ def _round_core(body: Body) -> list[Fault]:
     return [Fault("body.core.width_mm", core.width_mm, reported, remedy)]
 
 
-def _core_top(body: Body) -> list[Fault]:
+def _core_top(body: Body, core: Core) -> list[Fault]:
     """A core whose upper corners come too near to the contact surface."""
-    core = body.core
-    assert core is not None
     depth = core.depth_mm if core.depth_mm is not None else body.depth_mm
 
     def cover(height: float) -> float:

@@ -5,8 +5,7 @@
 At a held approach F_t grows with the shear, ever slower, until the whole contact slides: so a
 weight hanging on the finger finds its shear. Newton with the increments' own tangent, kept between
 a shear that carries too little and one that carries too much. Every trial starts from the same
-frozen state: friction history moves once, with the accepted increment. (force_control.py is for
-forces that are both given.)
+frozen state: friction history moves once, with the accepted increment.
 """
 
 from __future__ import annotations

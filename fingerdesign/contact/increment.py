@@ -345,7 +345,7 @@ class Workspace:
 
     def __init__(self) -> None:
         self.inverse: ActiveInverse | None = None
-        self.patient = True  # False: leave out the last, slow ways (strategy.py)
+        self.patient = True  # False: leave out the last, slow ways
         self._last: tuple[ContactState, ContactState] | None = None
 
     def passed(self, before: ContactState, after: ContactState) -> None:

@@ -17,7 +17,7 @@ from fingerdesign.contact.laws import OPEN, SLIP, STICK, lengths
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.reduced import ReducedModel
 
-COMPLETE_SLIP = {2: 0.01, 3: 0.05}  # stick ratio below it under load (CONTRACT, meanings)
+COMPLETE_SLIP = {2: 0.01, 3: 0.05}  # stick ratio below it under load
 _NO_FORCE = 1e-9  # N: below it there is no load
 
 
@@ -167,7 +167,7 @@ def mid_line(model: ReducedModel) -> tuple[IntArray, IntArray, Array]:
         return model.facets, model.facets, np.zeros(model.facets.shape)
     z = model.points[:, 2].copy()
     z[np.abs(z) < 1e-9] = 0.0
-    firsts, seconds, weights = [], [], []
+    pieces: list[list[tuple[int, int, float]]] = []
     seen: set[tuple[int, int]] = set()
     for facet in model.facets[(z[model.facets].min(1) <= 0) & (z[model.facets].max(1) >= 0)]:
         ends: list[tuple[int, int, float]] = [(int(i), int(i), 0.0) for i in facet if z[i] == 0.0]
@@ -182,15 +182,9 @@ def mid_line(model: ReducedModel) -> tuple[IntArray, IntArray, Array]:
             if edge in seen:
                 continue
             seen.add(edge)
-        firsts.append([ends[0][0], ends[1][0]])
-        seconds.append([ends[0][1], ends[1][1]])
-        weights.append([ends[0][2], ends[1][2]])
-    shape = (len(firsts), 2)
-    return (
-        np.array(firsts, dtype=np.int64).reshape(shape),
-        np.array(seconds, dtype=np.int64).reshape(shape),
-        np.array(weights, dtype=float).reshape(shape),
-    )
+        pieces.append(ends[:2])
+    first, second, weight = np.array(pieces, dtype=float).reshape(-1, 2, 3).transpose(2, 0, 1)
+    return first.astype(np.int64), second.astype(np.int64), weight
 
 
 def _widths(
@@ -207,10 +201,14 @@ def _widths(
 
 def _positive_length(points: Array, line: tuple[IntArray, IntArray, Array], field: Array) -> float:
     """Length along x on the line where the field is positive."""
-    first, second, weight = line
-    x = (1.0 - weight) * points[first, 0] + weight * points[second, 0]
-    values = (1.0 - weight) * field[first] + weight * field[second]
+    x, values = _along(line, points[:, 0]), _along(line, field)
     return float(np.abs(x[:, 1] - x[:, 0]) @ _positive_fraction(values)) if len(x) else 0.0
+
+
+def _along(line: tuple[IntArray, IntArray, Array], values: Array) -> Array:
+    """Nodal values at the end points (s, 2) of the line's pieces."""
+    first, second, weight = line
+    return np.asarray((1.0 - weight) * values[first] + weight * values[second])
 
 
 def limits(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]:
@@ -222,9 +220,7 @@ def limits(problem: ContactProblem, increment: Increment) -> tuple[Array, Array]
 
 
 def _extent(points: Array, line: tuple[IntArray, IntArray, Array], field: Array) -> Array:
-    first, second, weight = line
-    x = (1.0 - weight) * points[first, 0] + weight * points[second, 0]
-    values = (1.0 - weight) * field[first] + weight * field[second]
+    x, values = _along(line, points[:, 0]), _along(line, field)
     inside = x[values > 0.0]
     crossing = (values[:, 0] > 0.0) != (values[:, 1] > 0.0)
     left, right = values[crossing, 0], values[crossing, 1]

@@ -7,7 +7,7 @@ natural map with an augmentation rho_i = factor / C_ii,
     F_t = lambda_t - disc(mu lambda_n)(lambda_t - rho slip)
 
 is linearised at each node by its status. Open nodes drop out, closed ones have no gap, sticking
-ones no slip: the unknowns left are the slips of sliding nodes (active.py). In 2-D a small factor
+ones no slip: the unknowns left are the slips of sliding nodes. In 2-D a small factor
 makes a node that slides the wrong way stick first, where a large one throws it to the opposite slip
 and cycles (Alart and Curnier, CMAME 92 (1991) 353, leave rho free).
 """
@@ -60,17 +60,18 @@ class ActiveInverse:
             return self
         if changed > _RENEW * len(nodes):
             return ActiveInverse.of(compliance, nodes, dim)
-        return self._without(~stays, dim)._with(compliance, joins, dim)
+        return self.restricted(stays, dim)._with(compliance, joins, dim)
 
-    def _without(self, leaves: NDArray[np.bool_], dim: int) -> ActiveInverse:
-        if not leaves.any():
+    def restricted(self, stays: NDArray[np.bool_], dim: int) -> ActiveInverse:
+        """On those of its nodes that stay (by position)."""
+        if stays.all():
             return self
-        keep = dofs_of(np.flatnonzero(~leaves), dim)
-        drop = dofs_of(np.flatnonzero(leaves), dim)
+        keep = dofs_of(np.flatnonzero(stays), dim)
+        drop = dofs_of(np.flatnonzero(~stays), dim)
         cross = block(self.inverse, keep, drop)
         corner = block(self.inverse, drop, drop)
         inverse = block(self.inverse, keep, keep) - cross @ np.linalg.solve(corner, cross.T)
-        return ActiveInverse(self.nodes[~leaves], inverse)
+        return ActiveInverse(self.nodes[stays], inverse)
 
     def _with(self, compliance: Array, joins: IntArray, dim: int) -> ActiveInverse:
         if not len(joins):
@@ -85,10 +86,6 @@ class ActiveInverse:
     def renamed(self, numbers: IntArray) -> ActiveInverse:
         """The same with node i called ``numbers[i]``; nodes with a negative number must be gone."""
         return ActiveInverse(numbers[self.nodes], self.inverse)
-
-    def restricted(self, keep: NDArray[np.bool_], dim: int) -> ActiveInverse:
-        """On those of its nodes for which ``keep`` (by position) holds."""
-        return self._without(~keep, dim)
 
 
 def block(matrix: Array, rows: IntArray, columns: IntArray) -> Array:

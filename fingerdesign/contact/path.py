@@ -420,7 +420,7 @@ def follow(
 ) -> Iterator[Step]:
     """Yield one Step per row of ``path``, each from the last one's state.
 
-    A row is the object's motion or the forces to reach (force_control). ``substeps`` cuts each row
+    A row is the object's motion or the forces to reach. ``substeps`` cuts each row
     into equal increments, friction history moving with each; the last of them is yielded. Raises
     SolverError at the first row without an accepted answer.
     """

@@ -36,8 +36,7 @@ from fingerdesign.records.arrays import SlipStudy
 Rows = Sequence[tuple[float, float]]  # cumulative (approach, shear), mm
 
 # Half of the design's own largest response at full stick: one rule for every design and friction
-# coefficient, which a hand can apply too (a first shear on a rough object). Not fitted: the search
-# in study/paper_finger.py asks that 0.45 and 0.55 do as well.
+# coefficient, which a hand can apply too, by a first shear on a rough object; 0.45 and 0.55 do too.
 THRESHOLD_FRACTION = 0.5
 FORCE_FLOOR_SHARE = 0.006  # of the friction limit: soft fingers work at less than any fixed force
 FORCE_FLOOR_N = 0.02  # a row that changes F_t by less says nothing: 2 g on a small force sensor

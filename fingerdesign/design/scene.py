@@ -34,21 +34,25 @@ LEAST_FORCE_N = 1e-6  # below it rounding of the model outweighs the force
 _COLUMNS = "[approach, shear], [approach, shear, shear_z] or [approach, shear, shear_z, twist_deg]"
 
 
-def _two_to_four(rows: Any) -> Any:
+def _of_length(bound: str, remedy: str, key: str, *lengths: int) -> BeforeValidator:
     """Refuse rows of another length, each by its number."""
-    bound = "a row of two to four numbers"
-    return _of_length(rows, (2, 3, 4), bound, f"give {_COLUMNS}, cumulative", "path.increments_mm")
+
+    def checked(rows: Any) -> Any:
+        for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
+            if isinstance(row, (list, tuple)) and len(row) not in lengths:
+                raise refuse(list(row), bound, remedy, f"path.{key}[{index}]")
+        return rows
+
+    return BeforeValidator(checked)
 
 
-def _two(rows: Any) -> Any:
-    return _of_length(rows, (2,), *_BOTH_FORCES, "path.increments_N")
-
-
-def _of_length(rows: Any, lengths: tuple[int, ...], bound: str, remedy: str, key: str) -> Any:
-    for index, row in enumerate(rows if isinstance(rows, (list, tuple)) else ()):
-        if isinstance(row, (list, tuple)) and len(row) not in lengths:
-            raise refuse(list(row), bound, remedy, f"{key}[{index}]")
-    return rows
+_Motions = Annotated[
+    Many[Many[float]],
+    _of_length(
+        "a row of two to four numbers", f"give {_COLUMNS}, cumulative", "increments_mm", 2, 3, 4
+    ),
+]
+_Pulls = Annotated[Many[Many[float]], _of_length(*_BOTH_FORCES, "increments_N", 2)]
 
 
 class SceneObject(Table):
@@ -120,14 +124,14 @@ key_fields(SceneObject, SCENE_OBJECTS)
 class ScenePath(Table):
     """The object's motion, or the forces it presses and pulls with, one increment a row."""
 
-    increments_mm: Annotated[Many[Many[float]], BeforeValidator(_two_to_four)] = Field(
+    increments_mm: _Motions = Field(
         default=(),
         max_length=10_000,
         description="rows of cumulative [approach, shear] in mm, or [approach, shear, shear_z], or "
         "[approach, shear, shear_z, twist_deg]: the object moves along -y, +x, +z and turns about "
         "+y; each is exactly one increment (times substeps)",
     )
-    increments_N: Annotated[Many[Many[float]], BeforeValidator(_two)] = Field(
+    increments_N: _Pulls = Field(
         default=(),
         max_length=10_000,
         description='with control = "force": rows of [normal, tangential] in N on the whole '
@@ -158,26 +162,21 @@ class ScenePath(Table):
     def _rows_fit_the_control(self) -> Self:
         force = self.control == "force"
         if self.increments_N and (self.increments_mm or not force):
-            raise refuse(
-                [list(row) for row in self.increments_N[:1]],
-                "left out" if self.increments_mm else 'given with control = "force" only',
-                "keep increments_mm or increments_N"
-                if self.increments_mm
-                else 'set path.control = "force", or give increments_mm',
-                "path.increments_N",
-            )
+            bound, remedy = "left out", "keep increments_mm or increments_N"
+            if not self.increments_mm:
+                bound = 'given with control = "force" only'
+                remedy = 'set path.control = "force", or give increments_mm'
+            first = [list(row) for row in self.increments_N[:1]]
+            raise refuse(first, bound, remedy, "path.increments_N")
         if not self.rows:
             name = "increments_N" if force else "increments_mm"
             raise refuse([], "at least one row", f"add rows to path.{name}", f"path.{name}")
         if force:
             return self._presses()
         if self.rows[0][0] < 0:
-            raise refuse(
-                self.rows[0][0],
-                "at least 0 in the first row",
-                "approach is counted from first touch, closing > 0",
-                "path.increments_mm[0][0]",
-            )
+            remedy = "approach is counted from first touch, closing > 0"
+            bound, key = "at least 0 in the first row", "path.increments_mm[0][0]"
+            raise refuse(self.rows[0][0], bound, remedy, key)
         return self
 
     def _presses(self) -> Self:
@@ -185,12 +184,9 @@ class ScenePath(Table):
             if len(row) != 2:
                 raise refuse(list(row), *_BOTH_FORCES, f"{self.key}[{index}]")
             if row[0] < LEAST_FORCE_N:
-                raise refuse(
-                    row[0],
-                    f"a normal force of at least {LEAST_FORCE_N:g} N",
-                    "a contact can only press; for a release, prescribe the motion",
-                    f"{self.key}[{index}][0]",
-                )
+                bound = f"a normal force of at least {LEAST_FORCE_N:g} N"
+                remedy = "a contact can only press; for a release, prescribe the motion"
+                raise refuse(row[0], bound, remedy, f"{self.key}[{index}][0]")
         return self
 
 

@@ -1,4 +1,4 @@
-"""A finger design: what a design file says, validated key by key (see checks.py for the geometry).
+"""A finger design: what a design file says, validated key by key (checks/ judges the geometry).
 
 Lengths in mm, moduli in MPa, angles in degrees. Every key but ``design.name`` has a default.
 """
@@ -28,11 +28,6 @@ from fingerdesign.runtime.registry import CONTROLLERS
 
 __all__ = ["Body", "Core", "Design", "Gages", "Material", "Meta", "Plates", "Row", "StepFile"]
 
-
-# The small tables of a design file: its name, the gages, the materials.
-#
-# Lengths in mm, moduli in MPa, angles in degrees. The body is in body_table.py, the plates in
-# plate_table.py.
 
 NAME_PATTERN = r"^[A-Za-z0-9_-]([A-Za-z0-9._-]{0,62}[A-Za-z0-9_-])?$"
 

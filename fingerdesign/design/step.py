@@ -193,17 +193,16 @@ def _unread(name: str, why: str) -> GeometryError:
 def _kept(kept: Cache, digest: str) -> StepFacts | None:
     """The facts that are kept; None: there are none, or they cannot be read."""
     found, outline = kept.arrays(f"{digest}.npz"), kept.path(f"{digest}.brep")
-    if found is None:
-        return None
     try:
-        arrays, about = found
-        facts = _facts(digest, outline, about, arrays)
+        if found is None:
+            return None
+        facts = _facts(digest, outline, found[1], found[0])
         if not facts.faces or not _intact(outline, facts.outline):
             return None
         os.utime(outline)
+        return facts
     except GARBLED:
         return None
-    return facts
 
 
 def _facts(

@@ -252,7 +252,7 @@ def observe(
     """The study of a design at a gage noise, microstrain. workers: processes, then threads.
 
     Raises DesignError for fewer than 2 gages or an impossible noise, and what
-    :func:`grip_model.grip_problem` and :func:`teach.random grip paths` raise.
+    :func:`grip_problem` and :func:`random_grip_paths` raise.
     """
     from fingerdesign.sensing.model import grip_problem
     from fingerdesign.sensing.training import settings_of

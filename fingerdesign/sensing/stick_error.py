@@ -8,20 +8,8 @@ own. A small learner (ridge regression on random rectified sums of the features;
 and forces and judged on grips that it was not taught: on frictions unknown to it. It hears one
 instant, with neither the past nor the hand's moves, so it errs more than the network of
 sensing/observability.py, which takes fifty times as long. Where gages say nothing it errs by 0.23,
-about the spread of the stick ratio itself. Against that network's errors with 200 grips:
-
-    design (noise)               network   network / spread   stick_error
-    sensitive, cover + 0.8 mm      0.081               0.32          0.12
-    sensitive, 7 plates            0.083               0.31          0.14
-    sensitive                      0.083               0.32          0.14
-    narrow                         0.107               0.63          0.22
-    sensitive, plates 0.2 mm       0.108               0.41          0.16
-    sensitive (5 microstrain)      0.110               0.43          0.16
-    maeno2000                      0.152               0.59          0.23
-    wide                           0.170               0.72          0.24
-
-The order is the same but for `narrow`, whose grips there run through few stick ratios: per spread
-of the stick ratio it stands where it stands here. Another seed moves all designs together by some
+about the spread of the stick ratio itself.
+(docs/gages.md compares the two.) Another seed moves all designs together by some
 0.02; designs of one study share theirs. numpy only.
 """
 

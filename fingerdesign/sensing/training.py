@@ -3,7 +3,7 @@
     result = training_result_for(design, tell=print)
     result.estimator, result.stick_error()
 
-What it is taught on is the plane-strain model that grips run on (grip_model.py). It is kept in the
+What it is taught on is the plane-strain model that grips run on (model.py). It is kept in the
 user's cache by what it depends on: finger, gages, stage travel, number of grips and seed.
 """
 
@@ -42,7 +42,7 @@ def training_result_for(
     """What was taught on a design, from the cache where it has been taught before.
 
     problem: the design's grip_problem, where it has been made already. Raises what
-    :func:`grip_model.grip_problem` and :func:`teach.teach` raise.
+    :func:`grip_problem` and :func:`teach` raise.
     """
     settings = settings_of(design)
     key = training_key(design, settings)

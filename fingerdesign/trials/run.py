@@ -50,11 +50,8 @@ if TYPE_CHECKING:
     from fingerdesign.records.arrays import GripTrace
 
 
-# The batches of a grid over processes; what is done is kept, grip by grip, and not done again.
-#
-# The journal says what decides every grip beside its own conditions: a study that was interrupted
-# goes on where it stopped, also with other frictions, weights, noises or controllers than before
-# (one that is taught anew apart).
+# What is done is kept, grip by grip, under all that decides it: an interrupted study goes on where
+# it stopped, also with other frictions, weights, noises or controllers than before.
 
 Report = Callable[[str, float], None]
 

@@ -48,14 +48,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
 
 
-# tuning.json: every trial of every tuned controller, and the values to take.
-#
-#     {"format": ..., "design": name, "digest": ..., "seed": 0, "cells": [...], "hardware": {...},
-#      "controllers": {"reactive": {"best": {...}, "default": {...}, "trials": [...]}, ...}}
-#
-# ``values`` are keys of the design: :func:`tuned_design` sets those of all controllers at once,
-# each in tables of its own.
-
 FORMAT = "fingerdesign tuning, 1"
 RECORD_FILE = "tuning.json"
 WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
@@ -63,7 +55,7 @@ WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 
 @dataclass(frozen=True)
 class TuningRecord:
-    """What was tuned, on what.
+    """What was tuned, on what: tuning.json, with every trial and the values to take.
 
     digest: of all that decides it. cells: the grips, as many as the last round's. hardware, model:
     plain values that say what was gripped with. controllers: by name, see :func:`tuning_data`.
@@ -81,12 +73,11 @@ class TuningRecord:
 
     def data(self) -> dict[str, Any]:
         """The record as plain values."""
-        names = {
-            "friction_coefficient": "friction",
-            "object_mass_g": "mass_g",
-            "noise_microstrain": "noise",
-        }
-        cells = [{key: getattr(cell, own) for key, own in names.items()} for cell in self.cells]
+        names = "friction_coefficient", "object_mass_g", "noise_microstrain"
+        cells = [
+            dict(zip(names, (each.friction, each.mass_g, each.noise), strict=True))
+            for each in self.cells
+        ]
         own = {key: value for key, value in vars(self).items() if key != "cells"}
         return {"format": FORMAT, **own, "seconds": round(self.seconds, 1), "cells": cells}
 
@@ -129,18 +120,15 @@ def best_values(text: str, source: str = RECORD_FILE) -> dict[str, float]:
     Where two controllers share a key (the oracles do) the last one's stands. Raises DesignError for
     a text that is no such record.
     """
-    values: dict[str, float] = {}
     try:
         record = json.loads(text)
         if record["format"] != FORMAT:
             raise ValueError(f"its format is {record['format']!r}")
-        for tuned in record["controllers"].values():
-            for key, value in tuned["best"]["values"].items():
-                values[str(key)] = float(value)
+        best = [tuned["best"]["values"] for tuned in record["controllers"].values()]
+        return {str(key): float(value) for each in best for key, value in each.items()}
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         fault = Fault("--tuning", source, f"a record of {FORMAT!r}", f"choose another: {error!r}")
         raise DesignError([fault]) from error
-    return values
 
 
 def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design:
@@ -151,26 +139,14 @@ def tuned_design(design: Design, text: str, source: str = RECORD_FILE) -> Design
     return with_values(design, best_values(text, source))
 
 
-def tuned_comment(record: TuningRecord) -> str:
-    """Comment lines for the head of a tuned design: by what, on what, how well."""
-    return "".join(f"# {line}\n" for line in sentences(WORDS, "tuned", record)) + "\n"
-
-
-# What an unfinished tuning has done: judged trials and finished controllers.
-#
-# The procedure is seeded, so a run that is begun anew asks for the same trials: those that stand
-# here are taken from here, and it goes on in the middle of a round.
-#
-#     kept = Kept(path, digest)
-#     tune(..., judge=kept.judge(judge, reported))
-
 Estimated = Callable[[int, int], None]  # grips judged of those asked for at once
 
 
 class Kept:
-    """The journal of a run with ``digest``; a file of something else is a JournalError.
+    """The journal of an unfinished run with ``digest``; a file of something else is a JournalError.
 
-    controllers: finished tunings by name.
+    controllers: finished tunings by name. The procedure is seeded, so a run that is begun anew asks
+    for the same trials: those that are kept are taken from here, in the middle of a round too.
     """
 
     def __init__(self, path: Path, digest: str) -> None:
@@ -306,10 +282,7 @@ def tune_controllers(
             "contact_size_mm": contact_size_mm,
             "contact_nodes": problem.model.nodes,
             "gages": len(plates),
-            **{
-                key: getattr(design.grip, key)
-                for key in ("preload_mm", "max_approach_mm", "max_steps")
-            },
+            **design.grip.model_dump(include={"preload_mm", "max_approach_mm", "max_steps"}),
         },
         controllers={name: kept.controllers[name] for name in names},
         versions=versions(),
@@ -334,7 +307,8 @@ def write_tuning(record: TuningRecord, design: Design, folder: Path) -> None:
     The design's first comment says by what it was tuned, on what and how well.
     """
     text = record.to_json()
-    tuned = tuned_comment(record) + dump_design(tuned_design(design, text))
+    head = "".join(f"# {line}\n" for line in sentences(WORDS, "tuned", record))
+    tuned = f"{head}\n{dump_design(tuned_design(design, text))}"
     (folder / DESIGN_FILE).write_text(tuned, encoding="utf-8")
     (folder / RECORD_FILE).write_text(text, encoding="utf-8")
 

@@ -9,11 +9,6 @@ A round's grips are the last round's and more, so what was gripped once is not g
 score is the success rate; ties (and they are frequent) go to the lower mean of the peak force over
 the least force that would hold, of the grips that succeed. The best of the last round is taken.
 
-Why not Optuna's sampler: in these rounds, with its TPE (multivariate, seeded) in place of the
-boxes, on 12 seeds each of made-up tasks, the best trial was as good in two parameters (success
-0.882 against 0.884) and worse in five: 0.80 against 0.91, better on 2 seeds of 12. Twelve points
-after the first round are too few for its model of the best.
-
 The same seed gives the same trials, whatever the number of processes. A controller without
 parameters of its own would still be given every round; an oracle has one.
 """
@@ -32,6 +27,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.metrics import JudgedGrip
 from fingerdesign.control.plants.plant import Memory
 from fingerdesign.control.roster import ControllerKind, Range
+from fingerdesign.design.faults import set_value
 from fingerdesign.design.grip import Grip
 from fingerdesign.errors import DesignError, Fault, SolverError
 from fingerdesign.runtime.isolate import ProcessError
@@ -171,12 +167,16 @@ def _judge_on(
 
 def _points(box: Array, count: int, rng: np.random.Generator) -> Array:
     """``count`` Sobol points (count, d) of a box (d, 2) of shares."""
+    points = _sobol(len(box), count, int(rng.integers(2**31)))
+    return np.asarray(box[:, 0] + points * (box[:, 1] - box[:, 0]))
+
+
+def _sobol(dimension: int, count: int, seed: int) -> Array:
     from scipy.stats import qmc
 
     power = max(count - 1, 0).bit_length()
-    seed = int(rng.integers(2**31))
-    points = qmc.Sobol(len(box), scramble=True, seed=seed).random_base2(power)[:count]
-    return np.asarray(box[:, 0] + points * (box[:, 1] - box[:, 0]))
+    drawn = qmc.Sobol(dimension, scramble=True, seed=seed).random_base2(power)
+    return np.asarray(drawn[:count])
 
 
 def _values(ranges: Sequence[Range], point: Array) -> dict[str, float]:
@@ -207,10 +207,6 @@ def tuning_cells(
     masses_g: tuple[float, float] = (MASSES_G[0], MASSES_G[-1]),
 ) -> list[Cell]:
     """``count`` grips, the same for every controller; masses evenly by their logarithm."""
-    from scipy.stats import qmc
-
-    power = max(count - 1, 0).bit_length()
-    points = qmc.Sobol(2, scramble=True, seed=seed).random_base2(power)[:count]
     return [
         Cell(
             controller,
@@ -218,20 +214,16 @@ def tuning_cells(
             round(float(masses_g[0] * (masses_g[1] / masses_g[0]) ** y), 1),
             float(noises[k % len(noises)]),
         )
-        for k, (x, y) in enumerate(points)
+        for k, (x, y) in enumerate(_sobol(2, count, seed))
     ]
 
 
 def tuned_grip(grip: Grip, values: Values) -> Grip:
     """A ``[grip]`` table with dotted keys of the design set, checked like a file."""
-    data = grip.model_dump(mode="json", exclude_none=True)
+    data = {"grip": grip.model_dump(mode="json", exclude_none=True)}
     for key, value in values.items():
-        *tables, name = key.removeprefix("grip.").split(".")
-        inner = data
-        for table in tables:
-            inner = inner[table]
-        inner[name] = value
-    return Grip.model_validate(data)
+        set_value(data, key, value)
+    return Grip.model_validate(data["grip"])
 
 
 def run_cells(bench: GripBench, values: Values, cells: Sequence[Cell]) -> list[JudgedGrip]:

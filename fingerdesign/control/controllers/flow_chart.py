@@ -16,10 +16,8 @@ Where it fails. If all gages answer above the threshold at full stick (few plate
 beyond the contact), A is the plates' whole width and cannot fall: ``designs/narrow.toml`` slips at
 mu <= 0.4. And right after a hold, while F_t has hardly changed, what F_n does to gages that already
 feel a shear is not in the normal-only calibration: A is then off, and its return can look like a
-fall. ``force_floor`` keeps the worst of it out; what is left are holds while nearly all sticks.
-They cost margin, not the object: on designs/maeno2000.toml in plane strain with 500 g, 2 of the 3
-holds at mu = 0.4, none at 0.2; with 1000 g most holds after the first at mu >= 0.5 (margin 2.6 at
-mu = 0.8).
+fall. ``force_floor`` keeps the worst of it out; the holds that are left while nearly all sticks
+cost margin, not the object.
 """
 
 from __future__ import annotations

@@ -335,7 +335,7 @@ class TraceEnded(SolverError):
 
 
 class RecordedPlant:
-    """Plays a trace back, sample by sample; see trace.py for the file.
+    """Plays a trace back, sample by sample; see :func:`parse_trace`.
 
     source: a CSV file or a Trace. gages: how many the finger has, where that is known. Raises
     DesignError, with row and column, for a file that is faulty.
