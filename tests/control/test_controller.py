@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from fingerdesign.control.calibration import Bounds, Calibration, calibrate
+from fingerdesign.control.calibration import Calibration
 from fingerdesign.control.controllers.flow_chart import PaperController
 from fingerdesign.control.episode import run_episodes
-from fingerdesign.control.plants.plant import CondensedPlant
+from fingerdesign.control.plants.rig import Rig
 from fingerdesign.control.signals import NormalCalibration, Sample
 from fingerdesign.design.grip import Grip
 
@@ -133,11 +133,7 @@ def test_replayed_arrays_give_the_same_commands(half_plane, design):
     episode = run_episodes(half_plane, design, [0.3], 500.0)[0]
     trace, grip = episode.trace, design.grip
     assert episode.result.holds > 0
-    calibration = calibrate(
-        lambda: CondensedPlant(half_plane.with_friction(grip.bench_friction_coefficient), "both"),
-        half_plane.model.gage_x,
-        Bounds.of(grip),
-    )
+    calibration = Rig(half_plane, "both", grip).calibration()
     felt = [
         Sample(readings, normal, tangential)
         for readings, normal, tangential in zip(

@@ -7,6 +7,7 @@ from fingerdesign.checks.load import judge_scene, parse_design, parse_scene
 from fingerdesign.errors import DesignError
 
 PATH = "path.increments_mm = [[0.1, 0.0], [0.2, 0.05], [0.0, 0.05]]\n"
+FORCE = 'path.control = "force"\n'
 DESIGN = parse_design('design.name = "a"')
 
 
@@ -31,18 +32,6 @@ def faults(text):
         (PATH + "path.substeps = 0", "path.substeps"),
         (PATH + "readout.points_mm = [[0, 1]]", "readout.points_mm[0][2]"),
         (PATH + "design.name = 'a'", "design"),
-    ],
-)
-def test_wrong_scenes_are_refused_by_key(text, key):
-    assert key in faults(text)
-
-
-FORCE = 'path.control = "force"\n'
-
-
-@pytest.mark.parametrize(
-    ("text", "key"),
-    [
         (PATH + 'object.shape = "cylinder"', "object.radius_mm"),
         (PATH + 'object.shape = "sphere"', "object.radius_mm"),
         (PATH + "object.radius_mm = 3", "object.radius_mm"),
@@ -64,7 +53,7 @@ FORCE = 'path.control = "force"\n'
         ),
     ],
 )
-def test_wrong_objects_and_rows_are_refused_by_key(text, key):
+def test_wrong_scenes_are_refused_by_key(text, key):
     assert set(faults(text)) == {key}
 
 

@@ -1,9 +1,13 @@
-"""Keys, types and bounds of a design, one by one."""
+"""Keys, types and bounds of a design, one by one; its digest; its grip."""
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from fingerdesign.checks.load import dump_design, parse_design, with_values
+from fingerdesign.checks.load import dump_design, parse_design, with_values, without_plates
+from fingerdesign.checks.starter import find_design
+from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
@@ -150,3 +154,163 @@ def test_frozen():
 
 def test_name_is_required():
     assert faults("body.width_mm = 20")["design.name"].bound == "given"
+
+
+BASE = parse_design('design.name = "a"')
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '# a comment\n\n[design]\nname="a"   # another\n',
+        'design.name = "a"\nbody.width_mm = 20',
+        'design.name = "a"\nbody.width_mm = 2.0e1\nbody.depth_mm = 10.0',
+        '[plates]\ncount = 15\n[body]\nshape = "arc"\n[design]\nname = "a"',
+        'design.name = "a"\ngages.z_mm = -0.0',
+        'design.name = "a"\nmaterials.silicone.youngs_modulus_MPa = 4.96',
+    ],
+)
+def test_formatting_order_and_written_defaults_do_not_matter(text):
+    assert parse_design(text).digest() == BASE.digest()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "body.width_mm = 20.0000001",
+        "plates.count = 14",
+        'gages.face = "upper"',
+        "plates.span_mm = 8.0",
+        "materials.silicone.poissons_ratio = 0.48",
+        "mesh.layers = 9",
+        "grip.seed = 1",
+        "grip.friction_coefficients = [0.5, 0.3, 0.8]",
+    ],
+)
+def test_any_value_matters(line):
+    assert parse_design('design.name = "a"\n' + line).digest() != BASE.digest()
+
+
+@settings(max_examples=40, derandomize=True, deadline=None)
+@given(st.floats(15, 25), st.floats(15, 25))
+def test_digests_are_equal_where_designs_are(first, second):
+    one = parse_design(f'design.name = "a"\nbody.depth_mm = {first!r}')
+    two = parse_design(f'design.name = "a"\nbody.depth_mm = {second!r}')
+    assert (one.digest() == two.digest()) == (one == two)
+
+
+BEFORE_MOLDS = {
+    "block": "6e00692b0c40bf3075dfd5199e4a38b11ff7a10a7772866e58b94d524d42f5f5",
+    "boned": "0573ddb3dd1abba09b0566fbb78881f17a7c2b251791b4fb1beeec9fd7bf7150",
+    "both_ways": "650e27e256ba1652f95f24d034e36a0a98b74372d332c5d1057fcfbbd8a14257",
+    "domed": "6318d8c728f86ba62a94cd6cd98fe42750de57112b8b73c135f1657dc4f75886",
+    "homogeneous": "0629a3b6ceb7eef98fbae1c7ba2600e5d720eb0961669969cd38788f323104be",
+    "maeno2000": "d40bc2396db4911db94e839c078c509ed7adfe4f82e7726ba33670707b191c06",
+    "narrow": "7930f53863a336d3b58bb70d6fe15ca75f38611953160d3b95d43f1731d28f83",
+    "pin": "7dfa87dd22e91c9c3be5ed606c844952783e147d58bfbb4a04337693f0821a30",
+    "sensitive": "3734969731bc0ca37c0f5545c0597d44088a02adbdcd20f69419ad417fd274ab",
+    "wide": "6616d4436316cf6ea31798577e5437cc5b20ba908166f07b7ad546fb336621d0",
+}
+
+
+@pytest.mark.parametrize(("name", "digest"), BEFORE_MOLDS.items())
+def test_how_a_finger_is_cast_is_not_in_the_digest(name, digest):
+    """A design's results outlive its ``[mold]``: digests are what they were before there was one.
+
+    A shipped design or a default that is changed on purpose moves its digest: then pin it anew.
+    """
+    design = find_design(name)
+    assert with_values(design, {"mold": {}}).digest() == digest
+    assert with_values(design, {"mold.process": "fdm", "mold.wall_mm": 9.0}).digest() == digest
+
+
+LIFT = """
+design.name = "a"
+[grip]
+plant = "lift"
+hold_steps = 50
+object_mass_g = 200.0
+"""
+
+
+def test_a_lift_with_all_that_can_happen_to_it():
+    grip = parse_design(
+        LIFT
+        + """
+[[grip.tugs]]
+step_after_lift = 10
+extra_force_N = 1.0
+duration_steps = 5
+[[grip.tugs]]
+step_after_lift = 30
+extra_force_N = -1.9
+[[grip.weight_changes]]
+step_after_lift = 40
+object_mass_g = 300.0
+[grip.hardware]
+gage_noise_microstrain = 0.5
+dead_gages = [3, 4]
+delay_samples = 2
+"""
+    ).grip
+    assert [tug.duration_steps for tug in grip.tugs] == [5, 1]
+    assert grip.weight_changes[0].object_mass_g == 300.0
+    hardware = Hardware(**grip.hardware.model_dump())
+    assert (hardware.dead_gages, hardware.delay_samples) == ((3, 4), 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "key"),
+    [
+        ("hold_steps = 5", "grip.hold_steps"),
+        ("[[grip.tugs]]\nstep_after_lift = 1\nextra_force_N = 1.0", "grip.tugs[0]"),
+        ('plant = "hand"', "grip.plant"),
+        ('opposite = "bare"', "grip.opposite"),
+        ('plant = "lift"\nopposite = "like"', "grip.opposite"),
+        ("[grip.hardware]\ngage_noise_microstrain = -0.5", "grip.hardware.gage_noise_microstrain"),
+        ("[grip.hardware]\nsample_rate_Hz = 0", "grip.hardware.sample_rate_Hz"),
+        ("[grip.hardware]\ndelay_samples = 1.5", "grip.hardware.delay_samples"),
+        ("[grip.hardware]\nstage_step_mm = 0.0021", "grip.hardware.stage_step_mm"),
+        ("[grip.hardware]\ndead_gages = [15]", "grip.hardware.dead_gages"),
+        ("[grip.hardware]\ndead_gages = [3, 3]", "grip.hardware.dead_gages"),
+        (f"[grip.hardware]\ndead_gages = {list(range(14))}", "grip.hardware.dead_gages"),
+        ("preload_mm = 0.2\nmax_approach_mm = 0.2", "grip.preload_mm"),
+        ("preload_mm = 0.5\nmax_approach_mm = 0.3", "grip.preload_mm"),
+        ("max_approach_mm = 12.0", "grip.max_approach_mm"),
+        ("approach_step_mm = 1.0", "grip.approach_step_mm"),
+        ("approach_step_mm = 1e-6", "grip.approach_step_mm"),
+        ("[grip.hardware]\nnoise = 1.0", "grip.hardware.noise"),
+    ],
+)
+def test_each_fault_is_blamed_on_its_key(text, key):
+    with pytest.raises(DesignError) as caught:
+        parse_design(f'design.name = "a"\n[grip]\n{text}')
+    assert [fault.key for fault in caught.value.faults] == [key]
+
+
+def test_what_begins_after_the_end_is_refused():
+    for table, value in (("tugs", "extra_force_N"), ("weight_changes", "object_mass_g")):
+        with pytest.raises(DesignError, match=rf"grip.{table}\[0\].step_after_lift"):
+            parse_design(f"{LIFT}[[grip.{table}]]\nstep_after_lift = 51\n{value} = 1.0")
+
+
+def test_a_tug_out_of_the_fingers_is_refused_and_the_bound_is_one_that_passes():
+    tug = "[[grip.tugs]]\nstep_after_lift = 2\nduration_steps = 20\nextra_force_N = "
+    lighter = "\n[[grip.weight_changes]]\nstep_after_lift = 15\nobject_mass_g = 100.0\n"
+    with pytest.raises(DesignError, match=r"tugs\[0\].extra_force_N.*0.981 N"):
+        parse_design(LIFT + tug + "-1.5" + lighter)
+    parse_design(LIFT + tug + "-0.98" + lighter)
+    parse_design(LIFT + tug + "-1.5")
+
+
+def test_a_shipped_finger_without_its_plates_is_sound():
+    for name in ("sensitive", "both_ways", "boned"):
+        design = find_design(name)
+        bare = without_plates(design)
+        assert (bare.plates.number, bare.body, bare.mesh) == (0, design.body, design.mesh)
+
+
+def test_a_weight_that_changes_twice_at_once_is_refused():
+    change = "[[grip.weight_changes]]\nstep_after_lift = 5\nobject_mass_g = "
+    with pytest.raises(DesignError, match=r"weight_changes\[1\].step_after_lift"):
+        parse_design(f"{LIFT}{change}100.0\n{change}300.0\n")

@@ -13,7 +13,6 @@ from fingerdesign.checks.load import load_design, load_scene, parse_design
 from fingerdesign.checks.starter import (
     find_design,
     find_scene,
-    shipped_designs,
     shipped_text,
     starter_text,
 )
@@ -146,19 +145,22 @@ def test_starter_from_a_shipped_design_keeps_its_comments():
     assert "#:schema ./design.schema.json" in text
 
 
-def test_unknown_shipped_design_names_the_nearest():
-    assert set(shipped_designs()) >= {"maeno2000", "narrow", "domed", "pin", "block", "boned"}
-    with pytest.raises(DesignError, match="did you mean narrow"):
-        starter_text("mine", "narow")
-
-
-def test_scenes_are_found_by_file_or_by_name():
+def test_designs_and_scenes_are_found_by_file_or_by_name(tmp_path, monkeypatch):
     path = "designs/scenes/fundamental.toml"
     assert find_scene(path) == find_scene("fundamental") == load_scene(path)
-    with pytest.raises(DesignError, match="readable TOML file"):
-        find_scene("fundamentel")
-    with pytest.raises(DesignError, match="did you mean fundamental"):
-        shipped_text("fundamentel", "scene")
+    for find, name, near in (
+        (find_scene, "fundamentel", "readable TOML file"),
+        (lambda name: shipped_text(name, "scene"), "fundamentel", "did you mean fundamental"),
+        (lambda name: starter_text("mine", name), "narow", "did you mean narrow"),
+        (find_design, "meano2000.toml", "did you mean maeno2000"),
+    ):
+        with pytest.raises(DesignError, match=near):
+            find(name)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "narrow").mkdir()  # a result's folder
+    assert find_design("narrow").design.name == "narrow"
+    (tmp_path / "wide").write_text('design.name = "mine"')
+    assert find_design("wide").design.name == "mine"
 
 
 def test_every_material_is_usable_and_has_a_source():
@@ -205,16 +207,6 @@ def test_summary():
     none = summarise(parse_design('design.name = "a"\nplates.count = 0'))
     assert none.least_surface_mm is None
     assert none.least_gap_mm is None
-
-
-def test_a_design_is_found_by_file_or_by_name(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "narrow").mkdir()  # a result's folder
-    assert find_design("narrow").design.name == "narrow"
-    (tmp_path / "wide").write_text('design.name = "mine"')
-    assert find_design("wide").design.name == "mine"
-    with pytest.raises(DesignError, match="did you mean maeno2000"):
-        find_design("meano2000.toml")
 
 
 @pytest.mark.parametrize("path", shipped("scenes"), ids=lambda path: path.stem)

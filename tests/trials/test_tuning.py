@@ -10,13 +10,12 @@ from pathlib import Path
 import pytest
 from fingerdesign_cli.main import main
 
-from fingerdesign import load_design, parse_design
-from fingerdesign.control.plants.rig import Hardware
+from fingerdesign import load_design
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.journal import JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
 from fingerdesign.trials import tune as tune_study
-from fingerdesign.trials.bench import FRICTIONS, MASSES_G, Cell, ControlGrid, GripBench, seed_of
+from fingerdesign.trials.bench import FRICTIONS, MASSES_G, Cell, GripBench, seed_of
 from fingerdesign.trials.tune import (
     Kept,
     best_values,
@@ -37,33 +36,9 @@ from fingerdesign.trials.tuning import (
 )
 from tests.support.grips import judged
 
-DESIGN = """[design]
-name = "half-plane"
-[plates]
-count = 11
-[gages]
-face = "both"
-[grip]
-preload_mm = 0.03
-approach_step_mm = 0.01
-max_approach_mm = 0.25
-max_steps = 120
-"""
 SMALL = (Round(4, 0, 3), Round(2, 2, 5))
 A = Range("grip.fixed_ratio.ratio", 0.05, 0.8)
 B = Range("grip.fixed_ratio.pull_share", 0.01, 0.05)
-
-
-@pytest.fixture(scope="module")
-def design():
-    return parse_design(DESIGN)
-
-
-@pytest.fixture(scope="module")
-def bench(half_plane_problem, design):
-    return GripBench(
-        half_plane_problem, "both", tuple(range(11)), design.grip, Hardware(), ControlGrid(seed=0)
-    )
 
 
 def made_up(cell, success, peak):
@@ -307,12 +282,10 @@ def test_what_is_no_record_is_refused(text):
         best_values(text)
 
 
-def test_the_command(quick, tmp_path, capsys):
-    path = tmp_path / "half-plane.toml"
-    path.write_text(DESIGN)
+def test_the_command(quick, design_file, tmp_path, capsys):
     out = tmp_path / "out"
     options = ["--controller", "fixed_force", "--workers", "1"]
-    assert main(["tune", str(path), "--out", str(out), *options]) == 0
+    assert main(["tune", str(design_file), "--out", str(out), *options]) == 0
     said = capsys.readouterr().out
     assert "fixed_force" in said
     assert "held %" in said
@@ -324,7 +297,7 @@ def test_the_command(quick, tmp_path, capsys):
     force = record["controllers"]["fixed_force"]["best"]["values"]["grip.fixed_force.force_N"]
     assert load_design(out / "half-plane/tuned.toml").grip.fixed_force.force_N == force
     assert not list(out.glob("*.sqlite"))
-    assert main(["tune", str(path), "--out", str(out), "--controller", "fixd_force"]) == 2
+    assert main(["tune", str(design_file), "--out", str(out), "--controller", "fixd_force"]) == 2
     assert "did you mean fixed_force?" in capsys.readouterr().err
 
 

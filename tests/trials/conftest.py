@@ -1,0 +1,37 @@
+"""The closed-form finger as a design of eleven plates, and its bench."""
+
+import pytest
+
+from fingerdesign import parse_design
+from fingerdesign.control.plants.rig import Hardware
+from fingerdesign.trials.bench import ControlGrid, GripBench, Tug
+
+DESIGN = """[design]
+name = "half-plane"
+[plates]
+count = 11
+[grip]
+preload_mm = 0.03
+approach_step_mm = 0.01
+max_approach_mm = 0.25
+max_steps = 120
+"""
+GRID = ControlGrid((0.4, 0.6), (150.0, 300.0), (0.0, 1.0), tug=Tug(stay_s=0.1), hold_s=0.05)
+
+
+@pytest.fixture(scope="module")
+def design():
+    return parse_design(DESIGN)
+
+
+@pytest.fixture(scope="module")
+def bench(half_plane_problem, design):
+    plates = tuple(range(11))
+    return GripBench(half_plane_problem, "both", plates, design.grip, Hardware(), GRID)
+
+
+@pytest.fixture
+def design_file(tmp_path):
+    path = tmp_path / "half-plane.toml"
+    path.write_text(DESIGN, encoding="utf-8")
+    return path
