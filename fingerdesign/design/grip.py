@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import Field
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.base import Many, Named, Table, bounded, positive, table_fields
 from fingerdesign.runtime.registry import CONTROLLERS
 
@@ -101,6 +103,33 @@ class HardwareTable(Table):
     specimen: int = bounded(
         0, 0, 2**32 - 1, "which of many such rigs: its gains are drawn from this number"
     )
+
+    def at_rest(self, samples: int = 100) -> HardwareTable:
+        """The same rig while it stands still for ``samples`` at each point and takes their mean.
+
+        Noise falls with the square root of their number; no delay is left, and no drift, the gages
+        being zeroed between. Gains, dead gages and the stage stay what they are.
+        """
+        fall = 1.0 / np.sqrt(samples)
+        rested = {
+            "gage_noise_microstrain": float(self.gage_noise_microstrain * fall),
+            "force_noise_N": float(self.force_noise_N * fall),
+            "drift_microstrain_per_s": 0.0,
+            "delay_samples": 0,
+        }
+        return self.model_copy(update=rested)
+
+    def gains(self, plates: Sequence[int]) -> Array:
+        """Reading per true strain (g,) of the gages of these plates: 1 but for the spread, 0 dead.
+
+        A plate's gain is its own, whichever other gages there are.
+        """
+        gains = [
+            1.0 + self.gain_spread * np.random.default_rng([self.specimen, plate]).standard_normal()
+            for plate in plates
+        ]
+        dead = np.isin(plates, self.dead_gages)
+        return np.where(dead, 0.0, gains)
 
 
 Friction = Annotated[float, Field(gt=0, le=5)]

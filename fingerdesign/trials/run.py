@@ -21,7 +21,6 @@ from fingerdesign.analysis.case import gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import peak_memory_MB, versions
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
-from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.control.roster import needs_training
 from fingerdesign.design.grip import weight_per_finger
 from fingerdesign.errors import DesignError, SolverError
@@ -164,7 +163,7 @@ def study_control(
     if any(map(needs_training, names)) and estimator is None:
         estimator = training_result_for(design, problem, say, workers).estimator
     times.append(time.perf_counter())
-    hardware, face = hardware_of(design), design.gages.face
+    hardware, face = design.grip.hardware, design.gages.face
     plates = gage_array(design)
     bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
     digest = study_digest(design, grid, estimator, contact_size_mm)
@@ -198,11 +197,6 @@ def study_control(
         peak_memory_MB=peak_memory_MB(),
     )
     return ControlStudy(data, outcomes, traces, noise)
-
-
-def hardware_of(design: Design) -> Hardware:
-    """The rig of the design's ``[grip.hardware]`` table; its gage noise is the grid's to vary."""
-    return Hardware(**design.grip.hardware.model_dump())
 
 
 def journal_beside(target: Path) -> Path:

@@ -27,7 +27,7 @@ from fingerdesign.runtime.journal import Journal
 from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
 from fingerdesign.sensing.training import training_result_for
 from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
-from fingerdesign.trials.run import VARIED, hardware_of
+from fingerdesign.trials.run import VARIED
 from fingerdesign.trials.tuning import (
     BUDGET,
     Candidate,
@@ -248,7 +248,7 @@ def tune_controllers(
     problem = grip_problem(design, contact_size_mm, say)
     if any(map(needs_training, names)) and estimator is None:
         estimator = training_result_for(design, problem, say, workers).estimator
-    hardware = hardware_of(design)
+    hardware = design.grip.hardware
     grid = replace(ControlGrid(seed=seed), tug=None)
     plates = gage_array(design)
     bench = GripBench(problem, design.gages.face, plates, design.grip, hardware, grid, estimator)

@@ -19,7 +19,7 @@ def lifting(design, **values):
 
 def test_by_default_it_is_the_finger_alone_and_perfect(half_plane, design):
     rig = Rig(half_plane, "both", design.grip)
-    assert rig.hardware == Hardware()
+    assert design.grip.hardware == Hardware()
     plain = CondensedPlant(half_plane.with_friction(0.3), "both")
     plant = rig.plant(0.3, MASS)
     for dx, dy in [(0.0, 0.05), (0.01, 0.01)]:

@@ -7,7 +7,6 @@ from pydantic import ValidationError
 
 from fingerdesign.checks.load import dump_design, parse_design, with_values, without_plates
 from fingerdesign.checks.starter import find_design
-from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.errors import DesignError
 from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import layered
@@ -255,7 +254,7 @@ delay_samples = 2
     ).grip
     assert [tug.duration_steps for tug in grip.tugs] == [5, 1]
     assert grip.weight_changes[0].object_mass_g == 300.0
-    hardware = Hardware(**grip.hardware.model_dump())
+    hardware = grip.hardware
     assert (hardware.dead_gages, hardware.delay_samples) == ((3, 4), 2)
 
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -34,35 +33,7 @@ from fingerdesign.design.grip import Grip, HardwareTable
 # and drift come from the generator given: the same seed gives the same readings.
 
 
-class Hardware(HardwareTable):
-    """``[grip.hardware]`` at work. Raises ValueError on numbers that are not finite or below 0."""
-
-    def at_rest(self, samples: int = 100) -> Hardware:
-        """The same rig while it stands still for ``samples`` at each point and takes their mean.
-
-        Noise falls with the square root of their number; no delay is left, and no drift, the gages
-        being zeroed between. Gains, dead gages and the stage stay what they are.
-        """
-        fall = 1.0 / np.sqrt(samples)
-        rested = {
-            "gage_noise_microstrain": float(self.gage_noise_microstrain * fall),
-            "force_noise_N": float(self.force_noise_N * fall),
-            "drift_microstrain_per_s": 0.0,
-            "delay_samples": 0,
-        }
-        return self.model_copy(update=rested)
-
-    def gains(self, plates: Sequence[int]) -> Array:
-        """Reading per true strain (g,) of the gages of these plates: 1 but for the spread, 0 dead.
-
-        A plate's gain is its own, whichever other gages there are.
-        """
-        gains = [
-            1.0 + self.gain_spread * np.random.default_rng([self.specimen, plate]).standard_normal()
-            for plate in plates
-        ]
-        dead = np.isin(plates, self.dead_gages)
-        return np.where(dead, 0.0, gains)
+Hardware = HardwareTable
 
 
 class ImperfectPlant:
@@ -166,15 +137,10 @@ class Rig:
     plates: Sequence[int] | None = None
     opposite: ContactProblem | None = None
 
-    @cached_property
-    def hardware(self) -> Hardware:
-        """``[grip.hardware]``."""
-        return Hardware(**self.grip.hardware.model_dump())
-
     def calibration(self) -> Calibration:
         """The bench moves, at rest at each point. Raises SolverError where nothing is felt."""
         bench = self.problem.with_friction(self.grip.bench_friction_coefficient)
-        hardware = self.hardware.at_rest()
+        hardware = self.grip.hardware.at_rest()
         rng = np.random.default_rng([self.grip.seed, _BENCH])
         return calibrate(
             lambda: ImperfectPlant(CondensedPlant(bench, self.face), hardware, rng, self.plates),
@@ -186,7 +152,7 @@ class Rig:
         """A fresh plant; grips of the same ``number`` hear the same noise."""
         rng = np.random.default_rng([self.grip.seed, _GRIP, number])
         inner = self._perfect(friction_coefficient, object_mass_g)
-        return ImperfectPlant(inner, self.hardware, rng, self.plates)
+        return ImperfectPlant(inner, self.grip.hardware, rng, self.plates)
 
     def _perfect(self, friction_coefficient: float, object_mass_g: float) -> Plant:
         problem = self.problem.with_friction(friction_coefficient)
