@@ -63,15 +63,14 @@ def shipped_designs() -> tuple[str, ...]:
     return _names("design")
 
 
-def shipped_text(name: str, kind: str = "design", key: str = "--from") -> str:
-    """Return the text of a shipped design or scene.
-
-    Raises :class:`DesignError`, of the option ``key``, for an unknown name.
-    """
+def shipped_text(name: str, kind: str = "design") -> str:
+    """Return the text of a shipped design or scene. DesignError for an unknown name."""
     known = _names(kind)
     if name not in known:
         bound = f"one of {', '.join(known)}"
-        raise DesignError([Fault(key, name, bound, _nearest(name, known, "choose one of them"))])
+        raise DesignError(
+            [Fault("--from", name, bound, _nearest(name, known, "choose one of them"))]
+        )
     return (_folder(kind) / f"{name}.toml").read_text("utf-8")
 
 

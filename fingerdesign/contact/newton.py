@@ -121,6 +121,7 @@ def dofs_of(nodes: IntArray, dim: int) -> IntArray:
     return np.asarray((nodes[:, None] * dim + np.arange(dim)).reshape(-1))
 
 
+_TOLERANCE = 1e-10  # relative residual
 _DRIFT = 1e-3  # of what a step should undo: more left shows a spoilt inverse
 
 
@@ -142,7 +143,6 @@ def newton(
     start: Array,
     factor: float = 0.05,
     inverse: ActiveInverse | None = None,
-    tolerance: float = 1e-10,
     max_iterations: int = 40,
 ) -> NewtonResult:
     """Solve the increment from ``start`` (m, dim); ``offset`` (m, dim) is v at lambda = 0.
@@ -175,7 +175,7 @@ def newton(
             return NewtonResult(best, best_residual, iteration, False)
         if residual < best_residual:
             best, best_residual = multiplier, residual
-        if residual <= tolerance:
+        if residual <= _TOLERANCE:
             return NewtonResult(multiplier, residual, iteration, True, inverse)
         if _left(motion, status) > max(_DRIFT * _left(was, status), rounding):
             inverse = None  # carried too far: rounding has eaten it up

@@ -415,10 +415,9 @@ class Step:
 def follow(
     problem: ContactProblem,
     path: Iterable[Motion | Forces],
-    state: ContactState | None = None,
     substeps: int = 1,
 ) -> Iterator[Step]:
-    """Yield one Step per row of ``path``, each from the last one's state.
+    """Yield one Step per row of ``path``, from touch on, each from the last one's state.
 
     A row is the object's motion or the forces to reach. ``substeps`` cuts each row
     into equal increments, friction history moving with each; the last of them is yielded. Raises
@@ -426,8 +425,7 @@ def follow(
     """
     if substeps < 1:
         raise ValueError(f"substeps = {substeps} must be at least 1")
-    state = ContactState.untouched(problem) if state is None else state
-    workspace = Workspace()
+    state, workspace = ContactState.untouched(problem), Workspace()
     for row in path:
         for target in _pieces(problem, state, row, substeps):
             if isinstance(target, Motion):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -163,25 +163,24 @@ def _trace(record: _Record, result: GripResult, gages: int) -> GripTrace:
     truths, commands = record.truths, record.commands
     supported = any(truth.lifted is not None for truth in truths)
 
-    def numbers(values: Iterable[float | None]) -> Array:
+    def numbers(of: Sequence[Truth | Command], name: str) -> Array:
+        values = [getattr(each, name) for each in of]
         return np.array([np.nan if value is None else value for value in values], dtype=float)
 
+    names = "approach", "shear", "normal_force", "tangential_force", "stick_ratio"
+    moved: dict[str, Any] = {name: numbers(truths, name) for name in names}
     return GripTrace(
         controller=result.controller,
         friction_coefficient=result.friction_coefficient,
         object_mass_g=result.object_mass_g,
-        approach=numbers(truth.approach for truth in truths),
-        shear=numbers(truth.shear for truth in truths),
-        normal_force=numbers(truth.normal_force for truth in truths),
-        tangential_force=numbers(truth.tangential_force for truth in truths),
-        stick_ratio=numbers(truth.stick_ratio for truth in truths),
-        gage_area_mm=numbers(command.area for command in commands),
-        dx=numbers(command.dx for command in commands),
-        dy=numbers(command.dy for command in commands),
+        **moved,
+        gage_area_mm=numbers(commands, "area"),
+        dx=numbers(commands, "dx"),
+        dy=numbers(commands, "dy"),
         hold=np.array([command.hold for command in commands], dtype=bool),
         gage_readings=np.array([s.readings for s in record.samples]).reshape(len(truths), gages),
         lift_step=record.lift,
-        rise=numbers(truth.rise for truth in truths) if supported else None,
+        rise=numbers(truths, "rise") if supported else None,
     )
 
 

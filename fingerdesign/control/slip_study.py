@@ -131,8 +131,6 @@ def slip_studies(
     face: str,
     friction_coefficients: Sequence[float],
     pieces: int = 1,
-    fraction: float = THRESHOLD_FRACTION,
-    floor: float = FORCE_FLOOR_N,
 ) -> tuple[SlipStudy, ...]:
     """The study at several friction coefficients of one model.
 
@@ -144,8 +142,8 @@ def slip_studies(
     most = max(approach for approach, _ in rows)
     calibration = normal_calibration(problem, face, _CALIBRATION_REACH * most)
     limit = problem.friction_coefficient * float(calibration.normal_force[-1])
-    floor = min(floor, FORCE_FLOOR_SHARE * limit)
-    threshold = full_stick_threshold(problem, face, most, fraction)
+    floor = min(FORCE_FLOOR_N, FORCE_FLOOR_SHARE * limit)
+    threshold = full_stick_threshold(problem, face, most)
     studies = []
     for friction in friction_coefficients:
         path = refined_rows(scaled_rows(rows, friction / problem.friction_coefficient), pieces)

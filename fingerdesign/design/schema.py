@@ -263,11 +263,10 @@ def _without_null(node: Any) -> Any:
     return node
 
 
-def write_schemas(folder: Path = DATA) -> None:
-    """Write both schemas into ``folder``."""
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "design.schema.json").write_text(schema_text(design_json_schema()), "utf-8")
-    (folder / "scene.schema.json").write_text(schema_text(scene_json_schema()), "utf-8")
+def write_schemas() -> None:
+    """Write both schemas."""
+    (DATA / "design.schema.json").write_text(schema_text(design_json_schema()), "utf-8")
+    (DATA / "scene.schema.json").write_text(schema_text(scene_json_schema()), "utf-8")
 
 
 if __name__ == "__main__":

@@ -23,28 +23,19 @@ RECORD_FILE, CSV_FILE = "control.json", "grips.csv"
 _Z = 1.959964  # of the normal distribution, for 95 %
 BAND = (1.2, 1.5)  # times the least force: how people grip (Johansson and Westling 1984)
 
-# Column of grips.csv -> field of JudgedGrip; the names of the result's grips where alike.
-COLUMNS = {
-    "controller": "controller",
-    "friction_coefficient": "friction",
-    "object_mass_g": "mass_g",
-    "noise_microstrain": "noise",
-    "tug_share": "tug",
-    "seed": "seed",
-    "success": "success",
-    "lifted": "lifted",
-    "gross_slip": "dropped",
-    "crushed": "crushed",
-    "safety_margin": "margin_at_lift",
-    "peak_ratio": "peak_ratio",
-    "peak_normal_force_N": "peak_normal_force_N",
-    "minimum_stick_ratio": "minimum_stick_ratio",
-    "slip_distance_mm": "slip_distance_mm",
-    "steps": "steps",
-    "reaction_steps": "reaction_steps",
-    "ending": "ending",
-    "reason": "reason",
+# Columns of grips.csv are fields of JudgedGrip, by the names of the result's grips where alike.
+_FIELDS = "controller friction mass_g noise tug seed success lifted dropped crushed margin_at_lift"
+_FIELDS += " peak_ratio peak_normal_force_N minimum_stick_ratio slip_distance_mm steps"
+_FIELDS += " reaction_steps ending reason"
+_NAMES = {
+    "friction": "friction_coefficient",
+    "mass_g": "object_mass_g",
+    "noise": "noise_microstrain",
+    "tug": "tug_share",
+    "dropped": "gross_slip",
+    "margin_at_lift": "safety_margin",
 }
+COLUMNS = {_NAMES.get(field, field): field for field in _FIELDS.split()}
 
 
 Rate = Annotated[float, Field(ge=0.0, le=1.0)]

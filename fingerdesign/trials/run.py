@@ -139,7 +139,6 @@ def study_control(
     *,
     estimator: GripEstimator | None = None,
     workers: int = 1,
-    contact_size_mm: float = CONTACT_SIZE_MM,
     report: Report = lambda message, fraction: None,
 ) -> ControlStudy:
     """Run every grip that the file ``journal`` does not hold yet, and sum up.
@@ -157,8 +156,8 @@ def study_control(
         report(message, 0.0)
 
     times = [time.perf_counter()]
-    problem = grip_problem(design, contact_size_mm, say)
-    opposite = opposite_problem(design, contact_size_mm, say)
+    problem = grip_problem(design, report=say)
+    opposite = opposite_problem(design, report=say)
     times.append(time.perf_counter())
     if any(map(needs_training, names)) and estimator is None:
         estimator = training_result_for(design, problem, say, workers).estimator
@@ -166,7 +165,7 @@ def study_control(
     hardware, face = design.grip.hardware, design.gages.face
     plates = gage_array(design)
     bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
-    digest = study_digest(design, grid, estimator, contact_size_mm)
+    digest = study_digest(design, grid, estimator)
     batches = list(grid.batches(names))
     noise = shown_noise(grid)
     with one_thread(), grips_journal(journal, digest) as kept:
@@ -184,7 +183,7 @@ def study_control(
         _warnings(bench, outcomes),
         design=design.design.name,
         digest=digest,
-        model=_model_data(bench, contact_size_mm),
+        model=_model_data(bench),
         hardware={name: value for name, value in hardware.model_dump().items() if name != VARIED},
         seconds={
             "model": modelled - start,
@@ -210,12 +209,14 @@ def shown_noise(grid: ControlGrid) -> float:
 
 
 def study_digest(
-    design: Design, grid: ControlGrid, estimator: GripEstimator | None, contact_size_mm: float
+    design: Design,
+    grid: ControlGrid,
+    estimator: GripEstimator | None,
 ) -> str:
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()
-    parts = [design.digest(), __version__, shared, contact_size_mm, taught]
+    parts = [design.digest(), __version__, shared, CONTACT_SIZE_MM, taught]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
 
@@ -247,10 +248,10 @@ def _traces(bench: GripBench, names: Sequence[str], noise: float) -> list[GripTr
     ]
 
 
-def _model_data(bench: GripBench, contact_size_mm: float) -> dict[str, Any]:
+def _model_data(bench: GripBench) -> dict[str, Any]:
     return {
         "fidelity": "plane-strain",
-        "contact_size_mm": contact_size_mm,
+        "contact_size_mm": CONTACT_SIZE_MM,
         "contact_nodes": bench.problem.model.nodes,
         "gages": len(bench.plates),
         "face": bench.face,

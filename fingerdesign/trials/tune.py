@@ -208,13 +208,12 @@ def _tuning_digest(
     budget: Sequence[Round],
     noises: Sequence[float],
     seed: int,
-    contact_size_mm: float,
     estimator: GripEstimator | None,
 ) -> str:
     """SHA-256, in hexadecimal, of all that the trials of a tuning depend on."""
     rounds = [asdict(each) for each in budget]
     taught = None if estimator is None else estimator.to_json()
-    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, contact_size_mm]
+    parts = [design.digest(), versions()["fingerdesign"], rounds, [*noises], seed, CONTACT_SIZE_MM]
     return hashlib.sha256(json.dumps([*parts, taught]).encode()).hexdigest()
 
 
@@ -228,7 +227,6 @@ def tune_controllers(
     seed: int = 0,
     budget: Sequence[Round] = BUDGET,
     workers: int = 1,
-    contact_size_mm: float = CONTACT_SIZE_MM,
     report: Report = lambda message, fraction: None,
 ) -> TuningRecord:
     """Tune those controllers that the file ``journal`` does not hold yet, trial by trial.
@@ -245,14 +243,14 @@ def tune_controllers(
     def say(message: str) -> None:
         report(message, 0.0)
 
-    problem = grip_problem(design, contact_size_mm, say)
+    problem = grip_problem(design, report=say)
     if any(map(needs_training, names)) and estimator is None:
         estimator = training_result_for(design, problem, say, workers).estimator
     hardware = design.grip.hardware
     grid = replace(ControlGrid(seed=seed), tug=None)
     plates = gage_array(design)
     bench = GripBench(problem, design.gages.face, plates, design.grip, hardware, grid, estimator)
-    digest = _tuning_digest(design, budget, noises, seed, contact_size_mm, estimator)
+    digest = _tuning_digest(design, budget, noises, seed, estimator)
     kept = Kept(journal, digest)
     if kept.grips:
         report(f"going on: {kept.grips} grips were made before", 0.0)
@@ -279,7 +277,7 @@ def tune_controllers(
         hardware={key: value for key, value in hardware.model_dump().items() if key != VARIED},
         model={
             "fidelity": "plane-strain",
-            "contact_size_mm": contact_size_mm,
+            "contact_size_mm": CONTACT_SIZE_MM,
             "contact_nodes": problem.model.nodes,
             "gages": len(plates),
             **design.grip.model_dump(include={"preload_mm", "max_approach_mm", "max_steps"}),

@@ -203,15 +203,14 @@ def tuning_cells(
     count: int,
     seed: int = 0,
     noises: Sequence[float] = (GOOD_AMPLIFIER,),
-    frictions: tuple[float, float] = (FRICTIONS[0], FRICTIONS[-1]),
-    masses_g: tuple[float, float] = (MASSES_G[0], MASSES_G[-1]),
 ) -> list[Cell]:
     """``count`` grips, the same for every controller; masses evenly by their logarithm."""
+    smooth, rough, light, heavy = FRICTIONS[0], FRICTIONS[-1], MASSES_G[0], MASSES_G[-1]
     return [
         Cell(
             controller,
-            round(float(frictions[0] + x * (frictions[1] - frictions[0])), 4),
-            round(float(masses_g[0] * (masses_g[1] / masses_g[0]) ** y), 1),
+            round(float(smooth + x * (rough - smooth)), 4),
+            round(float(light * (heavy / light) ** y), 1),
             float(noises[k % len(noises)]),
         )
         for k, (x, y) in enumerate(_sobol(2, count, seed))

@@ -152,8 +152,8 @@ def test_a_journal_with_an_invalid_value_is_refused(tmp_path, key, value):
 
 @pytest.fixture
 def quick_model(half_plane_problem, monkeypatch):
-    monkeypatch.setattr(control_study, "grip_problem", lambda *given: half_plane_problem)
-    monkeypatch.setattr(control_study, "opposite_problem", lambda *given: None)
+    monkeypatch.setattr(control_study, "grip_problem", lambda *given, **more: half_plane_problem)
+    monkeypatch.setattr(control_study, "opposite_problem", lambda *given, **more: None)
 
 
 OPTIONS = ["--friction", "0.4", "--friction", "0.6", "--mass-g", "150", "--mass-g", "300"]

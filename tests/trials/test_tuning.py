@@ -221,7 +221,7 @@ def quick(half_plane_problem, monkeypatch):
     """tune_controllers on the half-plane, with a small budget."""
     made = []
 
-    def model(*_):
+    def model(*_, **__):
         made.append(1)
         return half_plane_problem
 
