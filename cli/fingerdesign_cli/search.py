@@ -7,10 +7,10 @@ import re
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -38,15 +38,12 @@ from fingerdesign_cli.terminal import Progress, print_table, progress
 if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
     from fingerdesign.search.compare.read import Comparison
-    from fingerdesign.search.optimise.confirm import Optimised
-    from fingerdesign.search.run.cluster import Cluster
     from fingerdesign.search.run.run import Planned, Standing
 
 
 # What commands on studies share: where they run, progress with time left and failures.
 
 _NUMBER = re.compile(r"-(\d{4,6})(?:-3d|-auto)?$")
-_Command = TypeVar("_Command", bound=Callable[..., Any])
 _PLAIN_S = 8.0  # between plain lines, where stderr is no terminal; looks are 2 s apart
 
 
@@ -196,14 +193,8 @@ def optimise(
         def evaluated(plan: Sequence[Planned]) -> tuple[Outcome, ...]:
             return run_jobs(plan, store, cluster, study.limits, report.standing, retry=retry)
 
-        tried = searched(
-            search,
-            kept,
-            evaluated,
-            trials,
-            max(BATCH, workers or 0),
-            report.trials,
-        )
+        batch = max(BATCH, workers or 0)
+        tried = searched(search, kept, evaluated, trials, batch, report.trials)
         report.confirming()
         confirmation = confirm(search, tried, evaluated, lambda message: show(message, None))
         show("writing the report", 1.0)
@@ -255,10 +246,8 @@ class _Told:
         left, seconds = None, time.monotonic() - (self._start or time.monotonic())
         if number > earlier:
             left = seconds / (number - earlier) * (of - number)
-        failures = self._failures
-        self._show(
-            replace(now, number=number, of=of, failures=failures, left=left, seconds=seconds)
-        )
+        shown: dict[str, Any] = {"number": number, "of": of, "failures": self._failures}
+        self._show(replace(now, **shown, left=left, seconds=seconds))
 
 
 def _show_front(found: Optimised, target: Path) -> None:

@@ -1,8 +1,6 @@
 """``fingerdesign bench``: exit codes, files and words; the measuring itself is tested elsewhere."""
 
 import json
-import subprocess
-import sys
 
 import pytest
 from fingerdesign_bench.check import Check
@@ -10,19 +8,10 @@ from fingerdesign_bench.suite import Suite
 from fingerdesign_cli.main import main
 
 
-def test_help_imports_nothing_heavy():
-    done = subprocess.run(
-        [sys.executable, "-X", "importtime", "-m", "fingerdesign_cli.main", "bench", "--help"],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={"PYTHONPATH": ":".join(sys.path)},
-    )
-    assert done.returncode == 0
-    for heavy in ("numpy", "matplotlib", "pydantic", "scipy"):
-        assert f" {heavy}\n" not in done.stderr
+def test_help_names_every_bench(said):
+    shown = said("bench", "--help").out
     for name in ("precision", "speed", "stability", "reference", "condensation", "verification"):
-        assert f"\n  {name}" in done.stdout
+        assert f"\n  {name}" in shown
 
 
 @pytest.mark.parametrize(
@@ -36,26 +25,24 @@ def test_help_imports_nothing_heavy():
         ["bench", "nonsense"],
     ],
 )
-def test_wrong_use_is_exit_code_2(arguments, tmp_path, monkeypatch, capsys):
+def test_wrong_use_is_exit_code_2(arguments, tmp_path, monkeypatch, said):
     monkeypatch.chdir(tmp_path)
-    assert main(arguments) == 2
-    assert "Error" in capsys.readouterr().err
+    assert "Error" in said(*arguments, code=2).err
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("name", ["precision", "speed", "stability", "condensation"])
-def test_a_file_cannot_be_the_folder(name, tmp_path, capsys):
+def test_a_file_cannot_be_the_folder(name, tmp_path, said):
     taken = tmp_path / "taken"
     taken.write_text("", encoding="utf-8")
-    assert main(["bench", name, "--out", str(taken)]) == 2
-    assert str(taken) in capsys.readouterr().err
+    assert str(taken) in said("bench", name, "--out", taken, code=2).err
 
 
 @pytest.mark.parametrize(
     ("measured", "failures", "code"),
     [(0.5, {}, 0), (2.0, {}, 1), (0.5, {"speed": "no answer"}, 1)],
 )
-def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys):
+def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, said):
     def run_suite(folder, report, quick):
         assert quick
         report("at work")
@@ -63,8 +50,7 @@ def test_the_whole_bench(measured, failures, code, tmp_path, monkeypatch, capsys
         return Suite([folder / "bench.json"], [check], dict(failures))
 
     monkeypatch.setattr("fingerdesign_bench.suite.run_suite", run_suite)
-    assert main(["bench", "--out", str(tmp_path), "--quick"]) == code
-    shown = capsys.readouterr()
+    shown = said("bench", "--out", tmp_path, "--quick", code=code)
     assert "a number" in shown.out
     assert "bench.json" in shown.out
     assert ("speed failed: no answer" in shown.err) == bool(failures)

@@ -4,7 +4,6 @@ import json
 from dataclasses import replace
 
 import pytest
-from fingerdesign_cli.main import main
 
 from fingerdesign.search.compare.read import read_comparison
 from tests.support.any_outcomes import any_outcomes
@@ -21,24 +20,22 @@ def study(tmp_path):
     return folder
 
 
-def test_page_csv_and_outcomes(study, tmp_path, capsys):
+def test_page_csv_and_outcomes(study, tmp_path, said):
     out = tmp_path / "new" / "page.html"
     csv, lines = tmp_path / "designs.csv", tmp_path / "all.jsonl"
     requested = ["compare", str(study), "--out", str(out), "--csv", str(csv), "--json", str(lines)]
-    assert main([*requested, "--objective", "stick_error", "--objective", "cost:min"]) == 0
-    said = capsys.readouterr().out
-    assert "recommended: any_" in said
-    assert "program's own choice" not in said
+    shown = said(*requested, "--objective", "stick_error", "--objective", "cost:min").out
+    assert "recommended: any_" in shown
+    assert "program's own choice" not in shown
     assert "<title>study: fingers compared</title>" in out.read_text("utf-8")
     assert len(csv.read_text("utf-8").splitlines()) == 13
     assert read_comparison([lines]).outcomes == MADE
     assert sorted(path.name for path in out.parent.iterdir()) == ["page.html"]
 
 
-def test_json_on_stdout(study, tmp_path, capsys):
+def test_json_on_stdout(study, tmp_path, said):
     out = tmp_path / "page.html"
-    assert main(["compare", str(study), "--out", str(out), "--json", "-"]) == 0
-    reported = json.loads(capsys.readouterr().out)
+    reported = json.loads(said("compare", study, "--out", out, "--json", "-").out)
     assert reported["designs"] == 12
     assert reported["recommended"] in reported["front"]
 
@@ -53,34 +50,29 @@ def test_json_on_stdout(study, tmp_path, capsys):
         (["nowhere"], "RESULT = nowhere"),
     ],
 )
-def test_wrong_input_is_named(study, tmp_path, capsys, more, named):
+def test_wrong_input_is_named(study, tmp_path, said, more, named):
     out = tmp_path / "page.html"
-    assert main(["compare", str(study), "--out", str(out), *more]) == 2
-    assert named in capsys.readouterr().err
+    assert named in said("compare", study, "--out", out, *more, code=2).err
     assert not out.exists()
 
 
 @pytest.mark.parametrize("where", ["study", "study/outcomes.jsonl", "study/outcomes.jsonl/x.html"])
-def test_nothing_of_the_study_is_written_over(study, tmp_path, capsys, where):
-    assert main(["compare", str(study), "--out", str(tmp_path / where)]) == 2
-    assert "choose another" in capsys.readouterr().err
+def test_nothing_of_the_study_is_written_over(study, tmp_path, said, where):
+    assert "choose another" in said("compare", study, "--out", tmp_path / where, code=2).err
     assert read_comparison([study]).outcomes == MADE
 
 
-def test_the_page_is_an_html_file(study, tmp_path, capsys):
-    assert main(["compare", str(study), "--out", str(tmp_path / "page.txt")]) == 2
-    assert "must end in .html" in capsys.readouterr().err
+def test_the_page_is_an_html_file(study, tmp_path, said):
+    assert "must end in .html" in said("compare", study, "--out", tmp_path / "page.txt", code=2).err
 
 
-def test_what_is_left_out_is_said(study, tmp_path, capsys):
+def test_what_is_left_out_is_said(study, tmp_path, said):
     good = next(each for each in MADE if each.status == "ok")
     plain = replace(good, digest="f" * 64, name="plain", metrics={"cost": 1.0})
     extra = tmp_path / "extra.jsonl"
     extra.write_text(f"{plain.to_json()}\n", encoding="utf-8")
     out = tmp_path / "page.html"
     requested = ["compare", str(study), str(extra), "--out", str(out), "--objective", "stick_error"]
-    assert main(requested) == 0
-    assert "1 design lacks stick_error and was left out (plain)" in capsys.readouterr().out
-    assert main([*requested, "--json", "-"]) == 0
-    reported = json.loads(capsys.readouterr().out)
+    assert "1 design lacks stick_error and was left out (plain)" in said(*requested).out
+    reported = json.loads(said(*requested, "--json", "-").out)
     assert reported["not_feasible"] == {"plain": ["no stick_error, an objective"]}

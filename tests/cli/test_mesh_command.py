@@ -33,11 +33,10 @@ def design(tmp_path):
 
 
 @pytest.mark.parametrize(("fidelity", "dimension"), [("plane-strain", 2), ("3d", 3)])
-def test_mesh_report_and_picture_are_written(fidelity, dimension, design, tmp_path, capsys):
+def test_mesh_report_and_picture_are_written(fidelity, dimension, design, tmp_path, said):
     out = tmp_path / "out"
     options = ["--fidelity", fidelity, "--format", "vtu", "--format", "msh", "--quiet", "--json"]
-    assert main(["mesh", str(design), "--out", str(out), *options]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = json.loads(said("mesh", design, "--out", out, *options).out)
     names = {"mesh.vtu", "mesh.msh", "quality.txt", "quality.json", "mesh.png", "quality.png"}
     assert {path.name for path in out.iterdir()} == names
     assert {Path(path).name for path in printed["files"]} == names
@@ -55,11 +54,10 @@ def test_mesh_report_and_picture_are_written(fidelity, dimension, design, tmp_pa
     assert f"{report['elements']}" in (out / "quality.txt").read_text()
 
 
-def test_a_wrong_design_is_bad_input(tmp_path, capsys):
+def test_a_wrong_design_is_bad_input(tmp_path, said):
     path = tmp_path / "wrong.toml"
     path.write_text('design.name = "wrong"\nmesh.contact_size = 1.0\n')
-    assert main(["mesh", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert "mesh.contact_size" in capsys.readouterr().err
+    assert "mesh.contact_size" in said("mesh", path, "--out", tmp_path / "out", code=2).err
     assert not (tmp_path / "out").exists()
 
 
@@ -76,13 +74,10 @@ def refuse(*_):
         (["--scene", "fundamentel"], "did you mean fundamental"),
     ],
 )
-def test_wrong_options_are_bad_input_before_any_meshing(
-    options, words, design, monkeypatch, capsys
-):
+def test_wrong_options_are_bad_input_before_any_meshing(options, words, design, monkeypatch, said):
     monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
     monkeypatch.chdir(design.parent)
-    assert main(["mesh", str(design), "--out", "out", *options]) == 2
-    assert words in capsys.readouterr().err
+    assert words in said("mesh", design, "--out", "out", *options, code=2).err
     assert not (design.parent / "out").exists()
 
 
@@ -93,17 +88,16 @@ def test_wrong_options_are_bad_input_before_any_meshing(
         ('mesh.mesher = "file"\nmesh.file = "along.toml"', "which reads no mesh.file"),
     ],
 )
-def test_a_section_that_analyse_refuses_is_not_meshed(text, words, tmp_path, monkeypatch, capsys):
+def test_a_section_that_analyse_refuses_is_not_meshed(text, words, tmp_path, monkeypatch, said):
     monkeypatch.setattr("fingerdesign_cli.mesh.make_mesh", refuse)
     path, out = tmp_path / "along.toml", tmp_path / "out"
     path.write_text(f'design.name = "along"\nplates.count = 1\n{text}\n')
     options = ["--out", str(out), "--fidelity", "plane-strain"]
-    assert main(["mesh", str(path), *options]) == 2
-    assert words in capsys.readouterr().err
+    assert words in said("mesh", path, *options, code=2).err
     assert not out.exists()
 
 
-def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monkeypatch, capsys):
+def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monkeypatch, said):
     out = tmp_path / "out"
     options = ["--no-picture", "--quiet", "--format", "inp", "--format", "inp"]
     assert main(["mesh", str(design), "--out", str(out), *options]) == 0
@@ -111,26 +105,26 @@ def test_a_mesh_made_elsewhere_is_read_beside_its_design(design, tmp_path, monke
     own = out / "again.toml"
     own.write_text(DESIGN.replace('"extrude"', '"file"\nmesh.file = "mesh.inp"'))
     monkeypatch.chdir("/")
-    assert main(["mesh", str(own), "--out", str(tmp_path / "again"), *options[:2], "--json"]) == 0
-    report = json.loads(capsys.readouterr().out)
+    report = json.loads(said("mesh", own, "--out", tmp_path / "again", *options[:2], "--json").out)
     assert report["mesher"] == "file"
     assert report["remarks"] == [
         "the mesh was read from mesh.inp, its nodes put on the design's faces"
     ]
     assert report["volumes"]["plate_0"]["error"] < 1e-9
     (out / "mesh.inp").unlink()
-    assert main(["mesh", str(own), "--out", str(tmp_path / "third")]) == 2
-    assert "mesh.file" in capsys.readouterr().err
+    assert "mesh.file" in said("mesh", own, "--out", tmp_path / "third", code=2).err
     assert not (tmp_path / "third").exists()
 
 
-def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, capsys):
+def test_a_mesh_of_another_design_fails_and_says_why(design, tmp_path, said):
     out = tmp_path / "out"
     assert main(["mesh", str(design), "--out", str(out), "--no-picture", "--format", "msh"]) == 0
     text = DESIGN.replace('"extrude"', '"file"\nmesh.file = "out/mesh.msh"')
     design.write_text(text.replace("plates.count = 1", "plates.count = 2\nplates.pitch_mm = 3.0"))
-    assert main(["mesh", str(design), "--out", str(out)]) == 1
-    assert "lacks plate_1 (found: elastomer, plate_0)" in capsys.readouterr().err
+    assert (
+        "lacks plate_1 (found: elastomer, plate_0)"
+        in said("mesh", design, "--out", out, code=1).err
+    )
 
 
 def test_a_shipped_scene_is_found_by_name(design, tmp_path, capsys):

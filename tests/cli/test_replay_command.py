@@ -108,7 +108,7 @@ def test_another_fingers_trace_and_unfit_controllers_are_refused(folder, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys):
+def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys, said):
     """One that was taught nothing: its numbers mean nothing, but they are in their columns."""
     gages, rng = 15, np.random.default_rng(0)
     curves = FingerCurves(np.array([0.0, 5.0]), np.zeros((2, gages)), np.full((2, gages), 1.0))
@@ -124,8 +124,9 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys):
     assert "fingerdesign teach" in reported
     for command in ("study-control", "tune"):
         arguments = [command, str(folder / "coarse.toml"), "--out", str(out)]
-        assert main([*arguments, "--estimator", str(path)]) == 2
-        assert "must be one taught on this design" in capsys.readouterr().err
+        assert (
+            "must be one taught on this design" in said(*arguments, "--estimator", path, code=2).err
+        )
     assert not out.exists()
     design = load_design(folder / "coarse.toml")
     key = training_key(design, settings_of(design))
@@ -146,7 +147,7 @@ def test_an_estimator_reports_and_the_regulator_asks(folder, tmp_path, capsys):
     )
 
 
-def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, capsys):
+def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, said):
     (tmp_path / "coarse").mkdir()
     (tmp_path / "coarse/control.json").write_text("{}")
     for command in (
@@ -157,8 +158,7 @@ def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, capsys):
         ["study-control", str(folder / "coarse.toml"), "--quick"],
     ):
         (tmp_path / "coarse/mine.txt").write_text("mine")
-        assert main([*command, "--out", str(tmp_path)]) == 2
-        reported = capsys.readouterr().err
+        reported = said(*command, "--out", tmp_path, code=2).err
         assert "--out = " in reported
         assert "mine.txt" in reported
     assert len(list((tmp_path / "coarse").iterdir())) == 2

@@ -4,7 +4,6 @@ import csv
 import io
 import json
 import re
-import time
 from dataclasses import replace
 
 import pytest
@@ -46,23 +45,16 @@ def opened(tmp_path_factory):
 def browser(opened):
     opened.evaluate("FD.select(null, null)")
     opened.click("#clear-filter")
-    opened.evaluate("document.getElementById('pareto').scrollIntoView({behavior: 'instant'})")
-    wait(opened, "document.getElementById('pareto').data")
+    opened.show("pareto")
+    opened.wait("document.getElementById('pareto').data")
     return opened
-
-
-def wait(browser, ready, seconds=30.0):
-    end = time.monotonic() + seconds
-    while not browser.evaluate(f"Boolean({ready})"):
-        assert time.monotonic() < end, f"never true: {ready}"
-        time.sleep(0.05)
 
 
 def point(browser, number):
     """Where a design's point of the chart is in the window, scrolled into view."""
+    browser.show("pareto")
     return browser.evaluate(
         "(() => { const p = document.getElementById('pareto');"
-        "p.scrollIntoView({block: 'center', behavior: 'instant'});"
         f"const t = p.data.find((each) => each.customdata.includes({number}));"
         f"const k = t.customdata.indexOf({number});"
         "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
@@ -108,7 +100,7 @@ def test_a_page_of_few_or_none_is_silent(tmp_path, few):
     page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
     with Browser(page, tmp_path) as browser:
         for place in ("views", "parallel-chart"):
-            browser.evaluate(f"document.getElementById('{place}').scrollIntoView()")
+            browser.show(place)
             browser.evaluate("new Promise((f) => setTimeout(f, 200))")
         assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
         assert browser.console == browser.requests == []
@@ -156,7 +148,7 @@ def test_filters_by_bounds_and_words(browser):
     count = browser.evaluate("document.getElementById('shown-count').textContent")
     good = sum(o.status == "ok" for o in MADE)
     assert count == f"{len(requested)} of {good} shown"
-    wait(browser, f"{POINTS}.length === {len(requested)}")
+    browser.wait(f"{POINTS}.length === {len(requested)}")
 
 
 def test_a_filter_that_makes_no_sense_is_reported(browser):
@@ -205,7 +197,7 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     )
     assert number == by_error[1]
     browser.press_at(*point(browser, by_error[-1]))
-    wait(browser, "FD.selected[1] !== null")
+    browser.wait("FD.selected[1] !== null")
     assert browser.evaluate("FD.selected") == [by_error[1], by_error[-1]]
     chosen = browser.evaluate("document.getElementById('chosen').innerText")
     assert browser.evaluate(f"FD.name({by_error[-1]})") in chosen
@@ -226,13 +218,10 @@ def test_of_three_the_oldest_goes_and_any_can_be_left_out(browser):
 
 
 def test_front_of_two_measures_is_right(browser):
-    browser.evaluate(
-        "(() => { const s = document.getElementById('axis-y');"
-        "s.value = [...s.options].find((o) => o.text === 'safety margin').value;"
-        "s.dispatchEvent(new Event('change')); })()"
-    )
+    option = "[...e.options].find((o) => o.text === '{}').value"
+    browser.change("axis-y", option.format("safety margin"), "change")
     line = "document.getElementById('pareto').data[0].customdata"
-    wait(browser, "document.getElementById('pareto').layout.yaxis.title.text.includes('margin')")
+    browser.wait("document.getElementById('pareto').layout.yaxis.title.text.includes('margin')")
     drawn = browser.evaluate(line)
     feasible = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.feasible ? [i] : []))")
     pairs = {
@@ -244,11 +233,7 @@ def test_front_of_two_measures_is_right(browser):
         if not any(u <= x and v <= y and (u, v) != (x, y) for u, v in pairs.values())
     ]
     assert sorted(drawn) == sorted(front)
-    browser.evaluate(
-        "(() => { const s = document.getElementById('axis-y');"
-        "s.value = [...s.options].find((o) => o.text === 'cost').value;"
-        "s.dispatchEvent(new Event('change')); })()"
-    )
+    browser.change("axis-y", option.format("cost"), "change")
 
 
 def test_a_box_in_the_chart_filters_the_table(browser):
@@ -256,7 +241,7 @@ def test_a_box_in_the_chart_filters_the_table(browser):
     x, y = point(browser, number)
     browser.press_at(x - 30, y - 30, (x + 30, y + 30))
     total = sum(o.status == "ok" for o in MADE)
-    wait(browser, f"FD.shown.length < {total}")
+    browser.wait(f"FD.shown.length < {total}")
     assert number in browser.evaluate("FD.shown")
     place = column(browser, "cost")
     field = f"document.querySelector('#table-designs .filters td:nth-child({place}) input').value"
@@ -280,11 +265,11 @@ def test_downloads(browser):
 
 def test_two_designs_are_drawn_when_they_come_into_sight(browser):
     browser.evaluate("FD.select(10, 12)")
-    browser.evaluate("document.getElementById('views').scrollIntoView({behavior: 'instant'})")
-    wait(browser, "document.getElementById('forces-1').data")
+    browser.show("views")
+    browser.wait("document.getElementById('forces-1').data")
     assert browser.evaluate("document.querySelectorAll('#views svg, #views canvas').length") >= 2
-    browser.evaluate("document.getElementById('parallel').scrollIntoView({behavior: 'instant'})")
-    wait(browser, "document.querySelectorAll('#parallel-chart svg').length")
+    browser.show("parallel")
+    browser.wait("document.querySelectorAll('#parallel-chart svg').length")
 
 
 def test_every_button_has_a_name_and_every_field_a_label(browser):
@@ -337,7 +322,7 @@ def test_badges_leave_the_star_and_b_is_the_runner_up(browser):
     assert browser.evaluate("FD.data.study.pair") == [found.chosen, found.runner_up]
     browser.evaluate("FD.select(...FD.data.study.pair)")
     badges = "document.getElementById('pareto').layout.annotations"
-    wait(browser, f"{badges}.length === 2")
+    browser.wait(f"{badges}.length === 2")
     apart = """(() => {
       const place = document.getElementById("pareto");
       const drawn = [...place.querySelectorAll(".trace.scatter path.point")]; // the star last
@@ -380,7 +365,7 @@ def test_a_measure_alike_for_all_has_one_mark(tmp_path):
     few = [replace(o, metrics=o.metrics | {"cost": 7.0}) for o in MADE if o.status == "ok"][:8]
     page.write_text(compare_html(few, facts_of("few", few, WANTED[:2])), encoding="utf-8")
     with Browser(page, tmp_path) as browser:
-        wait(browser, "document.querySelector('#pareto .ytick')")
+        browser.wait("document.querySelector('#pareto .ytick')")
         text = browser.evaluate("document.getElementById('pareto').textContent")
         assert "cost: the same for all" in text
         ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"

@@ -1,7 +1,6 @@
 """The views of two designs in a real browser: drawn, turned, followed, chosen; names stay text."""
 
 import re
-import time
 from dataclasses import replace
 
 import pytest
@@ -30,15 +29,8 @@ def page_in(folder, outcomes, wanted=WANTED):
 
 def seen(browser, place, ready):
     """Bring a place into sight and wait until ``ready`` is true."""
-    browser.evaluate(f"document.getElementById('{place}').scrollIntoView({{behavior: 'instant'}})")
-    wait(browser, ready)
-
-
-def wait(browser, ready, seconds=30.0):
-    end = time.monotonic() + seconds
-    while not browser.evaluate(f"Boolean({ready})"):
-        assert time.monotonic() < end, f"never true: {ready}"
-        time.sleep(0.05)
+    browser.show(place)
+    browser.wait(ready)
 
 
 def choose(browser, a, b):
@@ -51,13 +43,6 @@ def choose(browser, a, b):
 
 def data(browser, place):
     return browser.evaluate(f"document.getElementById('{place}').data")
-
-
-def slide(browser, value):
-    browser.evaluate(
-        "(() => { const s = document.getElementById('increment');"
-        f"s.value = '{value}'; s.dispatchEvent(new Event('input')); }})()"
-    )
 
 
 @pytest.fixture(scope="module")
@@ -121,9 +106,7 @@ def test_turned_by_keys_buttons_and_hand(browser):
     )
     browser.click("#turn-both")
     alone = browser.evaluate(EYE.format(1))
-    browser.evaluate(
-        "document.getElementById('shape-0').scrollIntoView({block: 'center', behavior: 'instant'})"
-    )
+    browser.show("shape-0")
     x, y = browser.evaluate(
         "(() => { const r = document.getElementById('shape-0').getBoundingClientRect();"
         "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
@@ -133,7 +116,7 @@ def test_turned_by_keys_buttons_and_hand(browser):
         at = {"x": x + 10 * step, "y": y + 3 * step}
         browser.call("Input.dispatchMouseEvent", type=f"mouse{kind}", **at, **mouse)
         browser.evaluate("new Promise(requestAnimationFrame)")  # the scene follows by frames
-    wait(browser, f"{EYE.format(0)}[0] !== 0")
+    browser.wait(f"{EYE.format(0)}[0] !== 0")
     assert browser.evaluate(EYE.format(1)) == alone
     browser.click("#turn-both")
     browser.click('#views [aria-label="Reset the view"]')
@@ -143,12 +126,12 @@ def test_turned_by_keys_buttons_and_hand(browser):
 def test_another_pair_is_seen_from_where_the_last_one_was(browser):
     browser.click('#views [aria-label="View from the side"]')
     eye = browser.evaluate(EYE.format(0))
-    slide(browser, 3)
+    browser.change("increment", 3)
     choose(browser, 2, 3)
     assert browser.evaluate(EYE.format(0)) == eye
     assert browser.evaluate("document.getElementById('increment').value") == "3"
     browser.click('#views [aria-label="Reset the view"]')
-    slide(browser, 24)
+    browser.change("increment", 24)
 
 
 def test_the_slider_moves_all_pictures(browser):
@@ -157,9 +140,9 @@ def test_the_slider_moves_all_pictures(browser):
         "[...(e.layout.shapes ?? []), ...e.data.filter((t) => t.type === 'scatter3d').slice(1),"
         "...(e.id === 'profile' ? e.data : [])].map((part) => JSON.stringify(part)))"
     )
-    slide(browser, 24)
+    browser.change("increment", 24)
     before = browser.evaluate(state)
-    slide(browser, 3)
+    browser.change("increment", 3)
     after = browser.evaluate(state)
     assert len(after) == len(before)
     changed = sum(p != q for p, q in zip(before, after, strict=True))
@@ -171,16 +154,16 @@ def test_the_slider_moves_all_pictures(browser):
     )
     want = [FLAT[k].traces.normal_force_N[2] for k in (0, 1)]
     assert cells == pytest.approx(want, rel=0.01)
-    slide(browser, 24)
+    browser.change("increment", 24)
 
 
 def test_what_sticks_and_slips_lies_on_the_finger(browser):
-    slide(browser, 20)
+    browser.change("increment", 20)
     stick, slip = data(browser, "shape-0")[-2:]
     row = FLAT[0].traces.status[19]
     assert stick["x"].count(None) == row.count("#")  # a gap after each line
     assert slip["x"].count(None) == row.count("/")
-    slide(browser, 24)
+    browser.change("increment", 24)
 
 
 def test_a_gage_is_brought_out(browser):
@@ -188,10 +171,7 @@ def test_a_gage_is_brought_out(browser):
     peak = [max(map(abs, each)) for each in zip(*FLAT[0].traces.gages, strict=True)]
     wide = browser.evaluate(widths)
     assert wide.index(max(wide)) == peak.index(max(peak))
-    browser.evaluate(
-        "(() => { const s = document.getElementById('gage-0'); s.value = '1';"
-        "s.dispatchEvent(new Event('change')); })()"
-    )
+    browser.change("gage-0", 1, "change")
     wide = browser.evaluate(widths)
     assert (wide.index(max(wide)), wide.count(max(wide))) == (1, 1)
 
@@ -201,7 +181,7 @@ def test_one_design_alone(browser):
     columns = "[...document.querySelectorAll('.v-column')].filter((e) => !e.hidden).length"
     assert browser.evaluate(columns) == 5
     browser.evaluate("FD.select(null, null)")
-    wait(browser, "document.getElementById('views').hidden")
+    browser.wait("document.getElementById('views').hidden")
     assert "none chosen" in browser.evaluate("document.getElementById('table-pair').textContent")
 
 
@@ -209,7 +189,7 @@ def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path):
     with Browser(page_in(tmp_path, DEEP), tmp_path) as browser:
         browser.evaluate("FD.select(0, 1)")
         seen(browser, "views", "document.getElementById('contact-1').data?.[0].x")
-        slide(browser, 20)
+        browser.change("increment", 20)
         row = DEEP[0].traces.status[19]
         found = [trace["x"].count(None) for trace in data(browser, "contact-0")]
         assert found == [row.count(each) for each in "#/."]
@@ -236,15 +216,16 @@ def test_parallel_coordinates_choose_by_keys_and_by_click(browser):
     assert any("cost" in title and "▲" in title for title in titles)
     assert FLAT[number].name in browser.evaluate(f"{place}.getAttribute('aria-label')")
     browser.evaluate("FD.select(null, null)")
-    wait(browser, f"{place}.data.length === 2 + {place}.layout.annotations.length")
+    browser.wait(f"{place}.data.length === 2 + {place}.layout.annotations.length")
+    browser.show("parallel-chart")
     x, y, want = browser.evaluate(
-        f"(() => {{ const p = {place}; p.scrollIntoView({{block: 'center', behavior: 'instant'}});"
+        f"(() => {{ const p = {place};"
         "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
         "return [r.x + xaxis._offset + xaxis.l2p(p.data[0].x[0]),"
         "r.y + yaxis._offset + yaxis.l2p(p.data[0].y[0]), p.data[0].customdata[0]]; })()"
     )
     browser.press_at(x, y)
-    wait(browser, "FD.selected[0] !== null")
+    browser.wait("FD.selected[0] !== null")
     assert browser.evaluate("FD.selected") == [want, None]
 
 
@@ -253,9 +234,9 @@ def test_axes_of_the_lines_are_chosen(browser):
     count = "document.getElementById('parallel-chart').layout.annotations.length"
     before = browser.evaluate(count)
     browser.evaluate("document.querySelector('#parallel-axes input:checked').click()")
-    wait(browser, f"{count} === {before - 1}")
+    browser.wait(f"{count} === {before - 1}")
     browser.evaluate("document.querySelector('#parallel-axes input').click()")
-    wait(browser, f"{count} === {before}")
+    browser.wait(f"{count} === {before}")
 
 
 def test_names_stay_text_and_what_is_missing_is_said(tmp_path):

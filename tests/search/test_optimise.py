@@ -9,7 +9,14 @@ import pytest
 
 from fingerdesign.errors import DesignError
 from fingerdesign.records.outcome import Failure, Outcome
-from fingerdesign.search.optimise.confirm import Optimised, confirm, hypervolume, judged
+from fingerdesign.search.optimise.confirm import (
+    Optimised,
+    beats,
+    confirm,
+    hypervolume,
+    judged,
+    most_volume,
+)
 from fingerdesign.search.optimise.optimise import (
     ABSENT,
     JournalError,
@@ -272,3 +279,97 @@ def test_the_worst_scene_counts():
     values, broken = reported(study, scenes)
     assert values == [0.3, 9.0]
     assert broken == {"failed": 0.0, "grip_success": pytest.approx(0.49)}
+
+
+def test_dominance():
+    own = np.array([1.0, 2.0])
+    assert beats(own, np.array([1.0, 3.0]))
+    assert not beats(own, own)
+    assert not beats(own, np.array([0.5, 3.0]))
+
+
+def test_volume_of_one_and_of_what_adds_nothing():
+    corner = np.array([2.0, 3.0, 4.0])
+    one = np.array([[1.0, 1.0, 1.0]])
+    assert hypervolume(one, corner) == pytest.approx(6.0)
+    worse = np.array([[1.0, 1.0, 1.0], [1.5, 1.0, 1.0], [1.0, 1.0, 1.0], [0.0, 0.0, 4.0]])
+    assert hypervolume(worse, corner) == pytest.approx(6.0)
+    assert hypervolume(np.empty((0, 3)), corner) == 0.0
+
+
+@pytest.mark.parametrize("objectives", [2, 3, 4])
+def test_volume_is_the_share_of_points_dominated(objectives):
+    rng = np.random.default_rng(objectives)
+    points = rng.uniform(size=(12, objectives))
+    probes = rng.uniform(size=(40_000, objectives))
+    hit = (points[None] <= probes[:, None]).all(axis=2).any(axis=1).mean()
+    # Three standard deviations of a count.
+    assert hypervolume(points, np.ones(objectives)) == pytest.approx(hit, abs=0.0075)
+
+
+def test_most_volume_spreads_and_stops():
+    front = np.array([[0.0, 0.9], [0.4, 0.4], [0.42, 0.38], [0.9, 0.0]])
+    corner = np.array([1.0, 1.0])
+    assert most_volume(front, corner, 1) in ((1,), (2,))
+    taken = most_volume(front, corner, 3)
+    assert {0, 3} < set(taken)
+    beyond = np.array([[0.5, 0.5], [2.0, 2.0]])
+    assert most_volume(beyond, corner, 2) == (0,)
+
+
+SMALL = parse_study(
+    """
+study = { name = "s", base = "maeno2000", count = 8, seed = 5 }
+objectives = [{ metric = "cost" }]
+parameters = { "plates.count" = [9, 11, 13] }
+"""
+)
+BASE = base_design(SMALL)
+
+
+def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
+    journal = tmp_path / "trials.jsonl"
+    with Trials(SMALL, BASE, journal) as trials:
+        trials.draw(3)
+        trials.report(1, [2.0], {})
+    whole = journal.read_bytes()
+    others = SMALL.model_copy(update={"study": SMALL.study.model_copy(update={"seed": 6})})
+    second = two_objectives()
+    for other in (others, second):
+        for content in (whole, whole + b'{"op'):
+            journal.write_bytes(content)
+            with pytest.raises(DesignError, match="another study"), Trials(other, BASE, journal):
+                pass
+            assert journal.read_bytes() == content
+    with Trials(SMALL, BASE, journal) as trials:  # the half line is gone, nothing else written
+        assert len(trials.drawn()) == 3
+    assert journal.read_bytes() == whole
+
+
+def two_objectives():
+    """The study with one more objective."""
+    (one,) = SMALL.objectives
+    more = one.model_copy(update={"metric": "plates"})
+    return SMALL.model_copy(update={"objectives": (one, more)})
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        '{"op_code": 0}',
+        '{"op_code":0,"worker_id":"a","study_name":7,"directions":[9]}',
+        '{"op_code":5,"worker_id":"a","study_id":3,"datetime_start":"x"}',
+        '{"op_code":4,"worker_id":"a","study_id":0}',
+        '{"op_code":99}',
+        '{"op_code":"x"}',
+        '{"op_code":0,"worker_id":"a","study_name":"other","directions":[1]}',
+        '{"op_code":' + "[" * 100_000,
+    ],
+)
+@pytest.mark.parametrize("end", ["\n", "\n{"])
+def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line, end):
+    journal = tmp_path / "trials.jsonl"
+    journal.write_text(line + end)
+    with pytest.raises(DesignError, match="journal of trials"):
+        Trials(SMALL, BASE, journal).__enter__()
+    assert journal.read_text() == line + end

@@ -82,7 +82,7 @@ class Place:
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
-            preexec_fn=limit,
+            preexec_fn=limit or None,
         )
 
     def done(self):
@@ -100,12 +100,17 @@ class Place:
     def outcomes(self, out="out"):
         return (self.folder / out / "many" / "outcomes.jsonl").read_text()
 
+    def swept(self, *more, **changes):
+        """What a run says that goes well."""
+        code, lines, err = ended(self.sweep("--workers", "2", *more, **changes))
+        assert code == 0, err
+        return lines
+
     def undisturbed(self):
         """The outcomes of a run with a store of its own."""
         cache = str(self.folder / "other")
         changes = {"FINGERDESIGN_CACHE": cache, "EVALUATED": "", "EVALUATOR_SECONDS": "0"}
-        run = self.sweep("--workers", "2", out="other", **changes)
-        assert ended(run)[0] == 0
+        self.swept(out="other", **changes)
         return self.outcomes("other")
 
 
@@ -159,15 +164,13 @@ def test_killed_driver_goes_on_where_it_stopped(place):
     assert gone(children)
     assert not (place.folder / "out" / "many").exists()
     kept = len(list(place.store.glob("??/*.txt")))
-    code, lines, _ = ended(place.sweep("--workers", "2"))
-    assert code == 0
+    lines = place.swept()
     assert lines[-1]["from_store"] == kept
     assert place.outcomes() == place.undisturbed()
     times = Counter(place.done())
     assert len(times) == 24
     assert sum(times.values()) <= len(times) + 4  # what ran, or was on its way, when it died
-    code, lines, _ = ended(place.sweep("--workers", "2"))
-    assert (code, lines[-1]["computed"]) == (0, 0)
+    assert place.swept()[-1]["computed"] == 0
 
 
 def test_interrupted_keeps_what_is_done(place):
@@ -182,30 +185,8 @@ def test_interrupted_keeps_what_is_done(place):
     assert err.strip() == "interrupted; finished work is kept"
     assert time.monotonic() - begun < 10.0
     assert gone(children)
-    code, lines, _ = ended(place.sweep("--workers", "2"))
-    assert code == 0
+    lines = place.swept()
     assert lines[-1]["from_store"] >= 2
-    assert place.outcomes() == place.undisturbed()
-
-
-@pytest.mark.slow
-def test_full_disk_says_so_and_keeps_what_fitted(place):
-    place.study(count=20)
-    place.evaluator = "large"
-
-    def limited():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-
-    code, _, err = ended(place.sweep("--workers", "1", limit=limited))
-    assert code == 1
-    assert "cannot be kept" in err
-    assert "File too large" in err
-    files = [path for path in place.store.rglob("*") if path.is_file()]
-    assert files
-    assert all(path.suffix == ".txt" for path in files)  # nothing half
-    code, lines, _ = ended(place.sweep("--workers", "2"))
-    assert code == 0
-    assert lines[-1]["from_store"] == len(files)
     assert place.outcomes() == place.undisturbed()
 
 
@@ -228,28 +209,35 @@ def small_disk(tmp_path):
     subprocess.run(["umount", "--lazy", str(disk)], check=True)
 
 
+def limited():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+
+
 @pytest.mark.slow
-def test_a_full_file_system_says_so_and_keeps_what_fitted(place, small_disk):
-    disk, enlarge = small_disk
-    place.study(count=30)
-    place.evaluator, changes = "large", {"FINGERDESIGN_CACHE": str(disk)}
-    code, _, err = ended(place.sweep("--workers", "2", **changes))
+@pytest.mark.parametrize("small", [False, True], ids=["file", "disk"])
+def test_a_full_disk_says_so_and_keeps_what_fitted(place, small, request):
+    """Full is a file's size by a limit, or a file system of its own."""
+    disk, enlarge = request.getfixturevalue("small_disk") if small else (place.store, list)
+    place.study(count=30 if small else 20)
+    place.evaluator = "large"
+    changes = {"FINGERDESIGN_CACHE": str(disk)} if small else {}
+    run = place.sweep("--workers", "2" if small else "1", **changes, limit=not small and limited)
+    code, _, err = ended(run)
     assert code == 1
     assert "cannot be kept" in err
-    assert "No space left on device" in err
+    assert ("No space left on device" if small else "File too large") in err
     files = [path for path in disk.rglob("*") if path.is_file()]
     assert files
-    assert all(path.suffix == ".txt" for path in files)
+    assert all(path.suffix == ".txt" for path in files)  # nothing half
     enlarge()
-    code, lines, _ = ended(place.sweep("--workers", "2", **changes))
-    assert code == 0
+    lines = place.swept(**changes)
     assert lines[-1]["from_store"] == len(files)
     assert place.outcomes() == place.undisturbed()
 
 
 def test_invalid_outcomes_are_computed_again(place):
     place.study(count=8)
-    assert ended(place.sweep("--workers", "2"))[0] == 0
+    place.swept()
     whole = place.outcomes()
     files = sorted(place.store.glob("??/*.txt"))
     files[0].write_bytes(files[0].read_bytes()[:200])  # half
@@ -257,8 +245,7 @@ def test_invalid_outcomes_are_computed_again(place):
     text = files[2].read_text()
     files[2].write_text(text.replace('"cost":1.0', '"cost":9.0'))
     files[3].write_bytes(b"\xff\xfe" * 100)
-    code, lines, _ = ended(place.sweep("--workers", "2"))
-    assert code == 0
+    lines = place.swept()
     assert (lines[-1]["from_store"], lines[-1]["computed"]) == (4, 4)
     assert place.outcomes() == whole
 
@@ -267,18 +254,17 @@ def test_invalid_outcomes_are_computed_again(place):
 def test_a_tenth_crashes_hangs_or_eats_memory(place):
     place.study(count=30, time_s=2.0)
     place.evaluator = "tenth"
-    code, lines, _ = ended(place.sweep("--workers", "2"))
+    lines = place.swept()
     place.evaluator = "slow"
-    assert code == 0
     assert lines[-1]["failures_by_kind"] == {"crashed": 1, "memory": 1, "timeout": 1}
     causes = (place.folder / "out" / "many" / "failures.csv").read_text()
     page = (place.folder / "out" / "many" / "report.html").read_text()
     for said in ("SIGABRT", "not done after 2 s", "more than 500 MB"):
         assert said in causes
         assert said in page
-    code, lines, _ = ended(place.sweep("--workers", "2"))
+    lines = place.swept()
     assert lines[-1]["computed"] == 0  # failures are outcomes, too
-    code, lines, _ = ended(place.sweep("--workers", "2", "--retry"))
+    lines = place.swept("--retry")
     assert (lines[-1]["computed"], lines[-1]["failures"]) == (3, 0)
     assert place.outcomes() == place.undisturbed()
 

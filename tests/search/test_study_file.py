@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fingerdesign.errors import DesignError
-from fingerdesign.search.study.file import Range, parse_study, read_study
-from fingerdesign.search.study.values import key_faults
+from fingerdesign.search.study.file import parse_study, read_study
+from fingerdesign.search.study.values import Range, key_faults
 from fingerdesign.search.study.variants import base_design
 
 HEAD = '[study]\nname = "few"\nbase = "maeno2000"\nsampling = "grid"\n'

@@ -98,6 +98,25 @@ class Browser:
             raise BrowserError(f"{script[:200]}: {_thrown(found['exceptionDetails'])}")
         return found["result"].get("value")
 
+    def wait(self, ready, timeout_s=30.0):
+        """Until an expression is true."""
+        end = time.monotonic() + timeout_s
+        while not self.evaluate(f"Boolean({ready})"):
+            assert time.monotonic() < end, f"never true: {ready}"
+            time.sleep(0.05)
+
+    def show(self, place):
+        """Scroll the element of that id into the middle of the window."""
+        where = "{block: 'center', behavior: 'instant'}"
+        self.evaluate(f"document.getElementById('{place}').scrollIntoView({where})")
+
+    def change(self, place, value, event="input"):
+        """Give a field a value as a user would."""
+        self.evaluate(
+            f"(() => {{ const e = document.getElementById('{place}'); e.value = {value};"
+            f"e.dispatchEvent(new Event('{event}')); }})()"
+        )
+
     def click(self, selector):
         """A real press of the mouse in the middle of the first element, scrolled into view."""
         place = self.evaluate(

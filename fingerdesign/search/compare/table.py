@@ -11,6 +11,7 @@ from fingerdesign.errors import shown
 from fingerdesign.records.outcome import Outcome
 from fingerdesign.report.table import value_text
 from fingerdesign.search.compare.recommend import Recommendation, StudyFacts
+from fingerdesign.search.study.values import is_number
 
 NONE = "–"
 DIGITS = 4  # significant, of a column's largest value
@@ -129,8 +130,7 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
     goals = {each.metric: each.goal for each in facts.objectives}
     place = {name: number for number, name in enumerate(goals)}
     metrics = sorted(facts.metrics, key=lambda metric: place.get(metric.name, len(place)))
-    found = [Column(("scene",), "scene", numeric=False)]
-    found.append(Column(("fidelity",), "fidelity", numeric=False))
+    found = [Column((name,), name, numeric=False) for name in ("scene", "fidelity")]
     for key in parameters_of(outcomes):
         given = [o.values[key] for o in outcomes if o.values.get(key) is not None]
         numeric = bool(given) and all(is_number(value) for value in given)
@@ -142,10 +142,8 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
         path = ("metrics", metric.name)
         found.append(Column(path, title, unit, True, goal, wanted, shown(metric.words)))
     named = {metric.name for metric in metrics}
-    for name, title in (
-        ("plane_strain_error", "plane-strain error"),
-        ("mesh_error", "mesh error"),
-    ):
+    errors = {"plane_strain_error": "plane-strain error", "mesh_error": "mesh error"}
+    for name, title in errors.items():
         if name not in named:
             found.append(Column(("validity", name), title, "share", True, "min"))
     if "core_seconds" not in named:
@@ -157,11 +155,6 @@ def _columns(outcomes: Sequence[Outcome], facts: StudyFacts) -> list[Column]:
 def parameters_of(outcomes: Sequence[Outcome]) -> list[str]:
     """Every studied key, in the order met."""
     return list(dict.fromkeys(key for outcome in outcomes for key in outcome.values))
-
-
-def is_number(value: Any) -> bool:
-    """Whether a value is a finite number; true and false are none."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _texts(values: Sequence[Any], column: Column) -> list[str]:

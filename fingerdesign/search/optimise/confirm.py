@@ -239,8 +239,6 @@ def confirm(
 def front_of(every: Sequence[Judged]) -> tuple[int, ...]:
     """Places of the feasible fingers that no other feasible one dominates."""
     feasible = [k for k, own in enumerate(every) if own.feasible]
-    if not feasible:
-        return ()
     worse = dominated(np.array([every[k].losses for k in feasible]))
     return tuple(k for k, out in zip(feasible, worse, strict=True) if not out)
 

@@ -17,7 +17,6 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
 from fingerdesign.checks.load import with_values
@@ -26,17 +25,15 @@ from fingerdesign.records.outcome import Outcome
 from fingerdesign.runtime.files import BusyError, locked
 from fingerdesign.search.run.evaluate import Job
 from fingerdesign.search.run.run import Planned, planned_variant
-from fingerdesign.search.study.file import Choice, Limits, Optimise, Range, Study
+from fingerdesign.search.study.file import Limits, Optimise, Study
 from fingerdesign.search.study.metrics import METRICS_VERSION
-from fingerdesign.search.study.values import value_of
+from fingerdesign.search.study.values import Choice, Range, value_of
 from fingerdesign.search.study.variants import Variant, variant_of
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-    from fingerdesign.records.outcome import Outcome
-    from fingerdesign.search.study.file import Study
 
 
 # Trials on disk: Optuna's study in a journal, which an interrupted optimisation goes on from.
@@ -110,7 +107,7 @@ class Trial:
     values: dict[str, Choice]
 
 
-class Trials:
+class Trials(ExitStack):
     """The trials of one study in the file ``journal``. A context manager.
 
     Raises DesignError where the file holds the trials of another study, JournalError where it
@@ -118,17 +115,18 @@ class Trials:
     """
 
     def __init__(self, study: Study, base: Design, journal: Path) -> None:
+        super().__init__()
         self._study, self._path = study, journal
         self._identity = _identity(study, base)
         self._space = {key: _distribution(each) for key, each in study.parameters.items()}
-        self._lock, self._stack = journal.with_name(f".{journal.name}.lock"), ExitStack()
         self._directions = [f"{each.direction}imize" for each in study.objectives]
         self._trials: Any = None
 
     def __enter__(self) -> Self:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._stack.enter_context(locked(self._lock, wait=False))
+            lock = self._path.with_name(f".{self._path.name}.lock")
+            self.enter_context(locked(lock, wait=False))
             self._path.open("ab").close()
             # Optuna's own lock, that a killed process leaves for half a minute.
             Path(f"{self._path}.lock").unlink(missing_ok=True)
@@ -140,7 +138,7 @@ class Trials:
             if _IDENTITY not in self._trials.user_attrs:
                 self._trials.set_user_attr(_IDENTITY, self._identity)
         except BaseException as error:
-            self._stack.close()
+            self.close()
             if isinstance(error, BusyError):
                 words = f"{self._path} is being written by another process"
                 raise JournalError(words) from error
@@ -148,14 +146,6 @@ class Trials:
                 raise self._failed(error) from error
             raise
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._stack.close()
 
     def drawn(self) -> tuple[Trial, ...]:
         """All trials that were drawn, in order."""
@@ -372,7 +362,6 @@ def _to_draw(drawn: int, waiting: int, most: int, batch: int) -> int:
 
 
 def _evaluated(search: Search, trials: Sequence[Trial], evaluated: Evaluator) -> list[Tried]:
-    """The trials with their outcomes."""
     plans = [search.plan(trial) for trial in trials]
     outcomes = list(evaluated([each for plan in plans for each in plan]))
     found = []

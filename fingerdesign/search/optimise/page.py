@@ -141,9 +141,8 @@ def _plane(axes: Axes, found: Optimised) -> None:
     axes.plot(x, y, color=BLUE, lw=1.2, ds="steps-post", label="front")
     quick, deep = study.study.fidelity, reported.fidelity
     drawn = [(reported.reference, reported.thorough_reference, VERMILION, "s", "reference")]
-    drawn += [
-        (each.quick, each.thorough, GREEN, "D", "confirmed trial") for each in reported.confirmed
-    ]
+    found_again = ((each.quick, each.thorough) for each in reported.confirmed)
+    drawn += [(*both, GREEN, "D", "confirmed trial") for both in found_again]
     seen: set[str] = set()
     for own, thorough, colour, marker, label in drawn:
         both = [each for each in (own, thorough) if each is not None and not each.failure]

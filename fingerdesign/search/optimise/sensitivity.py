@@ -22,7 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.search.study.file import Choice, Range, Study
+from fingerdesign.search.study.file import Study
+from fingerdesign.search.study.values import Choice, Range, is_number
 
 if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
@@ -115,9 +116,7 @@ def _columns(study: Study, values: Sequence[dict[str, Choice]]) -> tuple[Array, 
 
 
 def _ordered(parameter: Range | tuple[Choice, ...]) -> bool:
-    return isinstance(parameter, Range) or all(
-        isinstance(each, int | float) and not isinstance(each, bool) for each in parameter
-    )
+    return isinstance(parameter, Range) or all(is_number(each) for each in parameter)
 
 
 def _importance(

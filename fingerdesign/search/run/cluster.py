@@ -21,8 +21,7 @@ from contextlib import ExitStack
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from fingerdesign.errors import DesignError, Fault, FingerDesignError
 from fingerdesign.records.outcome import Failure, Outcome, OutcomeError
@@ -129,7 +128,7 @@ class ClusterError(FingerDesignError):
     """The cluster cannot work: no scheduler answers, it was lost, its workers cannot evaluate."""
 
 
-class Cluster:
+class Cluster(ExitStack):
     """Where jobs are evaluated; started by the first of them. A context manager.
 
     workers: processes at a time on this machine (None: as many as cores); scheduler: the address
@@ -143,30 +142,19 @@ class Cluster:
         scheduler: str | None = None,
         evaluator: str = EVALUATE,
     ) -> None:
+        super().__init__()
         self._workers, self._evaluator = workers, evaluator
         self._scheduler = scheduler if scheduler is None else _address(scheduler)
         self._pool = secrets.token_hex(8) if scheduler is None else ""
         self._client: Any = None
-        self._stack = ExitStack()
         self.threads = 0  # that evaluate, when last looked at
         self.dashboard: str | None = None  # its address, once started
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._stack.close()
 
     def start(self) -> None:
         """Connect, or start the local workers; the first job does it too. Raises ClusterError."""
         if self._client is not None:
             return
-        self._stack.enter_context(_quiet())
+        self.enter_context(_quiet())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that differ: results are held to theirs
             if self._scheduler is None:
@@ -260,7 +248,7 @@ class Cluster:
         from distributed import Client, LocalCluster
 
         threads = self._workers or usable_cores()
-        cluster = self._stack.enter_context(
+        cluster = self.enter_context(
             LocalCluster(
                 n_workers=1,
                 threads_per_worker=threads,
@@ -272,9 +260,9 @@ class Cluster:
             )
         )
         self._client = Client(cluster, set_as_default=False)
-        self._stack.callback(forget_pool, self._pool)
-        self._stack.callback(self._client.close, CLOSE_S)
-        self._stack.callback(end_pool, self._pool)  # first: what runs would be waited for
+        self.callback(forget_pool, self._pool)
+        self.callback(self._client.close, CLOSE_S)
+        self.callback(end_pool, self._pool)  # first: what runs would be waited for
         if find_spec("bokeh") is not None:
             self.dashboard = self._client.dashboard_link
 
@@ -309,7 +297,7 @@ class Cluster:
             why = error if silent else f"{type(error).__name__} {error}"
             remedy = "start one, or leave --scheduler out"
             raise ClusterError(f"{reported} at {address}: {why}; {remedy}") from error
-        self._stack.callback(self._client.close, CLOSE_S)
+        self.callback(self._client.close, CLOSE_S)
         with contextlib.suppress(Exception):  # without bokeh its address is an empty page's
             self._client.run_on_scheduler(metadata.version, "bokeh")
             self.dashboard = self._client.dashboard_link

@@ -29,8 +29,9 @@ from fingerdesign.search.run.measured import (
     stick_error_of,
     traces_of,
 )
-from fingerdesign.search.study.file import Choice, Cost
+from fingerdesign.search.study.file import Cost
 from fingerdesign.search.study.metrics import METRICS_VERSION
+from fingerdesign.search.study.values import Choice
 from fingerdesign.validate.plane_strain import plane_strain_error
 
 # How far the numbers of an outcome may be believed.

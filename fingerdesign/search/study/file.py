@@ -27,7 +27,6 @@ from fingerdesign.errors import DesignError, Fault
 from fingerdesign.search.study.metrics import METRICS, known_metric
 from fingerdesign.search.study.values import (
     FILE_KEYS,
-    Choice,
     Key,
     Parameter,
     Range,
@@ -36,21 +35,6 @@ from fingerdesign.search.study.values import (
     key_faults,
     shallow,
 )
-
-__all__ = [
-    "Bound",
-    "Choice",
-    "Cost",
-    "Limits",
-    "Objective",
-    "Optimise",
-    "Range",
-    "Study",
-    "parse_study",
-    "read_study",
-    "study_path",
-]
-
 
 # Tables of a study file beside its keys: how variants are drawn, limits, prices, what counts.
 

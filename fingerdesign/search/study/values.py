@@ -60,8 +60,13 @@ Text = Annotated[str, Field(min_length=1, max_length=MOST_TEXT), AfterValidator(
 Key = Annotated[Text, AfterValidator(dotted_key)]
 
 
+def is_number(value: Any) -> bool:
+    """Whether a value is a number; true and false are none."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
 def _number(value: Any) -> Any:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
+    if not is_number(value):
         remedy = "remove the quotes" if isinstance(value, str) else "correct it"
         raise refuse(Estimated(value), "a number", remedy)
     if not abs(value) <= MOST:  # nor is NaN

@@ -19,7 +19,14 @@ from fingerdesign.checks.starter import find_design, shipped_designs
 from fingerdesign.design.faults import dotted, fault_of, parts_of, set_value, shown, undexed
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, Fault
-from fingerdesign.search.study.values import Choice, Range, set_keys, split_share, value_of
+from fingerdesign.search.study.values import (
+    Choice,
+    Range,
+    is_number,
+    set_keys,
+    split_share,
+    value_of,
+)
 
 if TYPE_CHECKING:
     from fingerdesign.search.study.file import Study
@@ -35,9 +42,10 @@ Values = dict[str, Choice]
 
 def points(study: Study) -> Iterator[Values]:
     """The values of each variant, in order. DesignError for a grid that has no end."""
-    if study.study.sampling == "grid":
-        return _grid(study)
-    return _drawn(study)
+    if study.study.sampling != "grid":
+        return _drawn(study)
+    levels = _levels(study)
+    return (dict(zip(levels, each, strict=True)) for each in itertools.product(*levels.values()))
 
 
 def number_of_points(study: Study) -> int:
@@ -86,11 +94,6 @@ def _levels(study: Study) -> dict[str, list[Choice]]:
     return found
 
 
-def _grid(study: Study) -> Iterator[Values]:
-    levels = _levels(study)
-    return (dict(zip(levels, each, strict=True)) for each in itertools.product(*levels.values()))
-
-
 def _drawn(study: Study) -> Iterator[Values]:
     import numpy as np
     from scipy.stats import qmc
@@ -110,9 +113,6 @@ def _drawn(study: Study) -> Iterator[Values]:
 #
 # Only what is wrong for itself is reported here: an unknown key, a wrong kind of value, a value
 # outside the key's own bounds. Whether a combination can exist is each variant's question.
-
-# A study's keys: which may stand beside each other, shares of other lengths, values set.
-
 
 REPORTED = 200  # faults; a file of more is not mended one by one
 
@@ -141,7 +141,9 @@ def _faults(study: Study, base: Design) -> Iterator[Fault]:
     yield from found
     if found:
         return
-    setting = {**study.fixed, **set_keys(base, _with_wholes(study, middle_values(study)))}
+    wholes = {split_share(key)[1] for key in study.parameters if "/" in key} & set(study.fixed)
+    own = {key: study.fixed[key] for key in wholes}  # which shares are of
+    setting = {**study.fixed, **set_keys(base, {**own, **middle_values(study)})}
     yield from _fixed_faults(study, base, setting)
     # What is no key at all has nothing to say to the others, and is reported once.
     unknown = _unknown(study, base, setting)
@@ -157,12 +159,6 @@ def middle_values(study: Study) -> dict[str, Choice]:
     return at_shares(study, (0.5,) * len(study.parameters))
 
 
-def _with_wholes(study: Study, values: Mapping[str, Choice]) -> dict[str, Choice]:
-    """With the values of [fixed] that shares are of."""
-    wholes = {split_share(key)[1] for key in study.parameters if "/" in key}
-    return {**{key: study.fixed[key] for key in wholes & set(study.fixed)}, **values}
-
-
 def _share_faults(study: Study, base: Design) -> list[Fault]:
     faults = []
     for key, parameter in study.parameters.items():
@@ -170,26 +166,17 @@ def _share_faults(study: Study, base: Design) -> list[Fault]:
             continue
         where, whole = dotted(("parameters", key)), split_share(key)[1]
         of = study.parameters.get(whole, (study.fixed.get(whole, value_of(base, whole)),))
-        if not isinstance(of, Range) and not all(_is_number(each) for each in of):
+        if not isinstance(of, Range) and not all(is_number(each) for each in of):
             bound = f"a share of a key that holds a number, not of {shown(whole)}"
             remedy = "correct the key, or give it in [fixed]"
             faults.append(Fault(where, shown(_shown(parameter)), bound, remedy))
-        if not isinstance(parameter, Range) and not all(_is_number(each) for each in parameter):
+        if not isinstance(parameter, Range) and not all(is_number(each) for each in parameter):
             faults.append(Fault(where, shown(parameter), "numbers: shares", "correct it"))
     return faults
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
 def _shown(parameter: Range | tuple[Choice, ...]) -> object:
     return f"{parameter.low} to {parameter.high}" if isinstance(parameter, Range) else parameter
-
-
-def _ends_of(parameter: Range) -> tuple[Choice, Choice]:
-    """Its least and greatest value, as variants get them: of the kind that the step makes them."""
-    return parameter.at(0.0), parameter.at(1.0 - 1e-12)
 
 
 def _fixed_faults(study: Study, base: Design, setting: Mapping[str, Any]) -> Iterator[Fault]:
@@ -224,7 +211,10 @@ def _value_faults(
     where, plain = dotted(("parameters", key)), _plain(target)
     parameter = study.parameters[key]
     data, _ = _set(base, setting)
-    for value in _ends_of(parameter) if isinstance(parameter, Range) else parameter:
+    # A range's ends as variants get them: of the kind that the step makes them.
+    shares = (0.0, 1.0 - 1e-12)
+    ends = map(parameter.at, shares) if isinstance(parameter, Range) else parameter
+    for value in ends:
         if not share:
             set_value(data, target, value)
         for fault, bounds in _schema_faults(data, (plain,)):
@@ -289,9 +279,6 @@ def _schema_faults(data: Mapping[str, Any], owners: Iterable[str]) -> list[tuple
         if not combined or fault.key.endswith(".material"):
             found.append((fault, each["type"].startswith(("greater_", "less_"))))
     return found
-
-
-# Points of a study: every combination of a grid, a Latin hypercube or a Sobol sequence; seeded.
 
 
 @dataclass(frozen=True)
