@@ -131,7 +131,6 @@ def test_failed_analysis_is_a_failed_outcome(tmp_path):
 
 @pytest.fixture
 def plain_result():
-    from fingerdesign.records.result import MeshSummary, ModelSummary
 
     return replace(
         result(),
@@ -145,19 +144,12 @@ def plain_result():
 
 def test_designs_of_one_name_are_distinguished(tmp_path):
     same = [replace(each, name="twin") for each in any_outcomes(4, failed=0.0)]
-    for folder, some in (("first", same[:1]), ("second", same[1:2])):
-        write_lines(tmp_path / folder, some)
+    for folder, some in (("first", same[:1]), ("second", same[1:2]), ("third", same[2:])):
+        write_study(tmp_path / folder, some)
     both = read_comparison([tmp_path / "first", tmp_path / "second"]).outcomes
     assert [each.name for each in both] == ["twin (first)", "twin (second)"]
-    write_lines(tmp_path / "third", same[2:])
     one = read_outcomes([tmp_path / "third"])
     assert [each.name for each in one] == [f"twin ({each.digest[:8]})" for each in same[2:]]
-
-
-def write_lines(folder, outcomes):
-    folder.mkdir()
-    text = "".join(f"{outcome.to_json()}\n" for outcome in outcomes)
-    (folder / "outcomes.jsonl").write_text(text, encoding="utf-8")
 
 
 GOOD = any_outcomes(3, failed=0.0)
@@ -200,21 +192,9 @@ def test_lines_of_outcomes(tmp_path, line):
 
 
 @pytest.fixture
-def analysed(tmp_path):
-    grips = (GripResult("paper", 0.5, 500.0, True, False, 10.0, 2.4, 1.2, 0.3, 12.0, 0.0, 40),)
-    result = Result(
-        design="mine",
-        scene="fundamental",
-        digest="d" * 64,
-        versions={},
-        parameters={"design.name": "mine"},
-        fidelity="plane-strain",
-        status="ok",
-        model=ModelSummary(2, "t", 10, 5, False),
-        mesh=MeshSummary("m", 3, 30.0, 0.0, None),
-        grips=grips,
-    )
-    return write_result_folder(tmp_path / "mine", result)
+def analysed(tmp_path, plain_result):
+    grips = (replace(plain_result.grips[0], friction_coefficient=0.5),)
+    return write_result_folder(tmp_path / "mine", replace(plain_result, grips=grips))
 
 
 @pytest.mark.parametrize(

@@ -58,9 +58,6 @@ def test_every_metric_has_a_value(outcome):
     assert outcome.peak_memory_MB > 50.0
     assert outcome.seeds == {"grip": 0, "stick_error": 0}
     assert "numpy" in outcome.versions
-
-
-def test_it_survives_its_own_text(outcome):
     assert Outcome.from_json(outcome.to_json()) == outcome
 
 
@@ -124,6 +121,15 @@ def test_what_one_cannot_analyse_is_refused(job):
     assert found.digest != job.digest()
 
 
+def fail(monkeypatch, error):
+    """Have every analysis end with an error."""
+
+    def run(case):
+        raise error
+
+    monkeypatch.setattr("fingerdesign.pipeline.run", run)
+
+
 @pytest.mark.parametrize(
     ("error", "kind"),
     [
@@ -133,13 +139,12 @@ def test_what_one_cannot_analyse_is_refused(job):
     ],
 )
 def test_a_failure_is_an_outcome(job, monkeypatch, error, kind):
-    def fail(case):
-        raise error
-
-    monkeypatch.setattr("fingerdesign.pipeline.run", fail)
+    fail(monkeypatch, error)
     found = evaluate(job)
     assert found.failure is not None
     assert found.failure.kind == kind
+    other = relabelled(found, replace(job, name="t-3"))
+    assert (other.name, other.metrics) == ("t-3", {})
     assert "no mesh of it" in found.failure.sentence
     assert (found.digest, found.name, found.values) == (job.digest(), job.name, job.values)
     assert Outcome.from_json(found.to_json()) == found
@@ -174,10 +179,7 @@ def test_a_scene_is_its_path_alone(job):
 
 
 def test_a_fault_of_the_program_is_raised(job, monkeypatch):
-    def fail(case):
-        raise ZeroDivisionError
-
-    monkeypatch.setattr("fingerdesign.pipeline.run", fail)
+    fail(monkeypatch, ZeroDivisionError())
     with pytest.raises(ZeroDivisionError):
         evaluate(job)
 
@@ -192,20 +194,8 @@ def test_relabelled_for_another_study(outcome, job, design):
     assert found.metrics["stick_error"] == outcome.metrics["stick_error"]
     assert relabelled(found, job) == outcome
     assert "s-0001" not in found.to_json()
-
-
-def test_relabelled_refuses_another_finger(outcome, job, design):
     with pytest.raises(ValueError, match="digests differ"):
         relabelled(outcome, replace(job, design=with_values(design, {"body.width_mm": 12.1})))
-
-
-def test_a_failed_outcome_is_relabelled_too(job, monkeypatch):
-    def fail(case):
-        raise MeshError("none")
-
-    monkeypatch.setattr("fingerdesign.pipeline.run", fail)
-    found = relabelled(evaluate(job), replace(job, name="t-3"))
-    assert (found.name, found.metrics) == ("t-3", {})
 
 
 def test_what_is_no_finite_number_is_none_with_a_warning(job, monkeypatch):
@@ -257,14 +247,11 @@ def test_a_body_that_no_section_shows_has_none_and_says_so():
     assert "body.shape" in found.sentences[0]
 
 
-def test_the_ladder_reports_its_worst():
-    errors = {"normal_force": 0.01, "stick_ratio": 0.04}
+@pytest.mark.parametrize(
+    ("errors", "worst"), [({"normal_force": 0.01, "stick_ratio": 0.04}, 0.04), ({}, None)]
+)
+def test_the_ladder_reports_its_worst(errors, worst):
     ladder = LadderSummary(0.02, False, "fine", errors, "no more memory", ())
     found = judged(dimension=3, ladder=ladder, fidelity="auto")
-    assert found.mesh_error == 0.04
+    assert found.mesh_error == worst
     assert "no more memory" in " ".join(found.sentences)
-
-
-def test_a_ladder_without_estimates_has_no_error():
-    ladder = LadderSummary(0.02, True, "only", {}, "", ())
-    assert judged(dimension=3, ladder=ladder).mesh_error is None

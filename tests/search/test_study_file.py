@@ -100,6 +100,7 @@ def test_ranges():
         (HEAD + ONE + "[constraints]\ncost = { at_least = 2.0, at_most = 1.0 }\n", ["at most"]),
         (HEAD + ONE + "[limits]\ntime_s = 0.0\nmemory_MB = 1.0\n", ["time_s", "memory_MB"]),
         (HEAD + ONE + "[scene]\nfriction_coefficient = 0.5\n", ["bench plane-strain"]),
+        (HEAD + ONE + "[cost]\nplate = 1e300\n", ["at most 1"]),
     ],
 )
 def test_every_fault_is_reported(text, reported):
@@ -277,9 +278,3 @@ def test_many_wrong_choices_are_judged_quickly_and_reported_in_part():
     reported = refused(HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines)
     assert len(reported.splitlines()) == 201
     assert "more than 200 faults" in reported
-
-
-def test_prices_have_an_end():
-    assert "at most 1e+06" in refused(HEAD + ONE + "[cost]\nplate = 1e300\n").replace(
-        "1000000.0", "1e+06"
-    )
