@@ -57,12 +57,6 @@ def test_normal_is_the_gradient_of_the_distance_and_points_outward(kind):
     assert np.all(surface.distance(points + 0.1 * normal) > surface.distance(points))
 
 
-def test_distance_is_positive_outside():
-    surface = ContactSurface.of(body_of("arc"))
-    above = np.array([[0.0, surface.crest + 0.5], [0.0, surface.crest - 0.25]])
-    np.testing.assert_allclose(surface.distance(above), [0.5, -0.25], atol=1e-12)
-
-
 def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
     body = parse_design('design.name="t"\nbody.arc_radius_mm=10.0\nplates.count=0').body
     surface = ContactSurface.of(body)

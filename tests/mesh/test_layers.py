@@ -5,8 +5,7 @@ import pytest
 
 from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
-from fingerdesign.fem.elements import physical_gradients
-from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.layout.gaps import lies_over, not_layered
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import distinct, extrude, graded_heights, layer_heights
@@ -115,19 +114,3 @@ def test_parts_over_one_another_are_refused_by_name():
     core = {"body.core": CORE | {"depth_mm": 2.0}, "plates.span_mm": 1.5}
     beyond = with_values(DESIGN, core | {"plates.placement": [[0, 1.2, 0, 2.0], [0, 4, 0, -2.0]]})
     assert lies_over(beyond) == "plate 0 and the core lie over one another, seen along z"
-
-
-def test_stagger_apart_in_the_section_is_layered():
-    assert not_layered(with_values(DESIGN, {"plates.stagger_mm": 1.0})) is None
-    frames = plate_frames(with_values(DESIGN, {"plates.stagger_mm": 1.0}))
-    assert len({frame.low for frame in frames}) == 2
-
-
-def test_rubber_fills_a_slot_beyond_its_plate():
-    """The slot's volume is what the sheet takes away: no more than its span."""
-    design = with_values(DESIGN, {"plates.model": "sheet"})
-    mesh = extrude(design, 2.0)
-    _, weights = physical_gradients(mesh.points, mesh.cells, 4)
-    bare = extrude(with_values(DESIGN, {"plates.model": "none"}), 2.0)
-    _, whole = physical_gradients(bare.points, bare.cells, 4)
-    assert whole.sum() - weights.sum() == pytest.approx(3 * 1.5 * 0.1 * 1.5, rel=1e-4)

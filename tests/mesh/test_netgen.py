@@ -1,6 +1,7 @@
 """The netgen process that stays: the same answers, and what becomes of one that fails."""
 
 import threading
+from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ def square(size, width=1.0):
     corners = [outline.point(x * width, y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
     for a, b in ((0, 1), (1, 2), (2, 3), (3, 0)):
         outline.curve([corners[a], corners[b]], BODY, 0, size)
-    return outline.as_dict()
+    return asdict(outline)
 
 
 def test_one_process_answers_again_and_again_and_alike():

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerdesign import parse_design, parse_scene, with_values
-from fingerdesign.analysis.case import Case
+from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.fem.elements import physical_gradients
 from fingerdesign.layout.frames import plate_frames
@@ -15,7 +14,6 @@ from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.sheets import open_sheets, room_around
-from fingerdesign.pipeline import run
 
 TEXT = """
     design.name = "sheets"
@@ -152,15 +150,3 @@ def test_a_mesh_that_misses_a_line_is_refused():
     points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     with pytest.raises(MeshError, match="does not follow plate 0"):
         open_sheets(points, np.array([[0, 1, 2]]), plate_frames(DESIGN)[:1], DESIGN.body, 0.1)
-
-
-@pytest.mark.parametrize(("model", "words"), [("sheet", "are sheets"), ("none", "are left out")])
-def test_a_result_says_what_plates_were(model, words):
-    scene = parse_scene(
-        "object.friction_coefficient = 0.5\npath.increments_mm = [[0.05, 0.0], [0.05, 0.02]]"
-    )
-    keys = {"plates.model": model, "mesh.section.far_size_mm": 1.0}
-    case = Case(with_values(DESIGN, keys), scene, "plane-strain", fields=False)
-    result = run(case).result
-    assert any(words in reason for reason in result.model.reasons)
-    assert len(result.increments[-1].gages) == 3

@@ -59,9 +59,7 @@ def test_a_mesher_out_of_time_is_ended_and_its_input_kept(cube, field, tmp_path,
     ("code", "message"),
     [
         ("os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
-        ("os.kill(os.getpid(), signal.SIGKILL)", "ended by SIGKILL"),
         ("raise ValueError('bad mesh')", "it failed: ValueError: bad mesh"),
-        ("os._exit(0)", "ended with code 0"),
     ],
 )
 def test_a_mesher_that_dies_is_an_error(code, message, cube, field, tmp_path, monkeypatch):

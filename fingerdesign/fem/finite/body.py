@@ -77,7 +77,7 @@ class FiniteSystem:
     def tangent(self, values: Array, before: Array | None = None) -> tuple[Array, sp.csr_matrix]:
         """Forces (count,) and the stiffness's upper triangle (d, d) on the free unknowns.
 
-        before: where the step began whose end ``values`` are, see finite_elements; None: the
+        before: where the step began whose end ``values`` are, see elements.py; None: the
         stiffness is the forces' derivative.
         """
         forces = []

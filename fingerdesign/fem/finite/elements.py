@@ -6,7 +6,7 @@ Lagrangian": p = -lame ln J holds in the mean), the body makes stationary
     integral mu/2 (tr F^T F - 3 - 2 ln J) - p ln J - p^2 / (2 lame)
 
 over quadratic displacements and linear pressures (Simo and Taylor, CMAME 85 (1991) 273; Taylor-Hood
-pair as in mixed.py). With G_i = grad N_i and g_i = F^-T G_i,
+pair as in fem/system.py). With G_i = grad N_i and g_i = F^-T G_i,
 
     forces     integral  mu F G_i - (mu + p) g_i,          -integral L_m (ln J + p / lame)
     stiffness  integral  mu G_i . G_j delta_kl + (mu + p) g_i[l] g_j[k] (+ lame g_i[k] g_j[l]
@@ -39,7 +39,7 @@ from fingerdesign.fem.elements import physical_gradients, quadrature, tabulate
 # with F the deformation gradient, P the first Piola-Kirchhoff stress (MPa), p a pressure
 # (compression positive). Small strains give Hooke's law with the same lame and mu. In plane strain
 # F_33 = 1. Source: Bonet and Wood, Nonlinear Continuum Mechanics for Finite Element Analysis, 2nd
-# ed. (2008), 6.4.3. Nearly incompressible, p is an unknown of its own (finite_elements.py).
+# ed. (2008), 6.4.3. Nearly incompressible, p is an unknown of its own.
 
 
 class Inverted(SolverError):

@@ -1,6 +1,6 @@
 """One row of the path at finite strain: Newton about the last tangent, contact solved in full.
 
-Each iteration solves the contact problem of the linearised body (fem.finite_body, facing.py) with
+Each iteration solves the contact problem of the linearised body (body.py) with
 the friction history of the last row, and moves the body by what it says. The tangent is kept while
 it still brings the residual down tenfold, and taken anew where it does not: far from the answer
 that is Newton's method. Where an iteration fails, half of the way is gone first; that way carries

@@ -31,7 +31,7 @@ def start_mesher() -> Worker:
 
 
 def run_netgen(outline: dict[str, Any], time_limit_s: float) -> tuple[Array, IntArray, IntArray]:
-    """Points (n, 2), triangles (t, 3) and domains (t,) of an outline (``Outline.as_dict``).
+    """Points (n, 2), triangles (t, 3) and domains (t,) of an outline (an ``Outline`` as a dict).
 
     Raises MeshError where netgen fails, crashes or takes longer than ``time_limit_s``.
     """

@@ -1,13 +1,12 @@
 """The section's outline as a 2-D mesher wants it: points, curves, domains and sizes (no mesher).
 
-The body's own outline (layout/profile.py) and its core; the plates are section_plates.py.
+The body's own outline (layout/profile.py) and its core; section.py adds the plates.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -49,10 +48,6 @@ class Outline:
         a, b = (np.array(self.points[end][:2]) - centre for end in ends)
         meet = centre + (a + b) * (a @ a) / (a @ a + a @ b)
         self.curve([ends[0], self.point(*meet), ends[1]], left, right, size)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain lists and numbers."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

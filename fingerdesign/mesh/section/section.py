@@ -6,6 +6,7 @@ a library that is imported, unlike gmsh's (GPL) and Triangle's (no commercial us
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from itertools import pairwise
 
 import numpy as np
@@ -195,7 +196,7 @@ def mesh_section(
     outline = section_outline(design, zone_half_width, sizes, frames)
     try:
         limit = float(design.mesh.time_limit_s)
-        points, triangles, domains = run_netgen(outline.as_dict(), limit)
+        points, triangles, domains = run_netgen(asdict(outline), limit)
     except MeshError as error:
         raise MeshError(
             f"netgen: {error}; sizes in [mesh.section] may be too fine for this section"

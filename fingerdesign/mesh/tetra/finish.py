@@ -152,8 +152,15 @@ def finish(
     points = improve(points, tets, on_carriers, carriers)
     slots: dict[str, IntArray] = {}
     if way.cut:
-        points, tets, regions, slots = _opened(design, points, tets, regions, way.filled)
-        carriers = carriers_of(design, plate_frames(design) if way.filled else (), symmetric)
+        # Carriers become elastomer, cut open at the mid-surfaces; filled with solid plates, or not.
+        frames = plate_frames(design)
+        made_open = open_slots(points, tets, regions, frames)
+        points, tets, regions = made_open.points, made_open.tets, made_open.regions
+        if way.filled:
+            tets, regions = fill_slots(made_open, frames)
+        else:
+            slots = made_open.facets
+        carriers = carriers_of(design, frames if way.filled else (), symmetric)
         besides = np.vstack([NONE, *slots.values()])
         found = boundary_facets(points, tets, regions, carriers, besides)
     volumes = cell_volumes(points, tets)
@@ -174,17 +181,6 @@ def _inside(
     used, renumbered = np.unique(tets[within], return_inverse=True)
     points = points[used]
     return points, oriented(points, renumbered.reshape(-1, 4).astype(np.int64))
-
-
-def _opened(
-    design: Design, points: Array, tets: IntArray, regions: IntArray, filled: bool
-) -> tuple[Array, IntArray, IntArray, dict[str, IntArray]]:
-    """Carriers become elastomer, cut open at the mid-surfaces; ``filled``: with solid plates."""
-    frames = plate_frames(design)
-    slots = open_slots(points, tets, regions, frames)
-    if not filled:
-        return slots.points, slots.tets, slots.regions, slots.facets
-    return slots.points, *fill_slots(slots, frames), {}
 
 
 def _quadratic(

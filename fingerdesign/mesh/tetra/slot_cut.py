@@ -19,7 +19,7 @@ _FILLED = 1e-6  # relative: what is missing is a facet or nothing
 
 @dataclass(frozen=True)
 class Cut:
-    """Where a mesh is to be opened for one plate, by numbers of its nodes (see slot_rim.py).
+    """Where a mesh is to be opened for one plate, by numbers of its nodes.
 
     sheet (f, 3): F, its normal to the plate's upper side; wings (w, 3): two rim nodes, then the far
     one; flaps (p, 3): a rim node, then two far ones.
