@@ -349,10 +349,6 @@ def placing_findings(design: Design) -> list[Misplacement]:
     return worst_by_key(found)
 
 
-def _again(design: Design, number: int) -> PlateRow:
-    return plate_rows(design)[number]
-
-
 def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     distances = clearance.cover_clearances(design.body, row.frames)
     distances = np.where(np.isnan(distances), -np.inf, distances)
@@ -363,7 +359,7 @@ def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     key, value = row.blame(frame.index, "cover_mm")
 
     def clear(trial: Design) -> bool:
-        distances = clearance.cover_clearances(trial.body, _again(trial, number).frames)
+        distances = clearance.cover_clearances(trial.body, plate_rows(trial)[number].frames)
         return bool(distances.min() >= LEAST_CLEARANCE_MM - CLOSE)  # False for NaN
 
     def lower(down: float) -> bool:

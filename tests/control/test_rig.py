@@ -1,8 +1,13 @@
-"""The plants that a design's [grip] table asks for, and whole grips with them."""
+"""The plants that a design's [grip] table asks for, whole grips with them, docs/plants.md."""
+
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from fingerdesign_cli.main import main
 
+from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
 from fingerdesign.control.calibration import Bounds, calibrate
 from fingerdesign.control.episode import run_episodes
@@ -173,3 +178,36 @@ def test_a_longer_grip_goes_on_from_where_the_shorter_stood(half_plane, shared):
     plain = CondensedPlant(half_plane, "both")
     *_, expected = [plain.move(*move) for move in MOVES]
     assert np.array_equal(sample.readings, expected.readings)
+
+
+TEXT = (Path(__file__).parents[2] / "docs/plants.md").read_text("utf-8")
+
+
+def blocks(kind):
+    return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
+
+
+def test_its_design_is_sound_and_says_every_key_of_the_hardware():
+    design = parse_design(blocks("toml")[0])
+    assert design.grip.plant == "lift"
+    given = design.grip.hardware.model_fields_set
+    assert set(type(design.grip.hardware).model_fields) - given == {"specimen"}
+
+
+def test_a_lift_is_recorded_and_replayed(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exec(compile(blocks("python")[0], "plants.md", "exec"), {})
+    lifted, carried, rise = capsys.readouterr().out.split()
+    assert lifted == "True"
+    assert float(carried) == pytest.approx(0.2 * 9.80665, abs=1e-3)
+    assert float(rise) > 0.01
+    (command,) = blocks("sh")[0].splitlines()
+    assert main(command.split()[1:]) == 0
+    assert (tmp_path / "replayed/sensitive/replay.csv").is_file()
+
+
+def test_a_hand_of_ones_own_grips(capsys):
+    exec(compile(blocks("python")[1], "plants.md", "exec"), {"__name__": "own"})
+    lifted, margin, *reason = capsys.readouterr().out.split()
+    assert (lifted, float(margin)) == ("True", pytest.approx(2.4, abs=0.3))
+    assert "hangs" in " ".join(reason)

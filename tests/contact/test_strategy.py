@@ -1,4 +1,4 @@
-"""What is tried when Newton stalls: pivots in the plane, Gauss-Seidel, friction raised."""
+"""What is tried when Newton stalls, the inverse that it carries along, and how many answers are."""
 
 import numpy as np
 import pytest
@@ -7,15 +7,26 @@ from fingerdesign.contact import increment as strategy
 from fingerdesign.contact.increment import (
     ContactState,
     Task,
+    Workspace,
     gauss_seidel,
     pressed,
     solve_increment,
     solve_task,
 )
-from fingerdesign.contact.laws import natural_residual
-from fingerdesign.contact.newton import NewtonResult
+from fingerdesign.contact.laws import OPEN, SLIP, natural_residual
+from fingerdesign.contact.newton import (
+    ActiveInverse,
+    NewtonResult,
+    classify,
+    dofs_of,
+    inverse_of,
+    slip_system,
+)
 from fingerdesign.contact.pivots import friction_pivots
-from fingerdesign.contact.problem import Motion
+from fingerdesign.contact.problem import Motion, contact_problem
+from fingerdesign.contact.uniqueness import other_solutions
+from fingerdesign.shapes.objects import Plane
+from tests.support.reduced import reduced_model
 
 
 def random_problem(m, dim, seed):
@@ -146,3 +157,103 @@ def test_a_guess_is_admissible_whatever_it_is_made_from(patch):
 def test_nothing_touches_apart(strip):
     offset = strip.offset(Motion(-0.1, 0.0), np.zeros((strip.model.nodes, 1)))
     assert not pressed(strip.compliance, offset, np.zeros(offset.shape), 0.5).any()
+
+
+def compliance_of(nodes, dim, seed=0):
+    root = np.random.default_rng(seed).normal(size=(nodes * dim, nodes * dim))
+    return root @ root.T / nodes + 0.2 * np.eye(nodes * dim)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("goal", [[0, 1, 2, 3, 4], [1, 2, 3, 9], [5, 6, 7], [0, 1, 2, 3, 4, 8]])
+def test_moved_inverse_equals_a_new_one(dim, goal):
+    compliance = compliance_of(12, dim)
+    inverse = ActiveInverse.of(compliance, np.arange(5), dim)
+    for nodes in (np.array([0, 1, 2, 3]), np.array([0, 2, 3, 4, 6]), np.array(goal)):
+        inverse = inverse.moved_to(compliance, nodes, dim)
+        assert set(inverse.nodes.tolist()) == set(nodes.tolist())
+        dofs = dofs_of(inverse.nodes, dim)
+        product = inverse.inverse @ compliance[np.ix_(dofs, dofs)]
+        assert np.abs(product - np.eye(len(dofs))).max() < 1e-8
+
+
+def test_a_workspace_changes_no_answer():
+    """A path with a workspace gives the forces of one without, to rounding."""
+    nodes, dim = 20, 3
+    points = np.random.default_rng(1).uniform(-1, 1, (nodes, dim))
+    points[:, 1] = -0.3 * (points[:, 0] ** 2 + points[:, 2] ** 2)
+    model = reduced_model(points, compliance_of(nodes, dim, 2))
+    problem = contact_problem(model, Plane(0.0), 0.4)
+    workspace, one, other = Workspace(), *[ContactState.untouched(problem)] * 2
+    for motion in [Motion(0.05 * k, 0.0) for k in range(1, 6)] + [
+        Motion(0.25 - 0.02 * k, 0.04 * k) for k in range(1, 9)
+    ]:
+        carried = solve_increment(problem, one, motion, workspace)
+        fresh = solve_increment(problem, other, motion)
+        scale = np.abs(fresh.multiplier).max()
+        assert np.abs(carried.multiplier - fresh.multiplier).max() <= 1e-8 * scale
+        one, other = carried.state, fresh.state
+
+
+@pytest.mark.parametrize("n", [1, 7, 100, 101, 350])
+def test_the_inverse_by_halves(n):
+    root = np.random.default_rng(n).normal(size=(n, n))
+    matrix = root @ root.T + np.eye(n)
+    inverse = inverse_of(matrix)
+    assert np.abs(inverse @ matrix - np.eye(n)).max() < 1e-8
+    assert np.abs(inverse - inverse.T).max() < 1e-12
+
+
+COUPLING = 0.9  # tangential motion per normal force over the normal motion: friction can wedge
+
+
+def one_node(friction):
+    """A node that drags sideways as it is pressed: Klarbring's example of several answers.
+
+    C = [[1, k], [k, 1]], global axes; with mu k > 1 a jammed state and an open one are both lawful.
+    """
+    points = np.zeros((2, 2))
+    points[1] = 10.0, -50.0  # out of reach
+    compliance = np.eye(4)
+    compliance[0, 1] = compliance[1, 0] = COUPLING
+    return contact_problem(reduced_model(points, compliance), Plane(0.0), friction)
+
+
+def solution_index(problem, increment):
+    """Sign (1, -1) of the determinant of the laws linearised at an answer; 0 where singular.
+
+    -1 proves that there are at least two more answers; 1 proves nothing. Signs at an answer where
+    a node is just about to change its status are one-sided and may mislead.
+    """
+    dim = problem.shape[1]
+    motion = np.column_stack([increment.gap, increment.slip_increment])
+    rho = (0.05 / problem.self_compliance)[:, None]
+    friction = problem.friction_coefficient
+    status, trial = classify(increment.multiplier, motion, rho, friction)
+    closed = np.flatnonzero(status != OPEN)
+    if not len(closed):
+        return 1
+    inverse = ActiveInverse.of(problem.compliance, closed, dim)
+    sliding = np.flatnonzero(status[inverse.nodes] == SLIP)
+    if not len(sliding):
+        return 1
+    # The closed nodes' compliance is positive definite: the sign is that of the slips' system.
+    system = slip_system(friction, trial, rho, increment.multiplier, inverse, sliding)
+    return int(np.linalg.slogdet(system.matrix)[0])
+
+
+@pytest.mark.parametrize(("friction", "several"), [(0.3, False), (1.0, False), (2.0, True)])
+def test_a_wedged_node_has_another_answer(friction, several):
+    """Drawn off by a little and sheared: open is lawful; wedged too where mu k > 1."""
+    problem = one_node(friction)
+    state = ContactState.untouched(problem)
+    motion = Motion(-0.1, 0.2)
+    known = solve_increment(problem, state, motion)
+    others = other_solutions(problem, state, motion, known)
+    for other in others:
+        assert other.certificate.laws < 1e-8
+        assert np.abs(other.multiplier - known.multiplier).max() > 1e-3
+    indices = [solution_index(problem, each) for each in (known, *others)]
+    assert sorted(indices) == ([-1, 1, 1] if several else [1])
+    # Sheared the other way there is nothing to wedge against.
+    assert not other_solutions(problem, state, Motion(-0.1, -0.2))
