@@ -43,13 +43,10 @@ def _least(design: Design) -> float:
     return LEAST_GAP * design.plates.thickness_mm
 
 
-def _reported(gap: PlateGap) -> str:
-    near = "cross" if gap.distance == 0 else f"come within {gap.distance:.4g}"
-    return f"(plates {gap.first} and {gap.second} {near})"
-
-
 def _bound(design: Design, gap: PlateGap) -> str:
-    return f"such that plates stay {_least(design):g} mm (half a thickness) apart {_reported(gap)}"
+    near = "cross" if gap.distance == 0 else f"come within {gap.distance:.4g}"
+    apart = f"such that plates stay {_least(design):g} mm (half a thickness) apart"
+    return f"{apart} (plates {gap.first} and {gap.second} {near})"
 
 
 def _within(design: Design, row: PlateRow) -> list[Misplacement]:

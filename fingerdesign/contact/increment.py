@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -196,10 +196,9 @@ class Task:
     inverse: ActiveInverse | None = None
     patient: bool = True  # else without the last, slow ways: one of many trials need not succeed
 
-    def newton(self, start: Array, factor: float = 0.05) -> NewtonResult:
-        return newton(
-            self.compliance, self.offset, self.friction_coefficient, start, factor, self.inverse
-        )
+    def newton(self, start: Array, factor: float = 0.05, most: int = 40) -> NewtonResult:
+        friction = self.friction_coefficient
+        return newton(self.compliance, self.offset, friction, start, factor, self.inverse, most)
 
     def warm(self) -> NewtonResult:
         """From the guess, its contact brought up to date: mostly 3 to 6 steps, where newton from
@@ -207,14 +206,7 @@ class Task:
         guess = self.guess
         if not np.array_equal(self.offset[:, 0], self.before[:, 0]) or not guess.any():
             guess = pressed(self.compliance, self.offset, guess, self.friction_coefficient)
-        return newton(
-            self.compliance,
-            self.offset,
-            self.friction_coefficient,
-            guess,
-            inverse=self.inverse,
-            max_iterations=_WARM,
-        )
+        return self.newton(guess, most=_WARM)
 
 
 def solve_task(task: Task) -> tuple[NewtonResult, str]:
@@ -259,20 +251,22 @@ def _pivots(task: Task, path: int, best: Array) -> NewtonResult:
 
 def _walk(task: Task, pieces: int, best: Array) -> NewtonResult:
     """Newton along the way from the last motion; only the last piece has to converge."""
-    guess, spent = task.start, 0
-    for piece in range(1, pieces + 1):
-        part = task.before + (task.offset - task.before) * (piece / pieces)
-        result = replace(task, offset=part).newton(guess)
-        spent += result.iterations
-        guess = result.multiplier
-    return replace(result, iterations=spent)
+    way = task.offset - task.before
+    shares = [piece / pieces for piece in range(1, pieces + 1)]
+    return _along([replace(task, offset=task.before + way * s) for s in shares], task.start)
 
 
 def _raise_friction(task: Task, best: Array) -> NewtonResult:
     """Newton from the frictionless answer, the friction coefficient growing to its own."""
-    guess, spent = np.zeros_like(task.start), 0
-    for share in _SHARES:
-        part = replace(task, friction_coefficient=share * task.friction_coefficient)
+    whole = task.friction_coefficient
+    parts = [replace(task, friction_coefficient=share * whole) for share in _SHARES]
+    return _along(parts, np.zeros_like(task.start))
+
+
+def _along(parts: Sequence[Task], guess: Array) -> NewtonResult:
+    """Newton on one task after the other, each from the last one's forces."""
+    spent = 0
+    for part in parts:
         result = part.newton(guess)
         spent += result.iterations
         guess = result.multiplier

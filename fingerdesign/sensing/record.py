@@ -327,16 +327,8 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
     )
     target = data["target_stick_error"]
     axes.axhline(target, color=VERMILION, zorder=1, ls=(0, (4, 3)), lw=1.0)
-    axes.annotate(
-        f"goal: {target:g}",
-        (0.99, target),
-        (0, -11),
-        xycoords=("axes fraction", "data"),
-        textcoords="offset points",
-        ha="right",
-        color=VERMILION,
-        fontsize=8.5,
-    )
+    look = {"color": VERMILION, "fontsize": 8.5}
+    _note(axes, f"goal: {target:g}", (0.99, target), (0, -11), ("axes fraction", "data"), **look)
     axes.xaxis.set_major_locator(whole_numbers())
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("gages (0: forces and moves alone)")
@@ -348,20 +340,12 @@ def _by_count(axes: Axes, data: dict[str, Any]) -> None:
 def _along(axes: Axes, data: dict[str, Any]) -> None:
     gages = sorted(data["gages"], key=lambda gage: gage["x_mm"])
     x = np.array([gage["x_mm"] for gage in gages])
+    look = {"va": "top", "fontsize": 7.5, "color": MUTED}
     for pressing in data["pressings"]:
         half = pressing["half_width_mm"]
         axes.axvspan(-half, half, color=OPEN_COLOUR, alpha=0.55, lw=0, zorder=0)
-        axes.annotate(
-            f"{pressing['normal_force_N']:.3g} N",
-            (half, 0.995),
-            (-2, -2),
-            xycoords=("data", "axes fraction"),
-            textcoords="offset points",
-            ha="right",
-            va="top",
-            fontsize=7.5,
-            color=MUTED,
-        )
+        force = f"{pressing['normal_force_N']:.3g} N"
+        _note(axes, force, (half, 0.995), (-2, -2), ("data", "axes fraction"), **look)
     width = 0.35 * float(np.diff(x).min(initial=1.0))
     untold = [gage["untold_stick_cost"] for gage in gages]
     axes.bar(
@@ -376,28 +360,16 @@ def _along(axes: Axes, data: dict[str, Any]) -> None:
     kept = next(row["plates"] for row in data["counts"] if row["count"] == least)
     chosen = [gage["x_mm"] for gage in gages if gage["plate"] in kept]
     if least:
-        axes.plot(
-            chosen,
-            np.full(len(chosen), -0.04 * top),  # under the bars, clear of the dots at 0
-            color=INK,
-            ls="none",
-            marker="^",
-            ms=7,
-            label=f"the {least} that suffice",
-        )
-    axes.plot(
-        x,
-        reported,
-        color=BLUE,
-        marker="o",
-        ls="none",
-        ms=4,
-        zorder=4,
-        label="taught without it",
-    )
+        under = np.full(len(chosen), -0.04 * top)  # the bars, clear of the dots at 0
+        axes.plot(chosen, under, "^", color=INK, ms=7, label=f"the {least} that suffice")
+    axes.plot(x, reported, "o", color=BLUE, ms=4, zorder=4, label="taught without it")
     axes.axhline(0.0, color=MUTED, lw=0.8, zorder=1)
     axes.set_ylim(-0.08 * top, top)
     _legend_below(axes)
+
+
+def _note(axes: Axes, text: str, place: Any, shift: Any, of: tuple[str, str], **look: Any) -> None:
+    axes.annotate(text, place, shift, xycoords=of, textcoords="offset points", ha="right", **look)
 
 
 def _legend_below(axes: Axes) -> None:

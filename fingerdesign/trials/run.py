@@ -167,7 +167,8 @@ def study_control(
     bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
     digest = study_digest(design, grid, estimator)
     batches = list(grid.batches(names))
-    noise = shown_noise(grid)
+    # Drawn are the grips at a good amplifier's noise, or at the grid's nearest to it.
+    noise = min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
     with one_thread(), grips_journal(journal, digest) as kept:
         found = run_batches(bench, batches, kept, workers, report)
         times.append(time.perf_counter())
@@ -201,11 +202,6 @@ def study_control(
 def journal_beside(target: Path) -> Path:
     """The file that keeps the grips of an unfinished study for the folder ``target``."""
     return target.with_name(f"{target.name}.unfinished.sqlite")
-
-
-def shown_noise(grid: ControlGrid) -> float:
-    """The noise whose grips are drawn: a good amplifier's, or the grid's nearest to it."""
-    return min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
 
 
 def study_digest(

@@ -93,14 +93,10 @@ def test_what_is_not_well_is_said(paper, regulator, expected):
     assert kinds(study(paper=paper, regulator=regulator)) == expected
 
 
-def test_without_paper_and_regulator_the_best_is_named():
-    made = study(reactive=({}, DROPPED), fixed_force=({}, {}))
-    (only,) = answers(made.data)
+def test_without_paper_and_regulator_the_best_is_named_that_is_given_nothing():
+    (only,) = answers(study(reactive=({}, DROPPED), fixed_force=({}, {})).data)
     assert only.answer == "best"
     assert only.words.startswith("fixed force: 100.0 %")
-
-
-def test_the_best_is_not_one_that_is_reported_unless_all_are():
     oracles = {"oracle_1.2": (DROPPED, {}), "oracle_1.5": ({}, {})}
     (only,) = answers(study(**oracles, reactive=({}, DROPPED)).data)
     assert only.words.startswith("reactive: ")
