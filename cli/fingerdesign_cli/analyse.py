@@ -95,15 +95,12 @@ def _read(
 
 def _report(results: list[Result], out: Path, quiet: bool, as_json: bool) -> None:
     if as_json:
+        keys = ("design", "status", "failure")
         print_json(
             [
-                {
-                    "design": r.design,
-                    "status": r.status,
-                    "failure": r.failure,
-                    "folder": str(out / r.design),
-                    **({"reached": r.ladder.reached} if r.ladder else {}),
-                }
+                {key: getattr(r, key) for key in keys}
+                | {"folder": str(out / r.design)}
+                | ({"reached": r.ladder.reached} if r.ladder else {})
                 for r in results
             ]
         )

@@ -92,17 +92,14 @@ def _refuse_validation(folder: Path) -> None:
 
 def _summary(place: Path, result: Result) -> dict[str, object]:
     report = place / "report.html"
+    facts = ("design", "scene", "fidelity", "status", "failure")
     return {
         "folder": str(place),
         "report": str(report) if report.is_file() else None,
-        "design": result.design,
-        "scene": result.scene,
-        "fidelity": result.fidelity,
-        "status": result.status,
-        "failure": result.failure,
+        **{key: getattr(result, key) for key in facts},
         "warnings": list(result.warnings),
         "findings": [
-            {"question": item.question, "answer": item.answer, "detail": item.detail}
+            {key: getattr(item, key) for key in ("question", "answer", "detail")}
             for item in findings(result)
         ],
     }

@@ -21,7 +21,6 @@ from fingerdesign_cli.terminal import cores, print_table, progress
 if TYPE_CHECKING:
     from fingerdesign.search.study.file import Study
     from fingerdesign.search.study.generate import Made
-    from fingerdesign.search.study.variants import Variant
 
 _SHOWN = 20  # invalid variants, and kinds of reasons, that are shown one by one
 
@@ -116,7 +115,8 @@ def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
     if quiet:
         return
     for variant in invalid[:_SHOWN]:
-        _report_invalid(variant)
+        for fault in variant.faults:
+            click.echo(f"{variant.name}: {fault}")
     if len(invalid) > _SHOWN:
         click.echo(f"... and {len(invalid) - _SHOWN} more in {target / 'invalid.csv'}")
     reported = reasons(invalid)[:_SHOWN]
@@ -129,11 +129,6 @@ def _show(found: Sequence[Made], target: Path, quiet: bool) -> None:
         click.echo(f"{len(invalid)} cannot exist: {target / 'invalid.csv'}")
     if failed:
         click.echo(f"{failed} without CAD, which failed; run again to try again")
-
-
-def _report_invalid(variant: Variant) -> None:
-    for fault in variant.faults:
-        click.echo(f"{variant.name}: {fault}")
 
 
 def _variant_data(made: Made) -> dict[str, object]:

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from fingerdesign.records.outcome import Outcome
     from fingerdesign.search.compare.read import Comparison
     from fingerdesign.search.run.run import Planned, Standing
+    from fingerdesign.search.study.file import Study
 
 
 # What commands on studies share: where they run, progress with time left and failures.
@@ -146,16 +147,23 @@ def variant_number(name: str) -> int | None:
     return None if found is None else int(found[1])
 
 
-def say_failures(failures: int, of: int, causes: Path) -> None:
+def say_failures(outcomes: Sequence[Outcome], causes: Path) -> None:
     """One line on stderr, of variants that failed; nothing where none did."""
-    if failures:
-        click.echo(f"{failures} of {of} failed: causes in {causes}", err=True)
+    if failures := sum(outcome.failure is not None for outcome in outcomes):
+        click.echo(f"{failures} of {len(outcomes)} failed: causes in {causes}", err=True)
 
 
 def line(value: dict[str, Any]) -> None:
     """One line of JSON on stdout, at once."""
     click.echo(json.dumps(value, allow_nan=False))
     sys.stdout.flush()
+
+
+def _read(study_file: Path) -> tuple[str, Path, Study]:
+    """A study's text, the folder that it lies in, and what it says."""
+    path = study_path(study_file)
+    text = read_text(path)
+    return text, path.parent, parse_study(text, str(study_file))
 
 
 # ``fingerdesign optimise``: search for better fingers, and confirm the best of them.
@@ -172,9 +180,7 @@ def optimise(
     as_json: bool,
 ) -> int:
     """Search STUDY for fingers that are better in its [[objectives]], within its [constraints]."""
-    path = study_path(study_file)
-    text, folder = read_text(path), path.parent
-    study = parse_study(text, str(study_file))
+    text, folder, study = _read(study_file)
     refuse_aimless(study)
     target = out / study.name
     refuse_foreign(SEARCH_FOLDER, target)
@@ -207,8 +213,7 @@ def optimise(
         _show_front(found, target)
     else:
         every = [o for each in tried for o in each.outcomes] + list(confirmation.outcomes)
-        failures = sum(o.failure is not None for o in every)
-        say_failures(failures, len(every), target / "failures.csv")
+        say_failures(every, target / "failures.csv")
     return 0 if any(o.status == "ok" for each in tried for o in each.outcomes) else 1
 
 
@@ -279,9 +284,7 @@ def sweep(
     as_json: bool,
 ) -> int:
     """Analyse every variant of STUDY, a TOML file or a shipped study, and compare them."""
-    path = study_path(study_file)
-    text, folder = read_text(path), path.parent
-    study = parse_study(text, str(study_file))
+    text, folder, study = _read(study_file)
     target = out / study.name
     refuse_foreign(FOLDER, target)
     scenes = study_scenes(study, folder)
@@ -299,8 +302,7 @@ def sweep(
     elif not quiet:
         _show(found, outcomes, reported.last, target)
     else:
-        failures = sum(outcome.failure is not None for outcome in outcomes)
-        say_failures(failures, len(outcomes), target / "failures.csv")
+        say_failures(outcomes, target / "failures.csv")
     return 0 if any(outcome.status == "ok" for outcome in outcomes) else 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -166,16 +167,14 @@ def study_control(
 ) -> int:
     """Judge controllers on DESIGN over friction, weight and gage noise; in plane strain."""
     design, _ = read_case(design_file)
-    from fingerdesign.trials.run import (
-        FOLDER,
-        journal_beside,
-        study_control,
-        write_study,
-    )
+    from fingerdesign.trials.run import FOLDER, journal_beside, study_control, write_study
 
     name = design.design.name
     target = out / name
-    grid = _grid(frictions, masses, noises, quick, no_tug, seed)
+    grid = ControlGrid.quick() if quick else ControlGrid()
+    given = {"frictions": frictions, "masses_g": masses, "noises": noises}
+    changes: dict[str, Any] = {key: values for key, values in given.items() if values}
+    grid = replace(grid, **changes, seed=seed, tug=None if no_tug else grid.tug)
     refuse(grid, ())
     refuse_foreign(FOLDER, target)
     estimator = estimator_for(design, estimator_file)
@@ -198,27 +197,6 @@ def study_control(
     elif not quiet:
         _show(found, target)
     return 0
-
-
-def _grid(
-    frictions: tuple[float, ...],
-    masses: tuple[float, ...],
-    noises: tuple[float, ...],
-    quick: bool,
-    no_tug: bool,
-    seed: int,
-) -> ControlGrid:
-    from dataclasses import replace
-
-    grid = ControlGrid.quick() if quick else ControlGrid()
-    return replace(
-        grid,
-        frictions=frictions or grid.frictions,
-        masses_g=masses or grid.masses_g,
-        noises=noises or grid.noises,
-        seed=seed,
-        tug=None if no_tug else grid.tug,
-    )
 
 
 def _show(found: ControlStudy, folder: Path) -> None:
