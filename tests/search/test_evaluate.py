@@ -1,4 +1,4 @@
-"""Jobs: what decides their digest, what comes of failures, outcomes that another study computed."""
+"""Jobs: their digest, failures, outcomes that another study computed, how far they are believed."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""docs/studies.md and designs/studies: what they show is read and run."""
+"""docs/studies.md, docs/optimise.md, designs/studies: what they show exists, is read and run."""
 
 import os
 import re
@@ -7,12 +7,15 @@ from pathlib import Path
 import pytest
 
 from fingerdesign.design.faults import known_keys
+from fingerdesign.search.optimise.optimise import RANDOM_TRIALS
 from fingerdesign.search.study.file import Cost, Limits, Study, parse_study, read_study
 from fingerdesign.search.study.metrics import METRICS
 from fingerdesign.search.study.variants import base_design, variants
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "docs/studies.md").read_text("utf-8")
+PAGE = (ROOT / "docs/optimise.md").read_text("utf-8")
+BETTER = read_study("better_maeno")
 STUDIES = sorted(path.stem for path in (ROOT / "designs/studies").glob("*.toml"))
 
 
@@ -104,3 +107,34 @@ def test_the_pages_commands_are_known():
         assert command is not None, name
         options = {opt for each in command.params for opt in (*each.opts, *each.secondary_opts)}
         assert {word for word in rest if word.startswith("--")} <= options
+
+
+def test_links_and_pictures_exist():
+    targets = re.findall(r"\]\(([^)#]+)\)", PAGE)
+    assert targets
+    for target in targets:
+        assert (ROOT / "docs" / target).exists(), target
+
+
+def test_the_example_is_the_shipped_study():
+    assert len(BETTER.parameters) == 5
+    assert f"Of {BETTER.optimise.trials} trials" in PAGE
+    assert len(re.findall(r"^\| trial \d+ \|", PAGE, re.MULTILINE)) == BETTER.optimise.confirm
+    for objective in BETTER.objectives:
+        assert f"`{objective.metric}`" in PAGE
+    assert RANDOM_TRIALS == 20  # "the first twenty"
+
+
+def test_readme_says_the_same_numbers():
+    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
+    reported = re.search(
+        r"an error of ([\d.]+) where the paper's finger has ([\d.]+), and it grips with "
+        r"([\d.]+) times the least force that holds \(median\) where that takes ([\d.]+)",
+        " ".join(PAGE.split()),
+    )
+    assert reported is not None
+    own, paper, force, least = reported.groups()
+    assert f"an error of {own} instead of {paper}" in readme
+    assert f"{force} times the least force instead of {least}." in readme
+    assert float(own) < float(paper)
+    assert float(force) < float(least)
