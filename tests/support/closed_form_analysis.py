@@ -9,7 +9,10 @@ from scipy.spatial import Delaunay
 from scipy.stats import spearmanr
 
 from fingerdesign.analysis.analysis import Analysis
-from fingerdesign.layout.frames import PlateFrame
+from fingerdesign.checks.load import parse_design
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import Mesh, quadratic
 from fingerdesign.records.arrays import (
     OPEN,
@@ -33,6 +36,21 @@ from fingerdesign.records.result import (
 RADIUS, DEPTH, MODULUS = 20.0, 10.0, 4.96 / (1 - 0.49**2)
 CREST = 10.0 + RADIUS - np.sqrt(RADIUS**2 - 100.0)
 PLATE_X = np.linspace(-7.0, 7.0, 15)
+DESIGN = parse_design(
+    """
+    [design]
+    name = "maeno2000"
+    [mesh]
+    layers = 3
+    contact_size_mm = 1.0
+    plate_size_mm = 1.0
+    [mesh.section]
+    contact_size_mm = 0.4
+    plate_size_mm = 0.4
+    plate_end_size_mm = 0.2
+    far_size_mm = 2.0
+    """
+)
 
 
 def half_width(force):
@@ -204,80 +222,12 @@ def grip_trace(friction, rule=True, mass=200.0):
     )
 
 
-def section_mesh():
-    """Body and plates of the section, by Delaunay of a chosen cloud (the section is convex)."""
-    frames = plate_frames()
-    x = np.linspace(-10, 10, 61)
-    top = CREST - RADIUS + np.sqrt(RADIUS**2 - x**2)
-    cloud = np.concatenate(
-        [np.stack([x, top * level], axis=1) for level in np.linspace(0, 1, 31) ** 0.8]
-    )
-    strips = []
-    for frame in frames:
-        local = frame.local(cloud)
-        cloud = cloud[(np.abs(local[:, 0]) > 1.15) | (np.abs(local[:, 1]) > 0.2)]
-        along = np.linspace(-1, 1, 21)
-        strips += [
-            np.array([frame.x, frame.y]) + np.outer(along, frame.axis) + side * 0.05 * frame.normal
-            for side in (-1, 1)
-        ]
-    cloud = np.concatenate([cloud, *strips])
-    cells = Delaunay(cloud).simplices.astype(np.int64)
-    a, b, c = (cloud[cells[:, i]] for i in range(3))
-    area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    cells = cells[np.abs(area) > 1e-9]
-    centre = cloud[cells].mean(axis=1)
-    regions = np.zeros(len(cells), dtype=np.int64)
-    for frame in frames:
-        local = np.abs(frame.local(centre))
-        regions[(local[:, 0] < 1.0) & (local[:, 1] < 0.05)] = frame.index + 1
-    return cloud, cells, regions
-
-
-def plate_frames():
-    return tuple(
-        PlateFrame(
-            index=i,
-            place=float(x),
-            y=float(CREST - RADIUS + np.sqrt(RADIUS**2 - x**2) - 2.0),
-            angle_deg=45.0,
-            length=2.0,
-            thickness=0.1,
-            low=-5.0,
-            high=5.0,
-        )
-        for i, x in enumerate(PLATE_X)
-    )
-
-
 def finger_mesh(dimension):
-    cloud, cells, regions = section_mesh()
-    if dimension == 3:
-        layers = np.linspace(0, 5, 4)
-        n = len(cloud)
-        points = np.concatenate([np.column_stack([cloud, np.full(n, z)]) for z in layers])
-        low = np.sort(cells, axis=1)
-        tets = []
-        for layer in range(3):
-            p, q = low + layer * n, low + (layer + 1) * n
-            tets += [
-                np.stack([p[:, 0], p[:, 1], p[:, 2], q[:, 2]], axis=1),
-                np.stack([p[:, 0], p[:, 1], q[:, 1], q[:, 2]], axis=1),
-                np.stack([p[:, 0], q[:, 0], q[:, 1], q[:, 2]], axis=1),
-            ]
-        cells, regions = np.concatenate(tets), np.tile(regions, 9)
-        cloud = points
-    points, cells = quadratic(cloud, oriented(cloud, cells))
-    return Mesh(points, cells, regions, {}, "synthetic", symmetric=dimension == 3)
-
-
-def oriented(points, cells):
-    """Cells with positive volume."""
-    edges = points[cells[:, 1:]] - points[cells[:, :1]]
-    negative = np.linalg.det(edges) < 0
-    cells = cells.copy()
-    cells[negative, :2] = cells[negative, 1::-1]
-    return cells
+    """The section, or half of the finger extruded: coarse, of straight cells, with every plate."""
+    made = mesh_section(DESIGN, 4.0) if dimension == 2 else extrude(DESIGN, 4.0, symmetric=True)
+    corners = made.points[: made.corners.max() + 1]
+    points, cells = quadratic(corners, made.corners)
+    return Mesh(points, cells, made.regions, {}, "synthetic", symmetric=dimension == 3)
 
 
 def displacement(mesh):
@@ -354,7 +304,7 @@ def make_analysis(dimension=2, friction=0.5, name="maeno2000"):
         grip_traces=traces,
         mesh=mesh,
         fields=FieldHistory(tuple(range(len(PATH))), displacement(mesh)),
-        plates=plate_frames(),
+        plates=plate_frames(DESIGN),
         gages=GageLayout(1.0, 1.0, 0.0, "both"),
         depth_mm=DEPTH,
     )
