@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.increment import ContactState, ZoneExhausted, solve_increment
+from fingerdesign.contact.increment import ContactState, solve_increment
 from fingerdesign.contact.measures import measure
 from fingerdesign.contact.problem import ContactProblem, Motion
 from fingerdesign.control.estimator import (
@@ -41,9 +41,6 @@ from fingerdesign.errors import SolverError
 from fingerdesign.runtime.pool import Pool
 from fingerdesign.runtime.progress import Report
 
-# Grips that an estimator is taught on: seeded random grip paths of a hand, with the truth beside
-# them.
-#
 # Friction is drawn evenly in its logarithm; a random grip path presses to a small force and then
 # strings together what hands do: press on, pull until some share of the friction is in use, climb
 # with both forces growing in some ratio, ease off. The steps are as long as a controller's. Noise
@@ -94,8 +91,6 @@ def wander(
     for dx, dy in _moves(plant, friction, rng):
         try:
             sample = plant.move(dx, dy)
-        except ZoneExhausted:
-            break
         except SolverError:
             break  # what no model can say teaches nothing; the steps before it stand
         truth = plant.truth()

@@ -19,12 +19,7 @@ from fingerdesign.control.episode import Episode, run_episode
 from fingerdesign.control.estimator import GripEstimator
 from fingerdesign.control.metrics import JudgedGrip, outcome
 from fingerdesign.control.plants.lift import Disturbance, LiftPlant
-from fingerdesign.control.plants.plant import (
-    CondensedPlant,
-    Memory,
-    Plant,
-    RememberedPlant,
-)
+from fingerdesign.control.plants.plant import CondensedPlant, Memory, Plant, RememberedPlant
 from fingerdesign.control.plants.rig import Hardware, ImperfectPlant
 from fingerdesign.control.roster import Controller, make_controller
 from fingerdesign.design.grip import GRAVITY, Grip
@@ -107,9 +102,8 @@ class ControlGrid:
     @property
     def cells_of_one(self) -> int:
         """Grips of one controller."""
-        return (
-            len(self.frictions) * len(self.masses_g) * (len(self.noises) + (self.tug is not None))
-        )
+        of_one_object = len(self.noises) + (self.tug is not None)
+        return len(self.frictions) * len(self.masses_g) * of_one_object
 
     def batches(self, controllers: Iterable[str]) -> Iterator[tuple[Cell, ...]]:
         """Cells of one controller and object at a time; the longest (heavy, slippery) first."""

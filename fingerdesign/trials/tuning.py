@@ -139,15 +139,8 @@ def tune(
         _judge_on(everything, chosen, cells[: each.grips], judge)
         going = sorted(chosen, key=lambda k: everything[k].order, reverse=True)
         box = _box_around(own, everything[going[0]].values, _SHRINK ** (number + 1))
-    return Tuning(
-        controller,
-        seed,
-        own,
-        tuple(budget),
-        tuple(everything),
-        everything[going[0]],
-        everything[0],
-    )
+    first, trials = everything[going[0]], tuple(everything)
+    return Tuning(controller, seed, own, tuple(budget), trials, first, trials[0])
 
 
 def ranges_of(controller: str) -> tuple[Range, ...]:
