@@ -10,7 +10,7 @@ import numpy as np
 
 from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
-from fingerdesign.mold.part import CORE, INSERT, MoldMeshes, PartMesh
+from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
 from fingerdesign.runtime.isolate import Job, ProcessError, beside
 
 TIME_LIMIT_S = 60.0  # it takes 2 to 4 s; a software renderer on a busy machine far longer
@@ -103,19 +103,12 @@ def exploded_of(job: Job, meshes: MoldMeshes) -> Exploded:
 
 def _moved(part: PartMesh, size: Array) -> tuple[float, float, float]:
     """How far a part is moved: sheets less than what is behind them."""
-    wide, high, deep = size.tolist()
-    if part.draw is None:
-        if part.name == CORE:
-            inside = part.vertices[:, 1].min() > 1e-6
-            return (0.0, 0.0 if inside else -0.45 * high, 0.0)
-        return (0.0, -0.95 * high, 0.0)
-    if part.name == INSERT:
-        far = 0.75 * high
-    elif abs(part.draw[2]) > 0.5:
-        far = (0.3 if part.made == "sheet" else 0.85) * deep
-    else:
-        far = (0.25 if part.made == "sheet" else 0.5) * wide
-    x, y, z = (far * share for share in part.draw)
+    if part.draw is None:  # a core that is inside stays
+        inside = part.name == CORE and part.vertices[:, 1].min() > 1e-6
+        far = 0.0 if inside else 0.45 if part.name == CORE else 0.95
+        return (0.0, -far * size[1], 0.0)
+    shares = (0.25, 0.75, 0.3) if part.made == "sheet" else (0.5, 0.75, 0.85)
+    x, y, z = (np.array(shares) * size * part.draw).tolist()
     return (x, y, z)
 
 

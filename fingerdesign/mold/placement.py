@@ -276,19 +276,12 @@ def _in_zone(
     tolerance = limits.clearance_mm + limits.tolerance_mm
     rows, part = changed(_moves(np.full_like(off, tolerance))[:2])
     together = np.sqrt((share**2).sum(axis=0))
-    surface = surface_height(design.body, np.array([frame.place for frame in frames]))
-    covers = surface - np.array([frame.y for frame in frames])
     found: Effect = {
         "tolerance_mm": sizes_off[0],
         "angle_deg": sizes_off[2],
         "changes": changes,
         "together": _summary(together, frames),
-        "gages": [
-            {"plate": frame.index, "x_mm": round(frame.place, 4), "surface_mm": round(cover, 4)}
-            | {name: float(share[j, :, k].max()) for j, name in enumerate(CHANGES)}
-            | {"together": float(together[:, k].max())}
-            for k, (frame, cover) in enumerate(zip(frames, covers.tolist(), strict=True))
-        ],
+        "gages": _gages(design, frames, share, together),
         "friction_coefficient": scene.object.friction_coefficient,
         "increments_mm": [[round(value, 5) for value in row[:2]] for row in scene.path.rows],
         "largest_reading_microstrain": [float(value) for value in most],
@@ -318,6 +311,23 @@ def _summary(share: Array, frames: tuple[PlateFrame, ...]) -> Effect:
 
 def _rms(values: Array) -> float:
     return float(np.sqrt((values**2).mean()))
+
+
+def _gages(
+    design: Design, frames: tuple[PlateFrame, ...], share: Array, together: Array
+) -> list[Effect]:
+    """A row a plate: the worst of its shares, alone (changes, rows, gages) and together."""
+    surface = surface_height(design.body, np.array([frame.place for frame in frames]))
+    worst = np.vstack([share.max(axis=1), together.max(axis=0)]).T.tolist()
+    return [
+        {
+            "plate": frame.index,
+            "x_mm": round(frame.place, 4),
+            "surface_mm": round(float(height) - frame.y, 4),
+            **dict(zip((*CHANGES, "together"), row, strict=True)),
+        }
+        for frame, height, row in zip(frames, surface, worst, strict=True)
+    ]
 
 
 def _coarser(design: Design, zone: Zone) -> SectionMesh:

@@ -69,9 +69,6 @@ def test_leads_leave_on_the_side_away_from_the_surface():
         assert y < one.y - 0.5 * one.length * np.sin(np.radians(45.0))
         end = np.array([one.place - x, one.y - y]) / np.hypot(one.place - x, one.y - y)
         assert end == pytest.approx([np.cos(np.radians(45.0)), np.sin(np.radians(45.0))])
-    low, high = (slot_corners(with_wire["+z"].slots[k : k + 1]) for k in (0, 1))
-    near = with_wire["+z"].slots[:2]
-    assert webs(near)[2] < np.linalg.norm(low - high, axis=-1).min()
 
 
 def test_a_bundle_of_leads_passes_and_the_webs_count_its_hole():
@@ -90,20 +87,18 @@ def test_a_comb_s_clearance_reaches_no_mold_without_a_comb():
     assert (fault.key, fault.value) == ("mold.comb.clearance_mm", 1.0)
 
 
-def test_a_comb_s_least_slot_widens_the_opening():
-    design = with_mold(shipped("maeno2000"), comb={"slot_mm": 0.2})
-    sides, _, faults = planned(design)
-    assert faults == []
-    assert {slot.width for slot in sides["+z"].slots} == {0.2}
-
-
-def test_slots_in_the_walls_are_filled_by_shims():
-    design = with_mold(shipped("wide"), plate_fixture="slots")
-    sides, _, faults = planned(design)
+@pytest.mark.parametrize(
+    ("name", "mold", "width", "shim"),
+    [
+        ("maeno2000", {"comb": {"slot_mm": 0.2}}, 0.2, 0.0),  # the least slot of the comb
+        ("wide", {"plate_fixture": "slots"}, 0.35, 0.15),  # stock, with room to slide
+    ],
+)
+def test_slots_are_as_wide_as_what_holds_needs_and_filled_by_shims(name, mold, width, shim):
+    sides, _, faults = planned(with_mold(shipped(name), **mold))
     assert faults == []
     for slot in sides["-z"].slots:
-        assert slot.width == pytest.approx(0.35)
-        assert slot.shim == pytest.approx(0.15)  # stock, with room to slide
+        assert (slot.width, slot.shim) == pytest.approx((width, shim))
 
 
 def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
@@ -113,10 +108,8 @@ def test_a_jig_clamps_by_a_shift_and_needs_one_angle():
     assert sides["+z"].holding == "jig"
     assert sides["+z"].shift == pytest.approx(0.5 * (0.35 - 0.15))
     assert sides["+z"].sheet == 1.0
-    turned = design.plates.model_copy(update={"follow": "turned"})
-    spread = design.model_copy(update={"plates": turned})
-    spread = with_mold(spread, plate_fixture="jig", wire_mm=0.0)
-    _, _, faults = planned(spread)
+    spread = shipped("wide", plates__follow="turned")
+    _, _, faults = planned(with_mold(spread, plate_fixture="jig", wire_mm=0.0))
     assert keys(faults) == ["mold.plate_fixture"]
     assert "comb" in faults[0].bound
 
@@ -212,9 +205,7 @@ def test_a_leg_wider_than_its_plate_is_refused():
 
 
 def test_legs_through_a_wall_that_is_drawn_across_them_are_refused():
-    design = shipped("pin")
-    deep = design.plates.model_copy(update={"cover_mm": 6.0})
-    design = with_mold(design.model_copy(update={"plates": deep}), wire_mm=0.0)
+    design = shipped("pin", plates__cover_mm=6.0, mold__wire_mm=0.0)
     assert planned(design, corner=2.0)[2] == []
     fault = planned(design, corner=7.9)[2][0]
     assert fault.key == "plates.pitch_mm"

@@ -21,7 +21,7 @@ from fingerdesign.mold.placement import (
     section_plates,
     tolerances,
 )
-from fingerdesign.mold.plan.plan import SIDES, Leg, MoldPlan, SidePlan, Slot
+from fingerdesign.mold.plan.planning import plan_mold
 
 SIZES = SectionMesh(
     contact_size_mm=0.1, plate_size_mm=0.1, plate_end_size_mm=0.04, far_size_mm=1.0, gradation=0.3
@@ -40,27 +40,6 @@ cover_mm = 1.2
 [gages]
 length_mm = 0.6
 """
-
-
-def plan_of(design, holding="comb"):
-    """No more of a plan than the placement asks: legs and the slots that hold them."""
-    frames = plate_frames(design)
-    legs, slots = [], {side: [] for side in SIDES}
-    for frame in frames:
-        for side in ("+z", "-z") if frame.along == "x" else ("+x", "-x"):
-            width = frame.length - 0.2
-            legs.append(Leg(frame.index, side, width, 0.0, 5.0, 5.0, 8.0, True))
-            place = (frame.place, frame.y, frame.angle_deg)
-            slit = frame.thickness + (design.mold.comb.clearance_mm if holding == "comb" else 0.2)
-            shim = 0.2 if holding == "slots" else 0.0
-            long = width + design.mold.comb.clearance_mm
-            slots[side].append(Slot(frame.index, side, *place, long, slit, 0.2, shim))
-    sides = tuple(
-        SidePlan(side, holding if slots[side] else "wall", 0.3, 0.0, None, tuple(slots[side]))
-        for side in SIDES
-    )
-    numbers = [1.0] * 10
-    return MoldPlan(1.0, frames, tuple(legs), sides, (), *numbers, (), (), (), (), ())
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +98,7 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
     def effect(tolerance):
         comb = {"mold.comb.tolerance_mm": tolerance, "mold.comb.clearance_mm": 0.0}
         design = with_values(three, comb)
-        return placement_effect(design, plan_of(design), SIZES)
+        return placement_effect(design, plan_mold(design), SIZES)
 
     none, small, large = effect(0.0), effect(0.01), effect(0.02)
     assert none["reason"] is None
@@ -142,10 +121,10 @@ def test_the_effect_grows_with_the_tolerance_and_is_nil_without(three):
 
 def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, section):
     zone, scene, frames, mesh = section
-    reported = placement_effect(three, plan_of(three), SIZES)["gages"]
+    reported = placement_effect(three, plan_mold(three), SIZES)["gages"]
     right = readings(three, mesh, frames, zone, scene)
     most = np.abs(right).max(axis=1)
-    off, angle = tolerances(three, plan_of(three), 1)
+    off, angle = tolerances(three, plan_mold(three), 1)
     ways = zip(("along_x", "in_height", "turned"), np.diag([off, off, angle]), strict=True)
     for name, way in ways:
         move = np.outer([0.0, 1.0, 0.0], way)
@@ -158,19 +137,25 @@ def test_a_plate_that_is_off_alone_changes_no_more_than_is_reported(three, secti
 def test_bent_plates_are_moved_as_they_are():
     bent = THREE.replace("[plates]\n", '[plates]\nfollow = "bent"\nangle_deg = 0.0\n')
     design = parse_design(bent)
-    found = placement_effect(design, plan_of(design), SIZES)
+    found = placement_effect(design, plan_mold(design), SIZES)
     assert found["reason"] is None
     assert 0.0 < found["together"]["worst"] < 0.5
 
 
-def test_what_holds_a_plate_says_how_far_it_may_be_off(three):
-    off, angle = tolerances(three, plan_of(three), 0)
-    assert off == pytest.approx(0.02 + 0.01)  # the comb's tolerance, half of its clearance
-    assert np.tan(np.radians(angle)) == pytest.approx(0.02 / 1.02 + 0.02 / 1.0)  # slot and leg
-    for holding in ("slots", "jig"):  # shims and clamping leave no play
-        off, angle = tolerances(three, plan_of(three, holding), 0)
-        assert off == pytest.approx(0.1 + 0.01)  # resin prints; half of the play along the slot
-        assert np.tan(np.radians(angle)) == pytest.approx(0.1 / 1.02)
+@pytest.mark.parametrize(
+    ("holding", "off", "slope"),
+    [
+        ("comb", 0.02 + 0.01, 0.02 / 0.74 + 0.02 / 0.72),  # its tolerance, half of its clearance
+        ("jig", 0.1 + 0.1, 0.1 / 0.92),  # resin prints, half of the play along; clamped across
+        ("slots", 0.1 + 0.1, 0.1 / 0.92 + 0.05 / 0.72),  # the play that a shim leaves
+    ],
+)
+def test_what_holds_a_plate_says_how_far_it_may_be_off(three, holding, off, slope):
+    values = {"mold.plate_fixture": holding, "mold.wire_mm": 0.0}
+    design = with_values(three, {**values, "plates.angle_deg": 0.0, "plates.follow": "level"})
+    found, angle = tolerances(design, plan_mold(design), 0)
+    assert found == pytest.approx(off)
+    assert np.tan(np.radians(angle)) == pytest.approx(slope)
 
 
 @pytest.mark.parametrize(
@@ -186,6 +171,6 @@ def test_where_the_section_shows_no_plate_the_reason_is_reported(text, why):
     changed = short.replace("count = 3", text if "count" in text else f"count = 3\n{text}")
     design = parse_design(changed)
     assert why in section_plates(design)[1]
-    found = placement_effect(design, plan_of(design))
+    found = placement_effect(design, None)
     assert why in found["reason"]
     assert why in found["sentences"][0]

@@ -38,12 +38,11 @@ _UP = np.array([0.0, 1.0, 0.0])
 @dataclass(frozen=True)
 class Undercut:
     """A face (its number in the body, from 1) that looks against the draw of the part that forms
-    it, that is, which lies against it; the place where it does most, and normal . draw there."""
+    it, that is, which lies against it; the place where it does most."""
 
     face: int
     part: str
     place: tuple[float, float, float]
-    against: float
 
 
 def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
@@ -59,25 +58,23 @@ def undercuts(outline: cq.Solid, plan: MoldPlan) -> tuple[Undercut, ...]:
             if len(rows):
                 worst = rows[np.argmin(along[rows])]
                 x, y, z = (float(value) for value in points[worst])
-                found.append(Undercut(number, name, (x, y, z), float(along[worst])))
+                found.append(Undercut(number, name, (x, y, z)))
     return tuple(found)
 
 
 def refuse_undercuts(design: Design, outline: cq.Solid, plan: MoldPlan) -> None:
     """GeometryError that names every undercut face, its place and the part that it would hold."""
-    found = undercuts(outline, plan)
-    if not found:
-        return
     of = "body.step" if design.body.step is not None else "the body"
     said = [
-        f"face {each.face} of {of} at ({each.place[0]:.2f}, {each.place[1]:.2f}, "
-        f"{each.place[2]:.2f}) mm holds {each.part}"
-        for each in found
+        f"face {each.face} of {of} at ({', '.join(f'{value:.2f}' for value in each.place)}) mm "
+        f"holds {each.part}"
+        for each in undercuts(outline, plan)
     ]
-    raise GeometryError(
-        f"the mold cannot be opened: {'; '.join(said)}. Give the body no faces that look back "
-        f"toward its base or its middle, or cast it in another way"
-    )
+    if said:
+        raise GeometryError(
+            f"the mold cannot be opened: {'; '.join(said)}. Give the body no faces that look back "
+            f"toward its base or its middle, or cast it in another way"
+        )
 
 
 def formed_by(

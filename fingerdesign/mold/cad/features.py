@@ -31,7 +31,6 @@ from fingerdesign.mold.plan.extent import extent_of, seam_height
 from fingerdesign.mold.plan.plan import (
     SIDES,
     BaseHole,
-    Bolt,
     CorePin,
     Key,
     Leg,
@@ -197,7 +196,10 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
     centred = [name for side in SIDES for name in _sheets(plan, side) if name[0] != "j"]
     sheets = [name for side in SIDES for name in _sheets(plan, side)]
     for bolt in plan.bolts:
-        found.take(_bolt(bolt), INSERT, *walls, *sheets, BASE)
+        way = _UP if bolt.axis == "y" else direction("+z")
+        long = bolt.high - bolt.low + 2.0 * BEYOND_MM
+        bar = _cylinder(bolt.diameter, bolt.at(bolt.low - BEYOND_MM), way, long)
+        found.take(bar, INSERT, *walls, *sheets, BASE)
     for pin in plan.pins:
         if pin.dowel:
             whole = _along(pin, -0.5 * pin.length, pin.diameter, BEYOND_MM, pin.diameter)
@@ -229,12 +231,6 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
 
 def _sheets(plan: MoldPlan, side: Side) -> tuple[str, ...]:
     return comb_names(side, plan.side(side).holding)
-
-
-def _bolt(bolt: Bolt) -> cq.Solid:
-    foot = bolt.at(bolt.low - BEYOND_MM)
-    way = _UP if bolt.axis == "y" else direction("+z")
-    return _cylinder(bolt.diameter, foot, way, bolt.high - bolt.low + 2.0 * BEYOND_MM)
 
 
 def _pin(pin: Pin) -> cq.Solid:

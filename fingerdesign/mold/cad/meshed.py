@@ -71,16 +71,14 @@ def part_volume(solid: cq.Shape) -> float:
     is asked thrice, ever finer: below splines with breaks it is 1e-4 off, and its answers differ.
     """
     if any(face.geomType() == "EXTRUSION" for face in solid.Faces()):
-        found = [_adaptive(solid, share) for share in ADAPTIVE]
+        found = []
+        for share in ADAPTIVE:
+            whole = GProp_GProps()
+            BRepGProp.VolumeProperties_s(solid.wrapped, whole, share, False, True)
+            found.append(float(whole.Mass()))
         if max(found) - min(found) <= AGREED * abs(found[-1]):
             return found[-1]
     return volume_of(solid)
-
-
-def _adaptive(solid: cq.Shape, share: float) -> float:
-    whole = GProp_GProps()
-    BRepGProp.VolumeProperties_s(solid.wrapped, whole, share, False, True)
-    return float(whole.Mass())
 
 
 def all_meshed(built: Built, chord_mm: float) -> MoldMeshes:

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fingerdesign.arrays import Array, BoolArray, IntArray
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import BASE, CORE, RUBBER, MoldMeshes, PartMesh, doubled_areas
+from fingerdesign.mold.part import BASE, CORE, MoldMeshes, PartMesh, doubled_areas
 from fingerdesign.mold.plan.plan import (
     CorePin,
     Limits,
@@ -229,12 +229,6 @@ class Assembly:
     blanks: Mapping[str, Manifold]
 
     @property
-    def staying(self) -> tuple[str, ...]:
-        """Names of what stays with the finger or is the finger: rubber, plates, drawless parts."""
-        fixed = [part.name for part in self.meshes.parts if part.draw is None]
-        return (RUBBER, *(plate.name for plate in self.meshes.plates), *fixed)
-
-    @property
     def chord(self) -> float:
         """The greatest distance of any part's triangles from its surface, mm."""
         return max(part.chord for part in (*self.meshes.parts, self.meshes.outline))
@@ -256,15 +250,15 @@ def assemble(design: Design, plan: MoldPlan, meshes: MoldMeshes) -> Assembly:
     everything = (*meshes.parts, *meshes.plates, meshes.rubber)
     solids = {part.name: solid_of(part.vertices, part.triangles) for part in everything}
     solids[OUTLINE] = solid_of(meshes.outline.vertices, meshes.outline.triangles)
-    blanks = {part.name: _blank(part, solids) for part in filling(meshes)}
+    blanks = {
+        part.name: solids[part.name]
+        if part.blank_triangles is part.triangles and part.blank_vertices is part.vertices
+        else solid_of(part.blank_vertices, part.blank_triangles)
+        for part in filling(meshes)
+    }
     return Assembly(design, plan, meshes, limits_of(design.mold), solids, blanks)
 
 
 def filling(meshes: MoldMeshes) -> tuple[PartMesh, ...]:
     """The parts whose blanks fill the block around the cavity."""
     return tuple(part for part in meshes.parts if part.name not in (BASE, CORE))
-
-
-def _blank(part: PartMesh, solids: Mapping[str, Manifold]) -> Manifold:
-    same = part.blank_triangles is part.triangles and part.blank_vertices is part.vertices
-    return solids[part.name] if same else solid_of(part.blank_vertices, part.blank_triangles)

@@ -23,7 +23,7 @@ from fingerdesign.mold.checks.assembly import (
     place_text,
     surface_points,
 )
-from fingerdesign.mold.part import Check, PartMesh, axis_name, doubled_areas
+from fingerdesign.mold.part import RUBBER, Check, PartMesh, axis_name, doubled_areas
 
 POINTS = 1500  # and as many centroids, a part; a tenth of it a plate
 FLAT_MM = 1e-6  # parts that slide along flat faces meet within rounding
@@ -34,12 +34,14 @@ STEPS_MM = (0.05, 0.3, 1.5, 6.0)  # then clear of everything: undercuts bind at 
 def demolding_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
     """One check a part that is drawn: the greatest overlap on its way."""
     drawn = [part for part in assembly.meshes.parts if part.draw is not None]
+    fixed = [part for part in assembly.meshes.parts if part.draw is None]
+    staying = (RUBBER, *(each.name for each in (*assembly.meshes.plates, *fixed)))
     found = []
     for part in sorted(drawn, key=lambda each: each.order):
         # Those of one order that are drawn one way move together.
         apart = [p for p in drawn if p.order == part.order and p.draw != part.draw]
         left = [p.name for p in drawn if p.order > part.order or p in apart]
-        found.append(_check(assembly, part, (*assembly.staying, *left), rng))
+        found.append(_check(assembly, part, (*staying, *left), rng))
     return found
 
 
@@ -66,7 +68,9 @@ def _check(
     way = axis_name(draw.tolist())
     solids = [(name, assembly.solids[name]) for name in there]
     obstacles = [Obstacle(name, each, *bounds(each)) for name, each in solids]
-    clear = clearing(solid, obstacles, draw)
+    # How far it must be drawn until its box has parted from all others.
+    far = max(max(each.low @ draw, each.high @ draw) for each in obstacles)
+    clear = max(0.0, float(far - min(corner @ draw for corner in bounds(solid)))) + 1.0
     bound = slack(part, obstacles, assembly.chord)
     worst, where, name = 0.0, 0.0, ""
     for step in (step for step in STEPS_MM if step < clear):
@@ -82,11 +86,8 @@ def _check(
     else:
         hits = _hits_on_way(assembly, part, obstacles, clear, rng)
         if hits:
-            ok, first = False, min(hits, key=lambda hit: hit.distance)
-            words = (
-                f"after {first.distance:.2f} mm along {way} it runs into {first.name} at "
-                f"{place_text(first.place)}"
-            )
+            ok, (far, met, at) = False, min(hits, key=lambda hit: hit[0])
+            words = f"after {far:.2f} mm along {way} it runs into {met} at {place_text(at)}"
     return Check("demolding", part.name, ok, worst, bound, "mm^3", f"{part.name}: {words}")
 
 
@@ -104,34 +105,14 @@ def slack(part: PartMesh, obstacles: list[Obstacle], chord: float) -> float:
     return float(chord * sizes[rows].sum() + FLAT_MM * 0.5 * sizes.sum())
 
 
-def clearing(solid: Manifold, obstacles: list[Obstacle], draw: Array) -> float:
-    """How far a solid must be drawn until its box has parted from all others, mm."""
-    low, high = bounds(solid)
-    axis = int(np.argmax(np.abs(draw)))
-    if draw[axis] > 0.0:
-        way = max(each.high[axis] for each in obstacles) - low[axis]
-    else:
-        way = high[axis] - min(each.low[axis] for each in obstacles)
-    return max(0.0, float(way)) + 1.0
-
-
-@dataclass(frozen=True)
-class Hit:
-    """What a part runs into, after how many mm, and where."""
-
-    name: str
-    distance: float
-    place: Array
-
-
 def _hits_on_way(
     assembly: Assembly,
     part: PartMesh,
     obstacles: list[Obstacle],
     clear: float,
     rng: np.random.Generator,
-) -> list[Hit]:
-    """Collisions of points on the whole way.
+) -> list[tuple[float, str, Array]]:
+    """Collisions of points on the whole way: after how many mm, with what, and where.
 
     Points lie three chords under the surface, so that faces which merely slide are not met; those
     of plates not deeper than a quarter of their thickness.
@@ -143,17 +124,17 @@ def _hits_on_way(
     points = points - depth * normals
     points = points[inside(solid, points)]
     points = points[~_taken(points, obstacles)]
-    found: list[Hit] = []
+    found: list[tuple[float, str, Array]] = []
     for each in obstacles:
-        found += [Hit(each.name, *hit) for hit in _hits(each.solid, points, way)]
+        found += [(far, each.name, at) for far, at in _hits(each.solid, points, way)]
     for plate in assembly.meshes.plates:
         points, normals = surface_points(plate.vertices, plate.triangles, POINTS // 10, rng)
-        points = points - min(depth, 0.25 * _thin(plate)) * normals
+        thick = 2.0 * abs(plate.volume) / areas(plate.vertices, plate.triangles).sum()
+        points = points - min(depth, 0.25 * thick) * normals
         points = points[inside(assembly.solids[plate.name], points)]
         points = points[~inside(solid, points)]
-        found += [
-            Hit(plate.name, far, at + way * far / clear) for far, at in _hits(solid, points, -way)
-        ]
+        hits = _hits(solid, points, -way)
+        found += [(far, plate.name, at + way * far / clear) for far, at in hits]
     return found
 
 
@@ -178,8 +159,3 @@ def _hits(solid: Manifold, points: Array, way: Array) -> list[tuple[float, Array
         if hits:
             found.append((length * hits[0].distance, np.array(hits[0].position)))
     return found
-
-
-def _thin(plate: PartMesh) -> float:
-    """About a plate's thickness, mm: twice its volume over its area."""
-    return float(2.0 * abs(plate.volume) / areas(plate.vertices, plate.triangles).sum())

@@ -140,25 +140,16 @@ def _least_gap(assembly: Assembly, pin: Pin, names: tuple[str, ...]) -> float:
     lean = np.arctan2(0.5 * (pin.diameter - pin.tip_diameter), pin.length)
     gaps = []
     for share in ALONG:
-        radius = 0.5 * (pin.diameter + share * (pin.tip_diameter - pin.diameter))
-        for turn in 2.0 * np.pi * (np.arange(AROUND) + 0.5) / AROUND:
-            out = np.cos(turn) * first + np.sin(turn) * second
-            start = root + share * reach * axis
-            found = _beside_pin(assembly, pin, start, out, radius, names)
-            gaps.append(found * np.cos(lean))
-    return float(min(gaps))
-
-
-def _beside_pin(
-    assembly: Assembly, pin: Pin, start: Array, out: Array, radius: float, names: tuple[str, ...]
-) -> float:
-    """From a pin to what is beside it of the parts named; infinite where it still is within the
-    part that it stands on."""
-    beside = min(far(assembly.solids[name], start, out) for name in names)
-    if pin.dowel:
-        return beside - radius
-    own = far(assembly.solids[pin.on], start, out)
-    return beside - own if own < radius + _ROUND_MM else float("inf")
+        start, radius = root + share * reach * axis, 0.5 * pin.diameter
+        radius += 0.5 * share * (pin.tip_diameter - pin.diameter)
+        for a, b in _ring(1.0)[:-1]:
+            way = a * first + b * second
+            # Beyond the skin it still is within the part that it stands on.
+            skin = radius if pin.dowel else far(assembly.solids[pin.on], start, way)
+            if skin < radius + _ROUND_MM:
+                beside = min(far(assembly.solids[name], start, way) for name in names)
+                gaps.append((beside - skin) * np.cos(lean))
+    return float(min(gaps, default=np.inf))
 
 
 def _key(assembly: Assembly, key: Key) -> Check:

@@ -53,7 +53,8 @@ def vent_checks(assembly: Assembly) -> list[Check]:
     own = [p for p in traps if p not in under]
     turns = tilts(assembly.plan)
     always = [p for p in under if not rocked_out(assembly, p, turns)]
-    said = f"tilted by {TILT_DEG:g} degrees toward {_direction(poured)}"
+    x, z = (float(np.round(value, 2)) + 0.0 for value in (np.cos(poured), np.sin(poured)))
+    said = f"tilted by {TILT_DEG:g} degrees toward x, z = {x:g}, {z:g}"
     open_ = [p for p in found if p not in under]
     farthest = max(open_, key=lambda p: p.beyond, default=None)
     beyond = 0.0 if farthest is None else max(0.0, farthest.beyond)
@@ -193,8 +194,3 @@ def _under_metal(assembly: Assembly, point: HighPoint) -> bool:
     names += [part.name for part in assembly.meshes.parts if part.name == CORE]
     solids: list[Manifold] = [assembly.solids[name] for name in names]
     return any(bool(inside(solid, around).any()) for solid in solids)
-
-
-def _direction(turn: float) -> str:
-    x, z = (float(np.round(value, 2)) + 0.0 for value in (np.cos(turn), np.sin(turn)))
-    return f"x, z = {x:g}, {z:g}"

@@ -51,7 +51,12 @@ class Thin:
 def wall_checks(assembly: Assembly, rng: np.random.Generator) -> list[Check]:
     """Least wall of every part that is made, least web between the slots of those that hold."""
     found: list[Check] = []
-    sides = {name: side for side in assembly.plan.sides for name in _holders(side)}
+    sides = {
+        name: side
+        for side in assembly.plan.sides
+        for name in comb_names(side.side, side.holding) or (wall_name(side.side),)
+        if side.slots
+    }
     for part in assembly.meshes.parts:
         if part.made not in ("process", "sheet"):
             continue
@@ -75,12 +80,6 @@ def thicknesses(solid: Manifold, points: Array, normals: Array) -> Thin:
                     found[row] = distance + _START_MM
                 break
     return Thin(points, normals, found)
-
-
-def _holders(side: SidePlan) -> tuple[str, ...]:
-    if side.holding == "slots":
-        return (wall_name(side.side),)
-    return comb_names(side.side, side.holding)
 
 
 def _of_part(assembly: Assembly, part: PartMesh, side: SidePlan | None, thin: Thin) -> list[Check]:

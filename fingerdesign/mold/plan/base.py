@@ -261,7 +261,14 @@ def core_pins_of(
                 for place in places
             ]
             return tuple(pins), []
-    return (), [_fault(design, height, limits)]
+    core = design.body.core
+    assert core is not None
+    pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
+    least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
+    if height < least:
+        of = {"least": least, "pin": pin, "web": _WEB_MM}
+        return (), [refusal("thin_core", "body.core.height_mm", core.height_mm, **of)]
+    return (), [refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm)]
 
 
 def _places(
@@ -287,14 +294,3 @@ def _places(
         if fits.any():
             return [sign * float(places[fits][0])]
     return []
-
-
-def _fault(design: Design, height: float, limits: Limits) -> Fault:
-    core = design.body.core
-    assert core is not None
-    pin = min((d for d in DIAMETERS_MM if d >= limits.hole_mm), default=limits.hole_mm)
-    least = pin + 2.0 * limits.clearance_mm + 2.0 * _WEB_MM
-    if height < least:
-        of = {"least": least, "pin": pin, "web": _WEB_MM}
-        return refusal("thin_core", "body.core.height_mm", core.height_mm, **of)
-    return refusal("core_not_reached", "body.core.bottom_mm", core.bottom_mm)

@@ -11,6 +11,7 @@ the finger. One pin and one side's keys differ in size: parts fit one way only.
 from __future__ import annotations
 
 import math
+from itertools import product
 
 from fingerdesign.design.mold import Mold
 from fingerdesign.errors import Fault
@@ -34,6 +35,8 @@ from fingerdesign.mold.plan.walls import (
 KEY_MM = 2.0  # most height of a key
 _PASSING_MM = 0.2  # between a key and a pin that passes over it
 _LEAST_PIN = 0.4  # of its diameter: a shorter pin guides nothing
+CORNERS = tuple(product(ENDS, FLANKS))
+_ONE = ("+z", "+x")  # the corner whose pin is small
 
 
 def tapered(
@@ -48,12 +51,9 @@ def tapered(
 ) -> Pin:
     """A pin of the small or the big size that reaches ``length`` into its socket."""
     diameter = columns.small if small else columns.big
-    if walls.dowels:
-        wide, whole = diameter, 2.0 * length
-    else:
-        wide, whole = tip_of(diameter, length, walls.draft_deg), length
-    clearance = columns.clearance
-    return Pin(root, direction, diameter, wide, whole, clearance, on, into, walls.dowels)
+    tip = diameter if walls.dowels else tip_of(diameter, length, walls.draft_deg)
+    whole = 2.0 * length if walls.dowels else length
+    return Pin(root, direction, diameter, tip, whole, columns.clearance, on, into, walls.dowels)
 
 
 def fasteners_of(walls: Walls, columns: Columns) -> tuple[list[Bolt], list[Pin], list[Key]]:
@@ -70,34 +70,27 @@ def fasteners_of(walls: Walls, columns: Columns) -> tuple[list[Bolt], list[Pin],
         for _, sign in FLANKS:
             x = sign * columns.x1
             bolts.append(Bolt("z", x, height, -reach_z, reach_z, columns.size, columns.hole))
-    if level is not None:
-        for end, way in ENDS:
-            for flank, sign in FLANKS:
-                small = both is None or (end == "+z" and flank == "+x")
-                middle = level if both is None else both
-                root = (sign * columns.x2, middle, way * walls.extent.corner)
-                away = (0.0, 0.0, way)
-                on, into = wall_name(flank), wall_name(end)
-                pins.append(tapered(walls, columns, root, away, small, columns.reach, on, into))
-    for _, way in ENDS:
-        for _, sign in FLANKS:
-            upright(sign * columns.x2, way * columns.deep)
-    for _, at_x, at_z in insert_bolts(walls, columns, height is None):
-        if at_x is not None and at_z is not None:
-            upright(at_x, at_z)
-    for side, at_x, at_z, small in insert_pins(walls, columns, level is None):
-        if at_x is not None and at_z is not None:
-            pins.append(_insert_pin(walls, columns, at_x, at_z, small, wall_name(side)))
+    middle = level if both is None else both
+    for (end, way), (flank, sign) in CORNERS if middle is not None else ():
+        small = both is None or (end, flank) == _ONE
+        root = (sign * columns.x2, middle or 0.0, way * walls.extent.corner)
+        on, into = wall_name(flank), wall_name(end)
+        away = (0.0, 0.0, way)
+        pins.append(tapered(walls, columns, root, away, small, columns.reach, on, into))
+    for (_, way), (_, sign) in CORNERS:
+        upright(sign * columns.x2, way * columns.deep)
+    for _, x, z in insert_bolts(walls, columns, height is None):
+        upright(x, z)
+    for side, x, z, small in insert_pins(walls, columns, level is None):
+        pins.append(_insert_pin(walls, columns, x, z, small, wall_name(side)))
     return bolts, pins, _keys(walls, columns)
 
 
-def insert_bolts(
-    walls: Walls, columns: Columns, low: bool
-) -> list[tuple[Side, float | None, float | None]]:
+def insert_bolts(walls: Walls, columns: Columns, low: bool) -> list[tuple[Side, float, float]]:
     """Where upright bolts (side, x, z) are beside those at the end walls' ears: through the side
     walls where these are too ``low`` for bolts along z, or where the insert ends short of the end
-    walls; through the end walls where it ends short of the side walls. None: no room."""
-    found: list[tuple[Side, float | None, float | None]] = []
+    walls; through the end walls where it ends short of the side walls. NaN: no room."""
+    found: list[tuple[Side, float, float]] = []
     if walls.plug("x") is not None:
         for end, way in ENDS:
             x = bolt_place(walls, columns, end, columns.bar_bolt)
@@ -109,25 +102,20 @@ def insert_bolts(
     return found
 
 
-def insert_pins(
-    walls: Walls, columns: Columns, low: bool
-) -> list[tuple[Side, float | None, float | None, bool]]:
-    """Where the insert has pins: (side of the wall, x, z, small). None: no room.
+def insert_pins(walls: Walls, columns: Columns, low: bool) -> list[tuple[Side, float, float, bool]]:
+    """Where the insert has pins: (side of the wall, x, z, small). NaN: no room.
 
     Beside windows they are all small where the big ones have no room.
     """
-    found: list[tuple[Side, float | None, float | None, bool]] = []
+    found: list[tuple[Side, float, float, bool]] = []
     if walls.plug("x") is not None:
         for end, way in ENDS:
             x, small = _small_or_big(walls, columns, end, end == "+z")
             found.append((end, x, way * columns.bar_pin, small))
         return found
     narrow = walls.plug("z") is not None
-    if not narrow:
-        for end, way in ENDS:
-            for flank, sign in FLANKS:
-                one = end == "+z" and flank == "+x"
-                found.append((end, sign * columns.x3, way * columns.deep, one))
+    for (end, way), (flank, sign) in CORNERS if not narrow else ():
+        found.append((end, sign * columns.x3, way * columns.deep, (end, flank) == _ONE))
     if narrow or low:
         for flank, sign in FLANKS:
             z, small = _small_or_big(walls, columns, flank, narrow and flank == "+x")
@@ -135,13 +123,10 @@ def insert_pins(
     return found
 
 
-def _small_or_big(
-    walls: Walls, columns: Columns, side: Side, small: bool
-) -> tuple[float | None, bool]:
+def _small_or_big(walls: Walls, columns: Columns, side: Side, small: bool) -> tuple[float, bool]:
     place = pin_place(walls, columns, side, small)
-    if place is None and not small:
-        return pin_place(walls, columns, side, True), True
-    return place, small
+    small = small or math.isnan(place)
+    return pin_place(walls, columns, side, small), small
 
 
 def _insert_pin(walls: Walls, columns: Columns, x: float, z: float, small: bool, into: str) -> Pin:
@@ -163,11 +148,6 @@ def insert_pin_length(columns: Columns, diameter: float, seam: float, walls: Wal
     return min(SLENDER * diameter, most)
 
 
-def least_rim(columns: Columns, diameter: float) -> float:
-    """Height of wall that an insert's pin needs, mm."""
-    return _LEAST_PIN * diameter + columns.gap + columns.clearance
-
-
 def key_height(walls: Walls, columns: Columns) -> float:
     """Height of the keys: half the wall's at most, with a wall left above the groove, and below the
     pins along z, which pass over them when the side walls are drawn."""
@@ -185,13 +165,12 @@ def _keys(walls: Walls, columns: Columns) -> list[Key]:
     height = key_height(walls, columns)
     start = walls.extent.corner + 0.5 * columns.clearance
     end = columns.deep - columns.socket - columns.gap - columns.clearance
-    for side, way in ENDS:
+    for (side, way), (_, sign) in CORNERS:
         half = 0.5 * (columns.small if way > 0 else columns.big)
-        for _, sign in FLANKS:
-            z = sorted((way * start, way * end))
-            low = (sign * columns.x3 - half, 0.0, z[0])
-            high = (sign * columns.x3 + half, height, z[1])
-            found.append(Key(low, high, walls.draft_deg, columns.clearance, wall_name(side)))
+        near, far = sorted((way * start, way * end))
+        low = (sign * columns.x3 - half, 0.0, near)
+        high = (sign * columns.x3 + half, height, far)
+        found.append(Key(low, high, walls.draft_deg, columns.clearance, wall_name(side)))
     return found
 
 
@@ -262,7 +241,7 @@ def _height_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -
     rim = walls.extent.rim
     if mold.bolt != "auto" and z_bolt_height(walls, columns) is None:
         faults.append(refusal("big_bolt", "mold.bolt", mold.bolt, rim=rim, columns=columns))
-    most = rim - least_rim(columns, columns.big) + columns.gap - SPARE_MM
+    most = rim - _LEAST_PIN * columns.big - columns.clearance - SPARE_MM
     most = min(most, rim - _LEAST_KEY_MM - columns.clearance - SPARE_MM)
     if limits.wall_mm > most + 1e-9:
         of = {"most": most, "rim": rim, "columns": columns, "higher": limits.wall_mm - most}
@@ -293,13 +272,13 @@ def _room_faults(mold: Mold, limits: Limits, walls: Walls, columns: Columns) -> 
     faults = []
     low, extent = z_bolt_height(walls, columns) is None, walls.extent
     bolts = insert_bolts(walls, columns, low) if mold.bolt == "auto" or not low else []
-    lacking = next((side for side, x, z in bolts if x is None or z is None), None)
+    lacking = next((side for side, x, z in bolts if math.isnan(x + z)), None)
     if lacking is not None:
         length = 2.0 * (extent.corner if lacking.endswith("x") else extent.half_width)
         of = {"side": lacking, "columns": columns, "low": low, "rim": extent.rim, "length": length}
         faults.append(refusal("no_bolt", "mold.bolt", mold.bolt, **of))
     pins = insert_pins(walls, columns, pin_height(walls, columns) is None)
-    lacking = next((side for side, x, z, _ in pins if x is None or z is None), None)
+    lacking = next((side for side, x, z, _ in pins if math.isnan(x + z)), None)
     if lacking is not None:
         room = 2.0 * (0.5 * columns.small + columns.clearance + columns.gap)
         pin = limits.pin_mm

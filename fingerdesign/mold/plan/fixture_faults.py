@@ -176,21 +176,18 @@ def fixture_faults(fixture: Fixture) -> list[Fault]:
     kind."""
     given = fixture.design.mold.leg_mm
     least = min((row.table.length_mm for row in plate_rows(fixture.design)), default=math.inf)
-    found = []
+    found = _crossings(fixture)
     if given is not None and given > least:
-        found.append(refusal("wide_legs", "mold.leg_mm", given, least=least))
-    found += _crossings(fixture)
+        found.insert(0, refusal("wide_legs", "mold.leg_mm", given, least=least))
     worst, high = worst_web(fixture), worst_exit(fixture)
-    draft = None if high is None else _draft(fixture, *high)
-    if draft is not None:
-        found.append(draft)
-    elif worst is not None or high is not None:
+    fault = None if high is None else _draft(fixture, *high)
+    if fault is None and (worst is not None or high is not None):
         fault = demanded(fixture.design, worst, high)
-        if fault is not None:
-            found.append(fault)
-        else:
-            found += [] if high is None else [_too_high(fixture, *high)]
-            found += [] if worst is None else [no_web(fixture, worst)]
+    if fault is not None:
+        found.append(fault)
+    else:
+        found += [] if high is None else [_too_high(fixture, *high)]
+        found += [] if worst is None else [no_web(fixture, worst)]
     return found + _jig(fixture)
 
 

@@ -24,8 +24,7 @@ from fingerdesign.layout.zone import candidate_zone
 from fingerdesign.mold.plan.extent import Exits, Extent, exits_of, extent_of
 from fingerdesign.mold.plan.plan import SIDES, Holding, Leg, Limits, Plug, Side, SidePlan, Slot
 from fingerdesign.mold.plan.slots import (
-    as_bar,
-    as_relief,
+    as_bars,
     core_in_mold,
     leg_bar,
     openings_corners,
@@ -227,7 +226,7 @@ class Fixture:
         return min(LEAST_GAP_MM, 0.5 * self.design.plates.thickness_mm)
 
     def _solids(self, legs: Iterable[Leg]) -> list[Manifold]:
-        return solids_of(_spanned(leg_bar(self.by_index[leg.plate], leg, leg.exit) for leg in legs))
+        return solids_of(_spanned(leg_bar(self.by_index[leg.plate], leg) for leg in legs))
 
     def gaps(self) -> Array:
         """Least distance (legs,) of each leg to other plates and to the core."""
@@ -237,7 +236,7 @@ class Fixture:
         if body.core is not None:
             depth = body.core.depth_mm if body.core.depth_mm is not None else body.depth_mm
             # A core of full depth ends where the legs do.
-            bars = tuple(leg_bar(self.by_index[leg.plate], leg, leg.exit) for leg in self.legs)
+            bars = tuple(leg_bar(self.by_index[leg.plate], leg) for leg in self.legs)
             distances = core_gaps(core_in_mold(body.core, self.scale), depth, bars)
             found = np.where(np.isnan(distances), np.inf, distances)
         owners = np.array([leg.plate for leg in self.legs])
@@ -265,12 +264,12 @@ class Fixture:
 
     def slot_exits(self, legs: Sequence[Leg], holding: Holding) -> Exits:
         """How the legs' slots leave the finger, with their reliefs."""
-        cut = list(zip(map(self.bar, legs), self._slots(legs, holding), strict=True))
-        found = self._exits(legs, [as_bar(bar, slot) for bar, slot in cut], False)
+        cut = zip(map(self.bar, legs), self._slots(legs, holding), strict=True)
+        both = [as_bars(bar, slot) for bar, slot in cut]
+        found = self._exits(legs, [bar for bar, _ in both], False)
         if self.design.mold.wire_mm <= 0.0:
             return found
-        reliefs = [as_relief(bar, slot) for bar, slot in cut]
-        return found.with_others(self._exits(legs, reliefs, False))
+        return found.with_others(self._exits(legs, [relief for _, relief in both], False))
 
     def _exits(self, legs: Sequence[Leg], bars: Sequence[PlateFrame], follow: bool) -> Exits:
         sides, starts = [leg.side for leg in legs], [leg.start for leg in legs]

@@ -102,10 +102,9 @@ def turned_bar(frame: PlateFrame, width: float, offset: float) -> PlateFrame:
     )
 
 
-def leg_bar(frame: PlateFrame, leg: Leg, until: float | None = None) -> PlateFrame:
-    """The bar that just holds a leg, from its start to ``until`` (absent: its tip), as a frame."""
-    bar = turned_bar(frame, leg.width, leg.offset)
-    end = max(leg.tip if until is None else until, leg.start)
+def leg_bar(frame: PlateFrame, leg: Leg) -> PlateFrame:
+    """The bar that just holds a leg, from its start to its exit, as a frame."""
+    bar, end = turned_bar(frame, leg.width, leg.offset), max(leg.exit, leg.start)
     low, high = (leg.start, end) if leg.side[0] == "+" else (-end, -leg.start)
     return replace(bar, low=low, high=high)
 
@@ -188,17 +187,14 @@ def slot_of(design: Design, holding: Holding, limits: Limits, bar: PlateFrame, l
     )
 
 
-def as_bar(bar: PlateFrame, slot: Slot) -> PlateFrame:
-    """A leg's bar in section, widened to its slot."""
-    return replace(bar, place=slot.place, y=slot.y, length=slot.length, thickness=slot.width)
-
-
-def as_relief(bar: PlateFrame, slot: Slot) -> PlateFrame:
-    """The square around a slot's relief, as a bar; the slot itself where it has none."""
+def as_bars(bar: PlateFrame, slot: Slot) -> tuple[PlateFrame, PlateFrame]:
+    """A leg's bar in section, widened to its slot; and the square around the slot's relief, the
+    slot itself where it has none."""
+    whole = replace(bar, place=slot.place, y=slot.y, length=slot.length, thickness=slot.width)
     if not slot.relief:
-        return as_bar(bar, slot)
+        return whole, whole
     place, y = slot.relief_centre
-    return replace(bar, place=place, y=y, length=slot.relief, thickness=slot.relief)
+    return whole, replace(bar, place=place, y=y, length=slot.relief, thickness=slot.relief)
 
 
 def slot_corners(slots: Sequence[Slot]) -> Array:

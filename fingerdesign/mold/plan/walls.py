@@ -218,20 +218,20 @@ def pin_height(walls: Walls, columns: Columns, small: bool = True) -> float | No
     return _free_height(walls.extent.rim, room, every)
 
 
-def _free_place(most: float, room: float, obstacles: list[Obstacle]) -> float | None:
+def _free_place(most: float, room: float, obstacles: list[Obstacle]) -> float:
     """The place nearest to the middle, within +-most, that is ``room`` away from obstacles."""
     if most < 0.0:
-        return None
+        return math.nan
     places = np.append(np.arange(0.0, most, _STEP_MM), most)
     places = np.concatenate([places, -places])
     for each in obstacles:
         places = places[(places < each.low - room) | (places > each.high + room)]
-    return float(places[np.argmin(np.abs(places))]) if len(places) else None
+    return float(places[np.argmin(np.abs(places))]) if len(places) else math.nan
 
 
-def bolt_place(walls: Walls, columns: Columns, side: Side, away: float) -> float | None:
+def bolt_place(walls: Walls, columns: Columns, side: Side, away: float) -> float:
     """Place along a wall (z of a side wall, x of an end wall) of an upright bolt at distance
-    ``away`` from the mid-plane; None where there is no room.
+    ``away`` from the mid-plane; NaN where there is no room.
 
     It may cross an open window beyond the plates' ends: it clamps what of the wall is below.
     """
@@ -242,8 +242,8 @@ def bolt_place(walls: Walls, columns: Columns, side: Side, away: float) -> float
     return _free_place(min(reach, plug) - room, room, every)
 
 
-def pin_place(walls: Walls, columns: Columns, side: Side, small: bool) -> float | None:
-    """Place along a wall of a pin below the insert; None where there is no room.
+def pin_place(walls: Walls, columns: Columns, side: Side, small: bool) -> float:
+    """Place along a wall of a pin below the insert; NaN where there is no room.
 
     The pin itself stands on the insert; its socket is in the wall, which reaches on beyond a plug.
     """

@@ -7,14 +7,17 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from fingerdesign.arrays import Array
 from fingerdesign.design.schema import Design
-from fingerdesign.mold.part import CORE, MoldMeshes, PartMesh
+from fingerdesign.mold.part import MoldMeshes
 from fingerdesign.mold.plan.plan import Bolt, MoldPlan, density_of
 from fingerdesign.mold.products.flat_pattern import FlatPattern
 from fingerdesign.records.base import write_csv
+from fingerdesign.report.page import macros
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ LENGTHS_MM = (
     *(80, 90, 100, 110, 120, 130, 140, 150),
 )
 WIRE_MM = 200.0  # of thin wire a gage lead, to where it can be handled
-PROCESS_WORDS = {"sla": "resin print", "fdm": "filament print", "machined": "machined"}
+TEMPLATE = Path(__file__).parents[1] / "templates" / "bill.j2"
 
 
 @dataclass(frozen=True)
@@ -107,12 +110,30 @@ def bill_of_materials(
     silicone: Silicone,
 ) -> tuple[Item, ...]:
     """All lines, parts first, then plates, hardware and what is consumed."""
+    faces = 2 if design.gages.face == "both" else 1
+    gages = faces * sum(pattern.count for pattern in patterns)
+    # So many round wires in a round bundle: four take 2.41 of their diameters, two take 2.
+    wire = design.mold.wire_mm / (1.0 + math.sqrt(2.0) if faces == 2 else 2.0)
+    metres = math.ceil(2 * gages * WIRE_MM / 1000.0)
     return (
-        *(_part(design, part) for part in meshes.parts),
-        *(_plate(design, pattern) for pattern in patterns),
+        *_items("parts", design, meshes.parts, _extent),
+        *_items("plates", design, patterns, _extent),
         *hardware(plan),
-        *_consumed(design, patterns, silicone),
+        *_items("consumed", design, silicone, gages, metres, wire),
     )
+
+
+def _items(macro: str, *given: Any) -> Iterator[Item]:
+    """The lines of one of the macros of templates/bill.j2."""
+    for line in getattr(macros(TEMPLATE), macro)(*given).splitlines():
+        if line.strip():
+            item, count, made, material, size, mass, files = map(str.strip, line.split("|"))
+            mass_g = float(mass) if mass else None
+            yield Item(item, int(count), made, material, size, mass_g, files)
+
+
+def _extent(points: Array) -> list[float]:
+    return list(np.ptp(points, axis=0).tolist())
 
 
 def write_bill(items: Sequence[Item], path: Path) -> None:
@@ -142,96 +163,23 @@ def bolt_words(bolt: Bolt) -> str:
 
 def hardware(plan: MoldPlan) -> tuple[Item, ...]:
     """Bolts with nuts and washers, dowels, core pins, core screws, shims."""
-    items = []
     bolts = Counter((b.size, bolt_length(b), round(b.high - b.low, 2)) for b in plan.bolts)
-    for (size, nominal, grip), count in sorted(bolts.items(), key=str):
-        name = "threaded rod" if nominal is None else "bolt"
-        long = size if nominal is None else f"{size} x {nominal}"
-        items.append(Item(name, count, "bought", "steel", f"{long}, clamps {grip:g} mm"))
     sizes = Counter(bolt.size for bolt in plan.bolts)
-    for size, count in sorted(sizes.items()):
-        rods = sum(b.size == size and bolt_length(b) is None for b in plan.bolts)
-        items.append(Item("nut", count + rods, "bought", "steel", size))
-        items.append(Item("washer", 2 * count, "bought", "steel", size))
-    pins = [(pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins]
-    screws = [(hole.diameter,) for hole in plan.base_holes if hole.kind == "screw"]
-    threaded = f"for a {{:g}} mm hole, {plan.base:g} mm plate"
-    shims = [
+    rods = Counter(bolt.size for bolt in plan.bolts if bolt_length(bolt) is None)
+    shims = (
         (slot.shim, width, plan.wall(side.side)) for side, slot, width in plan.held() if slot.shim
-    ]
-    stock = "shim stock, assorted, brass or steel: measure the slots"
-    dowels = [(pin.diameter, pin.length) for pin in plan.pins if pin.dowel]
-    return (
-        *items,
-        *_alike("dowel pin", "bought", "steel", dowels, "{:g} mm x {:g} mm"),
-        *_alike(
-            "core pin", "bought", "steel rod or drill shank", pins, "{:g} mm, {:g} mm or longer"
-        ),
-        *_alike("core screw", "bought", "steel", screws, threaded),
-        *_alike("shim", "cut", stock, shims, "{:g} mm thick as drawn, {:g} mm wide x {:g} mm"),
     )
+    alike = (
+        _alike((pin.diameter, pin.length) for pin in plan.pins if pin.dowel),
+        _alike((pin.diameter, plan.reach(pin.side) - abs(pin.tip)) for pin in plan.core_pins),
+        _alike((hole.diameter,) for hole in plan.base_holes if hole.kind == "screw"),
+        _alike(shims),
+    )
+    nuts = [(size, (count, rods[size])) for size, count in sorted(sizes.items())]
+    return tuple(_items("hardware", plan, sorted(bolts.items(), key=str), nuts, *alike))
 
 
-def _alike(
-    item: str, made: str, material: str, sizes: Iterable[tuple[float, ...]], words: str
-) -> Iterator[Item]:
-    """A line for each different size of a thing, which ``words`` say."""
+def _alike(sizes: Iterable[tuple[float, ...]]) -> list[tuple[tuple[float, ...], int]]:
+    """How many there are of each different size of a thing."""
     counts = Counter((size[0], *(round(value, 2) for value in size[1:])) for size in sizes)
-    for size, count in sorted(counts.items()):
-        yield Item(item, count, made, material, words.format(*size))
-
-
-def _part(design: Design, part: PartMesh) -> Item:
-    x, y, z = np.ptp(part.vertices, axis=0).tolist()
-    size = f"{x:.1f} x {y:.1f} x {z:.1f} mm, {part.volume / 1000.0:.2f} cm³"
-    files = f"{part.name}.stl, {part.name}.step"
-    if part.made == "sheet":
-        thick = min(x, z)
-        size = f"{max(x, z):.1f} x {y:.1f} mm, {thick:g} mm thick"
-        return Item(
-            *(part.name, 1, "cut or etched", "sheet, brass or steel", size),
-            files=f"{part.name}.dxf, {files}",
-        )
-    process = design.mold.process
-    if part.name == CORE and design.body.core is not None:
-        return Item(part.name, 1, "made", _words(design.body.core.material), size, files=files)
-    material = {"sla": "resin", "fdm": "filament", "machined": "aluminium"}[process]
-    return Item(part.name, 1, PROCESS_WORDS[process], material, size, files=files)
-
-
-def _plate(design: Design, pattern: FlatPattern) -> Item:
-    wide, long = np.ptp(pattern.outline, axis=0).tolist()
-    size = f"{wide:.2f} x {long:.2f} mm, {pattern.thickness:g} mm thick"
-    if pattern.bend_radius is not None:
-        size += f", bent to a radius of {pattern.bend_radius:.2f} mm"
-    return Item(
-        *(pattern.name, len(pattern.plates), "cut or etched", _words(design.plates.material), size),
-        files=f"plates.dxf, {pattern.name}.stl, {pattern.name}.step",
-    )
-
-
-def _consumed(
-    design: Design, patterns: Sequence[FlatPattern], silicone: Silicone
-) -> Iterable[Item]:
-    mold, plates = design.mold, sum(len(pattern.plates) for pattern in patterns)
-    name = _words(design.body.material)
-    mixed = f"{silicone.mixed_cm3:.2f} cm³ with {100 * mold.excess:g} % excess"
-    yield Item("elastomer, mixed", 1, "poured", name, mixed, round(silicone.mass_g, 1))
-    if plates:
-        faces = 2 if design.gages.face == "both" else 1
-        gage = f"{design.gages.length_mm:g} mm x {design.gages.width_mm:g} mm grid"
-        yield Item("strain gage", faces * plates, "bought", "foil gage", gage)
-        metres = math.ceil(2 * faces * plates * WIRE_MM / 1000.0)
-        # So many round wires in a round bundle: four take 2.41 of their diameters, two take 2.
-        each = mold.wire_mm / (1.0 + math.sqrt(2.0) if faces == 2 else 2.0)
-        across = f", {each:.2g} mm or thinner over its enamel" if mold.wire_mm > 0.0 else ""
-        yield Item("gage wire", 1, "bought", "enamelled copper", f"{metres} m{across}")
-        yield Item("gage adhesive", 1, "bought", "cyanoacrylate or epoxy for gages", "a few drops")
-        yield Item("metal primer", 1, "bought", "for this elastomer on metal", "a few ml")
-    yield Item("base primer", 1, "bought", "for this elastomer on the base plate", "a few ml")
-    yield Item("release agent", 1, "bought", "spray or wax, safe for this elastomer", "a thin film")
-    yield Item("tape or clay", 1, "bought", "sulfur-free", "to stop leaks")
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
+    return sorted(counts.items())

@@ -71,10 +71,10 @@ def stages(hand_made, monkeypatch):
     return install
 
 
-def test_the_folder_holds_everything_and_the_record_fits_its_schema(stages, tmp_path):
-    design = stages()
-    with make.FOLDER.written(tmp_path / "block") as folder:
-        report = make.make_mold(design, folder)
+def test_the_folder_holds_everything_its_record_fits_its_schema_and_its_page_shows_it(
+    stages, tmp_path
+):
+    report = make.write_mold(stages(drawn=True), tmp_path / "block")
     assert report["status"] == "ok"
     assert names_in(tmp_path / "block") == sorted(FILES)
     data = json.loads((tmp_path / "block" / "mold_report.json").read_text("utf-8"))
@@ -84,18 +84,26 @@ def test_the_folder_holds_everything_and_the_record_fits_its_schema(stages, tmp_
     assert [part["number"] for part in data["parts"]] == list(range(1, 9))
     assert data["plates"][0]["count"] == 3
     assert {"plan", "cad", "checks", "files", "picture"} <= set(data["timings_s"])
-
-
-def test_the_page_needs_nothing_from_outside(stages, tmp_path):
-    design = stages(drawn=True)
-    make.make_mold(design, tmp_path)
-    page = (tmp_path / "report.html").read_text("utf-8")
+    page = (tmp_path / "block" / "report.html").read_text("utf-8")
     assert "http" not in page.replace("http-equiv", "")
     assert "<script" not in page
-    assert "All 1 checks passed" in page
+    for words in ("All 1 checks passed", "gate: pour in here", "2 bolts (M3 x 35"):
+        assert words in page
     assert page.count('type="checkbox"') > 20
     assert "data:image/png;base64," in page
     assert page.count('class="badge"') == 8
+    # The plan of the base plate: x to the right, labels of small holes beside them, outward.
+    holes = data["base"]["holes"]
+    assert [hole["kind"] for hole in holes] == [*["vent"] * 4, "gate", "riser", *["lock"] * 6]
+    drawn = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + len("</svg>")])
+    places = {each.text: float(each.get("x")) for each in drawn.iter("text")}
+    assert list(places)[:6] == ["V1", "V2", "V3", "V4", "G", "R"]
+    circles = [float(each.get("cx")) for each in drawn.iter("circle")]
+    assert [circle > 320 for circle in circles] == [hole["x_mm"] > 0 for hole in holes]
+    assert places["V1"] > circles[0] + 10.0
+    assert places["V2"] < circles[1] - 10.0
+    assert places["G"] == circles[4]
+    assert "G gate at x 0.0, z 0.0 mm" in page
 
 
 def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, monkeypatch):
@@ -107,26 +115,6 @@ def test_plates_that_are_not_placed_make_the_verdict_amber(stages, tmp_path, mon
     assert '<li class="partly"><span class="answer">can be cast, gages in doubt' in page
     assert "up to 70 % of the largest" in page
     assert "wider legs (mold.leg_mm), a longer span or a finer comb" in page
-
-
-def test_the_base_plates_holes_are_drawn_and_named(stages, tmp_path):
-    make.make_mold(stages(), tmp_path)
-    holes = json.loads((tmp_path / "mold_report.json").read_text("utf-8"))["base"]["holes"]
-    kinds = [hole["kind"] for hole in holes]
-    assert kinds == [*["vent"] * 4, "gate", "riser", *["lock"] * 6]
-    page = (tmp_path / "report.html").read_text("utf-8")
-    svg = page[page.index("<svg") : page.index("</svg>") + len("</svg>")]
-    drawn = ElementTree.fromstring(svg)
-    places = {each.text: float(each.get("x")) for each in drawn.iter("text")}
-    assert list(places)[:6] == ["V1", "V2", "V3", "V4", "G", "R"]
-    circles = [float(each.get("cx")) for each in drawn.iter("circle")]
-    assert [circle > 320 for circle in circles] == [hole["x_mm"] > 0 for hole in holes]
-    assert places["V1"] > circles[0] + 10.0  # beside the hole, outward
-    assert places["V2"] < circles[1] - 10.0
-    assert places["G"] == circles[4]
-    assert "gate: pour in here" in page
-    assert "G gate at x 0.0, z 0.0 mm" in page
-    assert "2 bolts (M3 x 35" in page
 
 
 UNDERCUT = "side_wall_right: face 7 is an undercut"
@@ -217,10 +205,14 @@ def test_the_command_prints_parts_and_verdict(stages, command):
 
 def test_the_command_exits_1_where_a_check_fails(stages, command, tmp_path):
     stages(checks=(FAILED,))
-    code, out, err = command("--json")
-    assert (code, json.loads(out)["status"]) == (1, "failed")
+    code, out, err = command("--process", "fdm", "--fixture", "slots", "--json")
+    data = json.loads(out)
+    assert (code, data["status"]) == (1, "failed")
     assert "wall (base_plate): its least wall is 0.5 mm" in err
     assert (tmp_path / "out" / "block_by_hand" / "mold_report.json").is_file()
+    process = data["process"]  # the command's go before the table's
+    assert (process["name"], process["plate_fixture"]) == ("fdm", "slots")
+    assert process["limits"]["slot_mm"] == 0.6
 
 
 def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, command, tmp_path):
@@ -232,34 +224,24 @@ def test_the_command_exits_2_for_a_mold_that_cannot_be(stages, command, tmp_path
     assert not (tmp_path / "out" / "block_by_hand").exists()
 
 
-def test_what_is_no_mold_is_not_replaced(stages, command, tmp_path):
+@pytest.mark.parametrize(
+    ("held", "words"),
+    [
+        ("mine.step", "mine.step"),
+        ("core.stl", "no mold_report.json"),
+        ("report.html", "no mold_report.json"),
+        ("core.step/mine", "core.step"),
+    ],
+)
+def test_what_is_no_mold_is_not_replaced(stages, command, tmp_path, held, words):
     stages()
-    foreign = tmp_path / "out" / "block_by_hand"
-    foreign.mkdir(parents=True)
-    (foreign / "mine.step").write_text("x")
+    foreign = tmp_path / "out" / "block_by_hand" / held
+    foreign.parent.mkdir(parents=True)
+    foreign.write_text("x")
     code, _, err = command("--quiet")
     assert code == 2
-    assert "mine.step" in err
-    assert (foreign / "mine.step").read_text("utf-8") == "x"
-
-
-def test_a_folder_of_products_without_a_record_is_foreign(stages, tmp_path):
-    design = stages()
-    for number, held in enumerate(("core.stl", "report.html")):
-        target = tmp_path / str(number)
-        target.mkdir()
-        (target / held).write_text("mine")
-        with pytest.raises(ResultError, match=r"no mold_report\.json"):
-            make.write_mold(design, target)
-        assert (target / held).read_text("utf-8") == "mine"
-
-
-def test_a_folder_inside_is_foreign(stages, tmp_path):
-    design = stages()
-    make.write_mold(design, tmp_path / "block")
-    (tmp_path / "block" / "core.step").mkdir()
-    with pytest.raises(ResultError, match=r"core\.step"):
-        make.write_mold(design, tmp_path / "block")
+    assert words in err
+    assert foreign.read_text("utf-8") == "x"
 
 
 @pytest.mark.parametrize("stage", ["write_drawings", "write_3mf"])
@@ -326,11 +308,3 @@ def test_what_killed_runs_left_is_swept_after_a_day(stages, tmp_path):
 def test_what_is_no_design_is_refused_in_a_sentence(tmp_path):
     with pytest.raises(TypeError, match="takes a Design, not str"):
         make.make_mold("maeno2000", tmp_path)
-
-
-def test_process_and_fixture_of_the_command_go_before_the_table(stages, command):
-    stages()
-    code, out, _ = command("--process", "fdm", "--fixture", "slots", "--json")
-    process = json.loads(out)["process"]
-    assert (code, process["name"], process["plate_fixture"]) == (0, "fdm", "slots")
-    assert process["limits"]["slot_mm"] == 0.6
