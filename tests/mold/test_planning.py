@@ -167,13 +167,6 @@ def test_a_value_at_the_bound_that_is_reported_is_taken(key, value, beyond):
     assert keys(mold_faults(narrow(**{key: bound + beyond}))) == [f"mold.{key}"]
 
 
-def test_shrinkage_enlarges_the_outline_not_the_plates():
-    plain, tin = plan_mold(narrow()), plan_mold(narrow(cure="condensation"))
-    assert tin.half_width == pytest.approx(plain.half_width / 0.98)
-    assert tin.rim == pytest.approx(plain.rim / 0.98)
-    assert [f.length for f in tin.frames] == [f.length for f in plain.frames]
-
-
 DESIGNS = {"round, backed": 87, "parted by a core": 8, "step": 4}
 
 

@@ -193,8 +193,8 @@ def features_of(design: Design, plan: MoldPlan) -> Features:
     """Every feature of a plan: pins, keys, bolts, the base's holes, slots, windows, core holes."""
     found = Features()
     walls = [wall_name(side) for side in SIDES]
-    centred = [name for side in SIDES for name in _sheets(plan, side) if name[0] != "j"]
     sheets = [name for side in SIDES for name in _sheets(plan, side)]
+    centred = [name for name in sheets if not name.startswith("jig")]
     for bolt in plan.bolts:
         way = _UP if bolt.axis == "y" else direction("+z")
         long = bolt.high - bolt.low + 2.0 * BEYOND_MM

@@ -28,7 +28,6 @@ from fingerdesign.mold.plan.walls import (
     most_draft,
     pin_height,
     pin_place,
-    tip_of,
     z_bolt_height,
 )
 
@@ -51,8 +50,9 @@ def tapered(
 ) -> Pin:
     """A pin of the small or the big size that reaches ``length`` into its socket."""
     diameter = columns.small if small else columns.big
-    tip = diameter if walls.dowels else tip_of(diameter, length, walls.draft_deg)
-    whole = 2.0 * length if walls.dowels else length
+    tip, whole = diameter, 2.0 * length
+    if not walls.dowels:
+        tip, whole = diameter - whole * math.tan(math.radians(walls.draft_deg)), length
     return Pin(root, direction, diameter, tip, whole, columns.clearance, on, into, walls.dowels)
 
 

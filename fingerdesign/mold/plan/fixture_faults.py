@@ -10,7 +10,6 @@ import numpy as np
 
 from fingerdesign.checks.design import is_sound
 from fingerdesign.design.faults import at_least
-from fingerdesign.design.mold import Comb, MoldLimits
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import Fault
 from fingerdesign.layout.frames import PlateRow, plate_rows, with_key
@@ -112,19 +111,25 @@ def _wider(
             found.append(f"raise {key} to at least {wider:g}")
     else:
         found.append(f"move the rows apart by {key}")
-    changes: list[tuple[str, object, str]] = []
-    if holding != "comb" and design.mold.plate_fixture != "comb":
-        words = "set mold.plate_fixture = 'comb', whose slots are cut finer"
-        changes.append(("plate_fixture", "comb", words))
-    if design.mold.leg_mm is not None:
-        changes.append(("leg_mm", None, "remove mold.leg_mm"))
-    if design.mold.wire_mm > 0.0:
-        changes.append(("wire_mm", 0.0, "set mold.wire_mm = 0 and lead the wires out elsewhere"))
-    for name, value, words in changes:
-        mold = design.mold.model_copy(update={name: value})
-        if holds(design.model_copy(update={"mold": mold}), thorough=True):
+    mold = design.mold
+    finer = "set mold.plate_fixture = 'comb', whose slots are cut finer"
+    changes: dict[str, tuple[bool, object, str]] = {
+        "plate_fixture": ("comb" not in (holding, mold.plate_fixture), "comb", finer),
+        "leg_mm": (mold.leg_mm is not None, None, "remove mold.leg_mm"),
+        "wire_mm": (
+            *(mold.wire_mm > 0.0, 0.0),
+            "set mold.wire_mm = 0 and lead the wires out elsewhere",
+        ),
+    }
+    for name, (possible, value, words) in changes.items():
+        if possible and holds(_with_mold(design, **{name: value}), thorough=True):
             found.append(words)
     return found
+
+
+def _with_mold(design: Design, **values: object) -> Design:
+    """The design with other values in its [mold] table."""
+    return design.model_copy(update={"mold": design.mold.model_copy(update=values)})
 
 
 def demanded(design: Design, worst: Web | None, high: tuple[Leg, float] | None) -> Fault | None:
@@ -132,31 +137,26 @@ def demanded(design: Design, worst: Web | None, high: tuple[Leg, float] | None) 
 
     None: they could not be held without it either.
     """
-    mold = design.mold
-    tables: list[tuple[str, Comb | MoldLimits, tuple[str, ...]]]
-    tables = [("limits", mold.limits, ("slot_mm", "feature_mm", "clearance_mm"))]
-    if mold.plate_fixture == "comb":
-        tables.insert(0, ("comb", mold.comb, ("slot_mm", "web_mm", "clearance_mm")))
-    for where, table, names in tables:
-        for name in names:
-            value = getattr(table, name)
-            if value is None or name not in table.model_fields_set:
-                continue
-            most = _most(design, where, name, float(value))
-            if most is not None:
-                of = {"most": most, "worst": worst, "high": high}
-                return refusal("too_much", f"mold.{where}.{name}", value, **of)
+    comb = [f"comb.{name}_mm" for name in ("slot", "web", "clearance")]
+    limits = [f"limits.{name}_mm" for name in ("slot", "feature", "clearance")]
+    for key in (*(comb if design.mold.plate_fixture == "comb" else ()), *limits):
+        where, name = key.split(".")
+        table = getattr(design.mold, where)
+        value = getattr(table, name) if name in table.model_fields_set else None
+        most = None if value is None else _most(design, where, name, float(value))
+        if most is not None:
+            of = {"most": most, "worst": worst, "high": high}
+            return refusal("too_much", f"mold.{key}", value, **of)
     return None
 
 
 def _most(design: Design, where: str, name: str, high: float) -> float | None:
     """The greatest value of one of the mold's sizes at which its plates are held; None: at none."""
-    mold = design.mold
+    table = getattr(design.mold, where)
 
     def holds(size: float) -> bool:
-        table = getattr(mold, where).model_copy(update={name: size})
-        trial = design.model_copy(update={"mold": mold.model_copy(update={where: table})})
-        fixture = fixture_of(trial, thorough=False)
+        changed = _with_mold(design, **{where: table.model_copy(update={name: size})})
+        fixture = fixture_of(changed, thorough=False)
         return worst_web(fixture) is None and worst_exit(fixture) is None
 
     low = min(_SMALLEST_MM, 0.5 * high)

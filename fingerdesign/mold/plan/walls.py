@@ -118,11 +118,6 @@ def columns_of(walls: Walls, limits: Limits, size: str, wide: bool) -> Columns:
     )
 
 
-def tip_of(diameter: float, length: float, draft_deg: float) -> float:
-    """Diameter of a tapered pin's tip, mm."""
-    return diameter - 2.0 * length * math.tan(math.radians(draft_deg))
-
-
 def most_draft(diameter: float, length: float, least: float) -> float:
     """The draft at which a tapered pin's tip, or a rib's edge, is still ``least`` wide, degrees."""
     return math.degrees(math.atan(max(diameter - least, 0.0) / (2.0 * length)))

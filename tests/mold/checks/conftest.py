@@ -67,21 +67,15 @@ def upright(x, z, low, high, bottom, top):
 
 def mesh_of(name, solid, draw=None, order=9, made="process", blank=None):
     """A solid as a part; its exact volume is that of its triangles."""
-    blank = solid if blank is None else blank
-    found, plain = solid.to_mesh64(), blank.to_mesh64()
-    return PartMesh(
-        name,
-        np.array(found.vert_properties)[:, :3],
-        np.array(found.tri_verts, dtype=np.int64),
-        draw,
-        order,
-        made,
-        solid.volume(),
-        0.0,
-        np.array(plain.vert_properties)[:, :3],
-        np.array(plain.tri_verts, dtype=np.int64),
-        blank.volume(),
-    )
+
+    def triangles(of):
+        found = of.to_mesh64()
+        vertices = np.array(found.vert_properties)[:, :3]
+        return vertices, np.array(found.tri_verts, dtype=np.int64), of.volume()
+
+    *mesh, volume = triangles(solid)
+    filling = triangles(solid if blank is None else blank)
+    return PartMesh(name, *mesh, draw, order, made, volume, 0.0, *filling)
 
 
 DESIGN = {
