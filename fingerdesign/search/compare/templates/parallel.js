@@ -4,6 +4,7 @@ const NONE = -0.14; // where a line passes an axis of which its design has no va
 const BETWEEN = [0, 0.25, 0.5, 0.75]; // of two axes: where a line can be pointed at
 let axes = [];
 const boxes = FD.all("#parallel-axes input");
+const sentence = (number) => FD.sentence(number, axes);
 const trace = (numbers, more) => {
   const line = (number) => [...axes.flatMap(({ at }, k) => {
     const [own, next] = [at(number), axes[k + 1]?.at(number)];
@@ -13,7 +14,6 @@ const trace = (numbers, more) => {
   const [x, y, customdata] = [0, 1, 2].map((k) => numbers.flatMap(line).map((p) => p[k]));
   return { x, y, customdata, mode: "lines", hoverinfo: "none", ...more };
 };
-const sentence = (number) => FD.sentence(number, axes);
 
 function axisOf(column) {
   const of = (number) => {
@@ -24,8 +24,7 @@ function axisOf(column) {
   const range = column.goal === "min" ? [high, low] : [low, high];
   const share = (value) => (value - range[0]) / (range[1] - range[0]);
   const at = (number) => (FD.value(number, column) === null ? NONE : share(of(number)));
-  const different = new Set(FD.shown.map(of)).size > 1;
-  return { ...column, at, range, different };
+  return { ...column, at, range, different: new Set(FD.shown.map(of)).size > 1 };
 }
 
 function draw(chart, place) {

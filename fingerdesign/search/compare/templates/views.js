@@ -34,7 +34,7 @@ function numbers() {
 }
 
 /** Give the points of each status to their trace, from marks.first on. */
-function marked(place, { first, kinds, each, places }, statuses) {
+function marked(place, { first, kinds, each, places }, statuses = "") {
   const of = (values, kind) => [...statuses].flatMap((own, k) => (own !== kind ? []
     : [...values.slice(k * each, (k + 1) * each), null])); // a gap: lines do not go on
   const update = Object.entries(places).map(([axis, values]) =>
@@ -136,8 +136,7 @@ function follow() {
       const place = at(key, side);
       const step = each?.steps[Math.min(k, each.steps.length - 1)];
       if (step) Plotly.relayout(place, step);
-      if (each?.marks && place.data && !place.hidden)
-        marked(place, each.marks, item.status[now] ?? "");
+      if (each?.marks && place.data && !place.hidden) marked(place, each.marks, item.status[now]);
     }
   });
   FD.byId("increment-shown").textContent = shown;
