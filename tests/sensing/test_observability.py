@@ -40,9 +40,9 @@ SETTINGS = Settings(face="upper", max_approach=0.15, grips=24, seed=3)
 
 
 @pytest.fixture(scope="module")
-def problem(half_plane_problem):
-    model = half_plane_problem.model.with_gages((1, 3, 5, 7, 9))
-    return replace(half_plane_problem, model=model)
+def problem(half_plane):
+    model = half_plane.model.with_gages((1, 3, 5, 7, 9))
+    return replace(half_plane, model=model)
 
 
 @pytest.fixture(scope="module")

@@ -24,9 +24,9 @@ SETTINGS = Settings(face="upper", max_approach=0.12, grips=60, hearings=1, seed=
 
 
 @pytest.fixture(scope="module")
-def problem(half_plane_problem):
-    model = half_plane_problem.model.with_gages((2, 5, 8))
-    return replace(half_plane_problem, model=model)
+def problem(half_plane):
+    model = half_plane.model.with_gages((2, 5, 8))
+    return replace(half_plane, model=model)
 
 
 @pytest.fixture(scope="module")

@@ -75,9 +75,3 @@ def bump():
 @pytest.fixture(scope="session")
 def design():
     return parse_design('design.name = "half-plane"')
-
-
-@pytest.fixture(scope="session")
-def half_plane_problem():
-    """The closed-form finger against a plane, for studies of grips."""
-    return contact_problem(flamant_model(), Plane(0.0), 0.5)

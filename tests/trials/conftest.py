@@ -25,9 +25,9 @@ def design():
 
 
 @pytest.fixture(scope="module")
-def bench(half_plane_problem, design):
+def bench(half_plane, design):
     plates = tuple(range(11))
-    return GripBench(half_plane_problem, "both", plates, design.grip, Hardware(), GRID)
+    return GripBench(half_plane, "both", plates, design.grip, Hardware(), GRID)
 
 
 @pytest.fixture

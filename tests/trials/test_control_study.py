@@ -89,10 +89,10 @@ def test_a_tugged_grip_is_the_same_grip_until_the_tug(bench):
     assert pull[-1] == pytest.approx(1.0, abs=1e-6)
 
 
-def test_an_opposite_finger_that_is_alike_changes_nothing(bench, half_plane_problem):
+def test_an_opposite_finger_that_is_alike_changes_nothing(bench, half_plane):
     cell = Cell("fixed_ratio", 0.5, 200.0, 0.0)
     mirror = bench.run_cell(cell, Memory())
-    alike = replace(bench, opposite=half_plane_problem).run_cell(cell, Memory())
+    alike = replace(bench, opposite=half_plane).run_cell(cell, Memory())
     assert alike.margin_at_lift == pytest.approx(mirror.margin_at_lift, rel=1e-6)
     assert (alike.steps, alike.ending) == (mirror.steps, mirror.ending)
 
@@ -152,8 +152,8 @@ def test_a_journal_with_an_invalid_value_is_refused(tmp_path, key, value):
 
 
 @pytest.fixture
-def quick_model(half_plane_problem, monkeypatch):
-    monkeypatch.setattr(control_study, "grip_problem", lambda *given, **more: half_plane_problem)
+def quick_model(half_plane, monkeypatch):
+    monkeypatch.setattr(control_study, "grip_problem", lambda *given, **more: half_plane)
     monkeypatch.setattr(control_study, "opposite_problem", lambda *given, **more: None)
 
 
@@ -286,10 +286,10 @@ def test_a_wrong_axis_is_refused_by_its_option(change, said):
         refuse(replace(ControlGrid(), **change), ())
 
 
-def test_a_tug_rises_stays_and_goes(half_plane_problem):
+def test_a_tug_rises_stays_and_goes(half_plane):
     tug, rate, begin = Tug(0.3, rise_s=0.1, stay_s=0.2, after_s=0.05), 100.0, 6
     pulls = tug.pulls(400.0, begin, rate)
-    plant = LiftPlant(half_plane_problem, "upper", 400.0, disturbances=pulls)
+    plant = LiftPlant(half_plane, "upper", 400.0, disturbances=pulls)
     weight = 0.4 * GRAVITY
     steps = range(begin + tug.steps(rate))
     pull = np.array([plant.weight(step) / weight - 1.0 for step in steps])

@@ -217,13 +217,13 @@ def test_wrong_asking_is_refused():
 
 
 @pytest.fixture
-def quick(half_plane_problem, monkeypatch):
+def quick(half_plane, monkeypatch):
     """tune_controllers on the half-plane, with a small budget."""
     made = []
 
     def model(*_, **__):
         made.append(1)
-        return half_plane_problem
+        return half_plane
 
     monkeypatch.setattr(tune_study, "grip_problem", model)
     monkeypatch.setitem(tune_study.tune_controllers.__kwdefaults__, "budget", SMALL)
