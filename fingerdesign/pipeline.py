@@ -14,9 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from fingerdesign.analysis.analysis import Analysis, Worked, analysis_of, failed_analysis
+from fingerdesign.analysis.analysis import Analysis, analysis_of, failed_analysis
 from fingerdesign.analysis.case import Case, Clock
-from fingerdesign.analysis.fidelity.ladder import choose
+from fingerdesign.analysis.fidelity.ladder import Choice, choose
 from fingerdesign.analysis.forecast.forecast import forecast_case
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.page.page import write_outputs
@@ -27,7 +27,6 @@ from fingerdesign.analysis.stages import (
     in_wide_zone,
     make_mesh,
     one_thread,
-    recover_fields,
     run_all_grips,
     slip_studies,
     zone_of,
@@ -81,20 +80,21 @@ def run(case: Case, report: Report = lambda message: None, clock: Clock | None =
 def _run_in_zone(
     requested: Case, scene: Scene, zone: Zone, clock: Clock, notes: list[str], report: Report
 ) -> Analysis:
-    case, ladder = requested, None
-    if case.fidelity == "auto":
-        chosen = choose(case, scene, zone, clock, report)
-        case, model, ladder = chosen.case, chosen.model, chosen.summary
-        zone, notes = chosen.zone, [*notes, *chosen.reasons]
+    design = requested.design
+    if requested.fidelity == "auto":
+        chosen = choose(requested, scene, zone, clock, report)
+        chosen.notes[:0] = notes
     else:
         report("meshing")
         with clock.stage("mesh"):
-            mesh = make_mesh(case.design, case.fidelity, zone, case.symmetric)
+            mesh = make_mesh(design, requested.fidelity, zone, requested.symmetric)
         report(f"condensing {len(mesh.cells)} elements")
-        model = condense(case.design, mesh, zone, scene)
+        model = condense(design, mesh, zone, scene)
         clock.add(model.timings)
+        chosen = Choice(requested, model, zone, notes)
+    case, zone = chosen.case, chosen.zone
     rigid = object_at_touch(scene.object, case.design.body)
-    problem = contact_problem(model.reduced, rigid, scene.object.friction_coefficient)
+    problem = contact_problem(chosen.model.reduced, rigid, scene.object.friction_coefficient)
     report("loading")
     with clock.stage("increments"), one_thread():
         steps = follow_path(problem, scene, case.design)
@@ -106,10 +106,7 @@ def _run_in_zone(
         with clock.stage("grips"), one_thread():
             bare = bare_opposite(case, problem, zone, scene)
             grips = run_all_grips(case.design, array, case.gage_array, bare, case.estimator)
-    with clock.stage("report"):
-        fields = recover_fields(model, steps) if case.fields else None
-    worked = Worked(requested, case, scene, model, zone, problem, array, steps, notes, ladder)
-    return analysis_of(worked, clock, studies, grips, fields)
+    return analysis_of(requested, scene, chosen, problem, array, steps, studies, grips, clock)
 
 
 def analyse_into(case: Case, out: Path, report: Report = lambda message: None) -> Result:

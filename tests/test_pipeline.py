@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from fingerdesign_cli.main import main
 
-from fingerdesign import analyse, load_design, parse_design, parse_scene, with_values
+from fingerdesign import analyse, load_design, parse_design, parse_scene, pipeline, with_values
+from fingerdesign.analysis import stages
 from fingerdesign.analysis.case import Case
 from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.checks.starter import shipped_designs, shipped_path
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.layout.zone import Zone
 from fingerdesign.pipeline import analyse_into, run
 from fingerdesign.records.folder import read_result
@@ -80,8 +82,6 @@ def test_extruded_three_d_carries_less_than_plane_strain():
 
 
 def test_a_zone_too_narrow_is_widened_and_said(monkeypatch):
-    from fingerdesign.analysis import stages
-
     design = with_values(load_design(shipped_path("homogeneous")), COARSE)
     wide = analyse(design, SCENE, "plane-strain")
     monkeypatch.setattr(stages, "candidate_zone", lambda *given: Zone(0.8))
@@ -103,9 +103,6 @@ def test_wrong_fidelity_and_scene_are_refused_together():
 
 
 def test_failed_work_leaves_a_failed_record(tmp_path, monkeypatch):
-    from fingerdesign import pipeline
-    from fingerdesign.errors import MeshError
-
     def broken(*_):
         raise MeshError("the mesher gave up")
 
@@ -123,12 +120,57 @@ def test_outputs_are_all_there(tmp_path):
     design = with_values(load_design(shipped_path("narrow")), COARSE)
     result = analyse_into(Case(design, SCENE, "plane-strain", scene_name="short"), tmp_path)
     folder = tmp_path / "narrow"
-    names = {path.name for path in folder.iterdir()}
     wanted = {"result.json", "history.csv", "report.html", "finger.step", "finger.stl"}
-    assert wanted <= names
-    assert any(name.startswith("fields_") and name.endswith(".vtu") for name in names)
+    assert wanted <= {path.name for path in folder.iterdir()}
+    assert list(folder.glob("fields_*.vtu"))
     stored = read_result(folder)
     assert stored.increments == result.increments
     assert stored.scene == "short"
     assert all(np.isfinite(list(stored.timings_s.values())))
     assert stored.timings_s["geometry"] > 0
+
+
+LIFTED = """
+[design]
+name = "coarse"
+[plates]
+length_mm = 1.0
+cover_mm = 1.2
+[gages]
+length_mm = 0.6
+[mesh.section]
+contact_size_mm = 0.2
+plate_size_mm = 0.3
+plate_end_size_mm = 0.1
+[grip]
+friction_coefficients = [0.4]
+object_mass_g = 60.0
+controller = "oracle_1.5"
+max_steps = 60
+plant = "lift"
+hold_steps = 8
+"""
+WEIGHT = 0.060 * 9.80665
+
+
+@pytest.mark.parametrize(
+    "more", ["[grip.hardware]\ngage_noise_microstrain = 0.5\n", 'opposite = "bare"\n']
+)
+def test_a_lift_is_held_on_and_recorded_and_plates_carry_more_than_a_bare_finger(more):
+    analysis = run(Case(parse_design(LIFTED + more), None, "plane-strain", fields=False))
+    (grip,), (trace,) = analysis.result.grips, analysis.grip_traces
+    assert (grip.lifted, grip.gross_slip) == (True, False)
+    if "bare" in more:
+        assert 0.5 * WEIGHT * 1.001 < grip.final_tangential_force_N < 0.6 * WEIGHT
+    else:
+        assert 2.0 * grip.final_tangential_force_N == pytest.approx(WEIGHT, rel=1e-6)
+        assert (trace.rise > 0.0).tolist() == [False] * (len(trace.rise) - 9) + [True] * 9
+
+
+def test_a_lifts_keys_without_a_lift_are_refused(tmp_path, capsys):
+    path = tmp_path / "coarse.toml"
+    path.write_text(LIFTED.replace('plant = "lift"', 'opposite = "bare"'))
+    assert main(["check", str(path)]) == 2
+    reported = capsys.readouterr().err
+    assert "grip.opposite" in reported
+    assert "grip.hold_steps" in reported

@@ -1,11 +1,20 @@
 """README and docs: every block of commands, TOML and Python in them runs; what they name exists."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
-from fingerdesign_cli.main import main
+from fingerdesign_bench.cli.bench import command as bench
+from fingerdesign_cli.main import COMMANDS, main
 
+from fingerdesign import parse_design
+from fingerdesign.checks.load import load_design, with_values
+from fingerdesign.checks.starter import shipped_path
+from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import plate_frames
+from fingerdesign.mold.plan.plan import PROFILES, limits_of
+from fingerdesign.mold.plan.planning import plan_mold
 from tests.support.coarser import write_coarser
 
 ROOT = Path(__file__).parents[1]
@@ -28,8 +37,20 @@ PAGES = (
 )
 
 
-def blocks(kind):
-    return re.findall(rf"```{kind}\n(.*?)```", TEXT, flags=re.DOTALL)
+def page(name):
+    return (ROOT / name).read_text("utf-8")
+
+
+def blocks(kind, name="README.md"):
+    return re.findall(rf"```{kind}\n(.*?)```", page(name), flags=re.DOTALL)
+
+
+def run_python(name, capsys):
+    """What the one block of Python of a page prints."""
+    (block,) = blocks("python", name)
+    capsys.readouterr()
+    exec(compile(block, name, "exec"), {"__name__": "page"})
+    return capsys.readouterr().out
 
 
 @pytest.fixture
@@ -71,34 +92,25 @@ def test_a_step_of_the_tour_runs(toured, commands, capsys):
 
 
 def test_python_of_the_tour_runs(toured, capsys):
-    capsys.readouterr()
-    exec(compile(blocks("python")[0], "README.md", "exec"), {})
-    assert float(capsys.readouterr().out.split()[0]) > 0
+    assert float(run_python("README.md", capsys).split()[0]) > 0
 
 
 def test_every_design_of_the_fingers_page_is_sound_and_its_python_runs(
     tmp_path, monkeypatch, capsys
 ):
-    from fingerdesign import parse_design
-    from fingerdesign.layout.frames import plate_frames
 
     monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
-    text = (ROOT / "docs/fingers.md").read_text("utf-8")
-    designs = [parse_design(block) for block in re.findall(r"```toml\n(.*?)```", text, re.DOTALL)]
+    designs = [parse_design(block) for block in blocks("toml", "docs/fingers.md")]
     assert [design.design.name for design in designs] == ["pad", "rows", "skin"]
     assert designs[0].body.core is not None
     assert {frame.along for frame in plate_frames(designs[1])} == {"x", "z"}
     assert all(frame.holes and frame.bend_radius for frame in plate_frames(designs[2]))
-    (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
-    exec(compile(block, "fingers.md", "exec"), {"__name__": "fingers"})
-    assert [float(value) for value in capsys.readouterr().out.split()] == pytest.approx([12.0, 9.0])
+    said = run_python("docs/fingers.md", capsys).split()
+    assert [float(value) for value in said] == pytest.approx([12.0, 9.0])
 
 
 def test_python_of_the_method_page_runs(capsys):
-    text = (ROOT / "docs/method.md").read_text("utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
-    exec(compile(block, "method.md", "exec"), {})
-    *rows, others = capsys.readouterr().out.splitlines()
+    *rows, others = run_python("docs/method.md", capsys).splitlines()
     pressed, sheared, forced = ([float(value) for value in row.split()] for row in rows)
     assert pressed[1] == pytest.approx(0.0, abs=0.05)
     assert pressed[2] > sheared[2] > 0.5
@@ -107,18 +119,13 @@ def test_python_of_the_method_page_runs(capsys):
 
 
 def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
-    from fingerdesign import parse_design
-    from fingerdesign.mold.plan.plan import PROFILES, limits_of
-    from fingerdesign.mold.plan.planning import plan_mold
 
-    text = (ROOT / "docs/molds.md").read_text("utf-8")
-    (table,) = re.findall(r"```toml\n(.*?)```", text, flags=re.DOTALL)
+    text = page("docs/molds.md")
+    (table,) = blocks("toml", "docs/molds.md")
     design = parse_design(table)
     assert limits_of(design.mold).slot_mm == 0.25
     assert len(plan_mold(design).legs) == 10
-    (block,) = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
-    exec(compile(block, "molds.md", "exec"), {})
-    first, sentence = capsys.readouterr().out.splitlines()
+    first, sentence = run_python("docs/molds.md", capsys).splitlines()
     assert first == "0.03 True"
     assert sentence.startswith("Among the others, a plate 0.03 mm off along x")
     for name, limits in PROFILES.items():
@@ -128,15 +135,10 @@ def test_the_molds_page_plans_its_mold_and_reports_profiles_as_they_are(capsys):
 
 
 def test_the_molds_page_reports_refusals_as_they_are():
-    import tomllib
 
-    from fingerdesign.checks.load import load_design, with_values
-    from fingerdesign.checks.starter import shipped_path
-    from fingerdesign.errors import DesignError
-    from fingerdesign.mold.plan.planning import plan_mold
-
-    text = (ROOT / "docs/molds.md").read_text("utf-8")
-    rows = re.findall(r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", text, flags=re.MULTILINE)
+    rows = re.findall(
+        r"^\| `(\w+)` \| `(mold\.\S+) = (.+?)` \| (.*) \|$", page("docs/molds.md"), re.M
+    )
     assert len(rows) == 5
     for name, key, value, reported in rows:
         parsed = tomllib.loads(f"value = {value}")["value"]
@@ -156,27 +158,13 @@ def test_make_targets_exist():
         assert re.search(rf"^{target}:", makefile, flags=re.MULTILINE), target
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_links_and_pictures_exist(page):
-    text = (ROOT / page).read_text("utf-8")
+@pytest.mark.parametrize("name", PAGES)
+def test_what_a_page_names_exists(name):
+    """Files that it links to, commands, benchmarks."""
+    text = page(name)
     for target in re.findall(r"\]\(([^)#]+)\)", text):
-        if not target.startswith("http"):
-            assert ((ROOT / page).parent / target).exists(), target
-
-
-@pytest.mark.parametrize("page", PAGES)
-def test_commands_named_exist(page):
-    from fingerdesign_cli.main import COMMANDS
-
-    text = (ROOT / page).read_text("utf-8")
-    for name in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
-        assert name in COMMANDS, name
-
-
-def test_bench_subcommands_named_exist():
-    from fingerdesign_bench.cli.bench import command
-
-    for page in PAGES:
-        text = (ROOT / page).read_text("utf-8")
-        for name in re.findall(r"fingerdesign bench ([a-z][a-z-]*)", text):
-            assert name in command.commands, name
+        assert target.startswith("http") or ((ROOT / name).parent / target).exists(), target
+    for command in re.findall(r"(?:^ {4}|^|`)fingerdesign ([a-z-]+)", text, flags=re.MULTILINE):
+        assert command in COMMANDS, command
+    for command in re.findall(r"fingerdesign bench ([a-z][a-z-]*)", text):
+        assert command in bench.commands, command

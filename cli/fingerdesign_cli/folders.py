@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from fingerdesign.analysis.page.tables import grip_table, increment_table, model_table
-from fingerdesign.analysis.page.words import findings
+from fingerdesign.analysis.page.words import verdict
 from fingerdesign.checks import starter
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.folder import RESULT_FILE, read_result
@@ -100,14 +100,14 @@ def _summary(place: Path, result: Result) -> dict[str, object]:
         "warnings": list(result.warnings),
         "findings": [
             {key: getattr(item, key) for key in ("question", "answer", "detail")}
-            for item in findings(result)
+            for item in verdict(result)
         ],
     }
 
 
 def _show(place: Path, result: Result) -> None:
     click.secho(f"{result.design} ({result.scene}, {result.fidelity})", bold=True)
-    for item in findings(result):
+    for item in verdict(result):
         click.echo(f"  {item.answer.upper():6} {item.question} {item.detail}")
     for warning in result.warnings:
         click.echo(f"  warning: {warning}")

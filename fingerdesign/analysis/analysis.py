@@ -2,49 +2,34 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fingerdesign.analysis import summary
 from fingerdesign.analysis.path import PathStopped, contact_history, increment_result
-from fingerdesign.analysis.summary import (
-    mesh_summary,
-    model_summary,
-    not_reached,
-    parameters,
-    peak_memory_MB,
-    result_digest,
-    versions,
-)
+from fingerdesign.analysis.stages import recover_fields
 from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.contact.increment import ContactState
 from fingerdesign.contact.laws import OPEN
 from fingerdesign.contact.measures import Measures, completely_slips, measure
 from fingerdesign.contact.uniqueness import other_solutions
 from fingerdesign.layout.frames import crest_height, plate_frames
-from fingerdesign.records.arrays import (
-    ContactHistory,
-    FieldHistory,
-    GageLayout,
-    GripTrace,
-    SlipStudy,
-)
-from fingerdesign.records.result import GripResult, LadderSummary, Result, SlipStudySummary
+from fingerdesign.records.arrays import ContactHistory, FieldHistory, GripTrace, SlipStudy
+from fingerdesign.records.result import GripResult, Result
 from fingerdesign.report.page import said
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case, Clock
+    from fingerdesign.analysis.fidelity.ladder import Choice
     from fingerdesign.contact.path import Step
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.design.scene import Scene
-    from fingerdesign.design.schema import Design
+    from fingerdesign.design.schema import Design, Gages
     from fingerdesign.errors import FingerDesignError
-    from fingerdesign.fem.model import FiniteElementModel
     from fingerdesign.layout.frames import PlateFrame
-    from fingerdesign.layout.zone import Zone
     from fingerdesign.mesh.types import Mesh
 
 
@@ -61,12 +46,18 @@ _SPOTS = {"revolved": "the turned body", "dome": "the domed body"}  # that a sec
 Facts = dict[str, dict[str, Any]]  # a caveat's name: the values of its sentence
 
 
-def caveats(case: Case, scene: Scene, problem: ContactProblem, steps: list[Step]) -> list[str]:
+def caveats(
+    chosen: Choice, scene: Scene, problem: ContactProblem, steps: list[Step]
+) -> tuple[str, ...]:
     """What a reader must know before believing the numbers, a sentence each."""
+    case, ladder = chosen.case, chosen.summary
     found = _of_path(case, problem, steps) | of_choices(case, scene)
     if others := _other_answers(scene, problem, steps):
         found["other_answers"] = {"friction": problem.friction_coefficient, "others": others}
-    return [said(CAVEATS, name, **values)[0] for name, values in found.items()]
+    if ladder is not None and not ladder.reached:
+        name, worst = max(ladder.error_estimates.items(), key=lambda item: item[1])
+        found["not_reached"] = {"ladder": ladder, "name": name, "worst": worst}
+    return tuple(said(CAVEATS, name, **values)[0] for name, values in found.items())
 
 
 def _of_path(case: Case, problem: ContactProblem, steps: list[Step]) -> Facts:
@@ -140,7 +131,6 @@ class Analysis:
     A part that was not computed is None or empty and the report leaves its figures out, saying so.
     depth_mm: the body's depth, which the picture of a plane-strain section is drawn with.
     problem: the condensed finger and its object, with the gages of the array, to ask more of.
-    The result's summaries of the slip studies are made from ``slip_studies`` where it has none.
     """
 
     result: Result
@@ -150,75 +140,51 @@ class Analysis:
     mesh: Mesh | None = None
     fields: FieldHistory | None = None
     plates: tuple[PlateFrame, ...] = ()
-    gages: GageLayout | None = None
+    gages: Gages | None = None
     depth_mm: float = 10.0
     problem: ContactProblem | None = None
 
-    def __post_init__(self) -> None:
-        if self.slip_studies and not self.result.slip_studies:
-            summaries = tuple(
-                SlipStudySummary(
-                    friction_coefficient=study.friction_coefficient,
-                    rank_correlation=study.rank_correlation,
-                    rank_correlation_raw=study.rank_correlation_raw,
-                    threshold_microstrain_per_N=study.threshold,
-                    force_floor_N=study.force_floor_N,
-                )
-                for study in self.slip_studies
-            )
-            result = dataclasses.replace(self.result, slip_studies=summaries)
-            object.__setattr__(self, "result", result)
-
-
-@dataclass(frozen=True)
-class Worked:
-    """What an analysis has worked with: the case requested and as it was run, model, path.
-
-    problem: the condensed finger and its object; array: the same with the gages of the array alone.
-    """
-
-    requested: Case
-    case: Case
-    scene: Scene
-    model: FiniteElementModel
-    zone: Zone
-    problem: ContactProblem
-    array: ContactProblem
-    steps: list[Step]
-    notes: list[str]
-    ladder: LadderSummary | None = None
-
 
 def analysis_of(
-    worked: Worked,
-    clock: Clock,
-    slip_studies: tuple[SlipStudy, ...],
+    requested: Case,
+    scene: Scene,
+    chosen: Choice,
+    problem: ContactProblem,
+    array: ContactProblem,
+    steps: list[Step],
+    studies: tuple[SlipStudy, ...],
     grips: list[tuple[GripResult, GripTrace]],
-    fields: FieldHistory | None,
+    clock: Clock,
 ) -> Analysis:
-    """The record of what has been worked, with the arrays beside it."""
-    case, design, mesh = worked.case, worked.case.design, worked.model.mesh
-    warnings = caveats(case, worked.scene, worked.problem, worked.steps)
+    """The record of what has been worked, with the arrays beside it.
+
+    requested: the case as it was given, chosen: as it was run. problem: the condensed finger and
+    its object; array: the same with the gages of the array alone.
+    """
+    case, design, mesh = chosen.case, chosen.case.design, chosen.model.mesh
+    with clock.stage("report"):
+        fields = recover_fields(chosen.model, steps) if case.fields else None
     result = Result(
-        **_identity(worked.requested, clock),
-        warnings=tuple(warnings) + not_reached(worked.ladder),
-        model=model_summary(worked.model, case, worked.zone, worked.notes),
-        mesh=mesh_summary(mesh, design),
-        increments=tuple(increment_result(step, design.gages.face) for step in worked.steps),
+        **_identity(requested, clock),
+        warnings=caveats(chosen, scene, problem, steps),
+        model=summary.model_summary(chosen.model, case, chosen.zone, chosen.notes),
+        mesh=summary.mesh_summary(mesh, design),
+        increments=tuple(increment_result(step, design.gages.face) for step in steps),
         grips=tuple(grip for grip, _ in grips),
-        ladder=worked.ladder,
+        slip_studies=tuple(summary.study_summary(study) for study in studies),
+        ladder=chosen.summary,
     )
     return Analysis(
         result=result,
-        contact=contact_history(worked.problem, worked.steps),
-        slip_studies=slip_studies,
+        contact=contact_history(problem, steps),
+        slip_studies=studies,
         grip_traces=tuple(trace for _, trace in grips),
         mesh=mesh,
         fields=fields,
         plates=plate_frames(design),
-        gages=GageLayout(**design.gages.model_dump()) if design.plates.number else None,
+        gages=design.gages if design.plates.number else None,
         depth_mm=design.body.depth_mm,
-        problem=worked.array,
+        problem=array,
     )
 
 
@@ -236,12 +202,12 @@ def _identity(case: Case, clock: Clock) -> dict[str, Any]:
     return {
         "design": case.design.design.name,
         "scene": case.scene_name or ("fundamental" if case.scene is None else "scene"),
-        "digest": result_digest(case.design, scene, case.requested),
-        "versions": versions(),
+        "digest": summary.result_digest(case.design, scene, case.requested),
+        "versions": summary.versions(),
         "fidelity": "plane-strain" if case.fidelity == "plane-strain" else "3d",
         "seeds": {"grip": case.design.grip.seed},
         "timings_s": dict(clock.seconds),
-        "peak_memory_MB": peak_memory_MB(),
-        "parameters": parameters(case.design, scene),
+        "peak_memory_MB": summary.peak_memory_MB(),
+        "parameters": summary.parameters(case.design, scene),
         "assumed": case.design.assumed,
     }

@@ -1,7 +1,7 @@
 """A scene's path at finite strain: Design + Mesh + Scene -> what each row reads.
 
 The same finger, mesh, object and friction law as the small-strain model; what differs is the
-rubber's law (fem.finite_law), that equilibrium holds on the deformed body, and that lengths and
+rubber's law (fem.finite.body), that equilibrium holds on the deformed body, and that lengths and
 areas are those of the deformed body.
 """
 
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.analysis.fidelity.readings import Readings, readings_of
 from fingerdesign.analysis.path import object_at_touch, targets
 from fingerdesign.arrays import Array
 from fingerdesign.contact.increment import ZoneExhausted
@@ -53,34 +54,18 @@ class FiniteRow:
 
 @dataclass(frozen=True)
 class FiniteHistory:
-    """All rows and the equations; by row, (k,) and on the deformed finger, what is read.
-
-    Forces N (normal > 0 in compression, tangential toward +x); contact_width mm along x at z = 0;
-    stick_ratio NaN without contact; gages (k, plates, 2) plain strain, upper and lower face.
-    """
+    """All rows, what is read on the deformed finger, and the number of equations."""
 
     rows: tuple[FiniteRow, ...]
+    readings: Readings
     dofs: int
-    normal_force: Array
-    tangential_force: Array
-    contact_width: Array
-    stick_ratio: Array
-    gages: Array
-
-
-class FinitePathStopped(SolverError):
-    """A row has no accepted answer; ``rows`` holds those before it."""
-
-    def __init__(self, message: str, rows: tuple[FiniteRow, ...]) -> None:
-        super().__init__(message)
-        self.rows = rows
 
 
 def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> FiniteHistory:
     """Follow the scene's path on ``mesh`` (2-D: plane strain) with contact candidates in ``zone``.
 
     Raises DesignError for what finite strain does not know (sheets, linear elements, twist),
-    ZoneExhausted where the contact outgrows the zone, FinitePathStopped where a row fails.
+    ZoneExhausted where the contact outgrows the zone, SolverError where a row fails.
     """
     refuse_finite(design, scene)
     lines = gage_lines(mesh, plate_frames(design), design.gages)
@@ -103,12 +88,9 @@ def finite_readings(design: Design, mesh: Mesh, zone: Zone, scene: Scene) -> Fin
         raise
     except SolverError as error:
         where = f"row {len(rows) + 1} of {len(path.rows)} ({path.key}[{len(rows)}])"
-        raise FinitePathStopped(f"{where}: {error}", tuple(rows)) from error
-    names = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gages")
-    read = {
-        name: np.array([getattr(r.measures, name) for r in rows], dtype=float) for name in names
-    }
-    return FiniteHistory(tuple(rows), body.system.dofs, **read)
+        raise SolverError(f"{where}: {error}") from error
+    readings = readings_of(rows, design.gages.face)
+    return FiniteHistory(tuple(rows), readings, body.system.dofs)
 
 
 def refuse_finite(design: Design, scene: Scene) -> None:

@@ -37,14 +37,11 @@ STUDY_FRICTION = (0.2, 0.35, 0.5, 0.7, 1.0)  # of the fundamental case, beside t
 
 def zone_of(case: Case, scene: Scene) -> Zone:
     """Contact candidates for the scene and, where they are run, the grips (against a plane)."""
-    reach, touch = (
-        greatest_approach(case.design, scene),
-        touch_point(scene.object, case.design.body),
-    )
-    zone = candidate_zone(case.design, scene.object, reach, touch)
+    design = case.design
+    touch = touch_point(scene.object, design.body)
+    zone = candidate_zone(design, scene.object, greatest_approach(design, scene), touch)
     if case.runs_grips:
-        reach = case.design.grip.max_approach_mm
-        grips = candidate_zone(case.design, scene.object, reach)
+        grips = candidate_zone(design, scene.object, design.grip.max_approach_mm)
         zone = max(zone, grips, key=lambda each: each.half_width)
     return zone
 

@@ -22,9 +22,9 @@ import numpy as np
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.path import object_at_touch
 from fingerdesign.analysis.stages import condense, make_mesh
-from fingerdesign.arrays import Array
+from fingerdesign.arrays import Array, BoolArray
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.measures import completely_slips
+from fingerdesign.contact.measures import completely_slips, level_sets
 from fingerdesign.contact.path import Step, follow
 from fingerdesign.contact.problem import ContactProblem, Motion, contact_problem
 from fingerdesign.control.slip_study import refined_rows, scaled_rows
@@ -42,7 +42,11 @@ Rows = list[tuple[float, float]]
 FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)  # the paper says no more than "different"
 PIECES = 5  # that a row of the scene is cut into, so that relations rest on enough increments
 DEPTHS = (0.1, 0.2, 0.4, 0.8, 1.2)  # mm under the surface, where the twin's shear strain is read
-PATHS = ("similar", "same", "growing")
+PATHS = {
+    "similar": "shear in proportion to μ",
+    "same": "one motion for all",
+    "growing": "approach growing to the end",
+}
 GROWING_SHARE = (0.4, 0.7, 0.88, 0.92, 0.95, 0.97, 0.985, 1.0)  # a harder scene: never held
 _SAME_STEPS = 16  # shear increments of the same motion up to complete slip at the least friction
 _LEAST_GAGES = 3
@@ -82,6 +86,10 @@ class PaperCase:
         """The scene's."""
         return self.finger.friction_coefficient
 
+    def steps(self, problem: ContactProblem) -> list[Step]:
+        """One of the fingers along the scene's rows."""
+        return list(follow(problem, [Motion(*row) for row in self.rows]))
+
 
 def check_case(design: Design, scene: Scene) -> Case:
     """The case, with every fault of the design that keeps the figures from being made."""
@@ -105,8 +113,7 @@ def build_case(case: Case, scene: Scene, zone: Zone) -> PaperCase:
     finger = contact_problem(model.reduced, rigid, friction)
     finger = replace(finger, model=finger.model.with_gages(case.gage_array))
     alone = with_values(design, {"plates.model": "none"})
-    depths = _depths_inside(design, finger.model.gage_x)
-    points = _places(design, finger.model.gage_positions, depths)
+    depths, points = _places(design, finger.model.gage_positions)
     readout = scene.readout.model_copy(update={"points_mm": tuple(map(tuple, points.tolist()))})
     pointed = scene.model_copy(update={"readout": readout})
     twin_model = condense(alone, make_mesh(alone, "plane-strain", zone), zone, pointed)
@@ -129,9 +136,10 @@ def path_rows(case: PaperCase, path: str, friction: float) -> Rows:
         return refined_rows(scaled_rows(case.rows, factor), PIECES)
     shears = [shear for _, shear in case.rows]
     if path == "growing":
+        given = np.linspace(0.0, 1.0, len(GROWING_SHARE))
+        shares = np.interp(np.linspace(0.0, 1.0, len(shears)), given, GROWING_SHARE)
         growing = [
-            (share * case.approach, shear)
-            for share, shear in zip(_growing_shares(len(shears)), shears, strict=True)
+            (share * case.approach, shear) for share, shear in zip(shares, shears, strict=True)
         ]
         return refined_rows(scaled_rows(growing, factor), PIECES)
     if path == "same":
@@ -151,10 +159,15 @@ def follow_rows(problem: ContactProblem, rows: Sequence[tuple[float, float]]) ->
             return
 
 
-def _growing_shares(count: int) -> Array:
-    """GROWING_SHARE for a scene of ``count`` rows."""
-    given = np.linspace(0.0, 1.0, len(GROWING_SHARE))
-    return np.asarray(np.interp(np.linspace(0.0, 1.0, count), given, GROWING_SHARE))
+def above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, BoolArray]:
+    """Whether the surface straight above each of ``x`` touches, and whether it sticks."""
+    contact, stick = level_sets(problem, step.increment)
+    order = np.argsort(problem.model.points[:, 0])
+    places = problem.model.points[order, 0]
+    # Beyond the candidates nothing touches.
+    touching = np.interp(x, places, contact[order], left=-1.0, right=-1.0) > 0.0
+    sticking = np.interp(x, places, stick[order], left=-1.0, right=-1.0) > 0.0
+    return touching, touching & sticking
 
 
 def surface_heights(design: Design, x: Array) -> Array:
@@ -162,16 +175,11 @@ def surface_heights(design: Design, x: Array) -> Array:
     return np.asarray(surface_of(design.body).height(x, np.zeros_like(x)))
 
 
-def _depths_inside(design: Design, x: Array) -> tuple[float, ...]:
-    """Of DEPTHS, those that stay clear of the base under every gage."""
-    least = float(surface_heights(design, x).min())
-    return tuple(depth for depth in DEPTHS if depth < 0.5 * least)
-
-
-def _places(design: Design, gages: Array, depths: Sequence[float]) -> Array:
-    """Readout points (p, 3) of the twin: at the gages, then at each depth under the surface."""
+def _places(design: Design, gages: Array) -> tuple[tuple[float, ...], Array]:
+    """Of DEPTHS, those that stay clear of the base under every gage, and the twin's readout points
+    (p, 3): at the gages, then at each of these depths under the surface."""
     x = gages[:, 0]
     top = surface_heights(design, x)
+    depths = tuple(depth for depth in DEPTHS if depth < 0.5 * top.min())
     under = [np.column_stack([x, top - depth, np.zeros_like(x)]) for depth in depths]
-    at_gages = gages * [1.0, 1.0, 0.0]
-    return np.vstack([at_gages, *under])
+    return depths, np.vstack([gages * [1.0, 1.0, 0.0], *under])

@@ -14,6 +14,7 @@ import numpy as np
 
 from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.design.grip import weight_per_finger
+from fingerdesign.paper.case import PATHS
 from fingerdesign.paper.lifts import (
     MEASURED_FRICTIONS,
     ROUTE_FRICTION,
@@ -46,12 +47,6 @@ ALIKE, ALIKE_PARTLY = 0.95, 0.8  # Pearson's, at every step
 RANK, RANK_PARTLY = 0.95, 0.9  # Spearman's
 ERROR, ERROR_PARTLY = 0.05, 0.1  # of the largest stick length, by the other frictions' relation
 GAIN, GAIN_PARTLY = 0.75, 0.25  # share of the constant answer's errors that a reading saves
-
-_PATH_NAMES = {
-    "similar": "shear in proportion to μ",
-    "same": "one motion for all",
-    "growing": "approach growing to the end",
-}
 
 
 @dataclass(frozen=True)
@@ -215,7 +210,7 @@ def _relation(found: Remade) -> Measured:
     numbers |= {f"{one.path}_rank": one.pooled_rank for one in each}
     ranks = [graded(one.pooled_rank, RANK, RANK_PARTLY) for one in each]
     errors = [graded(-one.other_share, -ERROR, -ERROR_PARTLY) for one in each]
-    return {"relations": each, "names": _PATH_NAMES}, worst([*ranks, *errors]), numbers
+    return {"relations": each, "names": PATHS}, worst([*ranks, *errors]), numbers
 
 
 def _each_gage(found: Remade) -> Measured:
@@ -273,7 +268,7 @@ def _measurement(found: Remade) -> Measured:
         "rigs": [(rig, n, noise_of(n)) for rig, n in zip(found.rigs, least, strict=True)],
         "most": noise_of(noisy),
         "own": own,
-        "slips": sum(each.outcome == "slipped" for each in grips),
+        "slips": sum(each.ended == "slipped" for each in grips),
         "grips": len(grips),
         "ratio": ratio,
     }

@@ -14,11 +14,8 @@ from fingerdesign.report.page import said
 from fingerdesign.report.style import PAPER, ReportFigure, inlined
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
-
-Cell = float | int | str | None
 
 WORDS = Path(__file__).parent / "templates" / "figures.txt.j2"
 _DIGITS = 6  # of a number in a CSV file
@@ -29,14 +26,14 @@ class PaperFigure:
     """One remade figure and its data.
 
     shown: the figure on the page; png, svg: files that stand alone; columns, rows: of the CSV file,
-    units in the names, None where there is no value.
+    units in the names, an empty text where there is no value.
     """
 
     shown: ReportFigure
     png: bytes
     svg: str
     columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    rows: tuple[tuple[str, ...], ...]
 
     @property
     def key(self) -> str:
@@ -48,8 +45,7 @@ class PaperFigure:
         paths = [folder / f"{self.key}.{kind}" for kind in ("png", "svg", "csv")]
         paths[0].write_bytes(self.png)
         paths[1].write_text(self.svg, encoding="utf-8")
-        rows = ([_text(cell) for cell in row] for row in self.rows)
-        write_csv(paths[2], self.columns, rows)
+        write_csv(paths[2], self.columns, self.rows)
         return paths
 
 
@@ -69,18 +65,8 @@ def paper_figure(
     canvas.savefig(drawing, format="svg", facecolor=PAPER, metadata={"Date": None})
     image = inlined(drawing.getvalue(), key, alternative)
     shown = ReportFigure(key, title, image, reading, alternative)
-    cells = tuple(tuple(_cell(value) for value in row) for row in rows)
+    cells = tuple(tuple(_text(value) for value in row) for row in rows)
     return PaperFigure(shown, picture.getvalue(), drawing.getvalue(), tuple(columns), cells)
-
-
-def shared_legend(axes: Sequence[Axes], columns: int, below: bool = True) -> None:
-    """One legend for several panels, each name once."""
-    seen: dict[str, Any] = {}
-    for each in axes:
-        handles, labels = each.get_legend_handles_labels()
-        seen = dict(zip(labels, handles, strict=True)) | seen
-    where = "outside lower center" if below else "outside upper right"
-    axes[0].figure.legend(seen.values(), seen.keys(), loc=where, ncols=columns)
 
 
 def shades(count: int) -> list[tuple[float, float, float, float]]:
@@ -92,18 +78,10 @@ def shades(count: int) -> list[tuple[float, float, float, float]]:
     return [(float(r), float(g), float(b), float(a)) for r, g, b, a in made]
 
 
-def _cell(value: Any) -> Cell:
+def _text(value: Any) -> str:
     if value is None or isinstance(value, str):
-        return value
+        return value or ""
     number = value.item() if hasattr(value, "item") else value
-    if isinstance(number, bool):
-        return int(number)
     if isinstance(number, int):
-        return number
-    return float(number) if math.isfinite(number) else None
-
-
-def _text(cell: Cell) -> str:
-    if cell is None:
-        return ""
-    return f"{cell:.{_DIGITS}g}" if isinstance(cell, float) else str(cell)
+        return str(int(number))
+    return f"{number:.{_DIGITS}g}" if math.isfinite(number) else ""

@@ -6,21 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerdesign.analysis.page.contact import STATUS_NAMES, status_bars, touched_reach
-from fingerdesign.paper.figures import PaperFigure, paper_figure
-from fingerdesign.records.arrays import OPEN, SLIP, STICK
-from fingerdesign.report.style import (
-    BLUE,
-    GRID,
-    INK,
-    MUTED,
-    OPEN_COLOUR,
-    PAPER,
-    SERIES,
-    VERMILION,
-    canvas,
-    whole_numbers,
+from fingerdesign.analysis.page.contact import (
+    STATUS_LOOK,
+    STATUS_NAMES,
+    status_bars,
+    status_legend,
+    touched_reach,
 )
+from fingerdesign.paper.figures import PaperFigure, paper_figure
+from fingerdesign.records.arrays import SLIP, STICK
+from fingerdesign.report import style
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +26,7 @@ if TYPE_CHECKING:
     from fingerdesign.records.arrays import ContactHistory
     from fingerdesign.records.result import IncrementResult
 
-_LOOK = {"stick": (BLUE, ""), "slip": (VERMILION, "////"), "open": (OPEN_COLOUR, "")}
+_LOOK = {STATUS_NAMES[status]: look for status, look in STATUS_LOOK.items()}
 _DRAWN_TURN = 14.0  # degrees: how far the most turned rectangle of a panel is drawn
 
 
@@ -58,7 +53,7 @@ def _rectangle_rows(turned: Rectangles) -> tuple[list[str], list[list[object]]]:
 
 def rectangles_figure(turned: Rectangles) -> PaperFigure:
     """Fig. 3: pressed, sheared, and what a short time more changes; shear angles below."""
-    figure = canvas(7.2, 4.6)
+    figure = style.canvas(7.2, 4.6)
     grid = figure.subplots(3, 2, width_ratios=(9, 4), sharex="col")
     zero = np.zeros_like(turned.moved["pressed"])
     panels = (
@@ -77,17 +72,17 @@ def rectangles_figure(turned: Rectangles) -> PaperFigure:
             scale = _DRAWN_TURN / max(float(np.abs(turned.angle["added"]).max()), 1e-9)
         _draw_rectangles(drawn, turned, moved, scale, pressed_only)
         drawn.set_title(f"{title}; drawn {scale:.{0 if scale >= 10.0 else 1}f} times")
-        colours = [MUTED if pressed_only else _LOOK[s][0] for s in turned.status]
+        colours = [style.MUTED if pressed_only else _LOOK[s][0] for s in turned.status]
         hatches = ["" if pressed_only else _LOOK[s][1] for s in turned.status]
-        look: dict[str, Any] = {"color": colours, "hatch": hatches, "edgecolor": PAPER}
+        look: dict[str, Any] = {"color": colours, "hatch": hatches, "edgecolor": style.PAPER}
         bars.bar(number, turned.angle[state], width=0.78, linewidth=0, **look)
-        bars.axhline(0.0, color=MUTED, lw=0.8)
+        bars.axhline(0.0, color=style.MUTED, lw=0.8)
         bars.set_ylabel("turned (degrees)")
-        bars.xaxis.set_major_locator(whole_numbers(6))
+        bars.xaxis.set_major_locator(style.whole_numbers(6))
         bars.grid(visible=False, axis="x")
     grid[-1][1].set_xlabel("rectangle")
     grid[-1][0].set_xlabel("x (mm)")
-    _legend(grid[1][0], ("stick", "slip"))
+    status_legend(grid[1][0], (STICK, SLIP), below=True)
     means = {s: [turned.mean(k, s) for k in ("added", "change")] for s in ("stick", "slip")}
     columns, rows = _rectangle_rows(turned)
     return paper_figure(
@@ -110,10 +105,10 @@ def _draw_rectangles(
     for corners, step, mean, status in zip(
         turned.corners, moved, middle, turned.status, strict=True
     ):
-        colour, hatch = (OPEN_COLOUR, "") if plain else _LOOK[status]
-        axes.add_patch(Polygon(corners, closed=True, fill=False, ec=GRID, lw=0.8))
+        colour, hatch = (style.OPEN_COLOUR, "") if plain else _LOOK[status]
+        axes.add_patch(Polygon(corners, closed=True, fill=False, ec=style.GRID, lw=0.8))
         drawn = corners + scale * (step - mean)
-        look: dict[str, Any] = {"facecolor": colour, "edgecolor": INK, "hatch": hatch}
+        look: dict[str, Any] = {"facecolor": colour, "edgecolor": style.INK, "hatch": hatch}
         axes.add_patch(Polygon(drawn, closed=True, alpha=0.75, lw=0.9, **look))
     low, high = turned.corners.reshape(-1, 2).min(0), turned.corners.reshape(-1, 2).max(0)
     room = 0.45 * (high[1] - low[1])
@@ -130,18 +125,18 @@ def steps_figure(increments: Sequence[IncrementResult]) -> PaperFigure:
     step = np.arange(1, len(increments) + 1)
     normal = np.array([row.normal_force_N for row in increments])
     tangential = np.array([row.tangential_force_N for row in increments])
-    figure = canvas(7.2, 3.0)
+    figure = style.canvas(7.2, 3.0)
     over, path = figure.subplots(1, 2)
     for values, name, (colour, dashes, marker) in (
-        (normal, "normal force F_n", SERIES[0]),
-        (tangential, "tangential force F_t", SERIES[1]),
+        (normal, "normal force F_n", style.SERIES[0]),
+        (tangential, "tangential force F_t", style.SERIES[1]),
     ):
         over.plot(step, values, color=colour, ls=dashes, marker=marker, label=name)
     over.set(xlabel="time step", ylabel="force on the finger (N)", title="Forces by step")
     over.set_ylim(bottom=0.0)
-    over.xaxis.set_major_locator(whole_numbers(len(step)))
+    over.xaxis.set_major_locator(style.whole_numbers(len(step)))
     over.legend(loc="upper left", bbox_to_anchor=(0.3, 0.72))
-    path.plot(normal, tangential, color=INK, marker="o", ms=4)
+    path.plot(normal, tangential, color=style.INK, marker="o", ms=4)
     for k in range(len(step)):
         place = (normal[k], tangential[k])
         path.annotate(str(k + 1), place, (-10, 1), textcoords="offset points")
@@ -165,15 +160,15 @@ def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResu
     """Fig. 7: what each node of the surface does at each step."""
     line = contact.mid_line()
     x = contact.points[line, 0]
-    figure = canvas(7.2, 3.6)
+    figure = style.canvas(7.2, 3.6)
     axes = figure.subplots()
     status_bars(axes, contact, upright=True)
     axes.set_ylim(*touched_reach(contact, line))
     axes.set_xlim(0.4, len(contact.status) + 0.6)
     axes.set(xlabel="time step", ylabel="x on the surface (mm)")
     axes.grid(visible=False, axis="x")
-    axes.xaxis.set_major_locator(whole_numbers(len(contact.status)))
-    _legend(axes, tuple(STATUS_NAMES[s] for s in (STICK, SLIP, OPEN)), above=True)
+    axes.xaxis.set_major_locator(style.whole_numbers(len(contact.status)))
+    status_legend(axes)
     lengths = [r.contact_width_mm * (r.stick_ratio or 0.0) for r in increments]
     names = [STATUS_NAMES[s] for s in range(3)]
     rows = [
@@ -189,16 +184,3 @@ def stick_map_figure(contact: ContactHistory, increments: Sequence[IncrementResu
         nodes=len(line),
         lengths=lengths,
     )
-
-
-def _legend(axes: Axes, names: tuple[str, ...], above: bool = False) -> None:
-    from matplotlib.patches import Patch
-
-    handles = [
-        Patch(facecolor=_LOOK[name][0], hatch=_LOOK[name][1], edgecolor=PAPER, label=name)
-        for name in names
-    ]
-    if above:
-        axes.legend(handles=handles, loc="lower right", ncols=len(names), bbox_to_anchor=(1.0, 1.0))
-    else:
-        axes.figure.legend(handles=handles, loc="outside lower center", ncols=len(names))

@@ -8,21 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fingerdesign.analysis.page.gage import shade_over
-from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
+from fingerdesign.paper.case import PATHS
+from fingerdesign.paper.figures import PaperFigure, paper_figure, shades
 from fingerdesign.records.arrays import STICK
-from fingerdesign.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    SERIES,
-    VERMILION,
-    canvas,
-    points,
-    small_multiples,
-    spread,
-    whole_numbers,
-)
+from fingerdesign.report import style
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,23 +23,19 @@ if TYPE_CHECKING:
 
 # What the gages tell of sticking: one relation for every friction? each of the surface near it?
 
-_PATH_TITLES = {
-    "similar": "Shear in proportion to μ",
-    "same": "One motion for all",
-    "growing": "Approach growing to the end",
-}
+_PATH_TITLES = {path: words[0].upper() + words[1:] for path, words in PATHS.items()}
 
 
 def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
     """Fig. 8's claim: gage area against stick length at every friction, a panel a path."""
-    figure = canvas(7.2, 3.5)
-    panels = small_multiples(figure, len(relations), len(relations), sharey=True)
+    figure = style.canvas(7.2, 3.5)
+    panels = style.small_multiples(figure, len(relations), len(relations), sharey=True)
     colours = shades(len(relations[0].frictions))
     marks = "osD^v<>Ph"
     for axes, each in zip(panels, relations, strict=True):
         for k, (friction, colour) in enumerate(zip(each.frictions, colours, strict=True)):
             own = each.friction == friction
-            look = points(colour, marks[k % len(marks)], 3.2, f"μ = {friction:g}")
+            look = style.points(colour, marks[k % len(marks)], 3.2, f"μ = {friction:g}")
             axes.plot(each.area[own], each.stick[own], **look)
         axes.set_xlabel("gage area A (mm)")
         axes.set_title(
@@ -60,7 +45,7 @@ def relation_figure(relations: Sequence[Relation]) -> PaperFigure:
         )
     panels[0].set_ylabel("stick length (mm)")
     panels[0].set_ylim(bottom=-0.1)
-    shared_legend(panels[:1], 5)
+    style.shared_legend(panels[:1], 5)
     rows = [
         (each.path, each.friction[k], each.area[k], each.stick[k])
         for each in relations
@@ -81,15 +66,15 @@ def _draw_right_answers(depth: Axes, roc: Axes, places: Sequence[Verdicts]) -> N
     rubber = [v for v in places if v.reading.startswith("rubber,")]
     plates = places[0].reading
     for touching, name, (colour, dashes, marker) in (
-        (False, "all gages", SERIES[0]),
-        (True, "under the contact", SERIES[1]),
+        (False, "all gages", style.SERIES[0]),
+        (True, "under the contact", style.SERIES[1]),
     ):
         own = sorted((v for v in rubber if v.touching == touching), key=lambda v: v.depth_mm)
         depths = [v.depth_mm for v in own]
         right = [100 * v.right for v in own]
         depth.plot(depths, right, color=colour, ls=dashes, marker=marker, label=f"rubber, {name}")
         gage = next(v for v in places if v.reading == plates and v.touching == touching)
-        look = points(colour, "*", 12, f"plates, {name}")
+        look = style.points(colour, "*", 12, f"plates, {name}")
         depth.plot([gage.depth_mm], [100 * gage.right], **look)
         depth.axhline(100 * gage.constant, color=colour, lw=0.9, ls=(0, (1, 2)))
         roc.plot(*gage.roc, color=colour, ls=dashes, label=f"plates, {name}: {gage.auc:.2f}")
@@ -97,7 +82,7 @@ def _draw_right_answers(depth: Axes, roc: Axes, places: Sequence[Verdicts]) -> N
 
 def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
     """2.3: does each gage tell whether the surface near it sticks?"""
-    figure = canvas(7.2, 4.1)
+    figure = style.canvas(7.2, 4.1)
     depth, roc, by_gage = figure.subplots(1, 3, width_ratios=(5, 4, 4))
     rubber = [v for v in places if v.reading.startswith("rubber,")]
     plates = places[0].reading
@@ -107,13 +92,13 @@ def places_figure(places: Sequence[Verdicts], x: np.ndarray) -> PaperFigure:
     skin = min(v.depth_mm for v in rubber)
     shallow = next(v for v in rubber if v.depth_mm == skin and v.touching)
     felt = f"rubber {skin:g} mm, contact: {shallow.auc:.2f}"
-    roc.plot(*shallow.roc, color=GREEN, ls=(0, (1.5, 1.5)), label=felt)
-    roc.plot([0, 1], [0, 1], color=MUTED, lw=0.8)
+    roc.plot(*shallow.roc, color=style.GREEN, ls=(0, (1.5, 1.5)), label=felt)
+    roc.plot([0, 1], [0, 1], color=style.MUTED, lw=0.8)
     roc.set(xlabel="slip called stick", ylabel="stick called stick", title="ROC, and area under it")
     deep = next(v for v in places if v.reading == plates and v.touching)
     for verdict, name, colour, marker in (
-        (deep, "plates", VERMILION, "s"),
-        (shallow, f"rubber, {skin:g} mm", GREEN, "^"),
+        (deep, "plates", style.VERMILION, "s"),
+        (shallow, f"rubber, {skin:g} mm", style.GREEN, "^"),
     ):
         right, label = 100 * verdict.by_place, f"{name}, by gage"
         by_gage.plot(x, right, color=colour, marker=marker, ms=4, label=label)
@@ -146,9 +131,11 @@ _PANELS = 4  # steps of the comparison of plates and rubber that are drawn
 def _draw_all_steps(spare: Axes, alike: Likeness) -> None:
     """Plates over rubber at all gages and steps, with the one slope."""
     slope = alike.overall_slope
-    spare.plot(1e-3 * alike.shear.ravel(), alike.membrane.ravel(), **points(GREEN, "o", 2.5))
+    spare.plot(
+        1e-3 * alike.shear.ravel(), alike.membrane.ravel(), **style.points(style.GREEN, "o", 2.5)
+    )
     reach = np.array([alike.shear.min(), alike.shear.max()])
-    spare.plot(1e-3 * reach, slope * reach, color=INK, lw=1.0)
+    spare.plot(1e-3 * reach, slope * reach, color=style.INK, lw=1.0)
     spare.set(xlabel="shear of rubber (1e-3)", ylabel="plates (microstrain)")
     spare.set_title(f"all: r = {alike.overall_correlation:.2f}")
 
@@ -164,34 +151,34 @@ def _likeness_rows(alike: Likeness) -> list[tuple[object, ...]]:
 def likeness_figure(alike: Likeness) -> PaperFigure:
     """Plates' normal strain beside the shear strain of the finger without plates."""
     slope = alike.overall_slope
-    chosen = spread(len(alike.shear), _PANELS)
-    figure = canvas(7.2, 4.6)
-    panels = small_multiples(figure, len(chosen) + 1 + (len(chosen) + 1) % 2, 3)
+    chosen = style.spread(len(alike.shear), _PANELS)
+    figure = style.canvas(7.2, 4.6)
+    panels = style.small_multiples(figure, len(chosen) + 1 + (len(chosen) + 1) % 2, 3)
     for axes, step in zip(panels, chosen, strict=False):
         plates, rubber = "plates, both faces", "rubber's shear strain, scaled"
-        axes.plot(alike.x, alike.membrane[step], color=BLUE, marker="o", ms=3, label=plates)
-        look = points(VERMILION, "s", 3, rubber) | {"ls": (0, (6, 2))}
+        axes.plot(alike.x, alike.membrane[step], color=style.BLUE, marker="o", ms=3, label=plates)
+        look = style.points(style.VERMILION, "s", 3, rubber) | {"ls": (0, (6, 2))}
         axes.plot(alike.x, slope * alike.shear[step], **look)
-        axes.axhline(0.0, color=MUTED, lw=0.8)
+        axes.axhline(0.0, color=style.MUTED, lw=0.8)
         axes.set_title(f"step {step + 1}: r = {alike.correlation[step]:.2f}")
         axes.set_xlabel("x (mm)")
     panels[0].set_ylabel("microstrain")
     steps = np.arange(1, len(alike.correlation) + 1)
     last = panels[len(chosen)]
     for values, name, (colour, dashes, marker) in (
-        (alike.correlation, "both faces", SERIES[0]),
-        (alike.change_correlation, "their changes", SERIES[2]),
-        (alike.upper_correlation, "upper face alone", SERIES[3]),
+        (alike.correlation, "both faces", style.SERIES[0]),
+        (alike.change_correlation, "their changes", style.SERIES[2]),
+        (alike.upper_correlation, "upper face alone", style.SERIES[3]),
     ):
         last.plot(steps, values, color=colour, ls=dashes, marker=marker, ms=3.5, label=name)
     last.set_ylim(-1.08, 1.08)
     last.set(xlabel="step", title="correlation")
-    last.axhline(0.0, color=MUTED, lw=0.8)
-    last.xaxis.set_major_locator(whole_numbers(8))
+    last.axhline(0.0, color=style.MUTED, lw=0.8)
+    last.xaxis.set_major_locator(style.whole_numbers(8))
     last.legend(loc="center right", fontsize=7, bbox_to_anchor=(1.0, 0.66))
     for spare in panels[len(chosen) + 1 :]:
         _draw_all_steps(spare, alike)
-    shared_legend(panels[:1], 3)
+    style.shared_legend(panels[:1], 3)
     rows = _likeness_rows(alike)
     return paper_figure(
         figure,
@@ -226,17 +213,19 @@ def responses_figure(
     """
     study = next(s for s in studies if s.friction_coefficient == friction)
     count = len(study.stick_ratio)
-    figure = canvas(7.2, 0.8 + 1.85 * -(-count // 4))
-    panels = small_multiples(figure, count, 4, sharex=True, sharey=True)
+    figure = style.canvas(7.2, 0.8 + 1.85 * -(-count // 4))
+    panels = style.small_multiples(figure, count, 4, sharex=True, sharey=True)
     x = study.gage_x_mm
     for step, axes in enumerate(panels):
         values = study.response[step]
-        axes.plot(x, values, color=BLUE, marker="o", ms=2.8, label="this finger")
-        axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
+        axes.plot(x, values, color=style.BLUE, marker="o", ms=2.8, label="this finger")
+        axes.axhline(
+            study.threshold, color=style.VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold"
+        )
         shade_over(axes, x, np.nan_to_num(values), study.threshold, fine=12)
         sticking = contact.points[contact.status[step] == STICK, 0]
         ends = [sticking.min(), sticking.max()] if len(sticking) else [np.nan, np.nan]
-        axes.plot(ends, [0.0, 0.0], color=GREEN, lw=4, label="here the surface sticks")
+        axes.plot(ends, [0.0, 0.0], color=style.GREEN, lw=4, label="here the surface sticks")
         title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f}, "
         title += f"stick {study.stick_length_mm[step]:.1f}"
         axes.set_title(title, fontsize=8, fontweight="normal")
@@ -246,7 +235,7 @@ def responses_figure(
         axes.set_xlabel("x (mm)")
     for axes in panels[::4]:
         axes.set_ylabel("microstrain/N")
-    shared_legend(panels[:1], 3)
+    style.shared_legend(panels[:1], 3)
     rows = _response_rows(studies)
     return paper_figure(
         figure,

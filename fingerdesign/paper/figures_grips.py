@@ -6,19 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerdesign.paper.figures import PaperFigure, paper_figure, shades, shared_legend
-from fingerdesign.report.style import (
-    BLUE,
-    INK,
-    MUTED,
-    PAPER,
-    PURPLE,
-    SERIES,
-    VERMILION,
-    canvas,
-    points,
-    small_multiples,
-)
+from fingerdesign.paper.figures import PaperFigure, paper_figure, shades
+from fingerdesign.paper.lifts import noise_of
+from fingerdesign.report import style
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,13 +21,13 @@ if TYPE_CHECKING:
 
 def _mark_target(axes: Axes, weight: float, mu: float, label: str | None = None) -> None:
     """The least forces that could hold the object."""
-    axes.plot([weight / mu], [weight], **points(INK, "x", 8, label, mew=1.8))
+    axes.plot([weight / mu], [weight], **style.points(style.INK, "x", 8, label, mew=1.8))
 
 
 def _draw_limits(axes: Axes, weight: float, mu: float, reach: float) -> None:
     """Where the object slips, and where it is held, up to a normal force of ``reach``."""
-    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label="F_t = μ F_n")
-    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+    axes.plot([0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label="F_t = μ F_n")
+    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="mg/2")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, 1.35 * weight)
 
@@ -60,29 +50,31 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
     """Fig. 2: the path of the forces, its target point, and two other routes."""
     trace, free = lift.ruled.trace, lift.free.trace
     weight, mu = trace.weight_per_finger_N, lift.friction
-    figure = canvas(7.2, 3.8)
+    figure = style.canvas(7.2, 3.8)
     axes = figure.subplots()
     most = [float(forces[0].max(initial=0.0)) for forces in (route.forces, trace.forces)]
     reach, squeezed = 1.06 * max(most), most[0] * mu / weight
-    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.3, label="F_t = μ F_n: it slips")
-    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2: it lifts")
+    axes.plot(
+        [0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.3, label="F_t = μ F_n: it slips"
+    )
+    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="mg/2: it lifts")
     ends = "slips" if lift.free.result.gross_slip else "lifts"
     label = f"never holding: {ends}"
-    axes.plot(*free.forces, color=PURPLE, ls=(0, (4, 2)), lw=1.4, label=label)
+    axes.plot(*free.forces, color=style.PURPLE, ls=(0, (4, 2)), lw=1.4, label=label)
     ends = "slips" if route.slips else f"{squeezed:.1f} times the least"
     label = f"pressing first: {ends}"
-    axes.plot(*route.forces, color=VERMILION, ls=(0, (6, 2, 1.5, 2)), lw=1.4, label=label)
-    axes.plot(*trace.forces, color=BLUE, lw=2.0, label="paper's rule")
+    axes.plot(*route.forces, color=style.VERMILION, ls=(0, (6, 2, 1.5, 2)), lw=1.4, label=label)
+    axes.plot(*trace.forces, color=style.BLUE, lw=2.0, label="paper's rule")
     mark_holds(axes, trace)
     if lift.free.result.gross_slip:
-        axes.plot(*free.forces[:, -1:], color=PURPLE, marker="X", ms=7)
+        axes.plot(*free.forces[:, -1:], color=style.PURPLE, marker="X", ms=7)
     _mark_target(axes, weight, mu, "target (mg/2μ, mg/2)")
     words, place = f"({weight / mu:.2f}, {weight:.2f}) N", (weight / mu, weight)
     axes.annotate(words, place, (-4, 9), textcoords="offset points", ha="right")
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, 1.35 * weight)
-    shared_legend([axes], 3)
+    style.shared_legend([axes], 3)
     rows = _route_rows(lift, route)
     return paper_figure(
         figure,
@@ -98,7 +90,7 @@ def route_figure(lift: Lift, route: Route) -> PaperFigure:
 
 def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     """Fig. 10: controlled lifts at several friction coefficients, all in one plane."""
-    figure = canvas(7.2, 4.2)
+    figure = style.canvas(7.2, 4.2)
     axes = figure.subplots()
     weight = lifts[0].ruled.trace.weight_per_finger_N
     most = np.max([lift.ruled.trace.forces.max(axis=1, initial=0.0) for lift in lifts], axis=0)
@@ -111,8 +103,10 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
         )
         axes.plot([0, reach], [0, lift.friction * reach], color=colour, ls=":", lw=1.1)
         at = min(0.97 * reach, 0.97 * top / lift.friction)
-        axes.text(at, lift.friction * at, f"{lift.friction:g}", color=INK, fontsize=8, ha="right")
-    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="mg/2")
+        axes.text(
+            at, lift.friction * at, f"{lift.friction:g}", color=style.INK, fontsize=8, ha="right"
+        )
+    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="mg/2")
     for lift in lifts:
         mark_holds(axes, lift.ruled.trace)
         if lift.ruled.result.gross_slip:
@@ -120,7 +114,7 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
     axes.set(xlabel="normal force F_n (N)", ylabel="tangential force F_t (N)")
     axes.set_xlim(0.0, reach)
     axes.set_ylim(0.0, top)
-    shared_legend([axes], 4)
+    style.shared_legend([axes], 4)
     return paper_figure(
         figure,
         "fig10",
@@ -140,14 +134,16 @@ def lifts_figure(lifts: Sequence[Lift]) -> PaperFigure:
 
 def mark_slip(axes: Axes, trace: GripTrace) -> None:
     """A cross where the object slipped."""
-    axes.plot(*trace.forces[:, -1:], **points(INK, "X", 8, "slipped", zorder=5))
+    axes.plot(*trace.forces[:, -1:], **style.points(style.INK, "X", 8, "slipped", zorder=5))
 
 
 def mark_holds(axes: Axes, trace: GripTrace) -> None:
     """Triangles where the rule begins to hold."""
     before = np.maximum(trace.hold_starts - 1, 0)  # the sample on which the rule decided
     if len(before):
-        look = points(VERMILION, "^", 7.5, "rule holds", zorder=4, mec=PAPER, mew=0.6)
+        look = style.points(
+            style.VERMILION, "^", 7.5, "rule holds", zorder=4, mec=style.PAPER, mew=0.6
+        )
         axes.plot(*trace.forces[:, before], **look)
 
 
@@ -161,11 +157,11 @@ def trace_rows(head: tuple[object, ...], trace: GripTrace) -> list[tuple[object,
 # Figure 12 of the paper: lifts on a rig with noise, and what noise does to them.
 
 
-def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> PaperFigure:
+def measured_figure(rigs: Sequence[Rig], samples: int | None) -> PaperFigure:
     """Fig. 12: grips on the rig at both friction coefficients, a row a finger, a line a seed."""
     frictions = sorted({each.friction for each in rigs[0].grips})
-    figure = canvas(7.2, 0.8 + 2.6 * len(rigs))
-    panels = small_multiples(figure, len(rigs) * len(frictions), len(frictions), sharey=True)
+    figure = style.canvas(7.2, 0.8 + 2.6 * len(rigs))
+    panels = style.small_multiples(figure, len(rigs) * len(frictions), len(frictions), sharey=True)
     chosen = [(rig, friction) for rig in rigs for friction in frictions]
     for axes, (rig, friction) in zip(panels, chosen, strict=True):
         _draw_measured(axes, rig.at(samples, friction), friction)
@@ -174,7 +170,7 @@ def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> P
         axes.set_xlabel("normal force F_n (N)")
     for axes in panels[:: len(frictions)]:
         axes.set_ylabel("F_t (N)")
-    shared_legend(panels, 4)
+    style.shared_legend(panels, 4)
     return paper_figure(
         figure,
         "fig12",
@@ -187,7 +183,7 @@ def measured_figure(rigs: Sequence[Rig], samples: int | None, noise: float) -> P
         ],
         rigs=rigs,
         samples=samples,
-        noise=noise,
+        noise=noise_of(samples),
     )
 
 
@@ -196,11 +192,11 @@ def _draw_measured(axes: Axes, grips: Sequence[Measured], friction: float) -> No
     furthest = max(float(each.episode.trace.normal_force.max(initial=0.0)) for each in grips)
     reach = 1.08 * max(weight / friction, furthest)
     _draw_limits(axes, weight, friction, reach)
-    for each, (colour, dashes, _) in zip(grips, SERIES, strict=False):
+    for each, (colour, dashes, _) in zip(grips, style.SERIES, strict=False):
         trace = each.episode.trace
         axes.plot(*trace.forces, color=colour, ls=dashes, lw=1.3, label=f"seed {each.seed}")
         mark_holds(axes, trace)
-        if each.outcome == "slipped":
+        if each.ended == "slipped":
             mark_slip(axes, trace)
     _mark_target(axes, weight, friction)
 
@@ -212,49 +208,51 @@ _MEASURED_COLUMNS = (
 )
 
 
-def _draw_rig(axes: Axes, rig: Rig, frictions: list[float], sample_noise: float) -> None:
+def _draw_rig(axes: Axes, rig: Rig, frictions: list[float]) -> None:
     """Forces at the lift over the noise, and their medians, a colour a friction coefficient."""
     levels = rig.levels
-    for k, (friction, (colour, dashes, marker)) in enumerate(zip(frictions, SERIES, strict=False)):
+    for k, (friction, (colour, dashes, marker)) in enumerate(
+        zip(frictions, style.SERIES, strict=False)
+    ):
         weight = rig.at(None, friction)[0].episode.trace.weight_per_finger_N
         axes.axhline(weight / friction, color=colour, ls=":", lw=1.1)
         middles = []
         for place, samples in enumerate(levels):
             grips = rig.at(samples, friction)
-            good = [_force(each) for each in grips if each.outcome == "lifted"]
-            bad = [_force(each) for each in grips if each.outcome == "slipped"]
+            good = [_force(each) for each in grips if each.ended == "lifted"]
+            bad = [_force(each) for each in grips if each.ended == "slipped"]
             at = place + 0.12 * (k - 0.5)
-            axes.plot([at] * len(good), good, **points(colour, marker, 4.5))
-            axes.plot([at] * len(bad), bad, **points(INK, "X", 7, "slipped"))
+            axes.plot([at] * len(good), good, **style.points(colour, marker, 4.5))
+            axes.plot([at] * len(bad), bad, **style.points(style.INK, "X", 7, "slipped"))
             middles.append(float(np.median(good)) if good else np.nan)
         x, label = np.arange(len(levels)) + 0.12 * (k - 0.5), f"μ = {friction:g}"
         axes.plot(x, middles, color=colour, ls=dashes, marker=marker, ms=4.5, label=label)
     axes.set_xticks(
         range(len(levels)),
-        ["none" if s is None else f"{sample_noise / s**0.5:.2g}\n({s:,})" for s in levels],
+        ["none" if s is None else f"{noise_of(s):.2g}\n({s:,})" for s in levels],
     )
 
 
-def noise_figure(rigs: Sequence[Rig], sample_noise: float) -> PaperFigure:
+def noise_figure(rigs: Sequence[Rig]) -> PaperFigure:
     """Fig. 12's ground: the force at the lift over the noise, a panel a finger."""
-    figure = canvas(7.2, 3.5)
-    panels = small_multiples(figure, len(rigs), max(len(rigs), 2), sharey=True)
+    figure = style.canvas(7.2, 3.5)
+    panels = style.small_multiples(figure, len(rigs), max(len(rigs), 2), sharey=True)
     frictions = sorted({each.friction for each in rigs[0].grips})
     for axes, rig in zip(panels, rigs, strict=True):
-        _draw_rig(axes, rig, frictions, sample_noise)
+        _draw_rig(axes, rig, frictions)
         axes.set_title(rig.finger)
         axes.set_xlabel("noise, microstrain (samples a step)")
     panels[0].set_ylabel("F_n at the lift (N)")
     panels[0].set_ylim(bottom=0.0)
-    shared_legend(panels, 3)
+    style.shared_legend(panels, 3)
     rows = [
         (
             rig.finger,
             each.samples,
-            0.0 if each.samples is None else sample_noise / each.samples**0.5,
+            noise_of(each.samples),
             each.friction,
             each.seed,
-            each.outcome,
+            each.ended,
             _force(each),
             each.episode.result.safety_margin,
             each.episode.result.holds,
@@ -280,4 +278,4 @@ def _force(each: Measured) -> float:
 
 
 def _measured_head(rig: Rig, each: Measured) -> tuple[object, ...]:
-    return (rig.finger, each.samples, each.friction, each.seed, each.outcome)
+    return (rig.finger, each.samples, each.friction, each.seed, each.ended)

@@ -8,9 +8,8 @@ Fig. 2   one of these lifts, its target point (mg/2mu, mg/2), and two other rout
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.paper.case import PaperCase
 
-
-RigMaker = Callable[[Plant], Plant]
 
 LIFTED_FRICTIONS = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
 ROUTE_FRICTION = 0.3
@@ -96,15 +93,24 @@ def squeeze(case: PaperCase, friction: float = ROUTE_FRICTION) -> Route:
     return Route(np.array(forces).T, slips)
 
 
-def _as_it_is(plant: Plant) -> Plant:
-    return plant
+@dataclass(frozen=True)
+class _Around:
+    """The hardware around a plant, and what its noise is drawn from; None: the plant itself."""
+
+    hardware: Hardware | None = None
+    rng: np.random.Generator | None = None
+
+    def plant(self, case: PaperCase, friction: float) -> Plant:
+        plant = CondensedPlant(case.finger.with_friction(friction), case.face)
+        if self.hardware is None or self.rng is None:
+            return plant
+        return ImperfectPlant(plant, self.hardware, self.rng)
 
 
-def calibration(case: PaperCase, rig: RigMaker = _as_it_is) -> Calibration:
-    """What a rig learns of the finger; ``rig`` is the hardware around the plant."""
-    bench = case.finger.with_friction(case.design.grip.bench_friction_coefficient)
+def calibration(case: PaperCase, rig: _Around = _Around()) -> Calibration:
+    """What a rig learns of the finger."""
     return calibrate(
-        lambda: rig(CondensedPlant(bench, case.face)),
+        lambda: rig.plant(case, case.design.grip.bench_friction_coefficient),
         case.gage_x,
         Bounds.of(case.design.grip),
     )
@@ -114,13 +120,12 @@ def grip(
     case: PaperCase,
     learnt: Calibration,
     friction: float,
-    rig: RigMaker = _as_it_is,
+    rig: _Around = _Around(),
     rule: bool = True,
 ) -> Episode:
     """One grip by the design's ``[grip]`` table."""
-    problem = case.finger.with_friction(friction)
     return run_episode(
-        rig(CondensedPlant(problem, case.face)),
+        rig.plant(case, friction),
         PaperController(case.design.grip, rule=rule),
         learnt,
         Bounds.of(case.design.grip),
@@ -143,7 +148,7 @@ def grip(
 # own (RIG_SETTINGS): of the pairs tried (falls of 0.05 to 0.4 mm, changes of 0.1 to 0.8 N) the one
 # that tells the frictions apart at the most noise; larger ones come too late at a friction of 0.3.
 
-Outcome = Literal["lifted", "slipped", "not lifted"]
+HowItEnded = Literal["lifted", "slipped", "not lifted"]
 
 MEASURED_FRICTIONS = (0.3, 0.6)
 SAMPLE_NOISE = 0.5  # microstrain
@@ -166,8 +171,8 @@ class Measured:
     episode: Episode
 
     @property
-    def outcome(self) -> Outcome:
-        """How it ended."""
+    def ended(self) -> HowItEnded:
+        """What became of the object."""
         if self.episode.result.gross_slip:
             return "slipped"
         return "lifted" if self.episode.result.lifted else "not lifted"
@@ -201,7 +206,7 @@ class Rig:
     def works(self, samples: int | None) -> bool:
         """Every object lifted, none slipped, and the frictions distinguished."""
         every = self.at(samples)
-        return all(g.outcome == "lifted" for g in every) and self.force_ratio(samples) >= TOLD_APART
+        return all(g.ended == "lifted" for g in every) and self.force_ratio(samples) >= TOLD_APART
 
     @property
     def least_samples(self) -> tuple[int | None, ...]:
@@ -239,25 +244,17 @@ def measured(case: PaperCase, samples: int | None, seed: int) -> list[Measured]:
     hardware = Hardware(stage_step_mm=_STAGE_STEP_MM)
     resting = calibrating = hardware
     if samples is not None:
-        noisy = hardware.model_copy(
-            update={
-                "gage_noise_microstrain": SAMPLE_NOISE,
-                "force_noise_N": SAMPLE_FORCE_NOISE,
-            }
-        )
+        noise = {"gage_noise_microstrain": SAMPLE_NOISE, "force_noise_N": SAMPLE_FORCE_NOISE}
+        noisy = hardware.model_copy(update=noise)
         resting = noisy.at_rest(samples)
         calibrating = noisy.at_rest(max(samples, _CALIBRATION_SAMPLES))
-    learnt = calibration(case, partial(_around, hardware=calibrating, rng=rng))
-    rig = partial(_around, hardware=resting, rng=rng)
+    learnt = calibration(case, _Around(calibrating, rng))
+    rig = _Around(resting, rng)
     return [
         Measured(friction, samples, seed, grip(case, learnt, friction, rig))
         for friction in MEASURED_FRICTIONS
     ]
 
 
-def _around(plant: Plant, hardware: Hardware, rng: np.random.Generator) -> Plant:
-    return ImperfectPlant(plant, hardware, rng)
-
-
 def _lift_forces(grips: list[Measured]) -> list[float]:
-    return [g.episode.result.final_normal_force_N for g in grips if g.outcome == "lifted"]
+    return [g.episode.result.final_normal_force_N for g in grips if g.ended == "lifted"]

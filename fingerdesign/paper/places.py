@@ -2,17 +2,13 @@
 
 "When the change in the shear strain at one point inside the finger reaches a certain value, then
 the surface near the point sticks": a classifier with one threshold. A place is the surface straight
-above a gage; it sticks or not by the contact's own fields; the score is the change of the gage's
-reading per change of tangential force, rid of the normal force's part (control/signals.py). The
-threshold is the one with the fewest errors at TRAIN friction coefficients; errors are reported at
-the others, over all paths of paper_case.py.
+above a gage; the score is the change of its reading per change of tangential force, rid of the
+normal force's part (control/signals.py). The threshold is the one with the fewest errors at TRAIN
+friction coefficients; errors are those at the others, over all paths of paper/case.py.
 
-Two questions are asked apart. Of all gages: does the surface stick above it, or does it slip or not
-touch at all? And of those under the contact alone: stick or slip? Each beside the share of right
-answers that the more common answer gives, always said.
-
-The same is asked of the shear strain of the finger without plates, at the gages' places and at some
-depths under the surface: that tells what the plates' depth costs and what the plates do.
+Asked apart: of all gages, does the surface stick above it, or does it slip or not touch at all? Of
+those under the contact alone: stick or slip? And the same of the shear strain of the finger without
+plates, at the gages' places and nearer to the surface.
 """
 
 from __future__ import annotations
@@ -24,15 +20,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerdesign.arrays import Array, BoolArray
-from fingerdesign.contact.measures import level_sets
-from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion
 from fingerdesign.control.signals import NormalCalibration, Sample, gage_readings, response
-from fingerdesign.paper.case import FRICTIONS, PATHS, follow_rows, path_rows, surface_heights
+from fingerdesign.paper.case import FRICTIONS, PATHS, above, follow_rows, path_rows, surface_heights
 
 if TYPE_CHECKING:
     from fingerdesign.contact.measures import Measures
-    from fingerdesign.contact.path import Step
     from fingerdesign.contact.problem import ContactProblem
     from fingerdesign.paper.case import PaperCase
 
@@ -54,9 +46,9 @@ class Likeness:
 
     x (g,) mm; membrane (k, g), upper (k, g): the mean of both faces, and the upper face,
     microstrain; shear (k, g): the twin's engineering shear strain, microstrain.
-    correlation (k,), slope (k,): of the membrane strain with it; upper_correlation (k,); face, what
-    the design's gages read, and read_correlation (k,): of that;
-    change_correlation (k,): of the increments' changes. tangential_force (k, 2): finger, twin; N.
+    correlation (k,): of the membrane strain with it; upper_correlation (k,); face, what the
+    design's gages read, and read_correlation (k,): of that; change_correlation (k,): of the
+    increments' changes.
     """
 
     x: Array
@@ -64,13 +56,10 @@ class Likeness:
     upper: Array
     shear: Array
     correlation: Array
-    slope: Array
     upper_correlation: Array
     face: str
     read_correlation: Array
     change_correlation: Array
-    tangential_force: Array
-    stick_ratio: Array
 
     @property
     def overall_slope(self) -> float:
@@ -85,32 +74,23 @@ class Likeness:
 
 def likeness(case: PaperCase) -> Likeness:
     """Follow the scene with both fingers and compare."""
-    motions = [Motion(*row) for row in case.rows]
-    count = len(case.gage_x)
-    plates = [step.measures for step in follow(case.finger, motions)]
-    rubber = [step.measures for step in follow(case.twin, motions)]
-    membrane = np.array([gage_readings(m.gages, "both") for m in plates])
-    upper = np.array([gage_readings(m.gages, "upper") for m in plates])
-    read = np.array([gage_readings(m.gages, case.face) for m in plates])
-    shear = np.array([1e6 * m.points[:count, 3] for m in rubber])
-    changes = zip(_changes(membrane), _changes(shear), strict=True)
+    plates = [step.measures.gages for step in case.steps(case.finger)]
+    membrane, upper, read = (
+        np.array([gage_readings(gages, face) for gages in plates])
+        for face in ("both", "upper", case.face)
+    )
+    rubber = [step.measures.points for step in case.steps(case.twin)]
+    shear = np.array([1e6 * points[: len(case.gage_x), 3] for points in rubber])
     return Likeness(
         x=case.gage_x,
         membrane=membrane,
         upper=upper,
         shear=shear,
         correlation=_each(membrane, shear),
-        slope=np.sum(membrane * shear, axis=1) / np.sum(shear**2, axis=1),
         upper_correlation=_each(upper, shear),
         face=case.face,
         read_correlation=_each(read, shear),
-        change_correlation=np.array([correlation(a, b) for a, b in changes]),
-        tangential_force=np.array(
-            [(a.tangential_force, b.tangential_force) for a, b in zip(plates, rubber, strict=True)]
-        ),
-        stick_ratio=np.array(
-            [np.nan if m.stick_ratio is None else m.stick_ratio for m in plates], dtype=float
-        ),
+        change_correlation=_each(_changes(membrane), _changes(shear)),
     )
 
 
@@ -188,24 +168,15 @@ def gage_verdicts(
     floor: N, changes of F_t that are too small to say anything. frictions: some of TRAIN and some
     others.
     """
-    faces = [case.face, *(["upper"] if case.face == "both" else [])]
-    names = {
-        "both": "plate, both faces",
-        "upper": "plate, upper face",
-        "lower": "plate, lower face",
-    }
+    names = {"both": "plate, both faces", "upper": "plate, upper face"}
+    names["lower"] = "plate, lower face"
 
     def reader(face: str) -> Reader:
         return lambda m: gage_readings(m.gages, face)
 
-    readers = [reader(face) for face in faces]
-    depth = _mean_depth(case)
-    made = _samples(case, case.finger, readers, floor, frictions)
-    return [
-        _verdicts(samples, names[face], depth, touching)
-        for face, samples in zip(faces, made, strict=True)
-        for touching in (False, True)
-    ]
+    faces = [case.face, *(["upper"] if case.face == "both" else [])]
+    kinds = [(names[face], _mean_depth(case), reader(face)) for face in faces]
+    return _all_verdicts(case, case.finger, kinds, floor, frictions)
 
 
 def rubber_verdicts(
@@ -217,13 +188,24 @@ def rubber_verdicts(
     def reader(block: int) -> Reader:
         return lambda m: 1e6 * m.points[block * count : (block + 1) * count, 3]
 
-    depths = (_mean_depth(case), *case.depths)
-    readers = [reader(block) for block in range(len(depths))]
-    names = ["rubber, at the gages", *(f"rubber, {depth:g} mm deep" for depth in case.depths)]
-    made = _samples(case, case.twin, readers, floor, frictions)
+    kinds = [("rubber, at the gages", _mean_depth(case), reader(0))]
+    for block, depth in enumerate(case.depths, start=1):
+        kinds.append((f"rubber, {depth:g} mm deep", depth, reader(block)))
+    return _all_verdicts(case, case.twin, kinds, floor, frictions)
+
+
+def _all_verdicts(
+    case: PaperCase,
+    problem: ContactProblem,
+    kinds: Sequence[tuple[str, float, Reader]],
+    floor: float,
+    frictions: Sequence[float],
+) -> list[Verdicts]:
+    """Each kind of reading (its name, depth in mm, reader), of all places and under the contact."""
+    made = _samples(case, problem, [reader for *_, reader in kinds], floor, frictions)
     return [
         _verdicts(samples, name, depth, touching)
-        for name, depth, samples in zip(names, depths, made, strict=True)
+        for (name, depth, _), samples in zip(kinds, made, strict=True)
         for touching in (False, True)
     ]
 
@@ -248,7 +230,7 @@ def _samples(
                 if abs(now[0].tangential_force - before[0].tangential_force) >= floor:
                     for found, a, b, c in zip(scores, before, now, calibrations, strict=True):
                         found.append(response(a, b, c))
-                    contact, stick = _above(own, step, case.gage_x)
+                    contact, stick = above(own, step, case.gage_x)
                     sticks.append(stick)
                     touches.append(contact)
                     labels.append(friction)
@@ -276,17 +258,6 @@ def _calibrations(
 
 def _sample(measures: Measures, reader: Reader) -> Sample:
     return Sample(reader(measures), measures.normal_force, measures.tangential_force)
-
-
-def _above(problem: ContactProblem, step: Step, x: Array) -> tuple[BoolArray, BoolArray]:
-    """Whether the surface straight above each of ``x`` touches, and whether it sticks."""
-    contact, stick = level_sets(problem, step.increment)
-    order = np.argsort(problem.model.points[:, 0])
-    places = problem.model.points[order, 0]
-    # Beyond the candidates nothing touches.
-    touching = np.interp(x, places, contact[order], left=-1.0, right=-1.0) > 0.0
-    sticking = np.interp(x, places, stick[order], left=-1.0, right=-1.0) > 0.0
-    return touching, touching & sticking
 
 
 def _verdicts(samples: _Samples, name: str, depth: float, touching: bool) -> Verdicts:

@@ -15,7 +15,6 @@ the object drags the surface toward +x.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,11 +22,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from fingerdesign.arrays import Array
-from fingerdesign.contact.measures import level_sets, limits
+from fingerdesign.contact.measures import limits
 from fingerdesign.contact.problem import ContactProblem
 from fingerdesign.errors import SolverError
 from fingerdesign.fem.readout import displacement_rows
-from fingerdesign.paper.case import follow_rows, surface_heights
+from fingerdesign.paper.case import above, follow_rows, surface_heights
 
 if TYPE_CHECKING:
     from fingerdesign.contact.path import Step
@@ -49,17 +48,15 @@ class Rectangles:
 
     moved: state -> displacements of the corners (n, 4, 2), mm. angle: state -> shear angle (n,),
     degrees; of "change" that of the small shear alone. status: what the surface above does at the
-    end of the small shear. shear_mm, tangential_force, normal_force: of pressed, sheared, changed.
+    end of the small shear. shear_mm, tangential_force (3,): of pressed, sheared, changed.
     """
 
     corners: Array
     moved: dict[str, Array]
     angle: dict[str, Array]
     status: tuple[str, ...]
-    shear_mm: tuple[float, float, float]
-    normal_force: tuple[float, float, float]
-    tangential_force: tuple[float, float, float]
-    stick_ratio: float
+    shear_mm: Array
+    tangential_force: Array
     friction: float
 
     @property
@@ -105,17 +102,10 @@ def rectangles(case: PaperCase) -> Rectangles:
             "change": turned[2] - turned[1],
         },
         status=_statuses(case.twin, changed, middles),
-        shear_mm=_each(s.increment.motion.shear for s in steps),
-        normal_force=_each(s.measures.normal_force for s in steps),
-        tangential_force=_each(s.measures.tangential_force for s in steps),
-        stick_ratio=float(changed.measures.stick_ratio or 0.0),
+        shear_mm=np.array([s.increment.motion.shear for s in steps]),
+        tangential_force=np.array([s.measures.tangential_force for s in steps]),
         friction=case.friction,
     )
-
-
-def _each(values: Iterable[float]) -> tuple[float, float, float]:
-    first, second, third = values
-    return float(first), float(second), float(third)
 
 
 def _states(case: PaperCase) -> tuple[Step, Step, Step]:
@@ -143,14 +133,8 @@ def _places(problem: ContactProblem, pressed: Step) -> tuple[Array, float]:
 
 
 def _statuses(problem: ContactProblem, step: Step, x: Array) -> tuple[str, ...]:
-    contact, stick = level_sets(problem, step.increment)
-    order = np.argsort(problem.model.points[:, 0])
-    places = problem.model.points[order, 0]
-    touches = np.interp(x, places, contact[order]) > 0.0
-    sticks = np.interp(x, places, stick[order]) > 0.0
-    return tuple(
-        STICK if s else SLIP if t else OPEN for t, s in zip(touches, touches & sticks, strict=True)
-    )
+    touches, sticks = above(problem, step, x)
+    return tuple(STICK if s else SLIP if t else OPEN for t, s in zip(touches, sticks, strict=True))
 
 
 def _displacements(case: PaperCase, points: Array, fields: Array) -> Array:

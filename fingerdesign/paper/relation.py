@@ -2,7 +2,7 @@
 
 The gage area A is where the change of strain per change of tangential force exceeds a threshold
 (control/slip_study.py). The paper says of its relation with the stick area that it "was almost the
-same for all cases" of friction (3.1). Measured here, on each of the paths of paper_case.py:
+same for all cases" of friction (3.1). Measured here, on each of the paths of paper/case.py:
 
 - the rank correlation of A with the stick area, at each friction and over all of them at once;
 - the spread over the frictions of the stick length at equal A, after the largest stick length (in a
@@ -83,17 +83,17 @@ class Relation:
     @property
     def other_share(self) -> float:
         """RMS over the frictions of the error by the others' relation, over the largest length."""
-        return float(np.sqrt(np.mean(self.other_rms_mm**2))) / self.largest_mm
+        return _rms(self.other_rms_mm) / self.largest_mm
 
     @property
     def before_share(self) -> float:
         """As :attr:`other_share`, complete slip left out."""
-        return float(np.sqrt(np.mean(self.before_rms_mm**2))) / self.largest_mm
+        return _rms(self.before_rms_mm) / self.largest_mm
 
     @property
     def own_share(self) -> float:
         """The same by each friction's own relation."""
-        return float(np.sqrt(np.mean(self.own_rms_mm**2))) / self.largest_mm
+        return _rms(self.own_rms_mm) / self.largest_mm
 
 
 def make_bench(case: PaperCase) -> Bench:

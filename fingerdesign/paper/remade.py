@@ -3,8 +3,8 @@
     found = remake(load_design("designs/maeno2000.toml"))
     found.claims[0].verdict
 
-Maeno, Hiromitsu and Kawai 2000. Figures 1, 4, 5, 9 and 11 of the paper are drawings of what was
-built and planned; the others are made here, in plane strain as there.
+Figures 1, 4, 5, 9 and 11 of the paper are drawings of what was built and planned; the others are
+made here, in plane strain as there.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from fingerdesign.analysis.path import contact_history, increment_result
 from fingerdesign.analysis.stages import in_wide_zone, one_thread, zone_of
 from fingerdesign.analysis.summary import result_digest, versions
 from fingerdesign.checks.load import with_values
-from fingerdesign.contact.path import follow
-from fingerdesign.contact.problem import Motion
 from fingerdesign.control.slip_study import slip_studies
+from fingerdesign.paper import lifts as lifting
 from fingerdesign.paper.case import FRICTIONS, PATHS, build_case, check_case
 from fingerdesign.paper.claims import TEMPLATES, Remade, claims_of
 from fingerdesign.paper.figures import PaperFigure
@@ -44,15 +43,6 @@ from fingerdesign.paper.figures_grips import (
     noise_figure,
     route_figure,
 )
-from fingerdesign.paper.lifts import (
-    ROUTE_FRICTION,
-    SAMPLE_NOISE,
-    SAMPLES,
-    SEEDS,
-    lifts,
-    rig_of,
-    squeeze,
-)
 from fingerdesign.paper.places import gage_verdicts, likeness, rubber_verdicts
 from fingerdesign.paper.rectangles import rectangles
 from fingerdesign.paper.relation import make_bench, relation
@@ -66,8 +56,6 @@ if TYPE_CHECKING:
     from fingerdesign.design.schema import Design
     from fingerdesign.layout.zone import Zone
     from fingerdesign.paper.case import PaperCase
-    from fingerdesign.paper.claims import Remade
-    from fingerdesign.paper.figures import PaperFigure
     from fingerdesign.paper.lifts import Rig
 
 
@@ -79,11 +67,9 @@ ORDER = (
 )
 
 
-def paper_figures(found: Remade, route_friction: float, sample_noise: float) -> list[PaperFigure]:
+def paper_figures(found: Remade) -> list[PaperFigure]:
     """All figures, in :data:`ORDER`."""
-    route = next(lift for lift in found.lifts if lift.friction == route_friction)
-    samples = _shown(found.rigs)
-    noise = 0.0 if samples is None else sample_noise / samples**0.5
+    route = next(lift for lift in found.lifts if lift.friction == lifting.ROUTE_FRICTION)
     with house_style():
         made = [
             route_figure(route, found.route),
@@ -95,8 +81,8 @@ def paper_figures(found: Remade, route_friction: float, sample_noise: float) -> 
             relation_figure(found.relations),
             places_figure(found.places, found.likeness.x),
             lifts_figure(found.lifts),
-            measured_figure(found.rigs, samples, noise),
-            noise_figure(found.rigs, sample_noise),
+            measured_figure(found.rigs, _shown(found.rigs)),
+            noise_figure(found.rigs),
         ]
     assert tuple(figure.key for figure in made) == ORDER
     return made
@@ -134,7 +120,7 @@ def write_paper(found: Remade, folder: Path) -> list[Path]:
     it is until all are made, other files in the folder always. Raises ResultError where they cannot
     be written.
     """
-    figures = paper_figures(found, ROUTE_FRICTION, SAMPLE_NOISE)
+    figures = paper_figures(found)
     folder = folder.absolute()
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -168,7 +154,7 @@ def record_of(found: Remade, figures: list[PaperFigure]) -> dict[str, Any]:
             }
             for figure in figures
         ],
-        "seeds": {"grip": found.design.grip.seed, "rig": list(range(SEEDS))},
+        "seeds": {"grip": found.design.grip.seed, "rig": list(range(lifting.SEEDS))},
         "seconds": round(found.seconds, 3),
         "versions": versions(),
     }
@@ -186,8 +172,8 @@ class Effort:
     seeds of Fig. 12. The default is what the page is made with."""
 
     frictions: tuple[float, ...] = FRICTIONS
-    samples: tuple[int, ...] = SAMPLES
-    seeds: int = SEEDS
+    samples: tuple[int, ...] = lifting.SAMPLES
+    seeds: int = lifting.SEEDS
 
 
 FULL = Effort()
@@ -220,7 +206,7 @@ def case_in(design: Design, scene: Scene, zone: Zone, report: Report) -> PaperCa
 
 def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: Effort) -> Remade:
     report("Figs 6 and 7: the eight steps", 0.2)
-    steps = list(follow(case.finger, [Motion(*row) for row in case.rows]))
+    steps = case.steps(case.finger)
     report("Fig. 3: rectangles near the surface", 0.25)
     turned = rectangles(case)
     report("plates against the rubber's shear strain", 0.28)
@@ -235,19 +221,19 @@ def _remade(case: PaperCase, zone: Zone, scene: Scene, report: Report, effort: E
         *rubber_verdicts(case, bench.floor, effort.frictions),
     )
     report("Figs 2 and 10: lifts", 0.5)
-    grips = tuple(lifts(case))
-    route = squeeze(case)
+    grips = tuple(lifting.lifts(case))
+    route = lifting.squeeze(case)
     report("Fig. 12: lifts on a rig", 0.6)
     material = case.design.plates.material
     name = f"{material.replace('_', ' ')}, {_FACES[case.face]}"
-    rigs = [rig_of(case, name, effort.samples, effort.seeds)]
+    rigs = [lifting.rig_of(case, name, effort.samples, effort.seeds)]
     if (material, case.face) != (SOFT_MATERIAL, "both"):
         report("Fig. 12: the same with plates of polyimide, both faces read", 0.8)
         soft = {"plates.material": SOFT_MATERIAL, "gages.face": "both"}
         other = with_values(case.design, soft)
         softer = case_in(other, scene, zone, lambda message, fraction: None)
         soft_name = f"{SOFT_MATERIAL}, {_FACES['both']}"
-        rigs.append(rig_of(softer, soft_name, effort.samples, effort.seeds))
+        rigs.append(lifting.rig_of(softer, soft_name, effort.samples, effort.seeds))
     return Remade(
         design=case.design,
         dofs=case.dofs,

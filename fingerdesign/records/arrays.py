@@ -200,16 +200,6 @@ class FieldHistory:
             )
 
 
-@dataclass(frozen=True)
-class GageLayout:
-    """Where the gages lie on their plates: centred on the plate along its axis, at z_mm along z."""
-
-    length_mm: float
-    width_mm: float
-    z_mm: float
-    face: str
-
-
 def _spans(x: Array) -> Array:
     """Length that each of the rising positions stands for, (m,)."""
     if len(x) < 2:

@@ -8,10 +8,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import ResultError, write_csv
-from fingerdesign.records.result import IncrementResult, PointStrain, Result
+from fingerdesign.records.result import IncrementResult, Result
 from fingerdesign.runtime.files import locked, take_place, whole_folder
 
 RESULT_FILE = "result.json"
@@ -82,10 +83,8 @@ class RecordFolder:
         if foreign:
             return f"{foreign}, which is no {self.kind}; choose another --out"
         if names and not self.filled and self.record not in names:
-            return (
-                f"{', '.join(names[:5])} but no {self.record}, so it is no older {self.kind}; "
-                "choose another --out"
-            )
+            held = f"{', '.join(names[:5])} but no {self.record}"
+            return f"{held}, so it is no older {self.kind}; choose another --out"
         return ""
 
     def _foreign(self, path: Path) -> bool:
@@ -99,15 +98,11 @@ class _ResultFolder(RecordFolder):
 
     def _fault(self, names: list[str], foreign: str) -> str:
         if names and self.record not in names:
-            return (
-                f"files but no {self.record}, so it is not an older result and is left alone; "
-                "choose another --out or move it away"
-            )
+            held = f"files but no {self.record}, so it is not an older result and is left alone"
+            return f"{held}; choose another --out or move it away"
         if foreign:
-            return (
-                f"{foreign} beside an older result; move what is not a result away, or choose "
-                "another --out"
-            )
+            remedy = "move what is not a result away, or choose another --out"
+            return f"{foreign} beside an older result; {remedy}"
         return ""
 
 
@@ -145,25 +140,20 @@ def write_history_csv(path: Path, result: Result) -> None:
 
     Readout points are numbered from 1 in the scene's order; xy, xz and yz are engineering shear.
     """
-    names = [
-        item.name
-        for item in dataclasses.fields(IncrementResult)
-        if item.name not in ("gages", "points")
-    ]
-    plates = [gage.plate for gage in result.increments[0].gages] if result.increments else []
-    header = ["increment", *names, *(f"gage_{plate}_reading_microstrain" for plate in plates)]
-    parts = [item.name for item in dataclasses.fields(PointStrain)]
-    points = range(1, len(result.increments[0].points) + 1) if result.increments else ()
-    header += [f"point_{point}_strain_{part}_microstrain" for point in points for part in parts]
-    rows = (
-        [
-            *(number, *(getattr(row, name) for name in names)),
-            *(gage.reading for gage in row.gages),
-            *(getattr(point, part) for point in row.points for part in parts),
-        ]
-        for number, row in enumerate(result.increments, start=1)
-    )
-    write_csv(path, header, rows)
+    names = [item.name for item in dataclasses.fields(IncrementResult)]
+    names = [name for name in names if name not in ("gages", "points")]
+
+    def cells(row: IncrementResult) -> dict[str, Any]:
+        found = {name: getattr(row, name) for name in names}
+        found |= {f"gage_{gage.plate}_reading_microstrain": gage.reading for gage in row.gages}
+        for point, strain in enumerate(row.points, start=1):
+            parts = vars(strain).items()
+            found |= {f"point_{point}_strain_{part}_microstrain": each for part, each in parts}
+        return found
+
+    rows = [cells(row) for row in result.increments]
+    header = ["increment", *(rows[0] if rows else names)]
+    write_csv(path, header, ([k, *row.values()] for k, row in enumerate(rows, start=1)))
 
 
 def write_grip_csv(path: Path, trace: GripTrace) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, is_dataclass
-from itertools import zip_longest
+from itertools import islice, zip_longest
 from typing import Any, Literal
 
 from fingerdesign.errors import FingerDesignError, cell_text
@@ -198,7 +198,7 @@ def designs_csv(outcomes: Sequence[Outcome]) -> str:
     rows = (
         [
             *(getattr(outcome, name) for name in _FACTS),
-            *(("", "") if outcome.failure is None else _failure(outcome)),
+            *(vars(outcome.failure).values() if outcome.failure else ("", "")),
             *(outcome.values.get(key) for key in keys),
             *(outcome.metrics.get(name) for name in metrics),
             *(getattr(outcome.validity, name) for name in checks),
@@ -236,31 +236,19 @@ def grips_csv(outcomes: Sequence[Outcome]) -> str:
     return _text(header, rows)
 
 
-def _failure(outcome: Outcome) -> tuple[str, str]:
-    return (outcome.failure.kind, outcome.failure.sentence) if outcome.failure else ("", "")
-
-
 def _increments(outcome: Outcome, gages: int) -> Iterator[list[Any]]:
     traces = outcome.traces
-    for number in range(len(traces.normal_force_N)):
-        path = (getattr(traces, name) for name in _PATH)
+    path = zip_longest(*(getattr(traces, name) for name in _PATH))
+    for number, row in enumerate(islice(path, len(traces.normal_force_N))):
         readings = traces.gages[number] if number < len(traces.gages) else ()
-        yield [
-            *(outcome.name, outcome.digest, number + 1),
-            *(column[number] if number < len(column) else None for column in path),
-            *readings,
-            *[None] * (gages - len(readings)),
-        ]
+        empty = [None] * (gages - len(readings))
+        yield [outcome.name, outcome.digest, number + 1, *row, *readings, *empty]
 
 
 def _text(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
-    shown = ([_cell(value) for value in row] for row in rows)
-    return csv_text((cell_text(name) for name in header), shown)
+    def cell(value: Any) -> Any:
+        if value is None or isinstance(value, bool | int | float):
+            return value
+        return cell_text(value if isinstance(value, str) else json.dumps(value))
 
-
-def _cell(value: Any) -> Any:
-    if value is None:
-        return ""
-    if isinstance(value, bool | int | float):
-        return value
-    return cell_text(value if isinstance(value, str) else json.dumps(value))
+    return csv_text(map(cell_text, header), ([cell(value) for value in row] for row in rows))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -127,6 +127,23 @@ def points(
     return {"color": colour, "marker": marker, "ms": size, "label": label, "ls": "none", **more}
 
 
+def series(
+    axes: Axes, x: Any, values: Any, look: int, label: str | None = None, **more: Any
+) -> None:
+    """A curve of the look ``SERIES[look]``."""
+    colour, dashes, marker = SERIES[look]
+    axes.plot(x, values, **{"color": colour, "ls": dashes, "marker": marker, "label": label} | more)
+
+
+def shared_legend(axes: Sequence[Axes], columns: int, where: str = "lower center") -> None:
+    """One legend outside several panels, each name once."""
+    seen: dict[str, Any] = {}
+    for each in axes:
+        handles, labels = each.get_legend_handles_labels()
+        seen = dict(zip(labels, handles, strict=True)) | seen
+    axes[0].figure.legend(seen.values(), seen.keys(), loc=f"outside {where}", ncols=columns)
+
+
 def to_svg(figure: Canvas, key: str, alternative: str) -> str:
     """The figure as one inline <svg>: see :func:`inlined`."""
     stream = io.StringIO()
@@ -166,8 +183,13 @@ def png_element(png: bytes, alternative: str) -> str:
     return f'<img src="data:image/png;base64,{data}" alt="{name}">'
 
 
-def small_multiples(figure: Canvas, count: int, columns: int, **sharing: Any) -> list[Axes]:
-    """``count`` axes in rows of ``columns``; places left over stay empty."""
+def small_multiples(
+    figure: Canvas, count: int, columns: int, across: str = "", up: str = "", **sharing: Any
+) -> list[Axes]:
+    """``count`` axes in rows of ``columns``; places left over stay empty.
+
+    across, up: labels of the last axes of each column, and of the first of each row.
+    """
     rows = -(-count // columns)
     grid = figure.subplots(rows, columns, squeeze=False, **sharing).ravel()
     for spare in grid[count:]:
@@ -175,6 +197,9 @@ def small_multiples(figure: Canvas, count: int, columns: int, **sharing: Any) ->
         # With shared axes the panel above carries no labels of its own otherwise.
     for axes in grid[max(0, count - columns) : count]:
         axes.tick_params(labelbottom=True)
+        axes.set_xlabel(across)
+    for axes in grid[:count:columns]:
+        axes.set_ylabel(up)
     return list(grid[:count])
 
 

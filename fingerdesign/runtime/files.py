@@ -148,11 +148,9 @@ def _lock(path: Path, wait: bool) -> int:
 @contextmanager
 def scratch(kind: str) -> Iterator[Path]:
     """A temporary folder of the system's, gone when the block ends; OSError where there is none."""
-    folder = Path(tempfile.mkdtemp(prefix=f"fingerdesign-{kind}-"))
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
+    prefix = f"fingerdesign-{kind}-"
+    with tempfile.TemporaryDirectory(prefix=prefix, ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
 
 
 def keep_request(kind: str, name: str, content: str | bytes) -> Path:
@@ -188,10 +186,8 @@ def swept(parent: Path, pattern: re.Pattern[str], older_than_s: float) -> tuple[
     return tuple(gone)
 
 
-def sweep_abandoned(target: Path, older_than_s: float = DAY_S) -> tuple[Path, ...]:
-    """Remove the temporary folders beside ``target`` that killed processes left; which they were.
-
-    For kinds that are made in minutes: nothing in such a folder was changed for ``older_than_s``.
-    """
+def sweep_abandoned(target: Path) -> tuple[Path, ...]:
+    """Remove the temporary folders beside ``target`` that killed processes left a day ago, of kinds
+    that are made in minutes; which they were."""
     pattern = re.compile(rf"\.{re.escape(target.name)}\.partial-[0-9a-f]{{8}}")
-    return swept(target.absolute().parent, pattern, older_than_s)
+    return swept(target.absolute().parent, pattern, DAY_S)

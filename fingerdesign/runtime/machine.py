@@ -151,15 +151,11 @@ def _quota() -> float | None:
 def available_memory_MB() -> float | None:
     """Memory that can be had now without swapping, within the control group's limit; None where
     the system does not tell."""
+    import psutil
+
     found = []
-    with contextlib.suppress(OSError, ValueError, IndexError, StopIteration):
-        lines = Path("/proc/meminfo").read_text("ascii").splitlines()
-        reported = next(line for line in lines if line.startswith("MemAvailable:"))
-        found.append(1024.0 * int(reported.split()[1]))
-    if not found:
-        with contextlib.suppress(AttributeError, OSError, ValueError):
-            pages = os.sysconf("SC_AVPHYS_PAGES")
-            found.append(float(os.sysconf("SC_PAGE_SIZE") * pages))
+    with contextlib.suppress(psutil.Error, OSError):
+        found.append(float(psutil.virtual_memory().available))
     for limit, used in (
         ("memory.max", "memory.current"),
         ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from functools import cache, cached_property
@@ -68,6 +68,13 @@ def own_values(owner: object, kind: Any) -> Any:
     if values is None:
         return kind.table()
     return kind.table(**{each.name: getattr(values, each.name) for each in fields(kind.table)})
+
+
+def unknown_name(name: object, key: str, known: Sequence[str]) -> Fault:
+    """The fault of a name that is none of the known ones, with the nearest of them."""
+    near = get_close_matches(str(name), known, 1, 0.5)
+    remedy = f"did you mean {near[0]}?" if near else "choose one of them"
+    return Fault(key, name, f"one of {', '.join(known)}", remedy)
 
 
 _Made = TypeVar("_Made", bound=type[Any])
@@ -157,10 +164,7 @@ class Registry:
 
     def fault(self, name: object, key: str) -> Fault:
         """The fault of an unknown name."""
-        names = self.names()
-        near = get_close_matches(str(name), names, 1, 0.5)
-        remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-        return Fault(key, name, f"one of {', '.join(names)}", remedy)
+        return unknown_name(name, key, self.names())
 
     def shipped_names(self) -> tuple[str, ...]:
         """Names of the shipped kinds, in the order of lists, without importing them."""

@@ -17,8 +17,7 @@ from fingerdesign.validate.record import THRESHOLDS
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from fingerdesign.validate.comparison import Comparison
-    from fingerdesign.validate.record import Kind, Place, Spread, Verdict
+    from fingerdesign.validate.record import ComparisonData, Kind, Place, Spread, Verdict
 
 TEMPLATES = Path(__file__).parent / "templates"
 WORDS = TEMPLATES / "words.txt.j2"
@@ -71,14 +70,14 @@ class Worst:
     elsewhere: float | None
 
 
-def worst_of(comparisons: Sequence[Comparison], gages: bool = True) -> list[Worst]:
+def worst_of(comparisons: Sequence[ComparisonData], gages: bool = True) -> list[Worst]:
     """The worst of each group over all comparisons; gages are left out where there are none."""
     found = []
     for group, quantities in GROUPS.items():
         every = [
             (spread.greatest, name, where)
-            for comparison in comparisons
-            for where, side in (("motion", comparison.motion), ("force", comparison.force))
+            for each in comparisons
+            for where, side in (("motion", each.equal_motion), ("force", each.equal_force))
             if side is not None and (gages or group != "gages")
             for quantity, name in quantities.items()
             if (spread := side.spread(quantity)) is not None
@@ -91,7 +90,7 @@ def worst_of(comparisons: Sequence[Comparison], gages: bool = True) -> list[Wors
 
 
 def advise(
-    kind: Kind, comparisons: Sequence[Comparison], gages: bool = True
+    kind: Kind, comparisons: Sequence[ComparisonData], gages: bool = True
 ) -> tuple[Verdict, str]:
     """What to do about an assumption that these comparisons tell of: a verdict, its sentence."""
     worst = worst_of(comparisons, gages)

@@ -18,15 +18,8 @@ from fingerdesign.checks.design import plane_strain_faults
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.section import sheet_room_faults
-from fingerdesign.validate.comparison import (
-    Answer,
-    Comparison,
-    answer_of,
-    compare,
-    compare_gages,
-    side_of,
-)
-from fingerdesign.validate.record import Kind, Place
+from fingerdesign.validate.comparison import Answer, answer_of, compare, compare_gages, side_of
+from fingerdesign.validate.record import ComparisonData, Kind, Place
 from fingerdesign.validate.solves import FINER_SECTION, FINER_SPACE, Reader, Solves
 
 if TYPE_CHECKING:
@@ -34,7 +27,7 @@ if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
 
-Pairs = list[Comparison]
+Pairs = list[ComparisonData]
 PairsOf = Callable[["Solves", bool], Pairs]
 
 NU_LIKELY, NU_BAND = (0.45, 0.4999), 0.05  # rubber's; another material's nu: so much either way
@@ -50,16 +43,13 @@ class NotTestable(FingerDesignError):
 
 @dataclass(frozen=True)
 class Assumption:
-    """One assumption: its key in validate.json, a title, what is assumed, against what.
+    """One assumption: its key in validate.json, by which templates/assumptions.txt.j2 names it.
 
     kind: "model", a cheaper model; "value", one that the source did not give; "reading", how a gage
     is read off one model. pairs: the comparisons.
     """
 
     key: str
-    title: str
-    assumed: str
-    better: str
     kind: Kind
     pairs: PairsOf
 
@@ -67,11 +57,11 @@ class Assumption:
 ASSUMPTIONS: list[Assumption] = []
 
 
-def _assumption(kind: Kind, title: str, assumed: str, better: str) -> Callable[[PairsOf], PairsOf]:
+def _assumption(kind: Kind) -> Callable[[PairsOf], PairsOf]:
     """Register a function as what compares for the assumption of its name."""
 
     def registered(pairs: PairsOf) -> PairsOf:
-        ASSUMPTIONS.append(Assumption(pairs.__name__, title, assumed, better, kind, pairs))
+        ASSUMPTIONS.append(Assumption(pairs.__name__, kind, pairs))
         return pairs
 
     return registered
@@ -88,18 +78,11 @@ def section_why_not(design: Design, scene: Scene) -> str | None:
 
 
 def profile_along_z(solves: Solves) -> tuple[Place, ...] | None:
-    """The finger's gages along z against those in the middle; None where there is nothing to tell.
+    """What gages off the middle read; None where there is nothing to tell, or no room to move.
 
     Part of plane_strain: there a gage reads the same wherever it lies.
     """
-    try:
-        return _along_z(solves.reader())
-    except FingerDesignError:
-        return None
-
-
-def _along_z(reader: Reader) -> tuple[Place, ...] | None:
-    """What gages off the middle read; None without plates or where there is no room to move."""
+    reader = solves.reader()
     frames, gages = plate_frames(reader.solved.design), reader.solved.design.gages
     if not frames:
         return None
@@ -117,29 +100,21 @@ def _along_z(reader: Reader) -> tuple[Place, ...] | None:
     )
 
 
-@_assumption(
-    "model",
-    "Plane strain",
-    "no strain along z: one section, times the depth",
-    "the same section in 3-D, read in the middle",
-)
+@_assumption("model")
 def plane_strain(solves: Solves, deep: bool) -> Pairs:
-    _needs_section(solves)
+    why = section_why_not(solves.design, solves.scene)
+    if why is not None:
+        raise NotTestable(why)
     # The finger in space first: whatever is solved first pays for loading the libraries.
     truth = answer_of(solves.space(), "3-D")
     flat = answer_of(solves.section(solves.scale), "plane strain")
     return [compare("plane strain", flat, truth, solves.scene)]
 
 
-@_assumption(
-    "reading",
-    "Gages averaged over the depth",
-    "a gage as wide as its plate's whole span",
-    "the gage's own width, where it lies",
-)
+@_assumption("reading")
 def gage_depth_average(solves: Solves, deep: bool) -> Pairs:
     """The mean over the plate's whole span against the gage's own width."""
-    _needs_gages(solves.design)
+    _needs_plates(solves.design, ", so no gages")
     reader, gages, span = solves.reader(), solves.design.gages, _span(solves.design)
     truth = _read(reader, f"{gages.width_mm:g} mm wide at z = {gages.z_mm:g} mm")
     wide = reader.read(gages.model_copy(update={"width_mm": span, "z_mm": 0.0}))
@@ -151,15 +126,12 @@ def _read(reader: Reader, name: str) -> Answer:
     return replace(answer_of(reader.solved, name), readings=reader.own)
 
 
-@_assumption(
-    "model",
-    "Plates of full span",
-    "plates that run through the whole depth",
-    "plates that end inside the body",
-)
+@_assumption("model")
 def plate_span(solves: Solves, deep: bool) -> Pairs:
     design = solves.design
-    _needs_bonded(design)
+    _needs_plates(design)
+    if design.plates.model == "none":
+        raise NotTestable("plates.model = none: the plates are left out of the model")
     if not design.body.straight:
         raise NotTestable("plates of full span are compared for straight bodies alone")
     if design.plates.placement is not None or design.plates.rows:
@@ -178,12 +150,7 @@ def plate_span(solves: Solves, deep: bool) -> Pairs:
     return [_solved_pair(label, found, truth, solves)]
 
 
-@_assumption(
-    "model",
-    "Small strain",
-    "linear elasticity on the body as it was cast",
-    "neo-Hookean rubber, equilibrium on the deformed body",
-)
+@_assumption("model")
 def small_strain(solves: Solves, deep: bool) -> Pairs:
     # Sheets are not known at finite strain: solid plates stand for them.
     plates: Plates | None = "solid" if solves.design.plates.model == "sheet" else None
@@ -208,7 +175,7 @@ def nu_values(design: Design) -> tuple[float, float]:
     return max(0.0, round(given - NU_BAND, 6)), round(given + NU_BAND, 6)
 
 
-@_assumption("value", "Poisson's ratio of the rubber", "the design's value", "a likely other one")
+@_assumption("value")
 def poissons_ratio(solves: Solves, deep: bool) -> Pairs:
     name = solves.design.body.material
     given = solves.design.material_of("body").poissons_ratio
@@ -217,7 +184,7 @@ def poissons_ratio(solves: Solves, deep: bool) -> Pairs:
     return [_varied(f"nu {value:g} for {given:g}", {key: value}, solves) for value in values]
 
 
-@_assumption("value", "Young's modulus of the rubber", "the design's value", "20 % less or more")
+@_assumption("value")
 def youngs_modulus(solves: Solves, deep: bool) -> Pairs:
     name = solves.design.body.material
     given = solves.design.material_of("body").youngs_modulus_MPa
@@ -226,12 +193,7 @@ def youngs_modulus(solves: Solves, deep: bool) -> Pairs:
     return [_varied(f"E {value:g} for {given:g} MPa", {key: value}, solves) for value in values]
 
 
-@_assumption(
-    "model",
-    "Plates as sheets",
-    "plates of no thickness, with membrane and bending stiffness",
-    "solid plates",
-)
+@_assumption("model")
 def sheets(solves: Solves, deep: bool) -> Pairs:
     design = solves.design
     _needs_plates(design)
@@ -245,15 +207,10 @@ def sheets(solves: Solves, deep: bool) -> Pairs:
     return [_solved_pair("plane strain", found, truth, solves)]
 
 
-@_assumption(
-    "reading",
-    "Gages as points",
-    "the strain at the middle of the gage",
-    "its mean over the gage's length and width",
-)
+@_assumption("reading")
 def gage_point(solves: Solves, deep: bool) -> Pairs:
     """The strain at the gage's middle against its mean over length and width."""
-    _needs_gages(solves.design)
+    _needs_plates(solves.design, ", so no gages")
     reader, gages = solves.reader(), solves.design.gages
     truth = _read(reader, f"mean over {gages.length_mm:g} x {gages.width_mm:g} mm")
     small = {"length_mm": POINT * gages.length_mm, "width_mm": POINT * gages.width_mm}
@@ -261,23 +218,13 @@ def gage_point(solves: Solves, deep: bool) -> Pairs:
     return [compare_gages("a point for the gage's face", found, truth)]
 
 
-@_assumption(
-    "model",
-    "Plates left out",
-    "rubber where the plates are; gages read the rubber's strain",
-    "bonded plates",
-)
+@_assumption("model")
 def plates_left_out(solves: Solves, deep: bool) -> Pairs:
     _needs_plates(solves.design)
     return [_solved_pair("3-D", solves.space(plates="none"), _solid(solves), solves)]
 
 
-@_assumption(
-    "model",
-    "This mesh is fine enough",
-    "the meshes that this table stands on",
-    "the next finer ones",
-)
+@_assumption("model")
 def discretisation(solves: Solves, deep: bool) -> Pairs:
     found = []
     if section_why_not(solves.design, solves.scene) is None:
@@ -290,11 +237,11 @@ def discretisation(solves: Solves, deep: bool) -> Pairs:
     return found
 
 
-def _solved_pair(label: str, found: Solved, truth: Solved, solves: Solves) -> Comparison:
+def _solved_pair(label: str, found: Solved, truth: Solved, solves: Solves) -> ComparisonData:
     return compare(label, answer_of(found), answer_of(truth), solves.scene)
 
 
-def _varied(label: str, values: dict[str, object], solves: Solves) -> Comparison:
+def _varied(label: str, values: dict[str, object], solves: Solves) -> ComparisonData:
     """How the answers change where a value is another one, relative to those with the assumed."""
     found = answer_of(solves.space(values=values), label)
     return compare(label, found, answer_of(solves.space()), solves.scene)
@@ -310,26 +257,9 @@ def _as_solids(design: Design) -> Plates | None:
     return None if design.plates.model == "solid" else "solid"
 
 
-def _needs_section(solves: Solves) -> None:
-    why = section_why_not(solves.design, solves.scene)
-    if why is not None:
-        raise NotTestable(why)
-
-
-def _needs_plates(design: Design) -> None:
+def _needs_plates(design: Design, hence: str = "") -> None:
     if not design.plates.number:
-        raise NotTestable("the design has no plates")
-
-
-def _needs_bonded(design: Design) -> None:
-    _needs_plates(design)
-    if design.plates.model == "none":
-        raise NotTestable("plates.model = none: the plates are left out of the model")
-
-
-def _needs_gages(design: Design) -> None:
-    if not design.plates.number:
-        raise NotTestable("the design has no plates, so no gages")
+        raise NotTestable(f"the design has no plates{hence}")
 
 
 def _span(design: Design) -> float:

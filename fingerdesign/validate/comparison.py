@@ -22,7 +22,7 @@ from fingerdesign.contact.measures import COMPLETE_SLIP
 from fingerdesign.contact.problem import Motion
 from fingerdesign.design.scene import LEAST_FORCE_N, Scene, ScenePath
 from fingerdesign.errors import SolverError
-from fingerdesign.validate.record import Errors, Side, Spread
+from fingerdesign.validate.record import AnswerData, ComparisonData, Errors, Side, Spread
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.fidelity.models import Solved
@@ -51,20 +51,19 @@ class Answer:
     dimension: int
     along: Callable[[Scene], Readings] | None = None
 
-
-@dataclass(frozen=True)
-class Comparison:
-    """A model against the better one (or a value against another): errors and costs.
-
-    motion or force is None where it cannot be had; its reason stands in ``missing``.
-    """
-
-    label: str
-    assumed: Answer
-    better: Answer
-    motion: Side | None
-    force: Side | None
-    missing: tuple[str, ...] = ()
+    def data(self) -> AnswerData:
+        """As in the record."""
+        return AnswerData(
+            model=self.name,
+            dimension=2 if self.dimension == 2 else 3,
+            dofs=self.dofs,
+            seconds=self.seconds,
+            normal_force_N=self.readings.normal_force.tolist(),
+            tangential_force_N=self.readings.tangential_force.tolist(),
+            contact_width_mm=self.readings.contact_width.tolist(),
+            stick_ratio=self.readings.stick_ratio.tolist(),
+            gages_microstrain=self.readings.reading.tolist(),
+        )
 
 
 def answer_of(solved: Solved, name: str = "") -> Answer:
@@ -80,7 +79,7 @@ def answer_of(solved: Solved, name: str = "") -> Answer:
     )
 
 
-def compare(label: str, found: Answer, truth: Answer, scene: Scene) -> Comparison:
+def compare(label: str, found: Answer, truth: Answer, scene: Scene) -> ComparisonData:
     """``found`` against ``truth`` along the scene's path; ``found`` follows the other's forces."""
     missing: list[str] = []
     sides: dict[str, Side | None] = {}
@@ -90,14 +89,16 @@ def compare(label: str, found: Answer, truth: Answer, scene: Scene) -> Compariso
         except SolverError as error:
             sides[name] = None
             missing.append(f"equal {name}: {error}")
-    return Comparison(label, found, truth, sides["motion"], sides["force"], tuple(missing))
+    return ComparisonData(
+        label, found.data(), truth.data(), sides["motion"], sides["force"], tuple(missing)
+    )
 
 
-def compare_gages(label: str, found: Answer, truth: Answer) -> Comparison:
+def compare_gages(label: str, found: Answer, truth: Answer) -> ComparisonData:
     """One model read in two ways: forces, motions and contact are the same, whichever is given."""
     same = [name for name in QUANTITIES if name != "gage"]
     side = side_of(found.readings, truth.readings, same=same)
-    return Comparison(label, found, truth, side, side)
+    return ComparisonData(label, found.data(), truth.data(), side, side, ())
 
 
 def side_of(
@@ -112,10 +113,10 @@ def side_of(
     none = {*same} if _pulled(found, truth) else {*same, "tangential_force"}
     spread: dict[str, Spread | None] = {}
     for name in QUANTITIES:
-        values = np.asarray(getattr(apart, name)).reshape(-1)
+        values = apart[name].reshape(-1)
         reported = values.size and name not in none
         spread[name] = Spread(float(values.max()), float(np.median(values))) if reported else None
-    by_gage = tuple(float(value) for value in apart.gage.max(axis=0, initial=0.0))
+    by_gage = tuple(float(value) for value in apart["gage"].max(axis=0, initial=0.0))
     return Side(found.rows, left_out, note, cast(Errors, spread), by_gage)
 
 

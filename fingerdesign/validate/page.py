@@ -6,19 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
-from fingerdesign.report.style import (
-    GRID,
-    INK,
-    MUTED,
-    PAPER,
-    SERIES,
-    ReportFigure,
-    canvas,
-    house_style,
-    small_multiples,
-    to_png,
-)
 from fingerdesign.report.table import Table
 from fingerdesign.validate.advice import NONE, TEMPLATES, WORDS, percent_cell, spread_cell
 
@@ -60,37 +49,36 @@ def _tested(of: Validation) -> Tested:
     return [(number, row) for number, row in enumerate(of.assumptions, start=1) if row.tested]
 
 
-def chart_figure(of: Validation) -> ReportFigure:
+def chart_figure(of: Validation) -> style.ReportFigure:
     """Error against cost, log-log: one panel a group of readings, one number an assumption."""
     rows = [
         (number, row, {group: _greatest(row, tuple(SIDES), GROUPS[group]) for group in GROUPS})
         for number, row in _tested(of)
     ]
-    with house_style():
+    with style.house_style():
         return captioned(_chart(of), WORDS, "chart", rows=rows)
 
 
 def chart_png(of: Validation) -> bytes:
     """The chart as a PNG on paper's colour, with the names of the numbers."""
-    with house_style():
-        return to_png(_chart(of))
+    with style.house_style():
+        return style.to_png(_chart(of))
 
 
-def along_z_figure(of: Validation) -> ReportFigure | None:
+def along_z_figure(of: Validation) -> style.ReportFigure | None:
     """How far gages off the middle read otherwise; None where that was not reported."""
     profile = next((row.along_z for row in of.assumptions if row.along_z), None)
     if profile is None:
         return None
     z = [place.z_mm for place in profile]
-    with house_style():
-        figure = canvas(7.2, 2.9)
+    with style.house_style():
+        figure = style.canvas(7.2, 2.9)
         axes = figure.subplots()
-        for values, words, (colour, dashes, marker) in (
-            ([place.greatest for place in profile], "greatest over path and gages", SERIES[0]),
-            ([place.median for place in profile], "median", SERIES[1]),
+        for look, (name, words) in enumerate(
+            (("greatest", "greatest over path and gages"), ("median", "median"))
         ):
-            shares = 100.0 * np.array(values)
-            axes.plot(z, shares, color=colour, ls=dashes, marker=marker, label=words)
+            shares = [100.0 * getattr(place, name) for place in profile]
+            style.series(axes, z, shares, look, words)
         axes.set_xlabel("gage's middle from its plate's middle, along z (mm)")
         axes.set_ylabel("against the middle (%)")
         axes.set_ylim(bottom=0.0)
@@ -99,9 +87,9 @@ def along_z_figure(of: Validation) -> ReportFigure | None:
 
 
 def _chart(of: Validation) -> Canvas:
-    figure = canvas(9.6, 4.6)
+    figure = style.canvas(9.6, 4.6)
     tested = _tested(of)
-    panels = small_multiples(figure, len(GROUPS), len(GROUPS), sharex=True, sharey=True)
+    panels = style.small_multiples(figure, len(GROUPS), len(GROUPS), sharex=True, sharey=True)
     for axes, (group, quantities) in zip(panels, GROUPS.items(), strict=True):
         _panel(axes, tested, quantities, of.thresholds)
         axes.set_title(group)
@@ -122,9 +110,9 @@ def _panel(
     axes.set_xscale("log")
     axes.set_yscale("log")
     for value in (thresholds.keep, thresholds.limit):
-        axes.axhline(value, color=MUTED, lw=0.8, ls=(0, (4, 3)), zorder=1)
+        axes.axhline(value, color=style.MUTED, lw=0.8, ls=(0, (4, 3)), zorder=1)
     for (number, row), x in zip(tested, _places(tested), strict=True):
-        colour, _, marker = SERIES[(number - 1) % len(SERIES)]
+        colour, _, marker = style.SERIES[(number - 1) % len(style.SERIES)]
         drawn = []
         for side, filled in (("equal_motion", True), ("equal_force", False)):
             error = _greatest(row, (side,), quantities)
@@ -134,13 +122,13 @@ def _panel(
             drawn.append(y)
             if row.better_seconds is not None:
                 ends = [x, max(x, row.better_seconds)]
-                axes.plot(ends, [y, y], color=GRID, lw=1.2, zorder=2)
+                axes.plot(ends, [y, y], color=style.GRID, lw=1.2, zorder=2)
             axes.plot(
                 x,
                 y,
                 marker=marker,
                 ls="none",
-                mfc=colour if filled else PAPER,
+                mfc=colour if filled else style.PAPER,
                 mec=colour,
                 zorder=3,
             )
@@ -152,7 +140,7 @@ def _panel(
                 textcoords="offset points",
                 ha="center",
                 fontsize=8.5,
-                color=INK,
+                color=style.INK,
                 zorder=4,
             )
 
@@ -201,12 +189,14 @@ def _legend(figure: Canvas, tested: Tested) -> None:
 
     handles = []
     for number, row in tested:
-        colour, _, marker = SERIES[(number - 1) % len(SERIES)]
+        colour, _, marker = style.SERIES[(number - 1) % len(style.SERIES)]
         words = f"{number} {row.title}"
         handles.append(Line2D([], [], color=colour, marker=marker, ls="none", label=words))
     for words, filled in (("filled: equal motion", True), ("hollow: equal force", False)):
-        face = MUTED if filled else PAPER
-        handles.append(Line2D([], [], color=MUTED, marker="o", mfc=face, ls="none", label=words))
+        face = style.MUTED if filled else style.PAPER
+        handles.append(
+            Line2D([], [], color=style.MUTED, marker="o", mfc=face, ls="none", label=words)
+        )
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=3)
 

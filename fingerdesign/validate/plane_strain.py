@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +17,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.layout.frames import crest_height, plate_frames
 from fingerdesign.layout.zone import contact_reach, greatest_approach
+from fingerdesign.report.page import said
 
 if TYPE_CHECKING:
     from fingerdesign.design.scene import Scene
@@ -45,6 +48,8 @@ QUANTITIES = MOTION + FORCE
 # ``fingerdesign bench plane-strain``, and ships with the program.
 
 Table = dict[str, Any]
+
+WORDS = Path(__file__).parent / "templates" / "words.txt.j2"
 
 SHIPPED = "plane_strain.json"
 _WITHIN = 1e-9
@@ -79,15 +84,12 @@ class PlaneStrainMap:
             _place(np.log(self.depth), np.log(depth)),
         ]
         total = 0.0
-        for i, share_i in at[0]:
-            for j, share_j in at[1]:
-                for k, share_k in at[2]:
-                    share = share_i * share_j * share_k
-                    if share > _WITHIN:
-                        values = self.errors[quantity][i, j, k]
-                        total += share * float(
-                            np.interp(np.log(width), self.width[i, j, k], values)
-                        )
+        for near in itertools.product(*at):
+            corner = tuple(number for number, _ in near)
+            share = math.prod(share for _, share in near)
+            if share > _WITHIN:
+                values = self.errors[quantity][corner]
+                total += share * float(np.interp(np.log(width), self.width[corner], values))
         return total
 
     def inside(self, poisson: float, span: float, depth: float, width: float) -> bool:
@@ -110,29 +112,19 @@ def _place(axis: Array, value: float) -> list[tuple[int, float]]:
 
 def map_of(table: Table) -> PlaneStrainMap:
     """The map that a table holds. ValueError where its points are no full grid."""
-    points = table["points"]
-    axes = [
-        np.unique([each[name] for each in points])
-        for name in ("poissons_ratio", "span_over_depth", "depth_over_height")
-    ]
-    approaches = {len(each["rows"]) for each in points}
+    names = ("poissons_ratio", "span_over_depth", "depth_over_height")
+    points = sorted(table["points"], key=lambda each: [each[name] for name in names])
+    axes = [np.unique([each[name] for each in points]) for name in names]
     shape = tuple(len(axis) for axis in axes)
-    if len(points) != np.prod(shape) or len(approaches) != 1:
+    if len(points) != np.prod(shape) or len({len(each["rows"]) for each in points}) != 1:
         raise ValueError(f"{len(points)} models are no full grid of {shape}")
-    size = (*shape, approaches.pop())
-    width = np.full(size, np.nan)
-    errors = {name: np.full(size, np.nan) for name in QUANTITIES}
-    for each in points:
-        place = tuple(
-            int(np.searchsorted(axis, each[name]))
-            for axis, name in zip(
-                axes, ("poissons_ratio", "span_over_depth", "depth_over_height"), strict=True
-            )
-        )
-        width[place] = np.log([row["half_width_over_height"] for row in each["rows"]])
-        for name in QUANTITIES:
-            values = [row[name] for row in each["rows"]]
-            errors[name][place] = [np.nan if value is None else value for value in values]
+
+    def values(name: str) -> Array:
+        rows = [[row[name] for row in each["rows"]] for each in points]
+        return np.array(rows, dtype=float).reshape(*shape, -1)  # None: NaN
+
+    width = np.log(values("half_width_over_height"))
+    errors = {name: values(name) for name in QUANTITIES}
     return PlaneStrainMap(axes[0], axes[1], axes[2], width, errors, table)
 
 
@@ -181,16 +173,7 @@ class PlaneStrainEstimate:
     @property
     def words(self) -> str:
         """One sentence."""
-        said = f"plane strain overstates F_n by {_percent(self, 'normal_force')} at equal motion"
-        if "gage" in self.errors:
-            said += f" and misses gage strains by {_percent(self, 'gage')} of the largest reading"
-        ratios = self.ratios
-        where = (
-            f"(depth {ratios['depth_over_height']:.2g} times the height, contact "
-            f"{2.0 * ratios['half_width_over_height']:.2g} times it)"
-        )
-        beyond = "" if self.inside else "; beyond what was computed, a sketch"
-        return "; ".join([f"{said} {where}{beyond}", *self.notes])
+        return said(WORDS, "plane_strain_estimate", of=self)[0]
 
 
 def plane_strain_error(
@@ -314,8 +297,3 @@ def _span(design: Design) -> float:
     if not frames:
         return 0.0
     return sum(frame.span for frame in frames) / len(frames) / design.body.depth_mm
-
-
-def _percent(estimate: PlaneStrainEstimate, quantity: str) -> str:
-    value, unsure = 100.0 * estimate.errors[quantity], 100.0 * estimate.uncertainty[quantity]
-    return f"{value:.0f} % (give or take {unsure:.0f})"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,9 +16,11 @@ from typing import TYPE_CHECKING
 from fingerdesign.analysis.case import Case, fundamental_scene
 from fingerdesign.analysis.forecast.limits import refuse
 from fingerdesign.analysis.summary import peak_memory_MB, result_digest, versions
-from fingerdesign.errors import DesignError, Fault, FingerDesignError
+from fingerdesign.errors import DesignError, FingerDesignError
 from fingerdesign.records.folder import RecordFolder
-from fingerdesign.validate.advice import advise, off_middle
+from fingerdesign.report.page import said
+from fingerdesign.runtime.registry import unknown_name
+from fingerdesign.validate.advice import TEMPLATES, advise, off_middle
 from fingerdesign.validate.assumptions import (
     ASSUMPTIONS,
     Assumption,
@@ -29,7 +32,6 @@ from fingerdesign.validate.record import (
     CSV_FILE,
     RECORD_FILE,
     THRESHOLDS,
-    AnswerData,
     ComparisonData,
     Place,
     Row,
@@ -44,7 +46,6 @@ if TYPE_CHECKING:
 
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
-    from fingerdesign.validate.comparison import Answer, Comparison
 
 Report = Callable[[str, float], None]
 
@@ -68,8 +69,10 @@ def validate(
     model failed and no assumption was reported; "ok" where there is merely nothing to report.
     Raises DesignError for a wrong input.
     """
+    known = [each.key for each in ASSUMPTIONS]
+    if faults := [unknown_name(key, "--only", known) for key in keys if key not in known]:
+        raise DesignError(faults)
     chosen = [each for each in ASSUMPTIONS if not keys or each.key in keys]
-    _refuse_unknown(keys)
     name = scene_name or ("fundamental" if scene is None else "scene")
     scene = fundamental_scene() if scene is None else scene
     # The models here are of their own sizes: that the design's mesh asks for more is no fault.
@@ -89,7 +92,10 @@ def validate(
         rows.append(_row(each, solves, deep, failed))
         done += 1
     solves.release()
-    failure = _failure(rows, failed)
+    failure = None
+    if failed and not any(row.tested for row in rows):
+        reasons = "; ".join(f"{row.title}: {row.reason}" for row in failed)
+        failure = f"no assumption could be tested: {reasons}"
     return Validation(
         schema_version=1,
         design=design.design.name,
@@ -124,19 +130,22 @@ def _row(of: Assumption, solves: Solves, deep: bool, failed: list[Row]) -> Row:
     except FingerDesignError as error:
         failed.append(untested_row(of, _one_line(error)))
         return failed[-1]
-    if all(each.motion is None and each.force is None for each in comparisons):
+    if all(each.equal_motion is None and each.equal_force is None for each in comparisons):
         why = "; ".join(each for c in comparisons for each in c.missing)
         failed.append(untested_row(of, why))
         return failed[-1]
     verdict, words = advise(of.kind, comparisons, gages=solves.design.plates.number > 0)
-    profile = profile_along_z(solves) if of.key == "plane_strain" else None
+    profile = None
+    if of.key == "plane_strain":
+        with suppress(FingerDesignError):
+            profile = profile_along_z(solves)
     words = words if profile is None else f"{words} {off_middle(profile)}"
     return compared_row(of, comparisons, verdict, words, profile)
 
 
 def compared_row(
     of: Assumption,
-    comparisons: Sequence[Comparison],
+    comparisons: Sequence[ComparisonData],
     verdict: Verdict,
     advice: str,
     along_z: tuple[Place, ...] | None = None,
@@ -152,47 +161,24 @@ def compared_row(
         seconds=better if value else seconds,
         better_seconds=None if value else better,
         saving=None if value else better / max(seconds, 1e-9),
-        equal_motion=worst_side([each.motion for each in comparisons]),
-        equal_force=worst_side([each.force for each in comparisons]),
+        equal_motion=worst_side([each.equal_motion for each in comparisons]),
+        equal_force=worst_side([each.equal_force for each in comparisons]),
         verdict=verdict,
         advice=advice,
-        comparisons=tuple(
-            ComparisonData(
-                each.label,
-                _answer(each.assumed),
-                _answer(each.better),
-                each.motion,
-                each.force,
-                each.missing,
-            )
-            for each in comparisons
-        ),
+        comparisons=tuple(comparisons),
         along_z=along_z,
-    )
-
-
-def _answer(of: Answer) -> AnswerData:
-    return AnswerData(
-        model=of.name,
-        dimension=2 if of.dimension == 2 else 3,
-        dofs=of.dofs,
-        seconds=of.seconds,
-        normal_force_N=of.readings.normal_force.tolist(),
-        tangential_force_N=of.readings.tangential_force.tolist(),
-        contact_width_mm=of.readings.contact_width.tolist(),
-        stick_ratio=of.readings.stick_ratio.tolist(),
-        gages_microstrain=of.readings.reading.tolist(),
     )
 
 
 def untested_row(of: Assumption, reason: str) -> Row:
     """The row of an assumption that could not be tested."""
+    title, assumed, better = said(TEMPLATES / "assumptions.txt.j2", of.key)
     nothing = dict.fromkeys(("seconds", "better_seconds", "saving", "equal_motion", "equal_force"))
     return Row(
         assumption=of.key,
-        title=of.title,
-        assumed=of.assumed,
-        better=of.better,
+        title=title,
+        assumed=assumed,
+        better=better,
         kind=of.kind,
         tested=False,
         reason=reason,
@@ -204,27 +190,5 @@ def untested_row(of: Assumption, reason: str) -> Row:
     )
 
 
-def _failure(rows: Sequence[Row], failed: Sequence[Row]) -> str | None:
-    if not failed or any(row.tested for row in rows):
-        return None
-    return "no assumption could be tested: " + "; ".join(
-        f"{row.title}: {row.reason}" for row in failed
-    )
-
-
 def _one_line(error: FingerDesignError) -> str:
     return "; ".join(str(error).splitlines()).rstrip(".")
-
-
-def _refuse_unknown(keys: Sequence[str]) -> None:
-    from difflib import get_close_matches
-
-    known = [each.key for each in ASSUMPTIONS]
-    faults = []
-    for key in keys:
-        if key not in known:
-            near = get_close_matches(key, known, 1, 0.5)
-            remedy = f"did you mean {near[0]}?" if near else "choose one of them"
-            faults.append(Fault("--only", key, f"one of {', '.join(known)}", remedy))
-    if faults:
-        raise DesignError(faults)

@@ -29,7 +29,9 @@ from fingerdesign.checks.load import with_values
 from fingerdesign.checks.starter import find_design
 from fingerdesign.errors import FingerDesignError
 from fingerdesign.layout.frames import plate_frames
+from fingerdesign.report.page import said
 from fingerdesign.runtime.progress import Report
+from fingerdesign.validate.advice import WORDS
 from fingerdesign.validate.comparison import Answer
 
 if TYPE_CHECKING:
@@ -108,7 +110,9 @@ class Solves:
     ) -> Solved:
         return self._kept(
             f"{dimension} {scale} {sorted(values.items())} {plates}",
-            model_words(dimension, scale, values, plates),
+            said(WORDS, "solving", dimension=dimension, scale=scale, values=values, plates=plates)[
+                0
+            ],
             lambda: self._solve(dimension, scale, values, plates),
         )
 
@@ -186,30 +190,6 @@ class Reader:
         return replace(old, gages=strains, face=gages.face)
 
 
-_PLATES = {"solid": "plates as solids", "sheet": "plates as sheets", "none": "plates left out"}
-
-
-def model_words(
-    dimension: Dimension, scale: float, values: Values, plates: Plates | None = None
-) -> str:
-    """What is solved, for who waits for it; sizes are given relative to fidelity.rungs at scale 1.
-
-    >>> model_words("3-D", 2.0, {"plates.span_mm": None, "plates.stagger_mm": 0.0})
-    '3-D, elements 2 times the standard size, plates through the whole depth'
-    """
-    size = "of the standard size" if scale == 1.0 else f"{scale:.2g} times the standard size"
-    said = [dimension, f"elements {size}"]
-    for name, value in values.items():
-        if name == "plates.span_mm":
-            whole = value is None
-            said += ["plates through the whole depth" if whole else f"plates' span {value:g} mm"]
-        elif name.endswith(".poissons_ratio"):
-            said += [f"Poisson's ratio {value:g}"]
-        elif name.endswith(".youngs_modulus_MPa"):
-            said += [f"Young's modulus {value:g} MPa"]
-    return ", ".join([*said, *([_PLATES[plates]] if plates else [])])
-
-
 def _meshed_as(model: Model, design: Design) -> Model:
     """The model with the mesher that the changed design allows."""
     if model.dimension == "3-D" and model.mesher == "extrude" and not can_extrude(design):
@@ -223,14 +203,6 @@ def _finite_answer(solved: Solved) -> Answer:
     start = time.perf_counter()
     found = finite_readings(solved.design, solved.mesh, solved.zone, solved.scene)
     seconds = solved.seconds["mesh"] + time.perf_counter() - start
-    readings = Readings(
-        found.normal_force,
-        found.tangential_force,
-        found.contact_width,
-        np.nan_to_num(found.stick_ratio),
-        MICRO * found.gages,
-        solved.design.gages.face,
-    )
     motions = tuple(row.motion for row in found.rows)
     name = f"{solved.model.dimension}, finite strain"
-    return Answer(name, readings, motions, seconds, found.dofs, solved.mesh.dimension)
+    return Answer(name, found.readings, motions, seconds, found.dofs, solved.mesh.dimension)

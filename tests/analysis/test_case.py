@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 
-from fingerdesign import parse_scene
-from fingerdesign.analysis.analysis import _at_side
+from fingerdesign.analysis.analysis import CAVEATS, _at_side, of_choices
 from fingerdesign.analysis.case import Case, gage_array
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.summary import _why_whole
-from fingerdesign.checks.load import parse_design
+from fingerdesign.analysis.summary import MODEL
+from fingerdesign.checks.load import parse_design, parse_scene
 from fingerdesign.design.schema import Design, StepFile
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import mirrors_in_z
 from fingerdesign.pipeline import run
+from fingerdesign.report.page import said as sentence
+from fingerdesign.report.page import sentences
 
 ACROSS = {"along": "z", "count": 5, "cover_mm": 5.0}
 DEEP = {"count": 3, "cover_mm": 5.0}
@@ -64,13 +66,6 @@ def test_two_rows_are_read_and_one_is_sampled():
     assert any("plates 0 to 3" in reason for reason in analysis.result.model.reasons)
 
 
-def test_what_a_section_cannot_show_is_refused_by_key():
-    along_z = Case(design_of(plates={"along": "z"}), SCENE, "plane-strain")
-    with pytest.raises(DesignError) as caught:
-        refuse(along_z, SCENE)
-    assert [fault.key for fault in caught.value.faults] == ["plates.along"]
-
-
 def test_a_core_and_a_flat_top_are_analysed_in_plane_strain():
     """A bone under a rounded block: ends well, stiffer than without, says the edge in time."""
     body = {"shape": "block", "edge_radius_mm": 2.0}
@@ -92,9 +87,12 @@ def test_the_edge_of_a_turned_body_is_round():
     assert _at_side(design_of(), points).tolist() == [True, False, False]
 
 
-def test_sheets_without_room_are_refused_before_meshing():
+def test_what_a_section_cannot_show_and_sheets_without_room_are_refused():
     """Two plates end to end, 0.1 mm apart: as sheets in a section each needs more to itself."""
     plates = {"count": 2, "length_mm": 2.0, "pitch_mm": 2.1, "angle_deg": 0.0, "model": "sheet"}
+    with pytest.raises(DesignError) as caught:
+        refuse(Case(design_of(plates={"along": "z"}), SCENE, "plane-strain"), SCENE)
+    assert [fault.key for fault in caught.value.faults] == ["plates.along"]
     flat = {"shape": "block"}
     for fidelity in ("plane-strain", "3d"):
         close = design_of(body=flat, plates=plates, mesh={"mesher": "extrude"})
@@ -106,12 +104,69 @@ def test_sheets_without_room_are_refused_before_meshing():
 
 def test_the_reason_for_a_whole_model_is_the_first_that_holds():
     design = parse_design('design.name = "a"')
-    assert _why_whole(Case(design)) == "so the mesh in mesh.file is"
     sideways = parse_scene("path.increments_mm = [[0.1, 0.0, 0.1]]")
-    assert _why_whole(Case(design, sideways)) == "object or path does not mirror in z = 0"
     shifted = parse_design('design.name = "a"\nplates.span_mm = 4.0\nplates.span_offset_mm = 1.0')
-    assert _why_whole(Case(shifted, sideways)) == "the plates do not mirror in z = 0"
     step = StepFile(file="a.step", mirrors_in_z=False)
     body = shifted.body.model_copy(update={"shape": "step", "step": step})
-    own = shifted.model_copy(update={"body": body})
-    assert _why_whole(Case(own)) == "body.step.mirrors_in_z is false"
+    for case, words in (
+        (Case(design), "so the mesh in mesh.file is"),
+        (Case(design, sideways), "object or path does not mirror in z = 0"),
+        (Case(shifted, sideways), "the plates do not mirror in z = 0"),
+        (Case(shifted.model_copy(update={"body": body})), "body.step.mirrors_in_z is false"),
+    ):
+        assert sentences(MODEL, "why_whole", case, mirrors_in_z(case.design)) == (words,)
+
+
+MOTION = parse_scene("path.increments_mm = [[0.1, 0.0]]")
+
+
+def warned(text, scene=MOTION, fidelity="3d"):
+    case = Case(parse_design(f'design.name = "a"\n{text}'), scene, fidelity)
+    return [
+        sentence(CAVEATS, name, **values)[0] for name, values in of_choices(case, scene).items()
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ()),
+        ('mesh.element = "P2"', ()),
+        ('mesh.element = "P1"\nmaterials.silicone.poissons_ratio = 0.3', ()),
+        ('plates.model = "none"\nplates.count = 0', ()),
+        (
+            'mesh.element = "P1"',
+            ("linear elements lock at nu = 0.49: forces and strains are off", "element at auto"),
+        ),
+        ('plates.model = "none"', ("the readings are the rubber's own strains",)),
+    ],
+)
+def test_what_a_key_does_is_said_where_it_may_be_missed(text, words):
+    said = warned(text)
+    assert len(said) == bool(words)
+    assert all(each in said[0] for each in words)
+
+
+def test_rows_of_newtons_under_millimetres_are_said():
+    path = 'path.control = "force"\npath.increments_{} = [[1.0, 0.0]]'
+    (said,) = warned("", parse_scene(path.format("mm")))
+    assert said.startswith("path.increments_mm was read as newtons")
+    assert warned("", parse_scene(path.format("N"))) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('body.shape = "revolved"\nplates.count = 0', "the turned body straight along the whole"),
+        (
+            'body.shape = "dome"\nbody.dome_radius_mm = 20.0\nplates.count = 0',
+            "forces come out several times too large",
+        ),
+        ("plates.span_mm = 4.0", "takes plates and core as they are in the section z = 0"),
+    ],
+)
+def test_a_section_of_a_finger_that_changes_along_z_is_a_sketch(text, words):
+    (said,) = warned(text, fidelity="plane-strain")
+    assert words in said
+    assert said.endswith("take --fidelity 3d")
+    assert warned(text) == warned("", fidelity="plane-strain") == []

@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design, parse_scene
-from fingerdesign.analysis.fidelity.ladder import ORDERS, climb
-from fingerdesign.analysis.fidelity.models import Model
-from fingerdesign.analysis.fidelity.readings import Readings
+from fingerdesign.analysis.fidelity.ladder import (
+    ORDERS,
+    analytic_readings,
+    climb,
+    difference,
+    discretisation,
+    of_most,
+)
+from fingerdesign.analysis.fidelity.models import Model, solve
+from fingerdesign.analysis.fidelity.readings import Readings, errors
 from fingerdesign.analysis.fidelity.rungs import (
     SPACE_SCALES,
     can_be_section,
@@ -85,18 +92,18 @@ def test_sizes_that_cannot_do_are_skipped():
     assert space == [4.0, 2.8, 0.7]
 
 
-def test_the_end_of_the_ladder_is_said():
-    found = climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3))
+@pytest.mark.parametrize(
+    ("most", "finest", "words"),
+    [(350_000, 0.7, "no finer size"), (1500, 1.0, "ladder's 1500"), (500, 1.4, "ladder's 500")],
+)
+def test_the_end_of_the_ladder_says_why(most, finest, words):
+    law = Law(0.5, 0.3)
+    found = climb(DESIGN, SCENE, 0.001, law, most_dofs=most)
     assert not found.reached
     assert found.chosen.model.dimension == "3-D"
     assert "not enough" in found.tried[-1].why
-
-
-def test_no_model_beyond_the_limit_of_equations_is_tried():
-    law = Law(0.5, 0.3)
-    found = climb(DESIGN, SCENE, 0.001, law, most_dofs=1500)
-    assert not found.reached
-    assert min(scale for _, scale in law.tried) == 1.0
+    assert words in found.why_ended
+    assert min(scale for _, scale in law.tried) == finest
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 2.0, float("nan")])
@@ -168,7 +175,112 @@ def test_a_size_that_refines_nothing_judges_nothing():
     assert found.chosen.model.sizes.contact < 2.5 * scene_sizes(DESIGN, SCENE, 1.0).contact
 
 
-def test_an_end_before_the_tolerance_says_why():
-    found = climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3), most_dofs=500)
-    assert "over the ladder's 500" in found.why_ended
-    assert "no finer size" in climb(DESIGN, SCENE, 0.001, Law(0.5, 0.3)).why_ended
+BARE = """
+design.name = "bare"
+body.width_mm = 24.0
+body.base_height_mm = 12.0
+body.arc_radius_mm = 20.0
+plates.count = 0
+materials.silicone.poissons_ratio = 0.499
+"""
+PRESSED = "[[0.05, 0.0], [0.1, 0.0], [0.1, 0.01], [0.1, 0.02]]"
+
+
+def motion_of(rows=PRESSED):
+    return f"[object]\nfriction_coefficient = 0.5\n[path]\nincrements_mm = {rows}"
+
+
+def test_it_agrees_with_plane_strain():
+    design, scene = parse_design(BARE), parse_scene(motion_of())
+    said = analytic_readings(design, scene)
+    solved = solve(design, scene, rung(design, scene, "plane strain", 1.0)).readings
+    np.testing.assert_allclose(said.normal_force, solved.normal_force, rtol=0.2)
+    np.testing.assert_allclose(said.contact_width, solved.contact_width, rtol=0.15)
+    np.testing.assert_allclose(said.stick_ratio[2:], solved.stick_ratio[2:], atol=0.06)
+
+
+def test_given_forces_come_out_and_partial_slip_is_cattaneos():
+    design = parse_design(BARE)
+    scene = parse_scene(
+        '[object]\nfriction_coefficient = 0.5\n[path]\ncontrol = "force"\n'
+        "increments_N = [[4.0, 0.0], [4.0, 1.5]]"
+    )
+    said = analytic_readings(design, scene)
+    np.testing.assert_allclose(said.normal_force, 4.0, rtol=1e-9)
+    np.testing.assert_allclose(said.tangential_force, [0.0, 1.5], atol=1e-9)
+    np.testing.assert_allclose(said.stick_ratio, [1.0, np.sqrt(1.0 - 1.5 / 2.0)], rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "rows"),
+    [
+        ("plates.count = 1", PRESSED),
+        ("", "[[0.1, 0.0], [0.05, 0.0]]"),
+        ("", "[[0.1, 0.02], [0.2, 0.04]]"),
+        ("", "[[0.1, 0.0], [0.1, 0.05], [0.1, 0.01]]"),
+        ("", "[[0.1, 0.0, 0.0], [0.1, 0.0, 0.05]]"),
+    ],
+)
+def test_where_it_does_not_speak(keys, rows):
+    text = BARE.replace("plates.count = 0", keys) if keys else BARE
+    assert analytic_readings(parse_design(text), parse_scene(motion_of(rows))) is None
+
+
+def readings(normal=(1.0, 2.0), tangential=(0.0, 1.0), stick=(1.0, 0.5), gages=None, face="both"):
+    both = np.array([[[10.0, -10.0], [4.0, 6.0]], [[20.0, 0.0], [1.0, 1.0]]])
+    return Readings(
+        np.array(normal),
+        np.array(tangential),
+        np.array([1.0, 2.0]),
+        np.array(stick),
+        both if gages is None else np.array(gages),
+        face,
+    )
+
+
+def test_what_a_gage_reads_is_of_its_face():
+    np.testing.assert_allclose(readings().reading, [[0.0, 5.0], [10.0, 1.0]])
+    np.testing.assert_allclose(readings(face="upper").reading, [[10.0, 4.0], [20.0, 1.0]])
+    np.testing.assert_allclose(readings(face="lower").reading, [[-10.0, 6.0], [0.0, 1.0]])
+
+
+def test_errors_are_relative_to_what_the_contract_says():
+    found = readings(normal=(1.1, 2.1), tangential=(0.01, 1.02), stick=(0.9, 0.52))
+    off = errors(found, readings())
+    np.testing.assert_allclose(off["normal_force"], [0.1, 0.05])
+    np.testing.assert_allclose(off["tangential_force"], [0.01, 0.02])  # of the readings's largest
+    np.testing.assert_allclose(off["stick_ratio"], [0.1, 0.02])  # absolute
+    np.testing.assert_allclose(off["gage"], 0.0)
+    gages = readings().gages + np.array([1.0, 1.0])
+    np.testing.assert_allclose(
+        errors(readings(gages=gages), readings())["gage"], [[0.2, 0.2], [0.1, 0.1]]
+    )
+
+
+def test_paths_of_other_lengths_are_not_compared():
+    with pytest.raises(ValueError, match="2 and 1 rows"):
+        errors(readings(), readings().part(slice(1)))
+
+
+def test_a_finger_without_gages_has_no_gage_error():
+    bare = readings(gages=np.empty((2, 0, 2)))
+    assert errors(bare, bare)["gage"].size == 0
+    assert difference(bare, bare).worst == 0.0
+
+
+def test_richardson_finds_the_error_of_a_power_law():
+    exact = readings()
+    coarse = readings(normal=(1.0 + 2.0 ** ORDERS["normal_force"] * 0.01, 2.0))
+    fine = readings(normal=(1.01, 2.0))
+    estimate = discretisation(fine, coarse, 2.0).by_quantity["normal_force"]
+    truth = difference(fine, exact).by_quantity["normal_force"]
+    assert estimate == pytest.approx(truth, rel=0.02)  # relative to the fine answer, not the exact
+    with pytest.raises(ValueError, match="ratio"):
+        discretisation(fine, coarse, 1.0)
+
+
+def test_an_error_is_that_of_most_readings():
+    values = np.r_[np.zeros(99), 1.0]
+    assert of_most(values) == 0.0
+    assert of_most(np.empty(0)) == 0.0
+    assert of_most(np.linspace(0.0, 1.0, 101)) == pytest.approx(0.95)

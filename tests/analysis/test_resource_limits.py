@@ -1,26 +1,45 @@
 """What a machine cannot hold is refused before the work, and only that."""
 
+import json
 import re
 import time
+from dataclasses import replace
 
 import pytest
+import tomlkit
+from fingerdesign_bench.any_finger.designs import random_design
+from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.case import Case
 from fingerdesign.analysis.forecast import elements, limits
 from fingerdesign.analysis.forecast.elements import count_section, count_space
-from fingerdesign.analysis.forecast.forecast import forecast_case
+from fingerdesign.analysis.forecast.forecast import forecast_case, forecasts
 from fingerdesign.analysis.forecast.limits import refuse
-from fingerdesign.analysis.stages import zone_of
-from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.checks.starter import shipped_path
+from fingerdesign.analysis.stages import condense, make_mesh, zone_of
+from fingerdesign.checks.load import load_design, parse_design, with_values
+from fingerdesign.checks.starter import find_scene, shipped_path
+from fingerdesign.design.scene import SceneObject
 from fingerdesign.errors import DesignError
+from fingerdesign.layout.frames import mirrors_in_z
+from fingerdesign.layout.zone import candidate_zone
+from fingerdesign.mesh.cache import keep_mesh, mesh_key
+from fingerdesign.mesh.sizing import MeshSizes
 from fingerdesign.runtime import machine
+from fingerdesign.runtime.machine import Machine
+
+MACHINE = Machine(60.0, 110.0, 2)
+SWEPT = {"mesh.mesher": "extrude"}
+COARSE = SWEPT | {"mesh.contact_size_mm": 0.6, "mesh.plate_size_mm": 0.8, "mesh.layers": 3}
+
+
+def shipped(name, values=None):
+    design = load_design(shipped_path(name))
+    return with_values(design, values) if values else design
 
 
 @pytest.fixture
 def case():
-    design = load_design(shipped_path("narrow"))
-    return Case(with_values(design, {"mesh.mesher": "extrude"}))
+    return Case(shipped("narrow", SWEPT))
 
 
 def _free(monkeypatch, megabytes):
@@ -33,6 +52,7 @@ def test_more_than_is_free_is_refused_with_key_and_remedy(case, monkeypatch):
     _free(monkeypatch, needed + limits.LEFT_MB + 1.0)
     refuse(case, case.path_scene)
     _free(monkeypatch, needed + limits.LEFT_MB - 1.0)
+    refuse(replace(case, go_on=True), case.path_scene)
     with pytest.raises(DesignError) as caught:
         refuse(case, case.path_scene)
     (fault,) = caught.value.faults
@@ -46,20 +66,6 @@ def test_more_than_is_free_is_refused_with_key_and_remedy(case, monkeypatch):
     assert f"lower it (at 4 about {less:.0f} MB)" in fault.remedy
 
 
-def test_the_size_that_saves_most_is_named(monkeypatch):
-    _free(monkeypatch, 900.0)
-    fine = {"mesh.far_size_mm": 0.6, "mesh.contact_size_mm": 0.6}
-    bulky = Case(with_values(load_design(shipped_path("homogeneous")), fine))
-    (fault,) = limits.memory_faults(bulky)
-    assert fault.key == "mesh.far_size_mm"
-    assert fault.remedy.startswith("raise it (at 1.2 about ")
-
-
-def test_reported_to_go_on_it_is_not_refused(case, monkeypatch):
-    _free(monkeypatch, 1.0)
-    refuse(Case(case.design, go_on=True), case.path_scene)
-
-
 def test_where_coarser_meshes_do_not_help_none_is_advised(case, monkeypatch):
     _free(monkeypatch, 900.0)
     monkeypatch.setattr(limits, "_fits", lambda found, free: False)
@@ -70,77 +76,196 @@ def test_where_coarser_meshes_do_not_help_none_is_advised(case, monkeypatch):
     )
 
 
+BULKY = {"mesh.far_size_mm": 0.6, "mesh.contact_size_mm": 0.6}
+FINE = {"mesh.contact_size_mm": 0.1, "mesh.plate_size_mm": 0.1, "mesh.far_size_mm": 0.2}
 ASTRONOMIC = {"mesh.contact_size_mm": 0.01, "mesh.plate_size_mm": 0.01, "mesh.far_size_mm": 0.02}
+ONE = r"(?:raise|lower) it \(at (?P<one>[\d.]+) about"
+ALL = (
+    r"no one key suffices: raise mesh.contact.* and mesh.*mm (?P<times>\d+) times each"
+    r"(?:, and lower mesh.layers to (?P<layers>\d+))? \(about \d+ MB\), or take "
+    r"--fidelity plane-strain or --fidelity auto or --go-on"
+)
 
 
-@pytest.mark.parametrize("mesher", ["tetwild", "extrude"])
-def test_an_astronomic_mesh_is_refused_at_once_with_what_would_fit(mesher, monkeypatch):
-    _free(monkeypatch, 8000.0)
-    design = load_design(shipped_path("homogeneous"))
-    huge = Case(with_values(design, ASTRONOMIC | {"mesh.mesher": mesher}))
+@pytest.mark.parametrize(
+    ("free", "name", "values", "key", "form"),
+    [
+        (900.0, "homogeneous", BULKY, "mesh.far_size_mm", ONE),  # that saves most
+        (4000.0, "narrow", SWEPT | {"mesh.layers": 100}, "mesh.layers", ONE),
+        (3000.0, "homogeneous", FINE | SWEPT | {"mesh.layers": 200}, "mesh.contact_size_mm", ALL),
+        (8000.0, "homogeneous", ASTRONOMIC, "mesh.contact_size_mm", ALL),
+        (8000.0, "homogeneous", ASTRONOMIC | SWEPT, "mesh.contact_size_mm", ALL),
+    ],
+)
+def test_what_is_refused_at_once_names_what_would_fit(free, name, values, key, form, monkeypatch):
+    _free(monkeypatch, free)
+    design = shipped(name, values)
     start = time.process_time()
-    (fault,) = limits.memory_faults(huge)
+    (fault,) = limits.memory_faults(Case(design))
     assert time.process_time() - start < 6.0  # 1.5 s, where nothing runs beside
-    assert fault.key == "mesh.contact_size_mm"
-    reported = re.search(
-        r"no one key suffices: raise (.*) and (.*) (\d+) times each \(about (\d+) MB\), or take "
-        r"--fidelity plane-strain or --fidelity auto or --go-on",
-        fault.remedy,
-    )
-    assert reported is not None
-    keys = [*reported[1].split(", "), reported[2]]
-    assert set(keys) == set(ASTRONOMIC)
-    coarser = {key: ASTRONOMIC[key] * int(reported[3]) for key in keys}
-    assert limits.memory_faults(Case(with_values(huge.design, coarser))) == []
-
-
-def test_one_key_is_changed_as_far_as_it_takes(case, monkeypatch):
-    _free(monkeypatch, 4000.0)
-    many = Case(with_values(case.design, {"mesh.layers": 100}))
-    (fault,) = limits.memory_faults(many)
-    reported = re.match(r"lower it \(at (\d+) about", fault.remedy)
-    assert reported is not None
-    assert int(reported[1]) < 50
-    fewer = with_values(many.design, {"mesh.layers": int(reported[1])})
-    assert limits.memory_faults(Case(fewer)) == []
-
-
-def test_sizes_and_layers_together_are_named_where_neither_suffices(monkeypatch):
-    _free(monkeypatch, 3000.0)
-    design = load_design(shipped_path("homogeneous"))
-    fine = {"mesh.contact_size_mm": 0.1, "mesh.plate_size_mm": 0.1, "mesh.far_size_mm": 0.2}
-    many = with_values(design, fine | {"mesh.mesher": "extrude", "mesh.layers": 200})
-    (fault,) = limits.memory_faults(Case(many))
-    reported = re.search(
-        r"suffices: .* (\d+) times each(?:, and lower mesh.layers to (\d+))? \(", fault.remedy
-    )
-    assert reported is not None
-    values = {key: value * int(reported[1]) for key, value in fine.items()}
-    values |= {"mesh.layers": int(reported[2] or 200)}
-    assert limits.memory_faults(Case(with_values(many, values))) == []
+    assert fault.key == key
+    reported = re.match(form, fault.remedy)
+    assert reported is not None, fault.remedy
+    if form == ONE:
+        coarser = {key: float(reported["one"])}
+    else:
+        sizes = {k: value for k, value in values.items() if k.endswith("_mm")}
+        assert all(k in fault.remedy for k in sizes)
+        coarser = {k: value * int(reported["times"]) for k, value in sizes.items()}
+        layers = int(reported["layers"] or 0)
+        coarser |= {"mesh.layers": layers} if layers else {}
+    if "mesh.layers" in coarser:
+        coarser["mesh.layers"] = int(coarser["mesh.layers"])
+    assert limits.memory_faults(Case(with_values(design, coarser))) == []
 
 
 def test_counts_of_some_cells_are_those_of_all(monkeypatch):
-    design = with_values(load_design(shipped_path("narrow")), {"mesh.contact_size_mm": 0.05})
+    design = shipped("narrow", {"mesh.contact_size_mm": 0.05})
     case = Case(design)
     zone = zone_of(case, case.path_scene)
-    space = count_space(design, zone, True).tetrahedra
-    flat = count_section(design, zone.half_width, design.mesh.section).triangles
+
+    def counted():
+        flat = count_section(design, zone.half_width, design.mesh.section).triangles
+        return count_space(design, zone, True)[0], flat
+
+    every = counted()
     monkeypatch.setattr(elements, "_MOST_CELLS", 20_000)
     monkeypatch.setattr(elements, "_SECTION_CELLS", 1_000)
-    assert count_space(design, zone, True).tetrahedra == pytest.approx(space, rel=0.05)
-    few = count_section(design, zone.half_width, design.mesh.section).triangles
-    assert few == pytest.approx(flat, rel=0.05)
-    assert few != flat
+    assert counted() == pytest.approx(every, rel=0.05)
+    assert counted()[1] != every[1]
 
 
-def test_small_models_are_never_refused(monkeypatch):
+def test_small_models_and_a_system_that_does_not_tell_are_never_refused(case, monkeypatch):
     _free(monkeypatch, 1.0)
-    flat = Case(load_design(shipped_path("narrow")), fidelity="plane-strain")
-    assert limits.memory_faults(flat) == []
-
-
-def test_a_system_that_does_not_tell_refuses_nothing(case, monkeypatch):
+    assert limits.memory_faults(Case(shipped("narrow"), fidelity="plane-strain")) == []
     _free(monkeypatch, None)
     assert limits.memory_faults(case) == []
     assert limits.too_large(forecast_case(case)) == ""
+
+
+# Tetrahedra that fTetWild made of random designs (bench any-finger): seed -> elements.
+MADE = {0: 4720, 3: 28171, 5: 13081, 6: 9148, 12: 13240, 13: 7400, 18: 3847, 23: 10809, 43: 24747}
+
+
+@pytest.mark.parametrize(
+    ("design", "fidelity"),
+    [
+        (shipped("homogeneous"), "plane-strain"),
+        (shipped("narrow"), "plane-strain"),
+        (shipped("boned"), "plane-strain"),
+        (shipped("narrow", {"mesh.element": "P1"}), "plane-strain"),
+        (shipped("narrow", {"plates.model": "sheet"}), "plane-strain"),
+        (shipped("homogeneous", COARSE), "3d"),
+        (shipped("narrow", COARSE), "3d"),
+        (shipped("narrow", COARSE | {"mesh.element": "P2", "plates.span_mm": 6.0}), "3d"),
+        pytest.param(shipped("homogeneous"), "3d", marks=pytest.mark.slow),  # tetrahedra
+    ],
+    ids=lambda value: value if isinstance(value, str) else value.design.name,
+)
+def test_dofs_and_contact_nodes_are_predicted(design, fidelity):
+    case = Case(design, None, fidelity)
+    reported = forecast_case(case, MACHINE)
+    zone = zone_of(case, case.path_scene)
+    mesh = make_mesh(design, fidelity, zone, case.symmetric)
+    model = condense(design, mesh, zone, case.path_scene)
+    assert reported.element == model.element
+    for predicted, found in (
+        (reported.elements, len(mesh.cells)),
+        (reported.dofs, model.dofs),
+        (reported.contact_nodes, model.reduced.nodes),
+    ):
+        assert 0.5 < predicted / found < 2.0
+    free = fidelity == "3d" and design.mesh.mesher == "tetwild"
+    low, high = (0.4, 2.5) if free else (0.5, 2.0)
+    assert low < reported.operations / model.condensed.condensation.operations < high
+
+
+@pytest.mark.parametrize("seed", MADE)
+def test_tetrahedra_are_predicted_as_they_were_made(seed):
+    design = parse_design(tomlkit.dumps(random_design(seed)))
+    zone = candidate_zone(design, SceneObject(), 0.02 * design.body.base_height_mm)
+    reported = count_space(design, zone, mirrors_in_z(design))[0]
+    assert 0.5 < reported / MADE[seed] < 2.0
+
+
+@pytest.mark.parametrize(
+    ("fidelity", "values", "keys"),
+    [
+        ("plane-strain", {}, ("section.contact_size_mm", "section.plate_size_mm")),
+        ("plane-strain", {}, ("section.plate_end_size_mm", "section.far_size_mm")),
+        ("3d", {}, ("contact_size_mm", "plate_size_mm", "far_size_mm")),
+        ("3d", SWEPT | {"plates.model": "none"}, ("contact_size_mm", "far_size_mm")),
+    ],
+)
+def test_finer_costs_more(fidelity, values, keys, monkeypatch, tmp_path):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    design = shipped("narrow", values)
+    said = design.model_dump()["mesh"]
+    for key in keys:
+        table = said["section"] if key.startswith("section.") else said
+        size = table[key.rpartition(".")[2]]
+        sizes = (size, 0.5 * size, 0.25 * size)
+        found = [
+            forecast_case(Case(with_values(design, {f"mesh.{key}": each}), None, fidelity), MACHINE)
+            for each in sizes
+        ]
+        assert found[0].dofs < found[1].dofs < found[2].dofs
+        assert found[0].operations < found[1].operations < found[2].operations
+        assert found[0].memory_MB <= found[1].memory_MB <= found[2].memory_MB
+        assert found[0].total_s < found[1].total_s < found[2].total_s
+
+
+def test_more_is_requested_more_is_predicted():
+    design = shipped("narrow")
+    slow = forecast_case(Case(design, None, "plane-strain"), Machine(30.0, 55.0, 2))
+    reported = forecast_case(Case(design, None, "plane-strain"), MACHINE)
+    assert slow.total_s == pytest.approx(2.0 * reported.total_s)
+    alone = forecast_case(Case(design, find_scene("fundamental"), "plane-strain"), MACHINE)
+    assert "grips" in reported.seconds
+    assert "grips" not in alone.seconds
+    assert alone.total_s < reported.total_s
+    swept = shipped("narrow", SWEPT)
+    half = forecast_case(Case(swept, find_scene("fundamental"), "3d"), MACHINE)
+    whole = forecast_case(Case(swept, find_scene("twist"), "3d"), MACHINE)
+    assert half.half
+    assert not whole.half
+    assert 1.6 < whole.elements / half.elements < 2.2
+
+
+def test_a_mesh_in_the_cache_is_counted_as_it_is(monkeypatch, tmp_path):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    case = Case(shipped("homogeneous"))
+    zone = zone_of(case, case.path_scene)
+    before = forecast_case(case, MACHINE)
+    swept = with_values(case.design, COARSE)
+    mesh = make_mesh(swept, "3d", zone)
+    sizes = MeshSizes.of(case.design, zone.half_width, zone.half_depth)
+    keep_mesh(mesh_key(case.design, sizes, (zone.half_width, zone.half_depth), True), mesh)
+    again = forecast_case(case, Machine(60.0, 110.0, 3))  # not the forecast remembered
+    model = condense(case.design, mesh, zone, case.path_scene)
+    assert (again.dofs, again.contact_nodes) == (model.dofs, model.reduced.nodes)
+    assert again.seconds["mesh"] < 0.2 * before.seconds["mesh"]
+    assert "in the cache" in again.words
+    assert (before.mesh_kept, again.mesh_kept) == (False, True)
+
+
+def test_what_cannot_be_analysed_is_not_predicted():
+    assert [each.fidelity for each in forecasts(shipped("narrow"))] == ["plane-strain", "3d"]
+    assert [each.fidelity for each in forecasts(shipped("both_ways"))] == ["3d"]
+    flat = forecasts(shipped("narrow"), find_scene("ball"))
+    assert [each.fidelity for each in flat] == ["3d"]
+
+
+def test_check_shows_the_forecast(capsys):
+    assert main(["check", "narrow", "--json"]) == 0
+    (report,) = json.loads(capsys.readouterr().out)
+    reported = {each["fidelity"]: each for each in report["forecast"]}
+    assert set(reported) == {"plane-strain", "3d"}
+    for each in reported.values():
+        assert each["dofs"] > 10_000
+        assert each["memory_MB"] > 100
+        assert each["time_s"] == pytest.approx(sum(each["timings_s"].values()), abs=0.1)
+    assert main(["check", "narrow"]) == 0
+    out = capsys.readouterr().out
+    assert "What analyse will take" in out
+    assert str(reported["plane-strain"]["dofs"]) in out

@@ -37,50 +37,63 @@ def forces(design, text, fidelity="plane-strain"):
 
 
 def test_a_slope_the_other_way_mirrors(design):
-    left = forces(design, "path.increments_mm = [[0.15, 0.0], [0.15, 0.04]]\nobject.tilt_deg = 3")
-    right = forces(
-        design, "path.increments_mm = [[0.15, 0.0], [0.15, -0.04]]\nobject.tilt_deg = -3"
-    )
+    left = forces(design, PATH + "object.tilt_deg = 3")
+    right = forces(design, PATH.replace("0.04", "-0.04") + "object.tilt_deg = -3")
     # The section's mesh is not its own mirror image.
     assert right * [1, -1] == pytest.approx(left, abs=3e-3 * left[0, 0])
     assert left[0, 1] > 0.01 * left[0, 0]  # a slope pulls sideways where it is pressed
 
 
-def test_a_tilt_turned_half_round_is_the_opposite_tilt(design):
-    turned = forces(design, PATH + "object = {tilt_deg = 3, turn_deg = 180}")
-    assert turned == pytest.approx(forces(design, PATH + "object.tilt_deg = -3"), rel=1e-9)
-
-
-def test_a_large_cylinder_is_nearly_a_plane(design):
-    text = 'object = {shape = "cylinder", radius_mm = 50000}'
-    assert forces(design, PATH + text) == pytest.approx(forces(design, PATH), rel=1e-3)
+@pytest.mark.parametrize(
+    ("one", "other", "fidelity", "within"),
+    [
+        ("{tilt_deg = 3, turn_deg = 180}", "{tilt_deg = -3}", "plane-strain", 1e-9),
+        ('{shape = "cylinder", radius_mm = 50000}', "{}", "plane-strain", 1e-3),
+        (
+            '{shape = "cylinder", radius_mm = 30, axis = "x", turn_deg = 90}',
+            '{shape = "cylinder", radius_mm = 30}',
+            "3d",
+            1e-5,
+        ),
+    ],
+)
+def test_one_object_in_two_ways_is_the_same(design, one, other, fidelity, within):
+    expected = forces(design, f"{PATH}object = {other}", fidelity)
+    assert forces(design, f"{PATH}object = {one}", fidelity) == pytest.approx(expected, rel=within)
 
 
 def test_a_smaller_cylinder_presses_less(design):
-    normal = [
-        forces(design, PATH + f'object = {{shape = "cylinder", radius_mm = {radius}}}')[0, 0]
-        for radius in (5, 20, 100)
-    ]
+    text = PATH + 'object = {{shape = "cylinder", radius_mm = {}}}'
+    normal = [forces(design, text.format(radius))[0, 0] for radius in (5, 20, 100)]
     assert normal == sorted(normal)
 
 
-def test_forces_requested_for_come_out(design):
+def test_forces_requested_for_come_out_at_about_the_approach_that_is_foreseen(design):
     text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 0.7], [3, -0.5]]'
-    assert forces(design, text) == pytest.approx(np.array([[3, 0], [3, 0.7], [3, -0.5]]), abs=1e-7)
+    found = analyse(design, parse_scene(text), "plane-strain").increments
+    forces = [[each.normal_force_N, each.tangential_force_N] for each in found]
+    assert np.array(forces) == pytest.approx(np.array([[3, 0], [3, 0.7], [3, -0.5]]), abs=1e-7)
+    assert approach_for(design, SceneObject(), 3.0) == pytest.approx(found[0].approach_mm, rel=0.3)
 
 
-def test_a_pull_beyond_friction_is_refused_with_what_friction_carries(design):
-    text = 'path.control = "force"\npath.increments_N = [[3, 0], [3, 1.6]]'
-    with pytest.raises(SolverError, match=r"complete slip.*carries 1\.5 N"):
-        analyse(design, parse_scene(text), "plane-strain")
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("[[3, 0], [3, 1.6]]", r"complete slip.*carries 1\.5 N"),
+        ("[[3, 0], [2000, 0]]", r"row 2 of 2.*ask for less force"),
+    ],
+)
+def test_forces_that_no_motion_gives_are_refused(design, rows, words):
+    with pytest.raises(SolverError, match=words):
+        forces(design, f'path.control = "force"\npath.increments_N = {rows}')
 
 
 def test_what_was_solved_before_the_refusal_is_kept(design, tmp_path):
     scene = parse_scene('path.control = "force"\npath.increments_N = [[2, 0], [3, 0.9], [3, 1.6]]')
-    outcome = analyse_into(Case(design, scene, "plane-strain", "pull"), tmp_path)
-    assert outcome.status == "failed"
-    assert outcome.failure.startswith("row 3 of 3 (path.increments_N[2]): no motion gives")
-    assert [row.tangential_force_N for row in outcome.increments] == pytest.approx([0.0, 0.9])
+    found = analyse_into(Case(design, scene, "plane-strain", "pull"), tmp_path)
+    assert found.status == "failed"
+    assert found.failure.startswith("row 3 of 3 (path.increments_N[2]): no motion gives")
+    assert [row.tangential_force_N for row in found.increments] == pytest.approx([0.0, 0.9])
 
 
 @pytest.mark.parametrize(
@@ -105,13 +118,6 @@ def test_the_whole_finger_does_as_its_half(design):
     last = whole.increments[-1]
     assert [last.normal_force_N, last.tangential_force_N] == pytest.approx(half[-1], rel=1e-6)
     assert abs(last.twist_moment_Nmm) < 1e-3 * last.normal_force_N
-
-
-def test_a_cylinder_along_x_turned_to_z_is_one_along_z(design):
-    plain = 'object = {shape = "cylinder", radius_mm = 30}'
-    turned = 'object = {shape = "cylinder", radius_mm = 30, axis = "x", turn_deg = 90}'
-    expected = forces(design, PATH + plain, "3d")
-    assert forces(design, PATH + turned, "3d") == pytest.approx(expected, rel=1e-5)
 
 
 def test_objects_touch_the_crest_and_no_more(design):
@@ -177,18 +183,6 @@ def test_a_touch_that_the_mesh_does_not_feel_is_warned_of(design):
     result = analyse(design, scene, "plane-strain")
     assert result.increments[0].normal_force_N == 0.0
     assert any(said.startswith("in 1 row from row 1 on") for said in result.warnings)
-
-
-def test_forces_that_lead_too_far_are_refused(design):
-    text = 'path.control = "force"\npath.increments_N = [[3, 0], [2000, 0]]'
-    with pytest.raises(SolverError, match=r"row 2 of 2.*ask for less force"):
-        analyse(design, parse_scene(text), "plane-strain")
-
-
-def test_the_approach_for_a_force_is_about_right(design):
-    text = 'path.control = "force"\npath.increments_N = [[3, 0]]'
-    found = analyse(design, parse_scene(text), "plane-strain").increments[0].approach_mm
-    assert approach_for(design, SceneObject(), 3.0) == pytest.approx(found, rel=0.3)
 
 
 def test_an_unusual_friction_is_searched_for_other_answers(design, monkeypatch):

@@ -7,12 +7,12 @@ import pytest
 
 import fingerdesign.fem.finite.row as row_module
 from fingerdesign import parse_design, parse_scene
-from fingerdesign.analysis.finite_path import FinitePathStopped, finite_readings
+from fingerdesign.analysis.finite_path import finite_readings
 from fingerdesign.analysis.path import object_at_touch, targets
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.errors import DesignError
+from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.fem.finite.row import _TOLERANCE
 from fingerdesign.fem.model import build_model
 from fingerdesign.layout.zone import Zone
@@ -84,10 +84,11 @@ def test_rows_hold_to_rounding(pressed):
         assert row.residual <= _TOLERANCE
         assert row.balance < 1e-8
         assert row.tangents <= 4
-    assert (pressed.tangential_force <= 0.5 * pressed.normal_force * (1 + 1e-9)).all()
-    assert pressed.gages.shape == (4, 2, 2)
+    read = pressed.readings
+    assert (read.tangential_force <= 0.5 * read.normal_force * (1 + 1e-9)).all()
+    assert read.gages.shape == (4, 2, 2)
     assert pressed.dofs > 1000
-    assert pressed.stick_ratio[1] > 0.8
+    assert read.stick_ratio[1] > 0.8
 
 
 def test_as_the_load_goes_to_zero_it_is_the_small_strain_answer(design, mesh):
@@ -98,12 +99,12 @@ def test_as_the_load_goes_to_zero_it_is_the_small_strain_answer(design, mesh):
         finite = finite_readings(design, mesh, ZONE, scene)
         small = small_strain(design, mesh, scene)
         last = small[-1]
-        gages = np.array([each.gages for each in small])
+        gages = 1e6 * np.array([each.gages for each in small])
         found.append(
             [
-                finite.normal_force[-1] / last.normal_force - 1.0,
-                finite.tangential_force[-1] / last.tangential_force - 1.0,
-                np.abs(finite.gages - gages)[-1].max() / np.abs(gages[-1]).max(),
+                finite.readings.normal_force[-1] / last.normal_force - 1.0,
+                finite.readings.tangential_force[-1] / last.tangential_force - 1.0,
+                np.abs(finite.readings.gages - gages)[-1].max() / np.abs(gages[-1]).max(),
             ]
         )
     first, third = np.abs(found)
@@ -124,23 +125,24 @@ def test_the_mirrored_scene_mirrors(design, mesh, pressed):
     places = [[-x, y, 180.0 - angle] for x, y, angle in design.plates.placement]
     other = with_values(design, {"plates.placement": places})
     rows = [[a, -s] for a, s in ROWS]
-    found = finite_readings(other, mirrored(mesh), ZONE, scene_of(rows))
-    assert np.allclose(found.normal_force, pressed.normal_force, rtol=1e-7)
-    assert np.allclose(found.tangential_force, -pressed.tangential_force, rtol=0, atol=1e-7)
-    assert np.allclose(found.stick_ratio, pressed.stick_ratio, atol=1e-6)
+    found = finite_readings(other, mirrored(mesh), ZONE, scene_of(rows)).readings
+    wanted = pressed.readings
+    assert np.allclose(found.normal_force, wanted.normal_force, rtol=1e-7)
+    assert np.allclose(found.tangential_force, -wanted.tangential_force, rtol=0, atol=1e-7)
+    assert np.allclose(found.stick_ratio, wanted.stick_ratio, atol=1e-6)
     # an axis turned to 180 - angle has its upper side where the mirror puts the lower one
-    assert np.allclose(found.gages[..., ::-1], pressed.gages, rtol=0, atol=1e-9)
+    assert np.allclose(found.gages[..., ::-1], wanted.gages, rtol=0, atol=1e-3)
 
 
 def test_forces_given_lead_to_the_motion_that_gives_them(design, mesh, pressed):
     scene = scene_of([[2.0, 0.0], [2.0, 0.4]], control="force")
     by_force = finite_readings(design, mesh, ZONE, scene)
-    assert np.allclose(by_force.normal_force, 2.0, rtol=1e-8)
-    assert np.allclose(by_force.tangential_force, [0.0, 0.4], atol=1e-8)
+    assert np.allclose(by_force.readings.normal_force, 2.0, rtol=1e-8)
+    assert np.allclose(by_force.readings.tangential_force, [0.0, 0.4], atol=1e-8)
     rows = [[row.motion.approach, row.motion.shear] for row in by_force.rows]
     again = finite_readings(design, mesh, ZONE, scene_of(rows))
-    assert np.allclose(again.normal_force, 2.0, rtol=1e-6)
-    assert np.allclose(again.gages, by_force.gages, rtol=0, atol=1e-9)
+    assert np.allclose(again.readings.normal_force, 2.0, rtol=1e-6)
+    assert np.allclose(again.readings.gages, by_force.readings.gages, rtol=0, atol=1e-3)
 
 
 def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypatch):
@@ -152,27 +154,28 @@ def test_a_row_too_long_is_cut_and_its_answer_is_no_other(design, mesh, monkeypa
         return way(past, target, share, facing)
 
     monkeypatch.setattr(row_module, "_on_the_way", sampled)
-    at_once = finite_readings(design, mesh, zone, scene_of([[0.6, 0.0]], friction=0.0))
+    scene = scene_of([[0.6, 0.0]], friction=0.0)
+    at_once = finite_readings(design, mesh, zone, scene).readings
     assert min(shares) < 1.0
     rows = [[0.15 * k, 0.0] for k in range(1, 5)]
-    in_steps = finite_readings(design, mesh, zone, scene_of(rows, friction=0.0))
+    in_steps = finite_readings(design, mesh, zone, scene_of(rows, friction=0.0)).readings
     assert at_once.normal_force[-1] == pytest.approx(in_steps.normal_force[-1], rel=1e-8)
-    assert np.allclose(at_once.gages[-1], in_steps.gages[-1], rtol=0, atol=1e-9)
+    assert np.allclose(at_once.gages[-1], in_steps.gages[-1], rtol=0, atol=1e-3)
 
 
 def test_pressed_and_let_go_nothing_is_left(rubber, plain):
     found = finite_readings(rubber, plain, ZONE, scene_of([[0.1, 0.02], [0.05, 0.0], [0.0, 0.0]]))
-    assert found.normal_force[1] > 0.0
-    assert abs(found.normal_force[2]) < 1e-8
-    assert found.normal_force[0] > found.normal_force[1]
+    assert found.readings.normal_force[1] > 0.0
+    assert abs(found.readings.normal_force[2]) < 1e-8
+    assert found.readings.normal_force[0] > found.readings.normal_force[1]
 
 
 @pytest.mark.parametrize("rigid", ['shape = "cylinder"\nradius_mm = 1e5', "tilt_deg = 1e-7"])
 def test_nearly_a_flat_plane_is_one(rubber, plain, rigid):
     flat = finite_readings(rubber, plain, ZONE, scene_of(ROWS))
     found = finite_readings(rubber, plain, ZONE, scene_of(ROWS, rigid))
-    assert np.allclose(found.normal_force, flat.normal_force, rtol=1e-3)
-    assert np.allclose(found.tangential_force, flat.tangential_force, atol=2e-3)
+    assert np.allclose(found.readings.normal_force, flat.readings.normal_force, rtol=1e-3)
+    assert np.allclose(found.readings.tangential_force, flat.readings.tangential_force, atol=2e-3)
 
 
 def test_a_round_object_and_half_the_load_tend_to_small_strain(rubber, plain):
@@ -181,7 +184,7 @@ def test_a_round_object_and_half_the_load_tend_to_small_strain(rubber, plain):
         scene = scene_of([[0.1 * share, 0.0]], 'shape = "cylinder"\nradius_mm = 3.0')
         found = finite_readings(rubber, plain, ZONE, scene)
         ratios.append(
-            found.normal_force[0] / small_strain(rubber, plain, scene)[0].normal_force - 1
+            found.readings.normal_force[0] / small_strain(rubber, plain, scene)[0].normal_force - 1
         )
     assert abs(ratios[0]) < 0.02
     assert abs(ratios[1]) < 0.7 * abs(ratios[0])
@@ -192,17 +195,15 @@ def test_half_a_finger_in_space_is_the_whole(design):
     rows = scene_of([[0.1, 0.0], [0.1, 0.05]])
     half = finite_readings(rubber, extrude(rubber, 1.6, True), Zone(1.6), rows)
     whole = finite_readings(rubber, extrude(rubber, 1.6, False), Zone(1.6), rows)
-    assert np.allclose(half.normal_force, whole.normal_force, rtol=1e-3)
-    assert np.allclose(half.tangential_force, whole.tangential_force, rtol=1e-3)
+    assert np.allclose(half.readings.normal_force, whole.readings.normal_force, rtol=1e-3)
+    assert np.allclose(half.readings.tangential_force, whole.readings.tangential_force, rtol=1e-3)
     assert half.dofs < 0.6 * whole.dofs
 
 
 def test_what_cannot_be_held_stops_with_the_rows_before(rubber, plain):
     scene = scene_of([[2.0, 0.0], [2.0, 3.0]], control="force")
-    with pytest.raises(FinitePathStopped, match="complete slip") as stopped:
+    with pytest.raises(SolverError, match=r"row 2 of 2.*complete slip"):
         finite_readings(rubber, plain, ZONE, scene)
-    assert len(stopped.value.rows) == 1
-    assert "row 2 of 2" in str(stopped.value)
 
 
 @pytest.mark.parametrize(
@@ -264,13 +265,13 @@ def test_pressed_far_and_sheared_with_friction():
     """Two discretisations of contact differ by 1e-4 where the contact is smallest, 2e-5 later."""
     found = second_code(CODE_RUBBER, SHEARED, 0.5)
     wanted = np.array(list(SHEARED.values()))
-    assert np.allclose(found.normal_force, wanted[:, 0], rtol=2e-4)
-    assert np.allclose(found.tangential_force, wanted[:, 1], rtol=0, atol=1e-4)
+    assert np.allclose(found.readings.normal_force, wanted[:, 0], rtol=2e-4)
+    assert np.allclose(found.readings.tangential_force, wanted[:, 1], rtol=0, atol=1e-4)
 
 
 def test_gages_of_plates_that_turn():
     """Within 0.03 of 129 microstrain, where small strain is off by up to 14."""
     found = second_code(CODE_PLATES, [(a, 0.0) for a in PRESSED], 0.0)
     for k, (force, gages) in enumerate(PRESSED.values()):
-        assert found.normal_force[k] == pytest.approx(force, rel=1e-4)
-        assert np.abs(1e6 * found.gages[k].ravel() - gages).max() < 0.03
+        assert found.readings.normal_force[k] == pytest.approx(force, rel=1e-4)
+        assert np.abs(found.readings.gages[k].ravel() - gages).max() < 0.03

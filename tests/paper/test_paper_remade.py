@@ -1,4 +1,4 @@
-"""All figures, the page, the record and the claims, from one quick and coarse run; the command."""
+"""The remade figures of the paper: their numbers, page, record and claims, on a coarse mesh."""
 
 import csv
 import json
@@ -8,16 +8,32 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fingerdesign_cli.commands.hand import paper as command
 from fingerdesign_cli.main import main
 
+from fingerdesign.analysis.case import fundamental_scene
+from fingerdesign.analysis.stages import one_thread, zone_of
 from fingerdesign.checks.load import load_design, with_values
-from fingerdesign.paper import remade as paper_files
+from fingerdesign.errors import DesignError
+from fingerdesign.paper import case as paper_case
+from fingerdesign.paper import lifts as paper_rig
 from fingerdesign.paper import remade as paper_remade
 from fingerdesign.paper.claims import CLAIMS, claims_of
-from fingerdesign.paper.figures import paper_figure
+from fingerdesign.paper.figures import _text
+from fingerdesign.paper.lifts import ROUTE_FRICTION, SQUEEZE, squeeze
+from fingerdesign.paper.places import (
+    area_under_curve,
+    best_threshold,
+    likeness,
+    roc_curve,
+)
+from fingerdesign.paper.rectangles import COUNT
+from fingerdesign.paper.relation import (
+    relation_errors,
+    spread_at_equal_area,
+)
 from fingerdesign.paper.remade import ORDER, paper_figures
 from fingerdesign.records.base import ResultError
-from fingerdesign.report.style import canvas, house_style
 
 QUICK = paper_remade.Effort(frictions=(0.2, 0.3, 0.5, 1.0), samples=(100,), seeds=1)
 COARSE = {
@@ -29,8 +45,8 @@ COARSE = {
 }
 
 
-def quick_design():
-    return with_values(load_design("designs/maeno2000.toml"), COARSE)
+def coarse_design(**values):
+    return with_values(load_design("designs/maeno2000.toml"), {**COARSE, **values})
 
 
 @pytest.fixture(scope="module")
@@ -40,19 +56,19 @@ def said():
 
 @pytest.fixture(scope="module")
 def found(said):
-    return paper_remade.remake(quick_design(), lambda m, f: said.append((m, f)), QUICK)
+    return paper_remade.remake(coarse_design(), lambda m, f: said.append((m, f)), QUICK)
 
 
 @pytest.fixture(scope="module")
 def folder(found, tmp_path_factory):
     target = tmp_path_factory.mktemp("paper") / "out"
-    paper_files.write_paper(found, target)
+    paper_remade.write_paper(found, target)
     return target
 
 
 @pytest.fixture(scope="module")
 def drawn(found):
-    return paper_figures(found, 0.3, 0.5)
+    return paper_figures(found)
 
 
 @pytest.fixture
@@ -61,8 +77,8 @@ def quickly_drawn(drawn, monkeypatch):
     monkeypatch.setattr("fingerdesign.paper.remade.paper_figures", lambda *_: drawn)
 
 
-def claim(found, key):
-    return next(c for c in found.claims if c.figure == key)
+def claim_of(found, key):
+    return next(c for c in claims_of(found) if c.figure == key)
 
 
 def test_progress_goes_forward(found, said):
@@ -82,13 +98,11 @@ def test_every_claim_has_words_a_verdict_and_numbers(found):
 
 
 def test_what_holds_on_the_papers_finger_whatever_the_mesh(found):
-    assert claim(found, "fig07").verdict == "yes"
-    assert claim(found, "likeness").verdict == "yes"
-    assert claim(found, "fig08").verdict == "yes"
-    assert claim(found, "fig10").verdict == "yes"
-    assert claim(found, "fig03").verdict == "partly"  # the change tells, the shape does not
-    assert claim(found, "each_gage").verdict == "partly"
-    assert claim(found, "fig08_relation").numbers["same_error"] < 0.05
+    for key in ("fig07", "likeness", "fig08", "fig10"):
+        assert claim_of(found, key).verdict == "yes"
+    assert claim_of(found, "fig03").verdict == "partly"  # the change tells, the shape does not
+    assert claim_of(found, "each_gage").verdict == "partly"
+    assert claim_of(found, "fig08_relation").numbers["same_error"] < 0.05
 
 
 def test_claims_follow_their_numbers(found):
@@ -107,10 +121,6 @@ def test_claims_follow_their_numbers(found):
     assert "complete slip at μ = 0.2" in one.measured
     late = claim_of(replace(found, increments=found.increments[:-1]), "fig07")
     assert late.verdict == "partly"  # nothing slips as a whole
-
-
-def claim_of(found, key):
-    return next(c for c in claims_of(found) if c.figure == key)
 
 
 def test_the_folder_holds_every_figure_three_times_a_page_and_a_record(folder):
@@ -164,6 +174,8 @@ def test_the_record_and_the_page(folder, found):
     assert [each["figure"] for each in record["claims"]] == list(CLAIMS)
     assert [each["key"] for each in record["figures"]] == list(ORDER)
     page = (folder / "paper.html").read_text("utf-8")
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids))
     assert page.count("<svg") == len(ORDER)
     assert "<script" not in page
     assert "http:" not in page.replace("http://www.w3.org", "")
@@ -174,41 +186,23 @@ def test_the_record_and_the_page(folder, found):
             assert (folder / name).is_file(), name
 
 
-def test_ids_of_the_page_are_unique(folder):
-    ids = re.findall(r'\bid="([^"]+)"', (folder / "paper.html").read_text("utf-8"))
-    assert len(ids) == len(set(ids))
-
-
 @pytest.mark.usefixtures("quickly_drawn")
-def test_other_files_in_the_folder_are_left_alone_and_figures_replaced(found, tmp_path):
+def test_other_files_are_left_alone_and_a_folder_in_the_way_is_a_named_failure(found, tmp_path):
     (tmp_path / "mine.txt").write_text("mine", encoding="utf-8")
+    (tmp_path / "fig02.png").mkdir()
+    with pytest.raises(ResultError, match="cannot write into"):
+        paper_remade.write_paper(found, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"fig02.png", "mine.txt"}
+    (tmp_path / "fig02.png").rmdir()
     (tmp_path / "fig02.png").write_text("older", encoding="utf-8")
-    files = paper_files.write_paper(found, tmp_path)
-    assert files[-1].name == "paper.html"
+    assert paper_remade.write_paper(found, tmp_path)[-1].name == "paper.html"
     assert (tmp_path / "mine.txt").read_text("utf-8") == "mine"
     assert (tmp_path / "fig02.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.usefixtures("quickly_drawn")
-def test_a_folder_in_the_way_is_a_named_failure(found, tmp_path):
-    (tmp_path / "fig02.png").mkdir()
-    with pytest.raises(ResultError, match="cannot write into"):
-        paper_files.write_paper(found, tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["fig02.png"]
-
-
-def test_cells_of_a_data_file(tmp_path):
-    with house_style():
-        made = paper_figure(
-            canvas(1.0, 1.0),
-            "each_gage",
-            ("a", "b"),
-            [(np.float64(1.0 / 3.0), None), (np.int64(3), float("nan")), ("x", np.bool_(True))],
-            places=(),
-        )
-    made.write(tmp_path)
-    text = (tmp_path / "each_gage.csv").read_text("utf-8")
-    assert text == "a,b\n0.333333,\n3,\nx,1\n"
+def test_cells_of_a_data_file():
+    values = (np.float64(1.0 / 3.0), None, np.int64(3), float("nan"), "x", np.bool_(True))
+    assert [_text(value) for value in values] == ["0.333333", "", "3", "", "x", "1"]
 
 
 def test_two_runs_draw_the_same(folder, drawn):
@@ -255,3 +249,253 @@ def test_the_whole_command(tmp_path, capsys):
     assert relation["same_error"] < 0.03
     assert relation["growing_error"] > 0.05
     assert (tmp_path / "paper.html").stat().st_size > 100_000
+
+
+ROOT = Path(__file__).parents[2]
+TEXT = (ROOT / "docs/paper.md").read_text("utf-8")
+
+
+@pytest.mark.slow
+def test_its_python_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
+    exec(compile(code, "docs/paper.md", "exec"), {})
+    first, second = capsys.readouterr().out.splitlines()
+    assert first == f"{len(CLAIMS)} partly"
+    assert second == "True"
+
+
+def test_every_figure_and_claim_is_reported_of():
+    figures = re.findall(r"^\| `(\w+)` \|", TEXT, flags=re.MULTILINE)
+    assert figures == list(ORDER)
+    claims = re.findall(r"^\| `(\w+)`: .* \| (yes|partly|no) \|", TEXT, flags=re.MULTILINE)
+    assert [key for key, _ in claims] == list(CLAIMS)
+    options = {name for parameter in command.params for name in parameter.opts}
+    assert set(re.findall(r"(--\w+)", TEXT)) <= options
+
+
+def test_its_pictures_are_there():
+    for name in re.findall(r"\]\((images/[^)]+)\)", TEXT):
+        assert (ROOT / "docs" / name).is_file(), name
+
+
+SCENE = fundamental_scene()
+
+
+def coarse_case(**values):
+    design = coarse_design(**values)
+    requested = paper_case.check_case(design, SCENE)
+    return paper_case.build_case(requested, SCENE, zone_of(requested, SCENE))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def single_thread():
+    with one_thread():
+        yield
+
+
+@pytest.fixture(scope="module")
+def case():
+    return coarse_case()
+
+
+def test_the_twin_is_the_same_finger_without_plates(case):
+    assert case.twin.model.nodes == case.finger.model.nodes
+    assert len(case.gage_x) == 15
+    assert case.twin.model.point_readout.shape[0] == 6 * 15 * (1 + len(case.depths))
+    assert case.depths == paper_case.DEPTHS
+    pressed = [
+        next(paper_case.follow_rows(problem, [(0.1, 0.0)])).measures.normal_force
+        for problem in (case.finger, case.twin)
+    ]
+    assert pressed[0] == pytest.approx(pressed[1], rel=0.05)
+    assert pressed[0] > pressed[1]  # plates stiffen
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_a_design_without_an_array_of_gages_is_refused(count):
+    design = with_values(load_design("designs/maeno2000.toml"), {"plates.count": count})
+    with pytest.raises(DesignError, match=r"plates\.count") as raised:
+        paper_case.check_case(design, SCENE)
+    assert len(raised.value.faults) == 1
+
+
+def test_the_three_paths(case):
+    rows = paper_case.path_rows(case, "similar", 0.5)
+    whole = rows[paper_case.PIECES - 1 :: paper_case.PIECES]
+    assert np.array(whole) == pytest.approx(np.array(case.rows))
+    twice = paper_case.path_rows(case, "similar", 1.0)
+    assert [s for _, s in twice] == pytest.approx([2 * s for _, s in rows])
+    assert paper_case.path_rows(case, "same", 0.2) == paper_case.path_rows(case, "same", 1.0)
+    approach = [a for a, _ in paper_case.path_rows(case, "growing", 0.5)]
+    assert (np.diff(approach) > 0.0).all()
+    assert approach[-1] == case.approach
+    with pytest.raises(ValueError, match="must be one of similar"):
+        paper_case.path_rows(case, "other", 0.5)
+    for path in ("same", "growing"):  # they end with their first increment of complete slip
+        rows = paper_case.path_rows(case, path, 0.3)
+        steps = list(paper_case.follow_rows(case.finger.with_friction(0.3), rows))
+        ratios = [step.measures.stick_ratio for step in steps]
+        assert ratios[-1] < 0.01 <= min(ratios[:-1])
+
+
+def test_the_relation_hardly_depends_on_friction_while_the_approach_is_held(found):
+    found = found.relations[1]
+    assert (found.path, found.frictions) == ("same", QUICK.frictions)
+    assert set(found.friction) == set(QUICK.frictions)
+    assert min(found.rank) > 0.99
+    assert found.pooled_rank > 0.99
+    assert found.other_share < 0.05
+    assert found.own_share <= found.other_share
+    assert found.spread_median_mm < 0.1 * found.largest_mm
+
+
+def test_where_the_approach_grows_the_area_does_not_tell_complete_slip(found):
+    found = found.relations[2]
+    assert found.path == "growing"
+    assert found.before_share < 0.06
+    assert found.other_share > 1.5 * found.before_share
+
+
+def test_equal_relations_have_no_spread_and_no_error_and_shifted_ones_theirs():
+    area = np.linspace(5.0, 1.0, 20)
+    stick = 0.5 * area
+    assert spread_at_equal_area([area, area], [stick, stick]).max() == pytest.approx(0.0)
+    shifted = spread_at_equal_area([area, area], [stick, stick + 0.3])
+    assert shifted == pytest.approx(np.full(len(shifted), 0.3))
+    assert len(spread_at_equal_area([area, area + 9.0], [stick, stick])) == 0
+    label = np.repeat([0.2, 0.5], 20)
+    own, other = relation_errors(label, np.tile(area, 2), np.tile(stick, 2))
+    assert own == pytest.approx(np.zeros(2))
+    assert other == pytest.approx(np.zeros(2))
+    own, other = relation_errors(label, np.tile(area, 2), np.concatenate([stick, stick + 0.3]))
+    assert own == pytest.approx(np.zeros(2))
+    assert other == pytest.approx(np.full(2, 0.3))
+
+
+def test_plates_feel_the_rubbers_shear_strain_in_shape_but_not_in_size(found):
+    alike = found.likeness
+    assert alike.membrane.shape == alike.shear.shape == (8, 15)
+    assert min(alike.correlation) > 0.95
+    assert min(alike.change_correlation) > 0.9
+    assert max(alike.upper_correlation) < 0.0  # bending: nothing like it
+    assert 5e-5 < alike.overall_slope < 2e-4
+    assert alike.read_correlation == pytest.approx(alike.correlation)  # face = "both"
+
+
+def test_where_a_plate_is_rubber_its_strain_is_half_the_shear():
+    """At 45 degrees in plane strain, where nearly nothing changes its volume."""
+    alike = likeness(coarse_case(**{"plates.model": "none"}))
+    assert alike.overall_slope == pytest.approx(0.5, abs=0.02)
+    assert min(alike.correlation) > 0.99
+
+
+def test_what_slip_ends_is_the_growth_of_the_shear_not_the_shear(found):
+    turned = found.rectangles
+    assert len(turned.status) == len(turned.corners) == COUNT
+    assert {"stick", "slip"} <= set(turned.status)
+    assert turned.status[0] == turned.status[-1] == "slip"  # from both edges
+    pressed = turned.angle["pressed"]
+    assert pressed == pytest.approx(-pressed[::-1], abs=0.02)
+    assert (turned.angle["added"] > 0.0).all()
+    change = {s: turned.mean("change", s) for s in ("stick", "slip")}
+    assert change["stick"] > 2.0 * change["slip"] > 0.0
+    assert turned.mean("added", "slip") > 0.7 * turned.mean("added", "stick")
+    assert turned.shear_mm[0] == 0.0 < turned.shear_mm[1] < turned.shear_mm[2]
+    assert (turned.change_per_N > 0.0).all()
+    # The angle is of the two middle lines against each other: here by the corners, of squares.
+    x, y = turned.corners[..., 0], turned.corners[..., 1]
+    area = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
+    assert (area > 0.0).all()  # anticlockwise
+    width = x[:, 1] - x[:, 0]
+    assert width == pytest.approx(y[:, 3] - y[:, 0])
+    moved = turned.moved["sheared"] - turned.moved["pressed"]
+    by_corners = (moved[:, 3] + moved[:, 2] - moved[:, 0] - moved[:, 1])[:, 0]
+    by_corners += (moved[:, 1] + moved[:, 2] - moved[:, 0] - moved[:, 3])[:, 1]
+    assert np.degrees(by_corners / (2 * width)) == pytest.approx(turned.angle["added"], rel=0.2)
+
+
+def test_one_gage_hardly_reports_stick_from_slip_but_the_rubber_near_the_surface_does(found):
+    gages, rubber = found.places[:4], found.places[4:]
+    assert [v.reading for v in gages[::2]] == ["plate, both faces", "plate, upper face"]
+    under = next(v for v in gages if v.touching)
+    skin = next(v for v in rubber if v.touching and v.depth_mm == 0.1)
+    assert skin.right > 0.85
+    assert skin.gain > 0.5
+    assert under.gain < 0.25
+    assert under.auc < 0.75 < skin.auc
+    every = gages[0]
+    assert every.right > every.constant + 0.05  # near the contact or not: that it tells
+    for each in (*gages, *rubber):
+        assert 0.5 <= each.constant <= 1.0
+        assert (np.diff(each.roc) >= 0.0).all()
+        requested = np.isfinite(each.by_place)
+        assert requested.all() or each.touching
+    right = {v.depth_mm: v.right for v in rubber if v.touching}
+    assert right[0.1] > right[0.4] > right[1.2]
+
+
+def test_threshold_and_curve_of_a_classifier():
+    scores = np.array([3.0, 1.0, 2.0, 4.0])
+    truth = np.array([True, False, False, True])
+    assert best_threshold(scores, truth) == 2.5
+    assert best_threshold(scores, np.ones(4, dtype=bool)) < 1.0
+    assert best_threshold(scores, np.zeros(4, dtype=bool)) > 4.0
+    assert np.isnan(best_threshold(scores[:0], truth[:0]))
+    assert area_under_curve(scores, truth) == 1.0
+    assert area_under_curve(-scores, truth) == 0.0
+    assert np.isnan(area_under_curve(scores, np.ones(4, dtype=bool)))
+    misses, hits = roc_curve(scores, truth)
+    assert (misses[0], hits[0], misses[-1], hits[-1]) == (0.0, 0.0, 1.0, 1.0)
+
+
+def test_lifts_by_the_rule_and_two_other_routes(found):
+    low, high = (lift for lift in found.lifts if lift.friction in (ROUTE_FRICTION, 0.8))
+    for lift in (low, high):
+        assert lift.ruled.result.lifted
+        assert not lift.ruled.result.gross_slip
+        assert lift.ruled.result.safety_margin > 1.0
+    assert low.free.result.gross_slip
+    assert not high.free.result.gross_slip
+    route = found.route
+    least = 0.5 * 9.80665e-3 * 500.0 / ROUTE_FRICTION
+    assert route.forces[0].max() == pytest.approx(SQUEEZE * least, rel=0.03)
+    assert not route.slips
+    assert route.forces[1][-1] > ROUTE_FRICTION * least
+
+
+def test_a_squeeze_that_is_not_enough_slips(case):
+    design = with_values(case.design, {"grip.max_approach_mm": 0.05})
+    assert squeeze(replace(case, design=design)).slips
+
+
+def test_the_rig_repeats_itself_and_noise_changes_it(case):
+    rig = paper_rig.rig_of(case, "bronze", levels=(100,), seeds=2)
+    assert rig.levels == (None, 100)
+    assert rig.works(None)  # without noise
+    assert len(rig.at(None)) == 2  # one a friction
+    assert len(rig.at(100, 0.3)) == 2
+    again = paper_rig.measured(
+        replace(case, design=with_values(case.design, paper_rig.RIG_SETTINGS)), 100, 1
+    )
+    for first, second in zip(rig.at(100)[2:], again, strict=True):
+        assert (first.seed, first.friction) == (second.seed, second.friction)
+        assert first.episode.result == second.episode.result
+    forces = [g.episode.trace.normal_force for g in rig.at(100, 0.3)]
+    readings = [g.episode.trace.gage_readings[0] for g in rig.at(100, 0.3)]
+    assert len(forces[0]) > 10
+    assert np.std(readings[0] - readings[1]) == pytest.approx(0.05 * np.sqrt(2), rel=0.5)
+
+
+def test_a_rig_works_where_all_is_lifted_and_the_frictions_are_distinguished(case):
+    whole = paper_rig.rig_of(case, "bronze", levels=(), seeds=1)
+    low, high = whole.at(None)
+    alike = replace(high, episode=low.episode)
+    blind = paper_rig.Rig("blind", (low, alike))
+    assert blind.force_ratio(None) == 1.0
+    assert not blind.works(None)
+    assert blind.least_samples == ()
+    slipped = replace(low.episode.result, lifted=False, gross_slip=True)
+    lost = replace(low, episode=replace(low.episode, result=slipped))
+    assert lost.ended == "slipped"
+    assert not paper_rig.Rig("lost", (lost, high)).works(None)
+    assert np.isnan(paper_rig.Rig("lost", (lost, high)).force_ratio(None))

@@ -1,11 +1,20 @@
 """An outcome's own text is read back; what only looks like one is refused."""
 
+import csv
+import io
 import json
 
 import pytest
 
-from fingerdesign.records.outcome import Outcome, OutcomeError
-from tests.support.any_outcomes import any_outcomes
+from fingerdesign.errors import MOST_TEXT, all_shown, shown
+from fingerdesign.records.outcome import (
+    Outcome,
+    OutcomeError,
+    designs_csv,
+    grips_csv,
+    increments_csv,
+)
+from tests.support.any_outcomes import HOSTILE, any_outcomes
 
 GOOD = next(each for each in any_outcomes(6, failed=0.0) if each.status == "ok")
 
@@ -46,3 +55,45 @@ def nested(depth):
 def test_what_no_page_could_bear_is_refused(text):
     with pytest.raises(OutcomeError):
         Outcome.from_json(text)
+
+
+def rows(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_designs_are_read_back_exactly():
+    made = any_outcomes(30)
+    found = rows(designs_csv(made))
+    assert len(found) == 30
+    for outcome, row in zip(made, found, strict=True):
+        assert row["digest"] == outcome.digest
+        assert float(row["body.arc_radius_mm"]) == outcome.values["body.arc_radius_mm"]
+        for name, value in outcome.metrics.items():
+            assert row[name] == ("" if value is None else str(value))
+        assert row["failure_kind"] == (outcome.failure.kind if outcome.failure else "")
+
+
+def test_a_line_is_a_row_whatever_the_names():
+    made = any_outcomes(12, hostile=True)
+    text = designs_csv(made)
+    assert len(text.splitlines()) == 13
+    cells = [cell for row in csv.reader(io.StringIO(text)) for cell in row]
+    assert not [cell for cell in cells if cell.startswith(("=", "@"))]
+    assert "'=1+1" in cells
+
+
+def test_increments_and_grips():
+    made = any_outcomes(6, failed=0.0)
+    path = rows(increments_csv(made))
+    assert len(path) == sum(len(o.traces.normal_force_N) for o in made)
+    first = made[0].traces
+    assert [float(row["gage_0_microstrain"]) for row in path[:24]] == [g[0] for g in first.gages]
+    grips = rows(grips_csv(made))
+    assert float(grips[59]["normal_force_N"]) == made[0].grips[0].normal_force_N[-1]
+
+
+def test_shown_text_is_harmless_and_ends():
+    for text in HOSTILE:
+        assert not set(shown(text)) & {chr(0), chr(7), "\u2028", "\u202e", "\n"}
+    assert len(shown("x" * 10_000_000)) == MOST_TEXT + 1
+    assert all_shown({"a\n": [1, None, True, "\x1b[2J"]}) == {"a�": [1, None, True, "�[2J"]}

@@ -1,8 +1,9 @@
 """result.json holds what CONTRACT promises, comes back the same, and is written whole or not."""
 
 import csv
-import dataclasses
 import json
+import multiprocessing
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,110 +11,49 @@ import pytest
 
 import fingerdesign.records.result as results
 from fingerdesign.errors import DesignError
-from fingerdesign.records.arrays import GripTrace
 from fingerdesign.records.base import ResultError, schema_text
 from fingerdesign.records.folder import RESULTS, read_result
 from fingerdesign.records.result import (
-    GageResult,
-    GripResult,
-    IncrementResult,
-    MeshSummary,
-    ModelSummary,
     PointStrain,
     Result,
 )
+from tests.support.closed_form_analysis import make_analysis
 from tests.support.result_folders import write_result_folder
 
 SCHEMA = Path(results.__file__).parents[1] / "data" / "result.schema.json"
 
 
-def increment(number, stick_ratio=0.5):
-    gages = tuple(
-        GageResult(plate, 3.0 + number, 1.0, 2.0 + number / 2, 1.0 + number / 2, 2.0 + number / 2)
-        for plate in range(3)
-    )
-    return IncrementResult(
-        approach_mm=0.1 * number,
-        shear_mm=0.0,
-        normal_force_N=2.0 * number,
-        tangential_force_N=0.25 * number,
-        contact_width_mm=1.5,
-        stick_ratio=stick_ratio,
-        open_nodes=4,
-        stick_nodes=3,
-        slip_nodes=2,
-        peak_pressure_MPa=0.2,
-        iterations=5,
-        residual=1e-12,
-        gages=gages,
-        points=(PointStrain(1.0, 2.0, 0.0, 3.0, 0.0, 0.0),),
-    )
+MADE = make_analysis()
 
 
 def result(**changes):
-    whole = Result(
-        design="finger",
-        scene="fundamental",
-        digest="0" * 64,
-        versions={"fingerdesign": "0.1.0"},
-        fidelity="plane-strain",
-        model=ModelSummary(2, "P2 triangles", 1000, 60, False, ("constant section",)),
-        mesh=MeshSummary("netgen", 500, 21.0, 1e-9, 2e-10),
-        increments=(increment(1, None), increment(2)),
-        grips=(GripResult("paper", 0.3, 200.0, True, False, 4.0, 1.0, 1.2, 0.3, 4.1, 0.0, 50),),
-        timings_s={"mesh": 0.3},
-        peak_memory_MB=210.5,
-    )
-    return dataclasses.replace(whole, **changes)  # type: ignore[arg-type]
+    """Two increments of the closed forms', the first before any contact."""
+    points = (PointStrain(1.0, 2.0, 0.0, 3.0, 0.0, 0.0),)
+    first, second = (replace(row, points=points) for row in MADE.result.increments[:2])
+    changes = {"increments": (replace(first, stick_ratio=None), second)} | changes
+    return replace(MADE.result, timings_s={"mesh": 0.3}, **changes)
 
 
-def trace(steps=4):
-    rising = np.linspace(0.0, 1.0, steps)
-    return GripTrace(
-        controller="paper/1",
-        friction_coefficient=0.3,
-        object_mass_g=200.0,
-        approach=rising,
-        shear=rising,
-        normal_force=4 * rising,
-        tangential_force=rising,
-        stick_ratio=np.where(rising > 0, 1.0 - 0.3 * rising, np.nan),
-        gage_area_mm=rising,
-        dx=rising,
-        dy=rising,
-        hold=rising > 0.5,
-        gage_readings=np.zeros((steps, 3)),
-    )
+def trace():
+    first = MADE.grip_traces[0]
+    ratio = np.where(np.arange(len(first.dx)) > 0, first.stick_ratio, np.nan)
+    return replace(first, controller="paper/1", stick_ratio=ratio, without_rule=None)
 
 
-def test_result_comes_back_the_same_from_json():
-    before = result(
-        seeds={"plant": 3}, parameters={"body.width_mm": 20.0, "plates.placement": None}
-    )
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"seeds": {"plant": 3}, "parameters": {"body.width_mm": 20.0, "plates.placement": None}},
+        {"status": "failed", "failure": "No mesh.", "model": None, "mesh": None, "increments": ()},
+    ],
+)
+def test_a_result_comes_back_the_same_from_json(changes):
+    before = result(**changes)
     assert Result.from_json(before.to_json()) == before
 
 
-def test_failed_result_comes_back_too():
-    before = result(
-        status="failed", failure="No mesh was accepted.", model=None, mesh=None, increments=()
-    )
-    assert Result.from_json(before.to_json()) == before
-
-
-def test_keys_are_those_of_the_contract():
+def test_stages_and_gaps_are_as_the_contract_says():
     content = json.loads(result().to_json())
-    assert {
-        *("design", "scene", "digest", "versions", "fidelity", "status", "failure", "warnings"),
-        *("model", "mesh", "increments", "grips", "schema_version", "seeds", "timings_s"),
-        "peak_memory_MB",
-    } <= set(content)
-    assert set(content["model"]) == {
-        *("dimension", "element", "dofs", "contact_nodes", "symmetry", "reasons")
-    }
-    assert set(content["increments"][0]["gages"][0]) == {
-        *("plate", "upper", "lower", "membrane", "bending", "reading")
-    }
-    assert list(content["increments"][0]["points"][0]) == ["xx", "yy", "zz", "xy", "xz", "yz"]
     assert content["increments"][0]["stick_ratio"] is None
     stages = ["geometry", "mesh", "assemble", "condense", "increments", "grips", "report"]
     assert list(content["timings_s"]) == stages
@@ -122,13 +62,13 @@ def test_keys_are_those_of_the_contract():
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), np.float64("nan")])
 def test_a_value_that_is_no_number_is_refused_by_key(value):
-    broken = dataclasses.replace(increment(1), normal_force_N=value)
+    broken = replace(MADE.result.increments[1], normal_force_N=value)
     with pytest.raises(ResultError, match=r"increments\[1\].normal_force_N"):
-        result(increments=(increment(1), broken)).to_json()
+        result(increments=(MADE.result.increments[0], broken)).to_json()
 
 
 def test_numpy_scalars_are_written_as_numbers():
-    odd = dataclasses.replace(increment(1), iterations=np.int64(7), residual=np.float32(0.5))
+    odd = replace(MADE.result.increments[1], iterations=np.int64(7), residual=np.float32(0.5))
     assert json.loads(result(increments=(odd,)).to_json())["increments"][0]["iterations"] == 7
 
 
@@ -178,15 +118,16 @@ def test_folder_holds_history_a_row_an_increment(tmp_path):
     assert read_result(folder) == result()
     with (folder / "history.csv").open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
-    assert [row["normal_force_N"] for row in rows] == ["2.0", "4.0"]
-    assert [row["stick_ratio"] for row in rows] == ["", "0.5"]
-    assert rows[1]["gage_2_reading_microstrain"] == "3.0"
+    _, second = result().increments
+    assert [row["normal_force_N"] for row in rows] == ["3.0", "6.0"]
+    assert [row["stick_ratio"] for row in rows] == ["", str(second.stick_ratio)]
+    assert rows[1]["gage_2_reading_microstrain"] == str(second.gages[2].reading)
     assert rows[1]["point_1_strain_xy_microstrain"] == "3.0"
     with (folder / "grip_paper_1_mu0.3_200g.csv").open(encoding="utf-8", newline="") as stream:
         steps = list(csv.DictReader(stream))
-    assert len(steps) == 4
+    assert len(steps) == len(trace().dx)
     assert steps[0]["stick_ratio"] == ""
-    assert float(steps[-1]["friction_limit_N"]) == pytest.approx(1.2)
+    assert float(steps[-1]["friction_limit_N"]) == pytest.approx(trace().limit[-1])
 
 
 def test_older_result_is_replaced_whole(tmp_path):
@@ -211,17 +152,14 @@ def test_interrupted_work_leaves_the_older_result_and_nothing_else(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
 
 
-def test_failed_renaming_puts_the_older_result_back(tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("error", "raised"),
+    [(OSError("no"), ResultError), (KeyboardInterrupt("in place"), KeyboardInterrupt)],
+)
+def test_a_renaming_that_fails_puts_the_older_result_back(tmp_path, monkeypatch, error, raised):
     write_result_folder(tmp_path / "a", result())
-    rename = Path.rename
-
-    def refuse_the_new(self, target):
-        if ".partial-" in self.name:
-            raise OSError("no")
-        return rename(self, target)
-
-    monkeypatch.setattr(Path, "rename", refuse_the_new)
-    with pytest.raises(ResultError, match="in place"):
+    failing(monkeypatch, [".partial-"], error)
+    with pytest.raises(raised, match="in place"):
         write_result_folder(tmp_path / "a", result(scene="other"))
     assert read_result(tmp_path / "a") == result()
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
@@ -249,4 +187,66 @@ def test_a_folder_without_result_json_does_not_appear(tmp_path):
 
 def test_arrays_of_other_shapes_are_refused():
     with pytest.raises(ValueError, match=r"GripTrace.dx has shape \(3,\)"):
-        dataclasses.replace(trace(), dx=np.zeros(3))
+        replace(trace(), dx=np.zeros(3))
+
+
+def write(target, text):
+    with RESULTS.written(target) as folder:
+        (folder / "result.json").write_text(json.dumps(text), encoding="utf-8")
+
+
+def write_often(target):
+    for number in range(100):
+        write(target, str(number))
+
+
+def test_writers_of_one_folder_take_turns(tmp_path):
+    context = multiprocessing.get_context("spawn")
+    writers = [context.Process(target=write_often, args=(tmp_path / "a",)) for _ in range(3)]
+    for writer in writers:
+        writer.start()
+    for writer in writers:
+        writer.join()
+    assert [writer.exitcode for writer in writers] == [0, 0, 0]
+    assert [path.name for path in tmp_path.iterdir()] == ["a"]
+    assert json.loads((tmp_path / "a" / "result.json").read_text("utf-8")) == "99"
+
+
+def failing(monkeypatch, names, error):
+    rename = Path.rename
+
+    def refuse(self, target):
+        if any(name in self.name for name in names):
+            raise error
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+
+
+def test_an_older_result_that_cannot_be_put_back_is_kept(tmp_path, monkeypatch):
+    write(tmp_path / "a", "older")
+    failing(monkeypatch, [".partial-", ".older-"], OSError("no"))
+    with pytest.raises(ResultError, match="the older result is in"):
+        write(tmp_path / "a", "new")
+    (kept,) = tmp_path.iterdir()
+    assert json.loads((kept / "result.json").read_text("utf-8")) == "older"
+
+
+def test_a_folder_that_cannot_be_listed_is_a_result_error(tmp_path, monkeypatch):
+    def refuse(self):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(Path, "iterdir", refuse)
+    with pytest.raises(ResultError, match="cannot look into"):
+        RESULTS.refuse_foreign(tmp_path)
+
+
+def test_a_file_system_without_locks_loses_no_work(tmp_path, monkeypatch):
+    fcntl = pytest.importorskip("fcntl")
+
+    def refuse(*_):
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    write(tmp_path / "a", "new")
+    assert (tmp_path / "a" / "result.json").is_file()

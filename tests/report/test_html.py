@@ -2,10 +2,12 @@
 
 import dataclasses
 import itertools
+import json
 import re
 from html.parser import HTMLParser
 
 import pytest
+from fingerdesign_cli.main import main
 
 from fingerdesign.analysis.analysis import Analysis
 from fingerdesign.analysis.page import page as html_module
@@ -13,6 +15,7 @@ from fingerdesign.analysis.page.page import report_html
 from fingerdesign.errors import PictureError
 from fingerdesign.records.result import PointStrain
 from tests.support.browser import Browser, chromium
+from tests.support.result_folders import write_result_folder
 
 VOID = {"meta", "link", "img", "br", "hr", "input"}
 
@@ -71,9 +74,10 @@ def test_nothing_is_fetched_and_nothing_runs(page, text):
     assert "default-src 'none'" in text
 
 
-def test_ids_are_unique_and_links_lead_somewhere(page):
+def test_ids_are_unique_and_links_lead_somewhere(page, text):
     assert len(page.ids) == len(set(page.ids))
-    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+    links = {link[1:] for link in page.links if link.startswith("#")}
+    assert links | set(re.findall(r"url\(#([^)]+)\)", text)) <= set(page.ids)
 
 
 def test_verdict_assumptions_figures_and_record_are_there(page):
@@ -157,23 +161,52 @@ def test_scene_points_and_half_are_on_the_page(solid):
 
 @pytest.mark.usefixtures("drawn_before")
 def test_a_picture_that_fails_costs_only_itself(plane_strain, monkeypatch):
-    def broken(self):
+    def broken(*_):
         raise PictureError("the drawing process failed (ended by signal 11)")
 
-    monkeypatch.setattr(html_module.PictureJob, "pictures", broken)
+    monkeypatch.setattr(html_module, "pictures_of", broken)
     page = Page(report_html(plane_strain))
     assert "could not be drawn: the drawing process failed (ended by signal 11)." in page.words
     assert page.tags.count("svg") == 12
 
 
-def test_report_imports_nothing_that_computes():
-    """report/ knows results; neither contact, fem, control nor the pipeline."""
-    import ast
-    from pathlib import Path
+@pytest.fixture
+def out(tmp_path, plane_strain, failed):
+    for analysis in (plane_strain, failed):
+        result = analysis.result
+        write_result_folder(tmp_path / result.design, result, texts={"report.html": "<p>"})
+    return tmp_path
 
-    for path in Path(html_module.__file__).parent.glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
-            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
-            for name in names:
-                assert not re.match(r"fingerdesign\.(contact|fem|control|pipeline)\b", name), path
+
+def test_one_result_is_shown_with_its_report(out, capsys):
+    assert main(["view", str(out / "maeno2000")]) == 0
+    shown = capsys.readouterr().out
+    assert f"report: {out / 'maeno2000' / 'report.html'}" in shown
+    assert "YES    Does the gage area follow the stick area?" in shown
+    assert "tangential force (N)" in shown
+    assert "0.394" in shown  # the stick ratio of increment 6
+
+
+def test_every_result_of_an_out_folder_is_shown(out, capsys):
+    assert main(["view", str(out), "--json"]) == 0
+    shown = json.loads(capsys.readouterr().out)
+    assert [item["design"] for item in shown] == ["maeno2000", "narrow"]
+    assert shown[1]["status"] == "failed"
+    assert "No mesh passed" in shown[1]["failure"]
+
+
+def test_the_browser_opens_only_when_requested(out, monkeypatch):
+    opened = []
+    monkeypatch.setattr("click.launch", opened.append)
+    assert main(["view", str(out / "narrow"), "--quiet"]) == 0
+    assert opened == []
+    assert main(["view", str(out / "narrow"), "--quiet", "--open"]) == 0
+    assert opened == [(out / "narrow" / "report.html").as_uri()]
+
+
+def test_no_result_is_wrong_input_said_in_one_line(tmp_path, capsys):
+    assert main(["view", str(tmp_path / "nowhere")]) == 2
+    assert capsys.readouterr().err.startswith("DIR = ")
+    (tmp_path / "result.json").write_text("{", encoding="utf-8")
+    assert main(["view", str(tmp_path)]) == 2
+    assert "result.json: JSON = " in capsys.readouterr().err

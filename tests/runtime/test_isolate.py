@@ -72,35 +72,26 @@ def test_errors_of_this_package_come_back_as_they_are():
         call(calls.refuse, "geometry", time_s=20.0)
 
 
-def test_other_errors_are_sentences():
-    with pytest.raises(ProcessError, match=r"^it failed: ValueError: a reason$") as caught:
-        call(calls.refuse, "value", time_s=20.0)
-    assert (caught.value.kind, caught.value.machine) == ("crashed", False)
-    for kind in ("disk", "memory"):
-        with pytest.raises(ProcessError, match="Error: a reason") as caught:
-            call(calls.refuse, kind, time_s=20.0)
-        assert caught.value.machine
-        assert not caught.value.ended_by_others
-    with pytest.raises(ProcessError, match="its answer cannot be sent"):
-        call(calls.unsent, time_s=20.0)
-    with pytest.raises(ProcessError, match=r"it failed: ModuleNotFoundError.*no_such"):
-        call("fingerdesign.no_such:thing", time_s=20.0)
-    with pytest.raises(ProcessError, match="no attribute 'nothing'"):
-        call("tests.support.calls:nothing", time_s=20.0)
-
-
-def test_how_a_process_ends_is_said():
-    with pytest.raises(ProcessError, match="ended by SIGSEGV: on the way") as caught:
-        call(calls.end, 11, time_s=20.0)
-    assert (caught.value.kind, caught.value.machine) == ("crashed", False)
-    with pytest.raises(ProcessError, match="ended by SIGKILL") as caught:
-        call(calls.end, 9, time_s=20.0)
-    assert caught.value.ended_by_others
-    assert caught.value.machine
-    with pytest.raises(ProcessError, match="ended with code 3: on the way"):
-        call(calls.end, -3, time_s=20.0)
-    again = pickle.loads(pickle.dumps(caught.value))
-    assert (str(again), again.kind, again.machine) == (str(caught.value), "crashed", True)
+@pytest.mark.parametrize(
+    ("function", "given", "words", "machine", "by_others"),
+    [
+        (calls.refuse, ("value",), r"^it failed: ValueError: a reason$", False, False),
+        (calls.refuse, ("disk",), "Error: a reason", True, False),
+        (calls.refuse, ("memory",), "Error: a reason", True, False),
+        (calls.unsent, (), "its answer cannot be sent", False, False),
+        ("fingerdesign.no_such:thing", (), r"failed: ModuleNotFoundError.*no_such", False, False),
+        ("tests.support.calls:nothing", (), "no attribute 'nothing'", False, False),
+        (calls.end, (11,), "ended by SIGSEGV: on the way", False, False),
+        (calls.end, (9,), "ended by SIGKILL", True, True),
+        (calls.end, (-3,), "ended with code 3: on the way", False, False),
+    ],
+)
+def test_how_it_failed_or_ended_is_a_sentence(function, given, words, machine, by_others):
+    with pytest.raises(ProcessError, match=words) as caught:
+        call(function, *given, time_s=20.0)
+    for error in (caught.value, pickle.loads(pickle.dumps(caught.value))):
+        assert str(error) == str(caught.value)
+        assert (error.kind, error.machine, error.ended_by_others) == ("crashed", machine, by_others)
 
 
 def test_what_no_other_process_can_import_is_no_function():
@@ -238,9 +229,16 @@ def test_one_that_nobody_holds_ends():
     assert gone([number])
 
 
-def test_a_killed_parent_leaves_nobody(tmp_path):
-    code = (
-        "import os, signal, sys\n"
+def python(code, **variables):
+    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"PYTHONPATH": path} | variables
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, env=environment, capture_output=True, check=False)
+
+
+def test_a_killed_parent_leaves_nobody():
+    done = python(
+        "import os, signal\n"
         "from fingerdesign.runtime.isolate import Worker\n"
         "from tests.support import calls\n"
         "worker = Worker()\n"
@@ -248,25 +246,15 @@ def test_a_killed_parent_leaves_nobody(tmp_path):
         "print(worker.pid, flush=True)\n"
         "os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": path},
-        capture_output=True,
-        check=False,
-    )
     assert gone([int(done.stdout)])
 
 
 def test_one_whose_parent_has_gone_ends_at_once():
     code = "from fingerdesign.runtime.child import die_with_parent; die_with_parent()"
-    path = os.pathsep.join([str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")])
     for parent, expected in ((str(os.getpid()), 0), ("1", 1)):
-        environment = os.environ | {PARENT: parent, "PYTHONPATH": path}
-        done = subprocess.run([sys.executable, "-c", code], env=environment, check=False)
-        assert done.returncode == expected
+        assert python(code, **{PARENT: parent}).returncode == expected
 
 
 def test_importing_it_is_light():
     code = "import sys, fingerdesign.runtime.isolate; sys.exit('numpy' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+    assert python(code).returncode == 0

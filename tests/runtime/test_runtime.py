@@ -1,5 +1,6 @@
 """Files whole or not at all, locks, kept arrays and texts, journals, and pools of processes."""
 
+import json
 import os
 import signal
 import sqlite3
@@ -7,15 +8,17 @@ import subprocess
 import sys
 import time
 from contextlib import closing
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
 from fingerdesign.errors import GeometryError
-from fingerdesign.runtime import files
+from fingerdesign.runtime import files, machine
 from fingerdesign.runtime.cache import Cache
 from fingerdesign.runtime.isolate import ProcessError
 from fingerdesign.runtime.journal import Journal, JournalError
+from fingerdesign.runtime.machine import forget_peak_memory, peak_memory_MB, processor_seconds
 from fingerdesign.runtime.pool import Pool
 from tests.support import calls
 
@@ -200,3 +203,78 @@ def test_a_pool_that_is_killed_ends_at_once(tmp_path):
         with pytest.raises(ProcessError):
             list(waiting)
     assert time.monotonic() - start < 30.0
+
+
+BUSY = (
+    "import sys, time\n"
+    "while time.process_time() < 0.4: pass\n"
+    "print('done', flush=True); sys.stdin.read()"
+)
+
+
+def test_a_child_that_lives_counts_and_once():
+    before = processor_seconds()
+    child = subprocess.Popen(
+        [sys.executable, "-c", BUSY], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert child.stdout.readline()
+    living = processor_seconds() - before
+    assert 0.35 < living < 1.0
+    child.communicate()
+    assert abs(processor_seconds() - before - living) < 0.2
+
+
+def test_waiting_costs_nothing():
+    before = processor_seconds()
+    time.sleep(0.3)
+    assert processor_seconds() - before < 0.2
+
+
+def test_peak_memory_is_that_since_it_was_forgotten():
+    low = peak_memory_MB()
+    forget_peak_memory()
+    much = np.ones(30_000_000)
+    high = peak_memory_MB()
+    assert high > 200.0
+    del much
+    forget_peak_memory()
+    assert peak_memory_MB() < high - 150.0
+    assert low > 10.0
+
+
+def test_speed_and_cores_are_plausible():
+    found = machine.measure_machine()
+    assert 0.1 < found.one_core <= found.all_cores < 1e5
+    assert 1 <= found.cores <= (os.cpu_count() or 1)
+
+
+def test_memory_is_no_more_than_there_is():
+    free = machine.available_memory_MB()
+    if free is not None:
+        pages = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+        assert 0.0 < free <= pages / 2**20
+
+
+def test_a_kept_speed_is_believed_for_a_day_and_no_garbage(tmp_path):
+    kept, name = Cache("machines", folder=tmp_path / "deep"), "any"
+    speed = machine.Machine(50.0, 90.0, machine.usable_cores())
+    assert machine._read(kept, name) is None
+    kept.put_text(name, json.dumps(asdict(speed)))
+    assert machine._read(kept, name) == speed
+    old = time.time() - 2 * 86_400
+    os.utime(kept.path(name), (old, old))
+    assert machine._read(kept, name) is None
+    for text in ("", "{}", "[]", '{"one_core": -1, "all_cores": 2, "cores": 1}'):
+        kept.put_text(name, text)
+        assert machine._read(kept, name) is None
+
+
+def test_a_control_group_lessens_cores_and_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr(machine, "_CGROUP", tmp_path)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(8)), raising=False)
+    assert machine.usable_cores() == 8
+    (tmp_path / "cpu.max").write_text("300000 100000\n")
+    assert machine.usable_cores() == 3
+    (tmp_path / "memory.max").write_text(str(50 * 2**20))
+    (tmp_path / "memory.current").write_text(str(20 * 2**20))
+    assert machine.available_memory_MB() == 30.0

@@ -9,7 +9,9 @@ from scipy.spatial import Delaunay
 from scipy.stats import spearmanr
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.summary import study_summary
 from fingerdesign.checks.load import parse_design
+from fingerdesign.design.schema import Gages
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
@@ -20,7 +22,6 @@ from fingerdesign.records.arrays import (
     STICK,
     ContactHistory,
     FieldHistory,
-    GageLayout,
     GripTrace,
     SlipStudy,
 )
@@ -245,6 +246,7 @@ def displacement(mesh):
 def make_analysis(dimension=2, friction=0.5, name="maeno2000"):
     mesh = finger_mesh(dimension)
     traces = tuple(grip_trace(mu) for mu in (0.3, 0.5, 0.8))
+    studies = tuple(slip_study(mu) for mu in (0.3, 0.5, 0.8))
     grips = tuple(
         GripResult(
             controller=trace.controller,
@@ -282,6 +284,7 @@ def make_analysis(dimension=2, friction=0.5, name="maeno2000"):
         mesh=MeshSummary("synthetic", len(mesh.cells), 12.4, 2e-6, 3e-5),
         increments=increments(friction),
         grips=grips,
+        slip_studies=tuple(study_summary(study) for study in studies),
         seeds={"plant": 0},
         timings_s={
             **{"geometry": 0.4, "mesh": 1.1, "assemble": 0.6, "condense": 0.9},
@@ -300,12 +303,12 @@ def make_analysis(dimension=2, friction=0.5, name="maeno2000"):
     return Analysis(
         result=result,
         contact=contact_history(dimension, friction),
-        slip_studies=tuple(slip_study(mu) for mu in (0.3, 0.5, 0.8)),
+        slip_studies=studies,
         grip_traces=traces,
         mesh=mesh,
         fields=FieldHistory(tuple(range(len(PATH))), displacement(mesh)),
         plates=plate_frames(DESIGN),
-        gages=GageLayout(1.0, 1.0, 0.0, "both"),
+        gages=Gages(),
         depth_mm=DEPTH,
     )
 

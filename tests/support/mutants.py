@@ -55,7 +55,7 @@ MUTANTS = (
         "fingerdesign/contact/measures.py",
         "pressure = increment.multiplier[:, 0] / model.areas",
         "pressure = increment.multiplier[:, 0]",
-        "tests/contact tests/verification/test_line_contact.py",
+        "tests/contact tests/verification/test_round_contact.py",
     ),
     Mutant(
         "unit: strains read as parts, not as microstrain",

@@ -57,21 +57,14 @@ def test_plane_strain_is_stiffer_at_equal_motion(which, request):
     assert row.greatest("equal_motion", "normal_force") > 0.05
 
 
-def test_forces_have_no_error_where_they_are_prescribed(found):
+def test_what_is_prescribed_absent_or_past_complete_slip_has_no_error(found, bare):
     for row in found.assumptions:
         assert row.equal_force.errors["normal_force"] is None
         assert row.greatest("equal_force", "tangential_force") is None
-
-
-def test_a_finger_without_plates_has_no_gages_to_be_wrong(bare):
-    row = bare.row("plane_strain")
-    for side in (row.equal_motion, row.equal_force):
+    for side in (bare.row("plane_strain").equal_motion, bare.row("plane_strain").equal_force):
         assert side.errors["gage"] is None
         assert side.gages == ()
         assert side.errors["contact_width"].greatest > 0.0
-
-
-def test_complete_slip_is_left_out_at_equal_force(found):
     side = found.row("plane_strain").equal_force
     assert (side.rows, side.rows_left_out) == (3, 1)
     assert "complete slip" in side.note
@@ -97,21 +90,15 @@ def test_softer_rubber_strains_stiff_plates_less_at_equal_motion(found):
     assert row.better_seconds is None
 
 
-def test_finite_strain_differs_little_where_the_finger_is_hardly_pressed(found):
+def test_finite_strain_and_how_gages_are_read_cost_what_they_must(found):
     row = found.row("small_strain")
     assert 1e-5 < row.greatest("equal_motion", "normal_force") < 0.05
     assert row.saving > 1.0
-
-
-def test_how_a_gage_is_read_moves_the_gage_alone(found):
     row = found.row("gage_depth_average")
     for side in ("equal_motion", "equal_force"):
         assert row.greatest(side, "gage") > 0.0
         assert all(row.greatest(side, name) is None for name in QUANTITIES if name != "gage")
-
-
-def test_gages_along_z_begin_in_the_middle(found):
-    places = found.row("plane_strain").along_z
+    places = found.row("plane_strain").along_z  # they begin in the middle
     assert places[0].z_mm == places[0].greatest == 0.0
     assert places[-1].z_mm == pytest.approx(0.5 * (4.0 - 1.0))
     assert places[-1].greatest > places[1].greatest > 0.0
@@ -129,17 +116,12 @@ def test_a_finger_without_plates_says_so(bare):
 
 def test_both_poissons_ratios_are_reported(bare):
     row = bare.row("poissons_ratio")
-    assert [each.label for each in row.comparisons] == [
-        "nu 0.45 for 0.49",
-        "nu 0.4999 for 0.49",
-    ]
+    labels = ["nu 0.45 for 0.49", "nu 0.4999 for 0.49"]
+    assert [each.label for each in row.comparisons] == labels
     softer, stiffer = (forces(row, "assumed", k)[1] for k in (0, 1))
     assert softer < forces(row, "better")[1] < stiffer
     each = [c.equal_motion.errors["normal_force"].greatest for c in row.comparisons]
     assert row.greatest("equal_motion", "normal_force") == max(each)
-
-
-def test_the_band_of_another_material_lies_about_its_own_value():
     soft = ONE_PLATE + "[materials.silicone]\nyoungs_modulus_MPa = 1.0\npoissons_ratio = 0.3\n"
     assert nu_values(parse_design(soft)) == (0.25, 0.35)
 
@@ -155,15 +137,12 @@ def test_the_record_is_whole(which, request):
             assert len(each["better"]["gages_microstrain"][0]) == data["gages"]
 
 
-def test_a_record_that_lacks_a_reading_is_refused(found):
+def test_the_shipped_schema_is_the_codes_and_asks_for_every_reading(found):
+    assert (DATA / "validate.schema.json").read_text("utf-8") == schema_text("validate")
     data = found.data()
     del data["assumptions"][0]["equal_motion"]["errors"]["gage"]
     with pytest.raises(jsonschema.ValidationError, match="gage"):
         jsonschema.validate(data, json_schema("validate"))
-
-
-def test_the_shipped_schema_is_the_one_in_the_code():
-    assert (DATA / "validate.schema.json").read_text("utf-8") == schema_text("validate")
 
 
 def test_keys_are_distinct_and_stable():

@@ -1,5 +1,7 @@
 """Which rows are compared at equal force, and how."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,9 @@ from fingerdesign.analysis.fidelity.readings import Readings
 from fingerdesign.checks.load import parse_scene
 from fingerdesign.contact.problem import Motion
 from fingerdesign.errors import SolverError
+from fingerdesign.validate.advice import advise, worst_of
 from fingerdesign.validate.comparison import Answer, compare, side_of, usable_rows
+from fingerdesign.validate.record import ComparisonData
 
 ROWS = "[[0.0, 0.0], [0.1, 0.0], [0.2, 0.05], [0.2, 0.5], [0.2, 0.2]]"
 NORMAL = np.array([0.0, 1.0, 3.0, 3.0, 3.0])
@@ -47,40 +51,36 @@ def test_the_better_models_forces_are_followed():
     found = compare("x", answer(along, factor=1.3), answer(), scene())
     assert requested[0].path.control == "force"
     assert requested[0].path.increments_N == ((1.0, 0.01), (3.0, 0.5))
-    assert found.force.rows == 2
-    assert found.force.rows_left_out == 3
-    assert found.force.errors["normal_force"] is None  # prescribed
-    assert found.force.errors["tangential_force"] is None
-    assert found.force.errors["contact_width"].greatest == 0.0
-    assert found.motion.errors["normal_force"].greatest == pytest.approx(0.3)
+    assert found.equal_force.rows == 2
+    assert found.equal_force.rows_left_out == 3
+    assert found.equal_force.errors["normal_force"] is None  # prescribed
+    assert found.equal_force.errors["tangential_force"] is None
+    assert found.equal_force.errors["contact_width"].greatest == 0.0
+    assert found.equal_motion.errors["normal_force"].greatest == pytest.approx(0.3)
 
 
-def test_forces_that_a_model_cannot_carry_are_left_out_and_counted():
+@pytest.mark.parametrize("carried", [1, 0])
+def test_forces_that_a_model_cannot_carry_are_counted_or_the_reason(carried):
     def along(other):
-        if len(other.path.rows) > 1:
+        if len(other.path.rows) > carried:
             raise SolverError("no equilibrium")
         return readings(NORMAL[1:2], PULL[1:2])
 
-    found = compare("x", answer(along), answer(), scene()).force
-    assert (found.rows, found.rows_left_out) == (1, 4)
-    assert "no equilibrium" in found.note
-
-
-def test_a_model_that_can_carry_none_is_missing_with_its_reason():
-    def along(other):
-        raise SolverError("no equilibrium")
-
     found = compare("x", answer(along), answer(), scene())
-    assert found.force is None
-    assert found.motion is not None
-    assert "cannot follow even the first row: no equilibrium" in found.missing[0]
+    assert found.equal_motion is not None
+    if carried:
+        assert (found.equal_force.rows, found.equal_force.rows_left_out) == (1, 4)
+        assert "no equilibrium" in found.equal_force.note
+    else:
+        assert found.equal_force is None
+        assert "cannot follow even the first row: no equilibrium" in found.missing[0]
 
 
 def test_paths_out_of_the_plane_have_no_equal_force():
     rows = "[[0.1, 0.0, 0.0], [0.2, 0.0, 0.1]]"
     two = {"normal": NORMAL[1:3], "pull": PULL[1:3]}
     found = compare("x", answer(**two), answer(**two), scene(rows))
-    assert found.force is None
+    assert found.equal_force is None
     assert "shear_z" in found.missing[0]
 
 
@@ -88,3 +88,88 @@ def test_rounding_of_a_pull_that_is_not_there_is_no_error():
     found = side_of(readings(pull=1e-6 * np.ones(5)), readings(pull=-1e-6 * np.ones(5)))
     assert found.errors["tangential_force"] is None
     assert found.errors["normal_force"].greatest == 0.0
+
+
+def answer_off(forces=1.0, stick=0.0, gages=1.0, seconds=1.0):
+    base = np.array([1.0, 2.0])
+    readings = Readings(
+        forces * base,
+        0.1 * forces * base,
+        base,
+        np.array([0.9, 0.5]) + stick,
+        gages * np.array([[[10.0, 10.0]], [[20.0, 20.0]]]),
+    )
+    return Answer("a model", readings, (), seconds, 100, 3)
+
+
+def compared(seconds=1.0, better_seconds=12.0, **off):
+    found, truth = answer_off(seconds=seconds, **off), answer_off(seconds=better_seconds)
+    side = side_of(found.readings, truth.readings)
+    return ComparisonData("test", found.data(), truth.data(), side, side, ())
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "verdict", "words"),
+    [
+        (
+            "model",
+            {"forces": 1.003},
+            "keep",
+            (
+                "Keep: it costs 0.3 % at the most (F_n, equal motion)",
+                "saves a factor 12 (1 s instead of 12 s).",
+            ),
+        ),
+        ("model", {}, "keep", ("below 0.01 %",)),
+        (
+            "model",
+            {"forces": 1.5, "stick": 0.3, "gages": 2.0},
+            "drop",
+            ("Drop it: F_n 50 %", "gage strain 100 %"),
+        ),
+        (
+            "model",
+            {"stick": 0.05, "gages": 1.4},
+            "limited",
+            (
+                "Keep for forces",
+                "keep for contact where stick ratio 5 %",
+                "drop it for gages (gage strain 40 %",
+            ),
+        ),
+        ("model", {"better_seconds": 1.1}, "keep", ("saves nothing",)),
+        ("model", {"better_seconds": 30.0}, "keep", ("a factor 30",)),
+        (
+            "value",
+            {"forces": 1.2},
+            "measure",
+            ("Measure it before trusting forces (F_n 20 %",),
+        ),
+        ("value", {"forces": 1.001}, "keep", ()),
+        ("reading", {"gages": 1.01, "forces": 9.0}, "keep", ("up to 1 %",)),
+        ("reading", {"gages": 1.06}, "limited", ("up to 6 %",)),
+        ("reading", {"gages": 0.5}, "drop", ("up to 50 %",)),
+    ],
+)
+def test_advice_follows_the_numbers(kind, changes, verdict, words):
+    found, sentence = advise(kind, [compared(**changes)])
+    assert found == verdict
+    assert all(each in sentence for each in words), sentence
+    assert kind != "reading" or "F_n" not in sentence
+
+
+def test_where_it_does_not_matter_is_reported():
+    given = replace(compared(gages=1.3), equal_force=compared().equal_force)
+    _, sentence = advise("value", [given])
+    assert "where the force is given, it hardly moves the gages" in sentence
+
+
+def test_the_worst_of_several_comparisons_counts():
+    worst = {each.group: each for each in worst_of([compared(), compared(gages=3.0)])}
+    assert worst["gages"].error == pytest.approx(2.0)
+    assert worst["forces"].error == 0.0
+
+
+def test_nothing_compared_is_no_advice():
+    with pytest.raises(ValueError, match="nothing was compared"):
+        advise("model", [])

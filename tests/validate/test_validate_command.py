@@ -2,10 +2,13 @@
 
 import csv
 import json
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import jsonschema
 import pytest
+from fingerdesign_cli.commands.finger import validate as command
 from fingerdesign_cli.main import main
 from fingerdesign_cli.validate import _cells
 
@@ -72,29 +75,19 @@ def test_an_older_one_is_replaced_and_foreign_files_are_left(tmp_path):
     assert (target / "mine.txt").read_text() == "kept"
 
 
-def test_a_failure_leaves_nothing(tmp_path):
-    with pytest.raises(RuntimeError), FOLDER.written(tmp_path / "a"):
-        raise RuntimeError
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_what_is_wrong_is_refused_before_work(design, tmp_path, capsys):
-    taken = tmp_path / "taken" / "bare"
-    taken.mkdir(parents=True)
-    (taken / "result.json").write_text("{}")
-    assert main(["validate", str(design), "--out", str(tmp_path / "taken")]) == 2
-    assert "--out" in capsys.readouterr().err
-    assert main(["validate", str(tmp_path / "none.toml"), "--out", str(tmp_path / "o")]) == 2
-    arguments = ["validate", str(design), "--out", str(tmp_path / "o"), "--only", "linear"]
-    assert main(arguments) == 2
-    assert "must be one of plane_strain" in capsys.readouterr().err
-    assert not (tmp_path / "o").exists() or not list((tmp_path / "o").iterdir())
-
-
-def test_a_key_is_guessed_and_listed(design, tmp_path, capsys):
-    arguments = ["validate", str(design), "--out", str(tmp_path / "o"), "--only", "sheet"]
-    assert main(arguments) == 2
-    assert "did you mean sheets?" in capsys.readouterr().err
+    taken, none, out = tmp_path / "taken", tmp_path / "none.toml", tmp_path / "o"
+    (taken / "bare").mkdir(parents=True)
+    (taken / "bare" / "result.json").write_text("{}")
+    for words, said in (
+        ((design, "--out", taken), "--out"),
+        ((none, "--out", out), "none.toml"),
+        ((design, "--out", out, "--only", "linear"), "must be one of plane_strain"),
+        ((design, "--out", out, "--only", "sheet"), "did you mean sheets?"),
+    ):
+        assert main(["validate", *map(str, words)]) == 2
+        assert said in capsys.readouterr().err
+    assert not out.exists() or not list(out.iterdir())
     main(["validate", "--help"])
     said = "".join(capsys.readouterr().out.split())
     assert all(each.key in said for each in ASSUMPTIONS)
@@ -136,27 +129,45 @@ def test_progress_is_reported_in_words():
     assert not any("=" in words or "None" in words for words in reported)
 
 
-def test_models_that_fail_are_no_success(design, tmp_path, monkeypatch, capsys):
+def test_models_that_fail_are_no_success_and_nothing_to_report_is_none(
+    design, tmp_path, monkeypatch, capsys
+):
+    def recorded(code, *only):
+        assert main(["validate", str(design), "--out", str(tmp_path), *only, "-q"]) == code
+        record = json.loads((tmp_path / "bare" / "validate.json").read_text("utf-8"))
+        jsonschema.validate(record, json_schema("validate"))
+        return record
+
+    record = recorded(0, "--only", "sheets")
+    assert (record["status"], record["failure"]) == ("ok", None)
+    assert record["assumptions"][0]["reason"] == "the design has no plates"
+    assert "nothing to draw" in (tmp_path / "bare" / "validate.html").read_text("utf-8")
+    assert capsys.readouterr().out == ""
+
     def fails(solves, deep):
         raise SolverError("no equilibrium")
 
     of = replace(ASSUMPTIONS[0], pairs=fails)
     monkeypatch.setattr("fingerdesign.validate.run.ASSUMPTIONS", (of,))
-    out = tmp_path / "out"
-    assert main(["validate", str(design), "--out", str(out), "-q"]) == 1
-    record = json.loads((out / "bare" / "validate.json").read_text("utf-8"))
+    record = recorded(1)
     assert record["status"] == "failed"
     assert record["failure"] == "no assumption could be tested: Plane strain: no equilibrium"
     assert record["failure"] in capsys.readouterr().err
-    jsonschema.validate(record, json_schema("validate"))
 
 
-def test_where_nothing_can_be_reported_the_record_says_so(design, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert main(["validate", str(design), "--out", str(out), "--only", "sheets", "-q"]) == 0
-    record = json.loads((out / "bare" / "validate.json").read_text("utf-8"))
-    assert record["status"] == "ok"
-    assert record["failure"] is None
-    assert record["assumptions"][0]["reason"] == "the design has no plates"
-    assert "nothing to draw" in (out / "bare" / "validate.html").read_text("utf-8")
-    assert capsys.readouterr().out == ""
+TEXT = (Path(__file__).parents[2] / "docs/validate.md").read_text("utf-8")
+
+
+def test_its_python_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
+    exec(compile(code, "docs/validate.md", "exec"), {})
+    advice, numbers = capsys.readouterr().out.splitlines()
+    assert advice.endswith(").")
+    assert float(numbers.split()[0]) > 0.05
+
+
+def test_every_assumption_and_option_is_reported_of():
+    keys = re.findall(r"^\| `(\w+)` \|", TEXT, flags=re.MULTILINE)
+    assert keys == [each.key for each in ASSUMPTIONS]
+    options = {name for parameter in command.params for name in parameter.opts}
+    assert set(re.findall(r"`(--\w+)", TEXT)) <= options

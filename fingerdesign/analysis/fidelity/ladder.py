@@ -3,13 +3,11 @@
     ladder = climb(design, scene, tolerance=0.02)
     ladder.chosen.readings, ladder.estimate.worst, [each.why for each in ladder.tried]
 
-Where formulas speak of the scene, what they say is reported; the plane strain that judges them
-costs a tenth of a second and says more, so they are never the answer.
-
 A coarse finger in space and plane strain come first: what they differ by is what plane strain costs
 here. Where that is near the tolerance, the section is refined, and taken as soon as a finger in
-space confirms it. Else the finger is refined, each answer judged by the one before (estimate.py),
-sizes that cannot suffice skipped, until the estimate is under the tolerance.
+space confirms it. Else the finger is refined, each answer judged by the one before, sizes that
+cannot suffice skipped, until the estimate is under the tolerance. Formulas, where they speak of the
+scene, are reported and never taken: the plane strain that judges them costs a tenth of a second.
 """
 
 from __future__ import annotations
@@ -32,7 +30,6 @@ from fingerdesign.runtime.progress import Report
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.case import Case, Clock
-    from fingerdesign.analysis.fidelity.readings import Readings
     from fingerdesign.design.scene import Scene
     from fingerdesign.design.schema import Design
     from fingerdesign.fem.model import FiniteElementModel
@@ -198,7 +195,7 @@ def difference(found: Readings, other: Readings) -> Estimate:
 def goal_errors(found: Readings, truth: Readings) -> dict[str, Array]:
     """Errors of what a scene reads, by quantity, each in one row."""
     apart = errors(found, truth)
-    every = {name: getattr(apart, name).reshape(-1) for name in GOALS}
+    every = {name: apart[name].reshape(-1) for name in GOALS}
     pull = np.abs(truth.tangential_force)
     most = float(pull.max(initial=0.0))
     if most > NOT_PULLED * np.abs(truth.normal_force).max(initial=0.0):
@@ -238,9 +235,7 @@ class Answer(Protocol):
 Solve = Callable[["Design", "Scene", Model], Answer]
 
 LEAST_TOLERANCE, MOST_TOLERANCE = 1e-3, 0.5
-MOST_DOFS = (
-    350_000  # forecast from the rung before: 40 s and 6 GB here, and what comes next far more
-)
+MOST_DOFS = 350_000  # forecast from the rung before: 40 s and 6 GB here, and the next far more
 GROWTH = 2.5  # equations by size: to this power
 _AIM = 0.9  # of the tolerance: what a size must promise to be tried next
 _HARDLY = 1.15  # times finer: less tells nothing of the error
@@ -322,7 +317,7 @@ def climb(
     section = None
     if can_be_section(design, scene):
         section = _section(ladder, design, scene, now, solver, report)
-    if section is not None and _section_suffices(ladder, section, now):
+    if _section_suffices(ladder, section, now):
         return ladder
     before, coarser = now, scale
     while left:
@@ -336,9 +331,7 @@ def climb(
         estimate = discretisation(now.readings, before.readings, ratio)
         ladder.solved, ladder.estimate = now, estimate
         ladder.add(now, estimate, _words(estimate, tolerance))
-        if section is not None and _section_suffices(ladder, section, now):
-            return ladder
-        if ladder.reached:
+        if _section_suffices(ladder, section, now) or ladder.reached:
             return ladder
         beyond = [each for each in left if now.dofs * (scale / each) ** GROWTH > most_dofs]
         if beyond:
@@ -347,7 +340,8 @@ def climb(
                 f"equations, over the ladder's {most_dofs:.0f}"
             )
         left = left[: len(left) - len(beyond)]
-        while len(left) > 1 and _too_coarse(estimate, scale, left[0], tolerance):
+        # A size that promises too little is not tried.
+        while len(left) > 1 and estimate.refined(scale / left[0]).worst > _AIM * tolerance:
             left.pop(0)
         before, coarser = now, scale
     ladder.why_ended = ladder.why_ended or "no finer size is on the ladder"
@@ -372,19 +366,11 @@ def tolerance_faults(tolerance: float) -> list[Fault]:
     return [Fault("--tolerance", tolerance, bound, "choose one in between")]
 
 
-@dataclass(frozen=True)
-class _Section:
-    """Plane strain as fine as the tolerance asks, and its own error."""
-
-    answer: Answer
-    own: Estimate
-
-
 def _section(
     ladder: Ladder, design: Design, scene: Scene, space: Answer, solver: Solve, report: Report
-) -> _Section | None:
-    """Plane strain where it may do, refined until its own error is a small part of the tolerance;
-    None where the coarse finger in space is too far from it."""
+) -> tuple[Answer, Estimate] | None:
+    """Plane strain where it may do, refined until its own error is a small part of the tolerance,
+    and that error; None where the coarse finger in space is too far from it."""
     report("plane strain")
     formulas = analytic_readings(design, scene)
     if formulas is not None:
@@ -397,10 +383,11 @@ def _section(
     scale = SECTION_SCALES[0]
     now = solver(design, scene, rung(design, scene, "plane strain", scale))
     price = difference(now.readings, space.readings)
-    hopeless = price.worst > _HOPELESS * ladder.tolerance
-    ladder.add(now, price, _section_words(price, ladder.tolerance))
-    if hopeless:
+    words = f"plane strain costs about {percent(price.worst)} here ({WORDS[price.worst_quantity]})"
+    if price.worst > _HOPELESS * ladder.tolerance:
+        ladder.add(now, price, f"{words}, {percent(ladder.tolerance)} asked: given up")
         return None
+    ladder.add(now, price, f"{words}: refined")
     own = price
     for finer in SECTION_SCALES[1:]:
         before, coarser, scale = now, scale, finer
@@ -409,24 +396,24 @@ def _section(
         ladder.add(now, None, f"plane strain, itself within {percent(own.worst)}")
         if own.worst <= _SMALL * ladder.tolerance:
             break
-    return _Section(now, own)
+    return now, own
 
 
-def _section_suffices(ladder: Ladder, section: _Section, space: Answer) -> bool:
+def _section_suffices(
+    ladder: Ladder, section: tuple[Answer, Estimate] | None, space: Answer
+) -> bool:
     """Take plane strain where it is close enough to the finger in space as far as that is known."""
-    estimate = difference(section.answer.readings, space.readings).plus(section.own)
+    if section is None:
+        return False
+    answer, own = section
+    estimate = difference(answer.readings, space.readings).plus(own)
     if estimate.worst > ladder.tolerance:
         return False
-    ladder.solved, ladder.estimate = section.answer, estimate
+    ladder.solved, ladder.estimate = answer, estimate
     why = f"{_words(estimate, ladder.tolerance)}; judged by {space.model.name}"
-    ladder.add(section.answer, estimate, why)
+    ladder.add(answer, estimate, why)
     ladder.tried[-1] = replace(ladder.tried[-1], seconds=0.0)  # it was counted when it was solved
     return True
-
-
-def _too_coarse(estimate: Estimate, scale: float, finer: float, tolerance: float) -> bool:
-    """Whether a finer size promises too little to be tried."""
-    return bool(estimate.refined(scale / finer).worst > _AIM * tolerance)
 
 
 def _words(estimate: Estimate, tolerance: float) -> str:
@@ -444,26 +431,21 @@ def percent(share: float) -> str:
     return f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
-def _section_words(price: Estimate, tolerance: float) -> str:
-    name, worst = WORDS[price.worst_quantity], price.worst
-    words = f"plane strain costs about {percent(worst)} here ({name})"
-    if worst > _HOPELESS * tolerance:
-        return f"{words}, {percent(tolerance)} asked: given up"
-    return f"{words}: refined"
-
-
 # From the ladder's choice to what an analysis goes on with: its case, model, zone and words.
 
 
 @dataclass(frozen=True)
 class Choice:
-    """The case as it is modelled, condensed, with the zone that it needed and why it was chosen."""
+    """The case as it is modelled, condensed, with the zone that it needed and why it was chosen.
+
+    summary: of the ladder that chose it; None where none did.
+    """
 
     case: Case
     model: FiniteElementModel
     zone: Zone
-    summary: LadderSummary
-    reasons: tuple[str, ...]
+    notes: list[str]
+    summary: LadderSummary | None = None
 
 
 def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -> Choice:
@@ -471,7 +453,6 @@ def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -
 
     Raises FingerDesignError where a model fails.
     """
-
     in_turn = InTurn(zone)
 
     def solver(design: Design, path: Scene, model: Model) -> Answer:
@@ -492,8 +473,8 @@ def choose(case: Case, scene: Scene, zone: Zone, clock: Clock, report: Report) -
         why_ended="" if ladder.reached else ladder.why_ended,
         models=tuple(ladder.tried),
     )
-    reasons = [f"chosen by --fidelity auto among {len(ladder.tried)}: {ladder.tried[-1].why}"]
+    notes = [f"chosen by --fidelity auto among {len(ladder.tried)}: {ladder.tried[-1].why}"]
     if not scene.path.mirrors_in_z:
-        reasons.append("the force along z and the twist moment have no error estimate of their own")
+        notes.append("the force along z and the twist moment have no error estimate of their own")
     own = replace(case, design=chosen.design, fidelity=fidelity)
-    return Choice(own, chosen.built, chosen.zone, summary, tuple(reasons))
+    return Choice(own, chosen.built, chosen.zone, notes, summary)

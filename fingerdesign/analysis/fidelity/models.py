@@ -9,9 +9,8 @@ so further paths (another friction, forces instead of motions) cost their increm
 
 from __future__ import annotations
 
-import math
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 from fingerdesign.analysis.case import Case, Clock
@@ -20,7 +19,6 @@ from fingerdesign.analysis.path import follow_path, object_at_touch
 from fingerdesign.analysis.stages import condense, in_wide_zone, make_mesh, one_thread, zone_of
 from fingerdesign.checks.load import with_values
 from fingerdesign.contact.problem import contact_problem
-from fingerdesign.errors import MeshError
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
@@ -48,29 +46,13 @@ class Sizes:
     far: float
     gradation: float = 0.3
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value > 0.0):
-                raise MeshError(f"{name} = {value} must be a finite number above 0")
-
-    def scaled(self, factor: float) -> Sizes:
-        """All of them ``factor`` times as long."""
-        return replace(
-            self,
-            contact=factor * self.contact,
-            plate=factor * self.plate,
-            end=factor * self.end,
-            far=factor * self.far,
-        )
-
 
 @dataclass(frozen=True)
 class Model:
     """How one solve models a finger.
 
-    layers: of an extruded finger, in half its depth; plates: None as the design says; whole: no
-    half model even where everything mirrors; mesher: None as the design says ("tetwild", "extrude",
-    "file"), where it is three-dimensional; element: None as the design says.
+    layers: of an extruded finger, in half its depth. plates, mesher (where it is in space) and
+    element: None as the design says.
     """
 
     dimension: Dimension
@@ -78,12 +60,7 @@ class Model:
     layers: int = 8
     plates: Plates | None = None
     mesher: str | None = None
-    whole: bool = False
     element: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.dimension not in ("plane strain", "3-D"):
-            raise MeshError(f"dimension = {self.dimension!r} is neither 'plane strain' nor '3-D'")
 
     @property
     def name(self) -> str:
@@ -187,7 +164,7 @@ def _solve_in(
 ) -> Solved:
     own = design_for(design, model)
     with clock.stage("mesh"):
-        mesh = _mesh(own, model, zone, symmetric and not model.whole)
+        mesh = _mesh(own, model, zone, symmetric)
     start = time.perf_counter()
     built = condense(own, mesh, zone, scene)
     assembled, total = built.timings["assemble"], time.perf_counter() - start

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from fingerdesign.arrays import Array
 from fingerdesign.control.signals import gage_readings
 
 if TYPE_CHECKING:
-    from fingerdesign.contact.path import Step
+    from fingerdesign.contact.measures import Measures
 
 MICRO = 1e6
 QUANTITIES = ("normal_force", "tangential_force", "contact_width", "stick_ratio", "gage")
@@ -58,22 +58,14 @@ class Readings:
         return replace(self, **every)
 
 
-@dataclass(frozen=True)
-class Errors:
-    """Unsigned errors of one path, see the module: (k,) each, gage (k, plates)."""
+class _Measured(Protocol):
+    """A solved increment, at small strain or at finite."""
 
-    normal_force: Array
-    tangential_force: Array
-    contact_width: Array
-    stick_ratio: Array
-    gage: Array
-
-    def worst(self) -> dict[str, float]:
-        """The greatest of each quantity; ``gage`` 0 where there is none."""
-        return {name: float(getattr(self, name).max(initial=0.0)) for name in QUANTITIES}
+    @property
+    def measures(self) -> Measures: ...
 
 
-def readings_of(steps: Sequence[Step], face: str = "both") -> Readings:
+def readings_of(steps: Sequence[_Measured], face: str = "both") -> Readings:
     """The readings of solved increments."""
     found = [step.measures for step in steps]
     return Readings(
@@ -86,25 +78,24 @@ def readings_of(steps: Sequence[Step], face: str = "both") -> Readings:
     )
 
 
-def errors(found: Readings, truth: Readings) -> Errors:
-    """How far ``found`` is from ``truth``, row by row. ValueError where the paths differ."""
+def errors(found: Readings, truth: Readings) -> dict[str, Array]:
+    """How far ``found`` is from ``truth``, row by row, see the module: unsigned, of each quantity
+    (k,), of the gages (k, plates). ValueError where the paths differ."""
     if found.rows != truth.rows or found.gages.shape != truth.gages.shape:
         raise ValueError(f"paths of {found.rows} and {truth.rows} rows cannot be compared")
     right = truth.reading
     most = np.abs(right).max(axis=1, keepdims=True, initial=0.0)
-    return Errors(
-        _share(found.normal_force - truth.normal_force, np.abs(truth.normal_force)),
-        _share(
-            found.tangential_force - truth.tangential_force,
-            max(
-                np.abs(truth.tangential_force).max(initial=0.0),
-                NOT_PULLED * np.abs(truth.normal_force).max(initial=0.0),
-            ),
-        ),
-        _share(found.contact_width - truth.contact_width, truth.contact_width.max(initial=0.0)),
-        np.abs(found.stick_ratio - truth.stick_ratio),
-        _share(found.reading - right, most),
-    )
+    normal = np.abs(truth.normal_force)
+    pull = np.abs(truth.tangential_force).max(initial=0.0)
+    pull = max(pull, NOT_PULLED * normal.max(initial=0.0))
+    widest = truth.contact_width.max(initial=0.0)
+    return {
+        "normal_force": _share(found.normal_force - truth.normal_force, normal),
+        "tangential_force": _share(found.tangential_force - truth.tangential_force, pull),
+        "contact_width": _share(found.contact_width - truth.contact_width, widest),
+        "stick_ratio": np.abs(found.stick_ratio - truth.stick_ratio),
+        "gage": _share(found.reading - right, most),
+    }
 
 
 def _share(difference: Array, scale: Array | float) -> Array:

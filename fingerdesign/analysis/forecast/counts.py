@@ -36,7 +36,6 @@ class Counts:
 
     mesher     "netgen" (a section), or the design's
     elements   triangles or tetrahedra; half: of half of the finger, z >= 0
-    nodes, corners  of the quadratic mesh, and those of them that are vertices
     dofs       equations of the element used; kept: rows that they are condensed onto
     known      the mesh stands already (in the cache, or in a file): these are its own numbers
     """
@@ -45,8 +44,6 @@ class Counts:
     mesher: str
     element: str
     elements: float
-    nodes: float
-    corners: float
     dofs: float
     contact_nodes: float
     kept: float = 0.0
@@ -82,8 +79,6 @@ def _plane_strain(case: Case, zone: Zone) -> Counts:
         mesher="netgen",
         element=element,
         elements=plan.triangles,
-        nodes=plan.nodes,
-        corners=plan.corners,
         dofs=2.0 * free + (plan.corners if element == "mixed" else 0.0),
         contact_nodes=plan.contact_edges + 1.0,
     )
@@ -113,8 +108,6 @@ def _extruded(case: Case, zone: Zone) -> Counts:
         mesher="extrude",
         element=element,
         elements=3.0 * plan.triangles * layers,
-        nodes=nodes,
-        corners=corners,
         dofs=dofs - (flat if case.symmetric else 0.0),
         contact_nodes=(plan.contact_edges + 1.0) * planes,
         layers=layers,
@@ -151,8 +144,7 @@ def _space(case: Case, zone: Zone) -> Counts:
     kept = load_mesh(key) if own and kept_mesh_file(key).is_file() else None
     if kept is not None:
         return _of_mesh(kept, case, zone)
-    plan = count_space(design, zone, case.symmetric)
-    tets = plan.tetrahedra
+    tets, contact_nodes = count_space(design, zone, case.symmetric)
     nodes, corners = (a * tets + b * tets ** (2.0 / 3.0) for a, b in (_NODES, _CORNERS))
     element = element_of(design)
     dofs = 3.0 * _FREE * (corners if element == "P1" else nodes)
@@ -162,10 +154,8 @@ def _space(case: Case, zone: Zone) -> Counts:
         mesher=design.mesh.mesher,
         element=element,
         elements=tets,
-        nodes=nodes,
-        corners=corners,
         dofs=dofs,
-        contact_nodes=plan.contact_nodes,
+        contact_nodes=contact_nodes,
         half=case.symmetric,
     )
 
@@ -185,8 +175,6 @@ def _of_mesh(mesh: Mesh, case: Case, zone: Zone) -> Counts:
         mesher=mesh.mesher,
         element=element,
         elements=len(mesh.cells),
-        nodes=len(mesh.points),
-        corners=len(corners),
         dofs=dofs,
         contact_nodes=len(np.unique(facets[:, : mesh.dimension])),
         half=mesh.symmetric,

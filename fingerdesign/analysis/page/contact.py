@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,19 +10,8 @@ import numpy as np
 from fingerdesign.analysis.page.words import FIGURES, force_controlled, leaves_section
 from fingerdesign.records.arrays import OPEN, SLIP, STICK, ContactHistory
 from fingerdesign.records.result import Result
+from fingerdesign.report import style
 from fingerdesign.report.page import captioned
-from fingerdesign.report.style import (
-    BLUE,
-    OPEN_COLOUR,
-    PAPER,
-    SERIES,
-    VERMILION,
-    ReportFigure,
-    canvas,
-    small_multiples,
-    spread,
-    whole_numbers,
-)
 from fingerdesign.report.table import cleaned
 
 if TYPE_CHECKING:
@@ -31,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-def force_figure(result: Result) -> ReportFigure:
+def force_figure(result: Result) -> style.ReportFigure:
     """Forces by increment, the twist moment where there is one, and the stick ratio (Fig. 6)."""
     rows = result.increments
     step = np.arange(1, len(rows) + 1)
@@ -39,36 +29,29 @@ def force_figure(result: Result) -> ReportFigure:
     normal, tangential = cleaned(np.array(both)).T  # on one scale: F_t may be noise beside F_n
     ratio = np.array([np.nan if r.stick_ratio is None else r.stick_ratio for r in rows])
     aside = leaves_section(rows)
-    figure = canvas(7.2, 2.9)
+    figure = style.canvas(7.2, 2.9)
     if aside:
         forces, moments, sticks = figure.subplots(1, 3, width_ratios=(3, 2, 2))
     else:
         forces, sticks = figure.subplots(1, 2, width_ratios=(3, 2))
-    curves = [
-        (normal, "normal force", SERIES[0]),
-        (tangential, "tangential force", SERIES[1]),
-    ]
+    style.series(forces, step, normal, 0, "normal force")
+    style.series(forces, step, tangential, 1, f"tangential force{', x' if aside else ''}")
     most = float(np.abs(normal).max(initial=0.0))
     if aside:
         along = cleaned((row.force_z_N for row in rows), scale=most)
         moment = cleaned((row.twist_moment_Nmm for row in rows), scale=most)
-        curves[1] = (tangential, "tangential force, x", SERIES[1])
-        curves.append((along, "force along z", SERIES[3]))
-        colour, dashes, marker = SERIES[4]
-        moments.plot(step, moment, color=colour, ls=dashes, marker=marker)
+        style.series(forces, step, along, 3, "force along z")
+        style.series(moments, step, moment, 4)
         moments.set(xlabel="increment", ylabel="moment about y (N mm)", title="Twist moment")
-        moments.xaxis.set_major_locator(whole_numbers(5))
+        moments.xaxis.set_major_locator(style.whole_numbers(5))
         _show_zero(moments, moment)
-    for values, name, (colour, dashes, marker) in curves:
-        forces.plot(step, values, color=colour, ls=dashes, marker=marker, label=name)
     forces.set(xlabel="increment", ylabel="force on the finger (N)", title="Forces")
     forces.legend(loc="best")
-    colour, dashes, marker = SERIES[2]
-    sticks.plot(step, ratio, color=colour, ls=dashes, marker=marker)
+    style.series(sticks, step, ratio, 2)
     sticks.set(xlabel="increment", ylabel="stick area / contact area", title="Stick ratio")
     sticks.set_ylim(-0.04, 1.04)
     for axes in (forces, sticks):
-        axes.xaxis.set_major_locator(whole_numbers(5 if aside else 8))
+        axes.xaxis.set_major_locator(style.whole_numbers(5 if aside else 8))
     _show_zero(forces, normal, tangential)
     return captioned(
         figure,
@@ -83,7 +66,7 @@ def force_figure(result: Result) -> ReportFigure:
     )
 
 
-def traction_figure(contact: ContactHistory) -> ReportFigure:
+def traction_figure(contact: ContactHistory) -> style.ReportFigure:
     """Pressure and shear traction on the mid-plane at a few increments.
 
     Along x, signed; its magnitude where it has a part along z.
@@ -98,19 +81,17 @@ def traction_figure(contact: ContactHistory) -> ReportFigure:
     shear = size if turned else both[..., 0]
     touching = np.flatnonzero((contact.status != OPEN).any(axis=1))
     shown = touching if len(touching) else np.arange(len(pressure))
-    chosen = [int(shown[i]) for i in spread(len(shown), 4)]
-    figure = canvas(7.2, 3.2)
+    chosen = [int(shown[i]) for i in style.spread(len(shown), 4)]
+    figure = style.canvas(7.2, 3.2)
     left, right = figure.subplots(1, 2, sharex=True)
-    for number, (colour, dashes, _) in zip(chosen, SERIES, strict=False):
-        label = f"increment {number + 1}"
-        left.plot(x, pressure[number], color=colour, ls=dashes, label=label)
-        right.plot(x, shear[number], color=colour, ls=dashes, label=label)
-    reach = touched_reach(contact, line)
-    left.set_xlim(*reach)
+    for look, number in enumerate(chosen):
+        style.series(left, x, pressure[number], look, f"increment {number + 1}", marker="")
+        style.series(right, x, shear[number], look, marker="")
+    left.set_xlim(*touched_reach(contact, line))
     left.set(xlabel="x (mm)", ylabel="pressure (MPa)", title="Pressure")
     what = "magnitude of shear traction" if turned else "shear traction along x"
     right.set(xlabel="x (mm)", ylabel=f"{what} (MPa)", title="Shear traction")
-    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    style.shared_legend([left], 4)
     _show_zero(left, pressure)
     _show_zero(right, shear)
     last = chosen[-1]
@@ -160,16 +141,16 @@ def touched_reach(contact: ContactHistory, line: NDArray[np.int64]) -> tuple[flo
 
 STATUS_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
 STATUS_LOOK = {  # colour, hatch: the hatch tells them apart without the colour
-    OPEN: (OPEN_COLOUR, ""),
-    STICK: (BLUE, ""),
-    SLIP: (VERMILION, "////"),
+    OPEN: (style.OPEN_COLOUR, ""),
+    STICK: (style.BLUE, ""),
+    SLIP: (style.VERMILION, "////"),
 }
 # In the top view small patches take no hatch, so lightness tells them apart; it is a raster, whose
 # colours do not follow the theme (hence not the palette's own).
-TOP_VIEW = {STICK: "#0c6fb1", SLIP: "#f0b189", OPEN: OPEN_COLOUR}
+TOP_VIEW = {STICK: "#0c6fb1", SLIP: "#f0b189", OPEN: style.OPEN_COLOUR}
 
 
-def status_figure(contact: ContactHistory, shear_grows: bool = False) -> ReportFigure:
+def status_figure(contact: ContactHistory, shear_grows: bool = False) -> style.ReportFigure:
     """Open, stick and slip over x and increment; in 3-D a top view an increment (Fig. 7).
 
     shear_grows: the stick ratio falls as the tangential force grows, so the words may say it.
@@ -188,15 +169,15 @@ def status_figure(contact: ContactHistory, shear_grows: bool = False) -> ReportF
 
 
 def _status_rows(contact: ContactHistory) -> Canvas:
-    figure = canvas(7.2, 0.9 + 0.24 * len(contact.status))
+    figure = style.canvas(7.2, 0.9 + 0.24 * len(contact.status))
     axes = figure.subplots()
     status_bars(axes, contact)
     axes.set_xlim(*touched_reach(contact, contact.mid_line()))
     axes.set_ylim(len(contact.status) + 0.6, 0.4)
     axes.set(xlabel="x (mm)", ylabel="increment")
     axes.grid(visible=False, axis="y")
-    axes.yaxis.set_major_locator(whole_numbers(16))
-    _status_legend(axes)
+    axes.yaxis.set_major_locator(style.whole_numbers(16))
+    status_legend(axes)
     return figure
 
 
@@ -211,20 +192,21 @@ def status_bars(axes: Axes, contact: ContactHistory, upright: bool = False) -> N
         for begin, end in zip(starts, [*starts[1:], len(status)], strict=True):
             colour, hatch = STATUS_LOOK[int(status[begin])]
             size = (row, edges[end] - edges[begin], 0.72, edges[begin])
-            draw(*size, color=colour, hatch=hatch, edgecolor=PAPER, linewidth=0)
+            draw(*size, color=colour, hatch=hatch, edgecolor=style.PAPER, linewidth=0)
 
 
 def _status_views(contact: ContactHistory) -> Canvas:
     from matplotlib.collections import PolyCollection
 
     patches, owner = dual_patches(contact)
-    chosen = spread(len(contact.status), 8)
+    chosen = style.spread(len(contact.status), 8)
     across, along = _touched_window(contact, patches, owner)
     height, width = along[1] - along[0], across[1] - across[0]
     columns, panel = _panel_grid(len(chosen), height / width)
     rows = -(-len(chosen) // columns)
-    figure = canvas(7.2, 0.75 + (panel * height / width + 0.6) * rows)
-    panels = small_multiples(figure, len(chosen), columns, sharex=True, sharey=True)
+    figure = style.canvas(7.2, 0.75 + (panel * height / width + 0.6) * rows)
+    labels = {"across": "x (mm)", "up": "z (mm)"}
+    panels = style.small_multiples(figure, len(chosen), columns, **labels, sharex=True, sharey=True)
     for axes, number in zip(panels, chosen, strict=True):
         for status in (STICK, SLIP):
             own = contact.status[number][owner] == status
@@ -244,13 +226,9 @@ def _status_views(contact: ContactHistory) -> Canvas:
         axes.set_aspect("equal", adjustable="box")
         axes.xaxis.set_major_locator(_few_ticks(panel / 0.45))
         axes.yaxis.set_major_locator(_few_ticks(panel * height / width / 0.3))
-        axes.set_facecolor(OPEN_COLOUR)  # under the patches: the legend's "open"
+        axes.set_facecolor(style.OPEN_COLOUR)  # under the patches: the legend's "open"
         axes.grid(visible=False)
-    for axes in panels[-columns:]:
-        axes.set_xlabel("x (mm)")
-    for axes in panels[::columns]:
-        axes.set_ylabel("z (mm)")
-    _status_legend(panels[0], figure_wide=True)
+    status_legend(panels[0], views=True)
     return figure
 
 
@@ -316,19 +294,20 @@ def dual_patches(contact: ContactHistory) -> tuple[NDArray[np.float64], NDArray[
     return kites, owner
 
 
-def _status_legend(axes: Axes, figure_wide: bool = False) -> None:
+def status_legend(
+    axes: Axes, shown: Iterable[int] = (STICK, SLIP, OPEN), below: bool = False, views: bool = False
+) -> None:
+    """What colours stand for: above the axes, ``below`` the figure, or above it (``views``)."""
     from matplotlib.patches import Patch
 
-    handles = [
-        Patch(
-            facecolor=TOP_VIEW[status] if figure_wide else STATUS_LOOK[status][0],
-            hatch="" if figure_wide else STATUS_LOOK[status][1],
-            edgecolor=PAPER,
-            label=STATUS_NAMES[status],
-        )
-        for status in (STICK, SLIP, OPEN)
-    ]
-    place = axes.figure if figure_wide else axes
-    where = "outside upper right" if figure_wide else "lower right"
-    anchor = {} if figure_wide else {"bbox_to_anchor": (1.0, 1.0)}
-    place.legend(handles=handles, loc=where, ncols=len(handles), **anchor)
+    handles = []
+    for status in shown:
+        colour, hatch = (TOP_VIEW[status], "") if views else STATUS_LOOK[status]
+        name = STATUS_NAMES[status]
+        handles.append(Patch(facecolor=colour, hatch=hatch, edgecolor=style.PAPER, label=name))
+    if below or views:
+        where = "outside lower center" if below else "outside upper right"
+        axes.figure.legend(handles=handles, loc=where, ncols=len(handles))
+    else:
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0)}
+        axes.legend(handles=handles, ncols=len(handles), **place)

@@ -12,57 +12,37 @@ from fingerdesign.arrays import Array
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.records.arrays import GripTrace, SlipStudy
 from fingerdesign.records.result import Result
+from fingerdesign.report import style
 from fingerdesign.report.page import captioned
-from fingerdesign.report.style import (
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PURPLE,
-    SERIES,
-    VERMILION,
-    ReportFigure,
-    canvas,
-    points,
-    small_multiples,
-    spread,
-)
 from fingerdesign.report.table import cleaned, under_load
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 
 # Figures of the grips: force paths against the friction limit, and what the rule saw (Fig. 10).
 
 
-def paths_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
+def paths_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
     """F_t over F_n for every grip, a panel each, with limit, holds and target (paper, Fig. 10)."""
     columns = min(3, len(traces))
-    figure = canvas(7.2, 0.7 + 2.4 * -(-len(traces) // columns))
-    panels = small_multiples(figure, len(traces), columns)
+    figure = style.canvas(7.2, 0.7 + 2.4 * -(-len(traces) // columns))
+    panels = style.small_multiples(figure, len(traces), columns, up="tangential force (N)")
     for axes, trace in zip(panels, traces, strict=True):
         _draw_path(axes, trace)
         axes.set_xlabel("normal force (N)")
-    for axes in panels[::columns]:
-        axes.set_ylabel("tangential force (N)")
-    seen: dict[str, Artist] = {}
-    for axes in panels:
-        handles, labels = axes.get_legend_handles_labels()
-        seen = dict(zip(labels, handles, strict=True)) | seen
-    figure.legend(seen.values(), seen.keys(), loc="outside lower center", ncols=3)
+    style.shared_legend(panels, 3)
     holds = [len(trace.hold_starts) for trace in traces]
     return captioned(figure, FIGURES, "paths", traces=traces, holds=holds)
 
 
-def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
+def rule_figure(traces: tuple[GripTrace, ...]) -> style.ReportFigure:
     """True stick ratio and, of a rule that makes one, its gage area by step; holds shaded."""
     columns = min(3, len(traces))
     sampled = any(np.isfinite(trace.gage_area_mm).any() for trace in traces)
     high = 2 if sampled else 1  # panels of one grip
     rows = -(-len(traces) // columns)
-    figure = canvas(7.2, 0.5 + (3.4 if sampled else 1.9) * rows)
+    figure = style.canvas(7.2, 0.5 + (3.4 if sampled else 1.9) * rows)
     grid = figure.subplots(high * rows, columns, squeeze=False)
     for spare in grid.ravel():
         spare.set_axis_off()
@@ -75,12 +55,14 @@ def rule_figure(traces: tuple[GripTrace, ...]) -> ReportFigure:
             _shade_holds(axes, trace)
             axes.set_xlim(0.5, len(step) + 0.5)
         upper, lower = panels[0], panels[-1]
-        upper.plot(step, trace.stick_ratio, color=BLUE, label="stick ratio (the judge's)")
+        upper.plot(step, trace.stick_ratio, color=style.BLUE, label="stick ratio (the judge's)")
         upper.set_ylim(-0.04, 1.04)
         upper.set_title(f"μ = {trace.friction_coefficient:g}, {trace.object_mass_g:g} g")
         if sampled:
             upper.tick_params(labelbottom=False)
-            lower.plot(step, trace.gage_area_mm, color=VERMILION, ls=(0, (6, 2)), label="gage area")
+            lower.plot(
+                step, trace.gage_area_mm, color=style.VERMILION, ls=(0, (6, 2)), label="gage area"
+            )
             lower.set_ylim(bottom=0.0)
         lower.set_xlabel("step")
         if column == 0:
@@ -96,17 +78,21 @@ def _draw_path(axes: Axes, trace: GripTrace) -> None:
     weight, mu, free = trace.weight_per_finger_N, trace.friction_coefficient, trace.without_rule
     reach = max(float(trace.normal_force.max()), weight / mu) * 1.08
     limit = "slip limit F_t = μ F_n"
-    axes.plot([0, reach], [0, mu * reach], color=INK, ls=":", lw=1.2, label=limit)
-    axes.axhline(weight, color=MUTED, ls="-.", lw=1.0, label="weight mg/2")
+    axes.plot([0, reach], [0, mu * reach], color=style.INK, ls=":", lw=1.2, label=limit)
+    axes.axhline(weight, color=style.MUTED, ls="-.", lw=1.0, label="weight mg/2")
     if free is not None:
-        axes.plot(*free.forces, color=PURPLE, ls=(0, (4, 2)), lw=1.2, label="without the rule")
-    axes.plot(*trace.forces, color=BLUE, lw=1.8, label="grip")
+        axes.plot(
+            *free.forces, color=style.PURPLE, ls=(0, (4, 2)), lw=1.2, label="without the rule"
+        )
+    axes.plot(*trace.forces, color=style.BLUE, lw=1.8, label="grip")
     if len(starts := trace.hold_starts):
-        axes.plot(*trace.forces[:, starts], **points(VERMILION, "^", 5, "hold begins"))
-    least = points(INK, "x", 7, "least force (mg/2μ, mg/2)", mew=1.6)
+        axes.plot(*trace.forces[:, starts], **style.points(style.VERMILION, "^", 5, "hold begins"))
+    least = style.points(style.INK, "x", 7, "least force (mg/2μ, mg/2)", mew=1.6)
     axes.plot([weight / mu], [weight], **least)
     if trace.lift_step is not None:
-        axes.plot(*trace.forces[:, [trace.lift_step]], **points(GREEN, "*", 11, "lifted"))
+        axes.plot(
+            *trace.forces[:, [trace.lift_step]], **style.points(style.GREEN, "*", 11, "lifted")
+        )
     axes.set_title(f"μ = {mu:g}, {trace.object_mass_g:g} g")
     axes.set_xlim(0, reach)
     axes.set_ylim(0, 1.15 * max(weight, float(trace.tangential_force.max())))
@@ -115,7 +101,7 @@ def _draw_path(axes: Axes, trace: GripTrace) -> None:
 def _shade_holds(axes: Axes, trace: GripTrace) -> None:
     edges = np.flatnonzero(np.diff(trace.hold.astype(int), prepend=0, append=0))
     for begin, end in edges.reshape(-1, 2):
-        axes.axvspan(begin + 0.5, end + 0.5, color=SERIES[4][0], alpha=0.22, lw=0)
+        axes.axvspan(begin + 0.5, end + 0.5, color=style.SERIES[4][0], alpha=0.22, lw=0)
 
 
 def plate_rows(plates: Sequence[PlateFrame], placed: bool = False) -> tuple[tuple[int, ...], ...]:
@@ -134,7 +120,7 @@ def plate_rows(plates: Sequence[PlateFrame], placed: bool = False) -> tuple[tupl
     return tuple(tuple(row) for row in rows)
 
 
-def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFigure:
+def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> style.ReportFigure:
     """Membrane and bending strain of every gage at a few increments, a pair of panels a row.
 
     plates: the plates' frames, (gages,); without them the plate's number is the abscissa. Rows
@@ -142,7 +128,7 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFi
     """
     rows = result.increments
     shown = under_load(rows) or list(range(len(rows)))
-    chosen = [shown[i] for i in spread(len(shown), 4)]
+    chosen = [shown[i] for i in style.spread(len(shown), 4)]
     numbers = np.array([gage.plate for gage in rows[0].gages])
     known = len(plates) == len(numbers)
     placed = result.parameters.get("plates.placement") is not None
@@ -151,7 +137,7 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFi
     strains = cleaned(
         np.array([[[getattr(g, part) for g in row.gages] for row in rows] for part in both])
     )
-    figure = canvas(7.2, 0.6 + 2.6 * len(groups))
+    figure = style.canvas(7.2, 0.6 + 2.6 * len(groups))
     panels = figure.subplots(len(groups), 2, squeeze=False)
     titles = ("Membrane: mean of both faces", "Bending: half their difference")
     for number, (group, pair) in enumerate(zip(groups, panels, strict=True)):
@@ -167,8 +153,7 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFi
             row = f"Row {number + 1}. " if len(groups) > 1 else ""
             axes.set_title(row + title)
         pair[0].set_ylabel("strain (microstrain)")
-    lines = panels[0, 0].get_legend_handles_labels()
-    figure.legend(*lines, loc="outside lower center", ncols=4)
+    style.shared_legend(list(panels[0, :1]), 4)
     last = strains[:, chosen[-1]]
     most, bent = (int(np.abs(values).argmax()) for values in last)
     return captioned(
@@ -183,10 +168,9 @@ def strain_figure(result: Result, plates: Sequence[PlateFrame] = ()) -> ReportFi
 
 
 def _draw_strains(axes: Axes, x: np.ndarray, values: np.ndarray, chosen: list[int]) -> None:
-    for number, (colour, dashes, marker) in zip(chosen, SERIES, strict=False):
-        label = f"increment {number + 1}"
-        axes.plot(x, values[number], color=colour, ls=dashes, marker=marker, ms=3.5, label=label)
-    axes.axhline(0.0, color=MUTED, lw=0.8)
+    for look, number in enumerate(chosen):
+        style.series(axes, x, values[number], look, f"increment {number + 1}", ms=3.5)
+    axes.axhline(0.0, color=style.MUTED, lw=0.8)
     if not values[chosen].any():
         axes.set_ylim(-1.0, 1.0)
 
@@ -196,23 +180,30 @@ def shade_over(axes: Axes, x: Array, over: Array, threshold: float, fine: int = 
     places = np.linspace(x[0], x[-1], fine * (len(x) - 1) + 1)
     height = np.interp(places, x, over)
     above = height > threshold
-    axes.fill_between(places, threshold, height, where=above, color=BLUE, alpha=0.25, lw=0)
+    axes.fill_between(places, threshold, height, where=above, color=style.BLUE, alpha=0.25, lw=0)
 
 
-def response_figure(study: SlipStudy) -> ReportFigure:
+def response_figure(study: SlipStudy) -> style.ReportFigure:
     """|change of strain / change of F_t| gage by gage at up to eight steps (paper, Fig. 8)."""
     mu = study.friction_coefficient
     key = f"response-{mu:g}".replace(".", "-")
     usable = np.flatnonzero(np.isfinite(study.response).any(axis=1))
-    chosen = [int(usable[i]) for i in spread(len(usable), 8)]
-    figure = canvas(7.2, 0.7 + 1.75 * -(-max(len(chosen), 1) // 4))
-    panels = small_multiples(figure, max(len(chosen), 1), 4, sharex=True, sharey=True)
+    chosen = [int(usable[i]) for i in style.spread(len(usable), 8)]
+    figure = style.canvas(7.2, 0.7 + 1.75 * -(-max(len(chosen), 1) // 4))
+    labels = {"across": "plate centre x (mm)", "up": "microstrain/N"}
+    panels = style.small_multiples(
+        figure, max(len(chosen), 1), 4, **labels, sharex=True, sharey=True
+    )
     x = study.gage_x_mm
     for axes, step in zip(panels, chosen, strict=False):
         over = np.nan_to_num(study.response[step])
-        axes.plot(x, study.response_raw[step], color=MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw")
-        axes.plot(x, over, color=BLUE, marker="o", ms=2.8, label="compensated")
-        axes.axhline(study.threshold, color=VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold")
+        axes.plot(
+            x, study.response_raw[step], color=style.MUTED, ls=(0, (1.5, 1.5)), lw=1.1, label="raw"
+        )
+        axes.plot(x, over, color=style.BLUE, marker="o", ms=2.8, label="compensated")
+        axes.axhline(
+            study.threshold, color=style.VERMILION, ls=(0, (5, 2)), lw=1.1, label="threshold"
+        )
         shade_over(axes, x, over, study.threshold)
         title = f"step {step + 1}: A {study.gage_area_mm[step]:.1f},"
         title += f" stick {study.stick_length_mm[step]:.1f} mm"
@@ -221,29 +212,27 @@ def response_figure(study: SlipStudy) -> ReportFigure:
     # The raw curve may be far above while F_n grows; the scale is that of what is judged.
     top = max(float(finite.max(initial=0.0)), study.threshold)
     panels[0].set_ylim(0.0, 1.25 * top)
-    for axes in panels[-4:]:
-        axes.set_xlabel("plate centre x (mm)")
-    for axes in panels[::4]:
-        axes.set_ylabel("microstrain/N")
     if chosen:
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper right", ncols=3)
+        style.shared_legend(panels[:1], 3, "upper right")
     return captioned(figure, FIGURES, "response", key, study=study, top=top, chosen=chosen)
 
 
-def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
+def area_figure(studies: tuple[SlipStudy, ...]) -> style.ReportFigure:
     """Gage area beside true stick length by step, a panel a friction coefficient."""
     columns = min(3, len(studies))
-    figure = canvas(7.2, 0.6 + 2.3 * -(-len(studies) // columns))
-    panels = small_multiples(figure, len(studies), columns, sharey=True)
+    figure = style.canvas(7.2, 0.6 + 2.3 * -(-len(studies) // columns))
+    up = "length along x (mm)"
+    panels = style.small_multiples(figure, len(studies), columns, up=up, sharey=True)
     for axes, study in zip(panels, studies, strict=True):
         step = np.arange(1, len(study.stick_ratio) + 1)
-        for values, name, look, colour in (
-            (study.stick_length_mm, "stick length (true)", SERIES[0], INK),
-            (study.gage_area_mm, "gage area A", SERIES[1], BLUE),
-            (study.gage_area_raw_mm, "gage area, raw", SERIES[2], MUTED),
+        for look, (values, name, colour) in enumerate(
+            (
+                (study.stick_length_mm, "stick length (true)", style.INK),
+                (study.gage_area_mm, "gage area A", style.BLUE),
+                (study.gage_area_raw_mm, "gage area, raw", style.MUTED),
+            )
         ):
-            axes.plot(step, values, color=colour, ls=look[1], marker=look[2], ms=3.5, label=name)
+            style.series(axes, step, values, look, name, color=colour, ms=3.5)
         compensated, raw = (
             "not defined" if value is None else f"{value:.2f}"
             for value in (study.rank_correlation, study.rank_correlation_raw)
@@ -253,10 +242,7 @@ def area_figure(studies: tuple[SlipStudy, ...]) -> ReportFigure:
         )
         axes.set_xlabel("step")
         axes.set_ylim(bottom=0.0)
-    for axes in panels[::columns]:
-        axes.set_ylabel("length along x (mm)")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    style.shared_legend(panels[:1], 3)
     return captioned(
         figure, FIGURES, "areas", studies=studies, enough=GOOD_CORRELATION, undefined=UNDEFINED
     )

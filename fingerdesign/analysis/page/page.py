@@ -10,57 +10,18 @@ from typing import Any
 import numpy as np
 
 from fingerdesign.analysis.analysis import Analysis
+from fingerdesign.analysis.page import gage, tables, words
 from fingerdesign.analysis.page.contact import force_figure, status_figure, traction_figure
 from fingerdesign.analysis.page.fields import write_fields
-from fingerdesign.analysis.page.gage import (
-    area_figure,
-    paths_figure,
-    response_figure,
-    rule_figure,
-    strain_figure,
-)
-from fingerdesign.analysis.page.picture import Picture, PictureJob, region_of
-from fingerdesign.analysis.page.tables import (
-    assumed_values,
-    design_table,
-    grip_table,
-    increment_table,
-    ladder_table,
-    model_table,
-    points_table,
-    scene_table,
-    work_table,
-)
-from fingerdesign.analysis.page.words import (
-    FIGURES,
-    TEMPLATES,
-    findings,
-    finger_words,
-    object_text,
-    slip_grows_with_shear,
-)
-from fingerdesign.analysis.summary import (
-    peak_memory_MB,
-)
+from fingerdesign.analysis.page.picture import Picture, pictures_of, region_of
+from fingerdesign.analysis.summary import peak_memory_MB
 from fingerdesign.errors import PictureError
 from fingerdesign.mesh.measures import cell_angles
 from fingerdesign.mesh.types import Mesh
 from fingerdesign.records.folder import write_result_files
 from fingerdesign.records.result import Result
+from fingerdesign.report import style
 from fingerdesign.report.page import captioned, rendered
-from fingerdesign.report.style import (
-    BLUE,
-    COLOURS,
-    GREEN,
-    INK,
-    MUTED,
-    PAPER,
-    VERMILION,
-    ReportFigure,
-    canvas,
-    house_style,
-    spread,
-)
 
 RESPONSES = 3  # friction coefficients whose responses are drawn gage by gage; the areas are for all
 SECTIONS = {
@@ -69,67 +30,69 @@ SECTIONS = {
     "grips": "The grips",
     "work": "The work",
 }
-TEMPLATE = TEMPLATES / "report.html.j2"
+TEMPLATE = words.TEMPLATES / "report.html.j2"
 NO_MESH = "There is no mesh, so there is no picture."
 
 
-def quality_figure(mesh: Mesh) -> ReportFigure:
+def quality_figure(mesh: Mesh) -> style.ReportFigure:
     """Histogram of the cells' least angles, elastomer, plates and core apart."""
     angles = cell_angles(mesh.points, mesh.corners).min(axis=1)
     what = "least angle" if mesh.dimension == 2 else "least dihedral angle"
     bins = np.arange(0.0, 75.1, 2.5)
     parts = [
-        ("elastomer", mesh.regions == 0, BLUE, ""),
-        ("plates", region_of(mesh, "plates"), VERMILION, "//"),
-        ("core", region_of(mesh, "core"), GREEN, ""),
+        ("elastomer", mesh.regions == 0, style.BLUE, ""),
+        ("plates", region_of(mesh, "plates"), style.VERMILION, "//"),
+        ("core", region_of(mesh, "core"), style.GREEN, ""),
     ]
     parts = [part for part in parts if part[1].any()]
-    figure = canvas(7.2, 2.4)
+    figure = style.canvas(7.2, 2.4)
     panels = np.atleast_1d(figure.subplots(1, len(parts), sharex=True))
     for axes, (name, own, colour, hatch) in zip(panels, parts, strict=True):
-        axes.hist(angles[own], bins=bins, color=colour, hatch=hatch, edgecolor=PAPER, lw=0.3)
+        axes.hist(angles[own], bins=bins, color=colour, hatch=hatch, edgecolor=style.PAPER, lw=0.3)
         axes.set_title(f"{name}: {own.sum():,} cells")
-        axes.axvline(angles[own].min(), color=INK, ls=":", lw=1.2)
+        axes.axvline(angles[own].min(), color=style.INK, ls=":", lw=1.2)
     figure.supxlabel(f"{what} of a cell (degrees)", fontsize="medium")
     panels[0].set_ylabel("cells")
     worst = {name: angles[own].min() for name, own, *_ in parts}
-    return captioned(figure, FIGURES, "quality", what=what, worst=worst, median=np.median(angles))
+    return captioned(
+        figure, words.FIGURES, "quality", what=what, worst=worst, median=np.median(angles)
+    )
 
 
-def time_figure(result: Result) -> ReportFigure:
+def time_figure(result: Result) -> style.ReportFigure:
     """Seconds by stage."""
     stages = {name: seconds for name, seconds in result.timings_s.items() if seconds > 0}
-    figure = canvas(7.2, 0.6 + 0.27 * max(len(stages), 1))
+    figure = style.canvas(7.2, 0.6 + 0.27 * max(len(stages), 1))
     axes = figure.subplots()
-    bars = axes.barh(list(stages), list(stages.values()), color=MUTED, height=0.6)
+    bars = axes.barh(list(stages), list(stages.values()), color=style.MUTED, height=0.6)
     axes.bar_label(bars, [f"{seconds:.1f} s" for seconds in stages.values()], padding=3)
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_xlabel("seconds")
     axes.margins(x=0.12)
-    return captioned(figure, FIGURES, "time", stages=stages, total=sum(stages.values()))
+    return captioned(figure, words.FIGURES, "time", stages=stages, total=sum(stages.values()))
 
 
-def report_figures(analysis: Analysis) -> dict[str, list[ReportFigure]]:
+def report_figures(analysis: Analysis) -> dict[str, list[style.ReportFigure]]:
     """Section of :data:`SECTIONS` -> figures; what the analysis does not hold is left out."""
     result = analysis.result
-    figures: dict[str, list[ReportFigure]] = {section: [] for section in SECTIONS}
-    with house_style():
+    figures: dict[str, list[style.ReportFigure]] = {section: [] for section in SECTIONS}
+    with style.house_style():
         if result.increments:
             figures["contact"].append(force_figure(result))
         if analysis.contact is not None and len(analysis.contact.status):
-            grows = slip_grows_with_shear(result.increments)
+            grows = words.slip_grows_with_shear(result.increments)
             figures["contact"].append(status_figure(analysis.contact, grows))
             figures["contact"].append(traction_figure(analysis.contact))
         if analysis.slip_studies:
-            figures["gages"].append(area_figure(analysis.slip_studies))
-            shown = spread(len(analysis.slip_studies), RESPONSES)
-            figures["gages"] += [response_figure(analysis.slip_studies[i]) for i in shown]
+            figures["gages"].append(gage.area_figure(analysis.slip_studies))
+            shown = style.spread(len(analysis.slip_studies), RESPONSES)
+            figures["gages"] += [gage.response_figure(analysis.slip_studies[i]) for i in shown]
         if result.increments and result.increments[0].gages:
-            figures["gages"].append(strain_figure(result, analysis.plates))
+            figures["gages"].append(gage.strain_figure(result, analysis.plates))
         traces = tuple(trace for trace in analysis.grip_traces if len(trace.dx))
         if traces:
-            figures["grips"] += [paths_figure(traces), rule_figure(traces)]
+            figures["grips"] += [gage.paths_figure(traces), gage.rule_figure(traces)]
         if analysis.mesh is not None:
             figures["work"].append(quality_figure(analysis.mesh))
         if any(result.timings_s.values()):
@@ -149,9 +112,9 @@ def report_html(analysis: Analysis, picture: bool = True) -> str:
     missing, figures = "", None
     pictures: dict[str, Picture] = {}
     try:
-        with PictureJob(analysis) as job:  # draws beside, while the figures are made
+        with pictures_of(analysis) as waited:  # drawn beside, while the figures are made
             figures = report_figures(analysis)
-            pictures = job.pictures()
+            pictures = waited()
     except PictureError as error:
         missing = f"The finger could not be drawn: {error}."
     return _render(analysis, figures or report_figures(analysis), pictures, missing)
@@ -164,30 +127,30 @@ def _render(
     return rendered(
         TEMPLATE,
         result=result,
-        findings=findings(result, analysis.grip_traces),
+        verdict=words.verdict(result, analysis.grip_traces),
         figures=figures,
         sections=SECTIONS,
         pictures=pictures,
         picture_missing=missing,
-        assumed=assumed_values(result),
-        increments=increment_table(result),
-        grips=grip_table(result),
-        model=model_table(result),
-        work=work_table(result),
-        ladder=ladder_table(result),
-        design=design_table(result),
-        scene=scene_table(result),
-        rigid=object_text(result),
-        finger=finger_words(result.parameters),
-        points=points_table(result),
-        colours=COLOURS,
+        assumed=tables.assumed_values(result),
+        increments=tables.increment_table(result),
+        grips=tables.grip_table(result),
+        model=tables.model_table(result),
+        work=tables.work_table(result),
+        ladder=tables.ladder_table(result),
+        design=tables.design_table(result),
+        scene=tables.scene_table(result),
+        rigid=words.object_text(result),
+        finger=words.finger_words(result.parameters),
+        points=tables.points_table(result),
+        colours=style.COLOURS,
     )
 
 
-def write_report(analysis: Analysis, folder: Path, picture: bool = True) -> Path:
+def write_report(analysis: Analysis, folder: Path) -> Path:
     """Write ``report.html`` into an existing folder; returns its path."""
     path = folder / "report.html"
-    path.write_text(report_html(analysis, picture), encoding="utf-8")
+    path.write_text(report_html(analysis), encoding="utf-8")
     return path
 
 

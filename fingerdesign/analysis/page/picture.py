@@ -7,8 +7,9 @@ own with a time limit; its failure is a :class:`PictureError` and the report doe
 from __future__ import annotations
 
 import io
-from dataclasses import dataclass
-from types import TracebackType
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,18 +20,19 @@ from fingerdesign.arrays import Array
 from fingerdesign.errors import PictureError
 from fingerdesign.layout.frames import PlateFrame
 from fingerdesign.mesh.types import Mesh
-from fingerdesign.records.arrays import OPEN, FieldHistory, GageLayout
+from fingerdesign.records.arrays import OPEN, FieldHistory
 from fingerdesign.report.page import said
 from fingerdesign.runtime.isolate import ProcessError, beside
 
 if TYPE_CHECKING:
     from fingerdesign.analysis.analysis import Analysis
+    from fingerdesign.design.schema import Gages
 
 _LIFT = 0.02  # mm: gages lie above their faces, or the two would flicker into each other
 _BENT_PIECES = 6
 
 
-def gage_quads(plates: tuple[PlateFrame, ...], gages: GageLayout) -> Array:
+def gage_quads(plates: tuple[PlateFrame, ...], gages: Gages) -> Array:
     """Corners of the gages, a hair above the plate faces that carry them: (q, 4, 3), mm.
 
     On a bent plate a gage is several quads, one beside the other.
@@ -71,52 +73,37 @@ class Picture:
     scale_mm: float | None = None
 
 
-class PictureJob:
-    """Pictures being drawn in a process of their own, while the caller goes on.
+@contextmanager
+def pictures_of(
+    analysis: Analysis, time_limit_s: float = TIME_LIMIT_S
+) -> Iterator[Callable[[], dict[str, Picture]]]:
+    """Draw in a process of its own while the block goes on; what is yielded waits for the pictures.
 
-    Use as a context manager; leaving it ends the process. Needs an analysis with a mesh.
+    Name ("inside", "deformed") -> picture. Raises PictureError: at once where there is nothing to
+    draw, when waiting where the drawing failed.
     """
+    arrays, words = drawing_of(analysis)
 
-    def __init__(self, analysis: Analysis, time_limit_s: float = TIME_LIMIT_S) -> None:
-        self.time_limit_s = time_limit_s
-        self.words: dict[str, str] = {}
-        self._arrays = _scene(analysis, self.words)
-        self._job = beside(draw, self._arrays, time_s=time_limit_s)
-
-    def __enter__(self) -> PictureJob:
-        self._job.__enter__()
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._job.__exit__(kind, error, trace)
-
-    def pictures(self) -> dict[str, Picture]:
-        """Name ("inside", "deformed") -> picture. Waits; raises PictureError."""
+    def pictures() -> dict[str, Picture]:
         try:
-            drawn: dict[str, bytes] = self._job.result()
+            drawn: dict[str, bytes] = job.result()
         except ProcessError as error:
+            why = f"the drawing process failed: {error}"
             if error.kind == "timeout":
-                late = f"drawing took longer than {self.time_limit_s:g} s"
-                raise PictureError(late) from error
-            raise PictureError(f"the drawing process failed: {error}") from error
-        return {
-            name: Picture(drawn[name], words, self._scale(name))
-            for name, words in self.words.items()
-        }
+                why = f"drawing took longer than {time_limit_s:g} s"
+            raise PictureError(why) from error
+        found = {name: Picture(drawn[name], said) for name, said in words.items()}
+        if "deformed" in found:
+            top = float(np.linalg.norm(arrays["moved"], axis=1).max())
+            found["deformed"] = replace(found["deformed"], scale_mm=top)
+        return found
 
-    def _scale(self, name: str) -> float | None:
-        if name != "deformed":
-            return None
-        return float(np.linalg.norm(self._arrays["moved"], axis=1).max())
+    with beside(draw, arrays, time_s=time_limit_s) as job:
+        yield pictures
 
 
-def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
-    """All that the worker draws, as arrays; fills ``words`` with what each picture shows.
+def drawing_of(analysis: Analysis) -> tuple[dict[str, Any], dict[str, str]]:
+    """All that the worker draws, as arrays, and by name what each picture shows, in words.
 
     A section (plane strain) is drawn as the finger that it stands for: extruded over the body's
     depth. A half model is mirrored in z = 0.
@@ -143,23 +130,16 @@ def _scene(analysis: Analysis, words: dict[str, str]) -> dict[str, Any]:
         ]
     if analysis.gages is not None and analysis.plates:
         arrays["gages"] = gage_quads(analysis.plates, analysis.gages)
-    touched = _contact_zone(analysis)
-    arrays |= touched
-    (words["inside"],) = said(
-        FIGURES,
-        "inside",
-        plates=count,
-        core=core.any(),
-        gages="gages" in arrays,
-        touched=bool(touched),
-    )
+    arrays |= (touched := _contact_zone(analysis))
+    seen = {"plates": count, "core": core.any(), "gages": "gages" in arrays}
+    words = {"inside": said(FIGURES, "inside", **seen, touched=bool(touched))[0]}
     if analysis.fields is not None and len(analysis.fields.increments):
         moved, shown = _moved(mesh, analysis.fields)
         if moved is None:
             words["inside"] += f" {shown}"
         else:
             arrays["moved"], words["deformed"] = moved, shown
-    return arrays
+    return arrays, words
 
 
 def _moved(mesh: Mesh, fields: FieldHistory) -> tuple[Array | None, str]:
@@ -207,7 +187,7 @@ CORE = "#5f8f4e"
 
 
 def draw(scene: dict[str, Any]) -> dict[str, bytes]:
-    """Name -> PNG of what ``_scene`` holds. pyvista's errors pass."""
+    """Name -> PNG of what ``drawing_of`` holds. pyvista's errors pass."""
     found = {"inside": _png(_inside(scene))}
     if "moved" in scene:
         found["deformed"] = _png(_deformed(scene))

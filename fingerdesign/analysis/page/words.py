@@ -50,13 +50,14 @@ def finger_words(keys: Keys) -> str:
     return said(SENTENCES, "finger", keys=keys, top=top, rows=_rows(keys))[0]
 
 
+def _below(table: str, keys: Keys) -> dict[str, Any]:
+    """The keys of a table, without its name."""
+    return {k.removeprefix(table): value for k, value in keys.items() if k.startswith(table)}
+
+
 def _rows(keys: Keys) -> list[dict[str, Any]]:
     """Every row of plates with the keys that it takes from ``[plates]``; those of no plate not."""
-    plates = {
-        key.removeprefix("plates."): value
-        for key, value in keys.items()
-        if key.startswith("plates.")
-    }
+    plates = _below("plates.", keys)
     rows = [{}, *(plates.get("rows") or [])]
     tables = [{**plates, **{k: v for k, v in row.items() if v is not None}} for row in rows]
     return [table | {"along": table.get("along") or "x"} for table in tables if table.get("count")]
@@ -64,11 +65,7 @@ def _rows(keys: Keys) -> list[dict[str, Any]]:
 
 def object_text(result: Result) -> str:
     """What touches the finger and how it is moved, in a few sentences; empty if not known."""
-    keys = {
-        key.removeprefix(OBJECT): value
-        for key, value in result.parameters.items()
-        if key.startswith(OBJECT)
-    }
+    keys = _below(OBJECT, result.parameters)
     if keys.get("friction_coefficient") is None:
         return ""
     shape = str(keys.get("shape") or "plane")
@@ -158,31 +155,31 @@ def slip_grows_with_shear(found: Sequence[IncrementResult]) -> bool:
 
 
 @dataclass(frozen=True)
-class Finding:
-    """One question, its answer and the numbers behind it."""
+class Question:
+    """One question of the verdict, its answer and the numbers behind it."""
 
     answer: Answer
     question: str
     detail: str
 
 
-def _finding(name: str, answer: Answer, **values: Any) -> Finding:
+def _question(name: str, answer: Answer, **values: Any) -> Question:
     question, detail = said(SENTENCES, name, answer=answer, **values)
-    return Finding(answer, question, detail)
+    return Question(answer, question, detail)
 
 
-def findings(result: Result, traces: Sequence[GripTrace] = ()) -> list[Finding]:
+def verdict(result: Result, traces: Sequence[GripTrace] = ()) -> list[Question]:
     """The report's verdict. What was not computed is answered "open", not left out.
 
     ``traces``: of the grips, where they are at hand: they tell what was lifted without the rule.
     """
     if result.status == "failed":
-        return [_finding("failed", "no", failure=result.failure)]
+        return [_question("failed", "no", failure=result.failure)]
     if result.increments and not result.slip_studies and not result.grips:
         return [_touches(result.increments)]
     found = [_follows(result), _lifts(result.grips), *_needed(result.grips, traces)]
     if result.parameters.get("plates.model") == "none":
-        return [Finding("open", each.question, NOT_JUDGED) for each in found]
+        return [Question("open", each.question, NOT_JUDGED) for each in found]
     return found
 
 
@@ -190,14 +187,14 @@ def _graded(good: int, every: int) -> Answer:
     return "yes" if good == every else "partly" if good else "no"
 
 
-def _touches(found: Sequence[IncrementResult]) -> Finding:
+def _touches(found: Sequence[IncrementResult]) -> Question:
     """What the contact did, where neither slip study nor grips tell more."""
     loaded = under_load(found)
     row = found[loaded[-1]] if loaded else None
     answer: Answer = "open"
     if row is not None:
         answer = "no" if not row.stick_nodes else "partly" if row.slip_nodes else "yes"
-    return _finding(
+    return _question(
         "touches",
         answer,
         row=row,
@@ -208,11 +205,11 @@ def _touches(found: Sequence[IncrementResult]) -> Finding:
     )
 
 
-def _follows(result: Result) -> Finding:
+def _follows(result: Result) -> Question:
     studies, keys = result.slip_studies, result.parameters
     defined = [s.rank_correlation for s in studies if s.rank_correlation is not None]
     good = sum(value >= GOOD_CORRELATION for value in defined)
-    return _finding(
+    return _question(
         "follows",
         _graded(good, len(defined)) if defined else "open",
         studies=studies,
@@ -226,14 +223,14 @@ def _follows(result: Result) -> Finding:
     )
 
 
-def _lifts(grips: Sequence[GripResult]) -> Finding:
+def _lifts(grips: Sequence[GripResult]) -> Question:
     good = [grip for grip in grips if grip.lifted and not grip.gross_slip]
     margins = [grip.safety_margin for grip in good if grip.safety_margin is not None]
     answer = _graded(len(good), len(grips)) if grips else "open"
-    return _finding("lifts", answer, grips=grips, good=good, margins=margins, human=HUMAN_MARGIN)
+    return _question("lifts", answer, grips=grips, good=good, margins=margins, human=HUMAN_MARGIN)
 
 
-def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Finding]:
+def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Question]:
     """Whether the rule earned its keep: the same grip without it."""
     tried = [grip for grip in grips if grip.slips_without_rule is not None]
     if not tried:
@@ -258,4 +255,4 @@ def _needed(grips: Sequence[GripResult], traces: Sequence[GripTrace]) -> list[Fi
         name: [grip.friction_coefficient for grip in each]
         for name, each in {**doubts, "slipping": slipping, "held": held}.items()
     }
-    return [_finding("needed", answer if helped else "no", tried=len(tried), **frictions)]
+    return [_question("needed", answer if helped else "no", tried=len(tried), **frictions)]
