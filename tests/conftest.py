@@ -6,7 +6,10 @@ that takes five times as long (a section of 34k dofs: 4.5 s of processor time, 2
 """
 
 import os
+import signal
 import tempfile
+
+import pytest
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy comes; workers inherit it
 
@@ -24,3 +27,11 @@ def pytest_configure(config):
 def pytest_unconfigure(config):
     if not hasattr(config, "workerinput"):
         config.kept.cleanup()
+
+
+@pytest.fixture
+def interruptible():
+    """Where the tests run in the background, their process ignores interruptions from the start."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

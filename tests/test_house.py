@@ -12,6 +12,7 @@ from tests.support.house import (
     against_the_order,
     circles,
     inside_functions,
+    long_functions,
     modules,
     room,
 )
@@ -114,6 +115,10 @@ for name in sys.argv[1:]:
         [sys.executable, "-c", code, *names], check=False, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
+
+
+def test_a_function_reads_in_one_sitting():
+    assert long_functions() == []
 
 
 def test_a_file_is_one_idea_and_a_folder_can_be_looked_through():

@@ -176,15 +176,14 @@ class GripBench:
     """What all grips of a study share.
 
     problem: at the bench's friction. plates: numbers of those whose gages are read, in the order of
-    the readings. hardware: but for the gages' noise, which a cell says. opposite: the other finger
-    at any friction, None for a mirror image.
+    the readings. grip: its hardware counts but for the gages' noise, which a cell says. opposite:
+    the other finger at any friction, None for a mirror image.
     """
 
     problem: ContactProblem
     face: str
     plates: tuple[int, ...]
     grip: Grip
-    hardware: Hardware
     grid: ControlGrid
     estimator: GripEstimator | None = None
     opposite: ContactProblem | None = None
@@ -254,7 +253,7 @@ class GripBench:
 
     def episode(self, cell: Cell, memory: Memory | None = None) -> Episode:
         """One grip, step by step. Raises SolverError where the bench itself fails."""
-        rate, tug = self.hardware.sample_rate_Hz, self.grid.tug
+        rate, tug = self.grip.hardware.sample_rate_Hz, self.grid.tug
         after, pulls = self._held, tuple[Disturbance, ...]()
         if tug is not None:  # it comes when grips without it are over: one plant serves both
             pulls = tug.pulls(cell.mass_g, self._held + 1, rate)
@@ -279,10 +278,10 @@ class GripBench:
     @property
     def _held(self) -> int:
         """Steps for which a lifted object is held on."""
-        return steps_in(self.grid.hold_s, self.hardware.sample_rate_Hz)
+        return steps_in(self.grid.hold_s, self.grip.hardware.sample_rate_Hz)
 
     def _noisy(self, noise: float) -> Hardware:
-        return self.hardware.model_copy(update={"gage_noise_microstrain": noise})
+        return self.grip.hardware.model_copy(update={"gage_noise_microstrain": noise})
 
     def _imperfect(self, plant: Plant, hardware: Hardware, rng: np.random.Generator) -> Plant:
         return ImperfectPlant(plant, hardware, rng, self.plates)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from pydantic import TypeAdapter
 
-from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.case import Clock, gage_array
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import peak_memory_MB, versions
 from fingerdesign.control.metrics import MOST_FORCE, JudgedGrip
@@ -151,32 +150,21 @@ def study_control(
     refuse(grid, names)
     if estimator is not None and (faults := estimator_faults(design, estimator)):
         raise DesignError(faults)
-
-    def say(message: str) -> None:
-        report(message, 0.0)
-
-    times = [time.perf_counter()]
-    problem = grip_problem(design, report=say)
-    opposite = opposite_problem(design, report=say)
-    times.append(time.perf_counter())
-    if any(map(needs_training, names)) and estimator is None:
-        estimator = training_result_for(design, problem, say, workers).estimator
-    times.append(time.perf_counter())
-    hardware, face = design.grip.hardware, design.gages.face
-    plates = gage_array(design)
-    bench = GripBench(problem, face, plates, design.grip, hardware, grid, estimator, opposite)
-    digest = study_digest(design, grid, estimator)
+    clock = Clock()
+    bench = grip_bench(design, names, grid, estimator, workers, report, clock)
+    digest = study_digest(design, grid, bench.estimator)
     batches = list(grid.batches(names))
     # Drawn are the grips at a good amplifier's noise, or at the grid's nearest to it.
     noise = min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
     with one_thread(), grips_journal(journal, digest) as kept:
-        found = run_batches(bench, batches, kept, workers, report)
-        times.append(time.perf_counter())
+        with clock.stage("grips"):
+            found = run_batches(bench, batches, kept, workers, report)
         report("drawing the paths", 1.0)
-        traces = tuple(_traces(bench, names, noise))
+        with clock.stage("paths"):
+            traces = tuple(_traces(bench, names, noise))
     outcomes = tuple(found[key_of(cell)] for cells in batches for cell in cells)
-    times.append(time.perf_counter())
-    start, modelled, taught, gripped, done = times
+    whole = sum(clock.seconds.values())
+    del clock.seconds["paths"]
     data = control_data(
         outcomes,
         names,
@@ -185,18 +173,41 @@ def study_control(
         design=design.design.name,
         digest=digest,
         model=_model_data(bench),
-        hardware={name: value for name, value in hardware.model_dump().items() if name != VARIED},
-        seconds={
-            "model": modelled - start,
-            "teaching": taught - modelled,
-            "grips": gripped - taught,
-            "whole": done - start,
-        },
+        hardware=design.grip.hardware.model_dump(exclude={VARIED}),
+        seconds={**clock.seconds, "whole": whole},
         workers=workers,
         versions=versions(),
         peak_memory_MB=peak_memory_MB(),
     )
     return ControlStudy(data, outcomes, traces, noise)
+
+
+def grip_bench(
+    design: Design,
+    names: Sequence[str],
+    grid: ControlGrid,
+    estimator: GripEstimator | None,
+    workers: int,
+    report: Report,
+    clock: Clock,
+    opposed: bool = True,
+) -> GripBench:
+    """The model of a design, and an estimator taught on it where a controller needs one.
+
+    estimator: one that is there already. opposed: grips may have another finger on the other side.
+    """
+
+    def say(message: str) -> None:
+        report(message, 0.0)
+
+    with clock.stage("model"):
+        problem = grip_problem(design, report=say)
+        opposite = opposite_problem(design, report=say) if opposed else None
+    with clock.stage("teaching"):
+        if any(map(needs_training, names)) and estimator is None:
+            estimator = training_result_for(design, problem, say, workers).estimator
+    face, plates = design.gages.face, gage_array(design)
+    return GripBench(problem, face, plates, design.grip, grid, estimator, opposite)
 
 
 def journal_beside(target: Path) -> Path:

@@ -14,20 +14,18 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from fingerdesign.analysis.case import gage_array
+from fingerdesign.analysis.case import Clock
 from fingerdesign.analysis.stages import one_thread
 from fingerdesign.analysis.summary import versions
 from fingerdesign.checks.load import dump_design, with_values
 from fingerdesign.control.metrics import JudgedGrip
-from fingerdesign.control.roster import needs_training
 from fingerdesign.errors import DesignError, Fault
 from fingerdesign.records.base import json_text
 from fingerdesign.report.page import sentences
 from fingerdesign.runtime.journal import Journal
-from fingerdesign.sensing.model import CONTACT_SIZE_MM, grip_problem
-from fingerdesign.sensing.training import training_result_for
-from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, GripBench, refuse
-from fingerdesign.trials.run import VARIED
+from fingerdesign.sensing.model import CONTACT_SIZE_MM
+from fingerdesign.trials.bench import GOOD_AMPLIFIER, Cell, ControlGrid, refuse
+from fingerdesign.trials.run import VARIED, grip_bench
 from fingerdesign.trials.tuning import (
     BUDGET,
     Candidate,
@@ -239,18 +237,9 @@ def tune_controllers(
     names = tuple(dict.fromkeys(controllers))
     refuse(ControlGrid(noises=tuple(noises), seed=seed), names)
     start = time.perf_counter()
-
-    def say(message: str) -> None:
-        report(message, 0.0)
-
-    problem = grip_problem(design, report=say)
-    if any(map(needs_training, names)) and estimator is None:
-        estimator = training_result_for(design, problem, say, workers).estimator
-    hardware = design.grip.hardware
     grid = replace(ControlGrid(seed=seed), tug=None)
-    plates = gage_array(design)
-    bench = GripBench(problem, design.gages.face, plates, design.grip, hardware, grid, estimator)
-    digest = _tuning_digest(design, budget, noises, seed, estimator)
+    bench = grip_bench(design, names, grid, estimator, workers, report, Clock(), opposed=False)
+    digest = _tuning_digest(design, budget, noises, seed, bench.estimator)
     kept = Kept(journal, digest)
     if kept.grips:
         report(f"going on: {kept.grips} grips were made before", 0.0)
@@ -274,12 +263,12 @@ def tune_controllers(
         digest=digest,
         seed=seed,
         cells=tuple(tuning_cells("", budget[-1].grips, seed, noises)),
-        hardware={key: value for key, value in hardware.model_dump().items() if key != VARIED},
+        hardware=design.grip.hardware.model_dump(exclude={VARIED}),
         model={
             "fidelity": "plane-strain",
             "contact_size_mm": CONTACT_SIZE_MM,
-            "contact_nodes": problem.model.nodes,
-            "gages": len(plates),
+            "contact_nodes": bench.problem.model.nodes,
+            "gages": len(bench.plates),
             **design.grip.model_dump(include={"preload_mm", "max_approach_mm", "max_steps"}),
         },
         controllers={name: kept.controllers[name] for name in names},

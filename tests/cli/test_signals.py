@@ -10,6 +10,8 @@ from fingerdesign_cli import main as cli_main
 
 from fingerdesign.errors import FingerDesignError
 
+pytestmark = pytest.mark.usefixtures("interruptible")
+
 
 @pytest.fixture(autouse=True)
 def _signals_as_before(monkeypatch):
@@ -20,14 +22,6 @@ def _signals_as_before(monkeypatch):
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
-
-
-@pytest.fixture(autouse=True)
-def interruptible():
-    """Where the tests run in the background, their process ignores interruptions from the start."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 def run(monkeypatch, callback):

@@ -173,6 +173,7 @@ def test_killed_driver_goes_on_where_it_stopped(place):
     assert place.swept()[-1]["computed"] == 0
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_interrupted_keeps_what_is_done(place):
     place.study(count=40)
     run = place.sweep("--workers", "2")

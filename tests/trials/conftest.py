@@ -3,7 +3,6 @@
 import pytest
 
 from fingerdesign import parse_design
-from fingerdesign.control.plants.rig import Hardware
 from fingerdesign.trials.bench import ControlGrid, GripBench, Tug
 
 DESIGN = """[design]
@@ -27,7 +26,7 @@ def design():
 @pytest.fixture(scope="module")
 def bench(half_plane, design):
     plates = tuple(range(11))
-    return GripBench(half_plane, "both", plates, design.grip, Hardware(), GRID)
+    return GripBench(half_plane, "both", plates, design.grip, GRID)
 
 
 @pytest.fixture
