@@ -14,6 +14,7 @@ from fingerdesign import load_design
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.runtime.journal import JournalError
 from fingerdesign.runtime.registry import CONTROLLERS
+from fingerdesign.trials import run as control_study
 from fingerdesign.trials import tune as tune_study
 from fingerdesign.trials.bench import FRICTIONS, MASSES_G, Cell, GripBench, seed_of
 from fingerdesign.trials.tune import (
@@ -225,7 +226,7 @@ def quick(half_plane, monkeypatch):
         made.append(1)
         return half_plane
 
-    monkeypatch.setattr(tune_study, "grip_problem", model)
+    monkeypatch.setattr(control_study, "grip_problem", model)
     monkeypatch.setitem(tune_study.tune_controllers.__kwdefaults__, "budget", SMALL)
     return made
 
