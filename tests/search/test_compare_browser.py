@@ -1,24 +1,33 @@
-"""The comparison page in a real Chromium: clicks, keys, sorting, filters, downloads, silence."""
+"""The comparison page in a real Chromium: clicks, keys, sorting, filters, downloads, silence.
+
+The views of two designs: drawn, turned, followed, chosen; names stay text.
+"""
 
 import csv
 import io
+import itertools
 import json
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 
 import pytest
 
+from fingerdesign.records.outcome import Traces
 from fingerdesign.search.compare.page import compare_html
 from fingerdesign.search.compare.read import facts_of
 from fingerdesign.search.compare.recommend import Bound, Wanted, recommend
-from tests.support.any_outcomes import any_outcomes
+from tests.support.any_outcomes import HOSTILE, any_outcomes
 from tests.support.browser import Browser, BrowserError, chromium
 
 pytestmark = pytest.mark.skipif(
     chromium() is None, reason="no chromium on this machine: the page is not opened in a browser"
 )
 WANTED = (Wanted("stick_error", "min"), Wanted("cost", "min"), Wanted("safety_margin", "max"))
+FLAT = any_outcomes(12, seed=1, failed=0.0)
+BOUNDS = (Bound("peak_ratio", at_most=2.0),)
 MADE = any_outcomes(60, hostile=True)
+GOOD = [number for number, made in enumerate(MADE) if made.status == "ok"]
 SHOWN = "[...document.querySelectorAll('#table-designs tbody tr:not([hidden])')]"
 # The designs that the chart of two measures draws as points.
 POINTS = (
@@ -28,17 +37,59 @@ POINTS = (
 NUMBERS = f"{SHOWN}.map((row) => Number(row.dataset.i))"
 
 
+EYE = "Object.values(document.getElementById('shape-{}').layout.scene.camera.eye)"
+DRAWN = "document.getElementById('forces-1').data"
+LINES = "document.getElementById('parallel-chart').data"
+
+
+@contextmanager
+def page_of(folder, outcomes, wanted=WANTED[:2], bounds=(), size=(1400, 1000), change=str):
+    """A browser with the page of outcomes; it is silent in the end, and asks no network."""
+    page = folder / "page.html"
+    facts = facts_of("a study", outcomes, wanted, bounds)
+    page.write_text(change(compare_html(outcomes, facts)), encoding="utf-8")
+    with Browser(page, folder, size) as browser:
+        yield browser
+        assert browser.console == browser.requests == []
+
+
 @pytest.fixture(scope="module")
 def opened(tmp_path_factory):
-    work = tmp_path_factory.mktemp("compare")
-    page = work / "compare.html"
-    facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
-    page.write_text(compare_html(MADE, facts), encoding="utf-8")
-    with Browser(page, work) as browser:
+    with page_of(tmp_path_factory.mktemp("compare"), MADE, WANTED, BOUNDS) as browser:
         yield browser
-        # Whatever the tests did: no word in the console, nothing asked of any network.
-        assert browser.console == []
-        assert browser.requests == []
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    with page_of(tmp_path_factory.mktemp("views"), FLAT) as browser:
+        seen(browser, "views", DRAWN)
+        yield browser
+
+
+@pytest.fixture
+def views(pair):
+    """Of the first two designs."""
+    choose(pair, 0, 1)
+    seen(pair, "views", DRAWN)
+    return pair
+
+
+def seen(browser, place, ready):
+    """Bring a place into sight and wait until ``ready`` is true."""
+    browser.show(place)
+    browser.wait(ready)
+
+
+def choose(browser, a, b):
+    """Choose two designs, and give the page the time to draw them; chosen ones stay as they are."""
+    if browser.evaluate("FD.selected") == [a, b]:
+        return
+    browser.evaluate(f"FD.select({a}, {'null' if b is None else b})")
+    browser.evaluate("new Promise((f) => setTimeout(f, 150))")
+
+
+def data(browser, place):
+    return browser.evaluate(f"document.getElementById('{place}').data")
 
 
 @pytest.fixture
@@ -96,25 +147,28 @@ def test_watch_sees_errors_and_requests(tmp_path):
 
 @pytest.mark.parametrize("few", [(), any_outcomes(3, failed=1.0), MADE[20:21], MADE[20:22]])
 def test_a_page_of_few_or_none_is_silent(tmp_path, few):
-    page = tmp_path / "few.html"
-    page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
-    with Browser(page, tmp_path) as browser:
+    with page_of(tmp_path, few, WANTED) as browser:
         for place in ("views", "parallel-chart"):
             browser.show(place)
             browser.evaluate("new Promise((f) => setTimeout(f, 200))")
         assert browser.evaluate("FD.shown.length") == sum(o.status == "ok" for o in few)
-        assert browser.console == browser.requests == []
 
 
-def test_opens_with_the_recommended_one_chosen(opened):
+def test_opens_with_the_recommended_one_first_and_a_name_for_every_field(opened):
     name = opened.evaluate("document.getElementById('recommended-name').textContent")
     first = opened.evaluate(f"{SHOWN}[0].textContent")
     assert name in first
     assert "recommended" in first
     assert opened.evaluate("document.title") == "a study: fingers compared"
+    nameless = opened.evaluate(
+        "[...document.querySelectorAll('button, input, select')].filter((e) =>"
+        "!(e.textContent.trim() || e.getAttribute('aria-label') || e.closest('label')"
+        "|| e.labels?.length)).map((e) => e.outerHTML)"
+    )
+    assert nameless == []
 
 
-def test_sorts_by_mouse_and_keys_both_ways(browser):
+def test_sorts_by_mouse_and_keys_both_ways_most_first_and_no_value_last(browser):
     button = f"{head(browser, 'cost')} button"
     browser.click(button)
     up = [cost(number) for number in browser.evaluate(NUMBERS)]
@@ -124,41 +178,28 @@ def test_sorts_by_mouse_and_keys_both_ways(browser):
     browser.key("Enter")
     assert browser.evaluate(sort) == "descending"
     assert [cost(n) for n in browser.evaluate(NUMBERS)] == up[::-1]
-
-
-def test_most_first_and_no_value_last(browser):
     browser.click(f"{head(browser, 'safety')} button")
     margins = [MADE[number].metrics["safety_margin"] for number in browser.evaluate(NUMBERS)]
-    known = [margin for margin in margins if margin is not None]
-    assert known == sorted(known, reverse=True)
+    known = sorted((each for each in margins if each is not None), reverse=True)
     assert margins[: len(known)] == known
 
 
-def test_filters_by_bounds_and_words(browser):
+def test_filters_by_bounds_and_words_and_by_the_front(browser):
     write_into(browser, "cost", "10..15")
     write_into(browser, "design", "any_")
     numbers = browser.evaluate(NUMBERS)
-    requested = {
-        i
-        for i, o in enumerate(MADE)
-        if o.status == "ok" and 10 <= o.metrics["cost"] <= 15 and "any_" in o.name
-    }
+    requested = {i for i in GOOD if 10 <= cost(i) <= 15 and "any_" in MADE[i].name}
     assert set(numbers) == requested
     assert 0 < len(requested) < 40
     count = browser.evaluate("document.getElementById('shown-count').textContent")
-    good = sum(o.status == "ok" for o in MADE)
-    assert count == f"{len(requested)} of {good} shown"
+    assert count == f"{len(requested)} of {len(GOOD)} shown"
     browser.wait(f"{POINTS}.length === {len(requested)}")
-
-
-def test_a_filter_that_makes_no_sense_is_reported(browser):
-    write_into(browser, "cost", "cheap")
+    browser.click("#clear-filter")
+    write_into(browser, "cost", "cheap")  # makes no sense
     fault = browser.evaluate("document.querySelector('.fault').textContent")
     assert "cost" in fault
-    assert len(browser.evaluate(NUMBERS)) == sum(o.status == "ok" for o in MADE)
-
-
-def test_front_alone(browser):
+    assert len(browser.evaluate(NUMBERS)) == len(GOOD)
+    browser.click("#clear-filter")
     browser.click("#only-front")
     numbers = browser.evaluate(NUMBERS)
     data = browser.evaluate("FD.data.designs.flatMap((d, i) => (d.front ? [i] : []))")
@@ -191,10 +232,7 @@ def test_choosing_in_the_chart_by_mouse_and_keys(browser):
     browser.key("Enter")
     number = browser.evaluate("FD.selected[0]")
     assert "stick error" in reported
-    by_error = sorted(
-        (i for i, o in enumerate(MADE) if o.status == "ok"),
-        key=lambda i: (MADE[i].metrics["stick_error"], cost(i)),
-    )
+    by_error = sorted(GOOD, key=lambda i: (MADE[i].metrics["stick_error"], cost(i)))
     assert number == by_error[1]
     browser.press_at(*point(browser, by_error[-1]))
     browser.wait("FD.selected[1] !== null")
@@ -240,8 +278,7 @@ def test_a_box_in_the_chart_filters_the_table(browser):
     number = browser.evaluate("FD.data.study.recommended")
     x, y = point(browser, number)
     browser.press_at(x - 30, y - 30, (x + 30, y + 30))
-    total = sum(o.status == "ok" for o in MADE)
-    browser.wait(f"FD.shown.length < {total}")
+    browser.wait(f"FD.shown.length < {len(GOOD)}")
     assert number in browser.evaluate("FD.shown")
     place = column(browser, "cost")
     field = f"document.querySelector('#table-designs .filters td:nth-child({place}) input').value"
@@ -263,24 +300,6 @@ def test_downloads(browser):
     assert reported[20]["traces"]["gages"] == [list(row) for row in MADE[20].traces.gages]
 
 
-def test_two_designs_are_drawn_when_they_come_into_sight(browser):
-    browser.evaluate("FD.select(10, 12)")
-    browser.show("views")
-    browser.wait("document.getElementById('forces-1').data")
-    assert browser.evaluate("document.querySelectorAll('#views svg, #views canvas').length") >= 2
-    browser.show("parallel")
-    browser.wait("document.querySelectorAll('#parallel-chart svg').length")
-
-
-def test_every_button_has_a_name_and_every_field_a_label(browser):
-    nameless = browser.evaluate(
-        "[...document.querySelectorAll('button, input, select')].filter((e) =>"
-        "!(e.textContent.trim() || e.getAttribute('aria-label') || e.closest('label')"
-        "|| e.labels?.length)).map((e) => e.outerHTML)"
-    )
-    assert nameless == []
-
-
 @pytest.mark.parametrize("dark", [False, True])
 def test_text_stands_out(browser, dark):
     browser.appear(dark=dark)
@@ -289,10 +308,9 @@ def test_text_stands_out(browser, dark):
     )
     browser.appear()
     *inks, paper, panel = (luminance(colour) for colour in colours)
-    for ink in inks:
-        for ground in (paper, panel):
-            low, high = sorted((ink, ground))
-            assert (high + 0.05) / (low + 0.05) >= 4.5
+    for ink, ground in itertools.product(inks, (paper, panel)):
+        low, high = sorted((ink, ground))
+        assert (high + 0.05) / (low + 0.05) >= 4.5
 
 
 def luminance(colour):
@@ -304,21 +322,17 @@ def luminance(colour):
 
 
 @pytest.mark.parametrize("width", [360, 800])
-def test_fits_narrow_windows(browser, width):
+def test_fits_narrow_windows_and_prints(browser, tmp_path, width):
     screen = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     browser.call("Emulation.setDeviceMetricsOverride", **screen)
     wide = browser.evaluate("document.documentElement.scrollWidth")
     browser.call("Emulation.setDeviceMetricsOverride", **(screen | {"width": 1400, "height": 1000}))
     assert wide <= width
-
-
-def test_prints(browser, tmp_path):
     assert browser.pdf(tmp_path / "page.pdf").stat().st_size > 20_000
 
 
 def test_badges_leave_the_star_and_b_is_the_runner_up(browser):
-    facts = facts_of("a study", MADE, WANTED, (Bound("peak_ratio", at_most=2.0),))
-    found = recommend(MADE, facts.objectives, facts.constraints)
+    found = recommend(MADE, WANTED, BOUNDS)
     assert browser.evaluate("FD.data.study.pair") == [found.chosen, found.runner_up]
     browser.evaluate("FD.select(...FD.data.study.pair)")
     badges = "document.getElementById('pareto').layout.annotations"
@@ -334,39 +348,253 @@ def test_badges_leave_the_star_and_b_is_the_runner_up(browser):
 
 
 def test_the_two_say_what_they_miss_and_where_grips_differ(browser):
-    missing = next(
-        i for i, o in enumerate(MADE) if o.status == "ok" and o.metrics["peak_ratio"] > 2
-    )
-    rest = [i for i, o in enumerate(MADE) if o.status == "ok" and i != missing]
-    browser.evaluate(f"FD.select({missing}, {rest[0]})")
+    missing = next(i for i in GOOD if MADE[i].metrics["peak_ratio"] > 2)
+    other = next(i for i in GOOD if i != missing)
+    browser.evaluate(f"FD.select({missing}, {other})")
     text = "document.getElementById('pair-numbers').innerText"
     assert "A: not feasible, peak_ratio" in browser.evaluate(text)
     keep = "[FD.data.designs[%d].metrics.grip_success, FD.data.designs[%d].metrics.grip_success]"
-    before = browser.evaluate(keep % (missing, rest[0]))
+    before = browser.evaluate(keep % (missing, other))
     for success, reported in ((0.5, True), (1.0, False)):
-        browser.evaluate(f"{keep % (missing, rest[0])} = [{success}, 1.0]")
-        browser.evaluate(f"FD.select({missing}, {rest[0]})")
+        browser.evaluate(f"{keep % (missing, other)} = [{success}, 1.0]")
+        browser.evaluate(f"FD.select({missing}, {other})")
         assert ("grip success of the two differs" in browser.evaluate(text)) is reported
-    browser.evaluate(f"{keep % (missing, rest[0])} = {json.dumps(before)}")
+    browser.evaluate(f"{keep % (missing, other)} = {json.dumps(before)}")
 
 
 def test_on_a_narrow_screen_the_bar_covers_nothing(tmp_path):
-    page = tmp_path / "narrow.html"
-    few = MADE[20:26]
-    page.write_text(compare_html(few, facts_of("few", few, WANTED)), encoding="utf-8")
-    with Browser(page, tmp_path, (400, 800)) as browser:
+    with page_of(tmp_path, MADE[20:26], WANTED, size=(400, 800)) as browser:
         place = "getComputedStyle(document.getElementById('chosen')).position"
         assert browser.evaluate("innerWidth") <= 640
         assert browser.evaluate(place) == "static"
 
 
 def test_a_measure_alike_for_all_has_one_mark(tmp_path):
-    page = tmp_path / "alike.html"
-    few = [replace(o, metrics=o.metrics | {"cost": 7.0}) for o in MADE if o.status == "ok"][:8]
-    page.write_text(compare_html(few, facts_of("few", few, WANTED[:2])), encoding="utf-8")
-    with Browser(page, tmp_path) as browser:
+    few = [replace(MADE[i], metrics=MADE[i].metrics | {"cost": 7.0}) for i in GOOD[:8]]
+    with page_of(tmp_path, few) as browser:
         browser.wait("document.querySelector('#pareto .ytick')")
         text = browser.evaluate("document.getElementById('pareto').textContent")
         assert "cost: the same for all" in text
         ticks = "[...document.querySelectorAll('#pareto .ytick')].map((e) => e.textContent)"
         assert browser.evaluate(ticks) == ["7"]
+
+
+def test_plotly_runs_under_the_policy_and_nothing_else_does(views):
+    assert views.evaluate("Plotly.version").split(".")[0].isdigit()
+    before = len(views.console)
+    views.evaluate("document.head.append(FD.el('script', {}, 'window.foreign = 1'))")
+    assert views.evaluate("window.foreign === undefined")
+    blocked = views.console[before:]
+    assert blocked
+    assert all("Content Security Policy" in each for each in blocked)
+    del views.console[before:]
+
+
+def test_two_designs_are_drawn(views):
+    plots = views.evaluate(
+        "[...document.querySelectorAll('#views .plot')].map((e) =>"
+        "[e.id, e.data?.length ?? 0, e.getAttribute('aria-label')?.length ?? 0])"
+    )
+    assert len(plots) == 2 * 4 + 1
+    for place, traces, words in plots:
+        assert traces > 0, place
+        assert words > 20, place
+    kinds = [trace["type"] for trace in data(views, "shape-0")]
+    assert kinds.count("mesh3d") >= 3  # body, plates, gages
+    assert kinds.count("scatter3d") == 3  # edges, stick, slip
+    assert views.evaluate("document.querySelectorAll('#shape-0 canvas').length") >= 1
+
+
+def test_turned_by_keys_buttons_and_hand(views):
+    views.click('#views [aria-label="Reset the view"]')
+    start = [views.evaluate(EYE.format(k)) for k in (0, 1)]
+    views.evaluate("document.getElementById('shape-0').focus()")
+    for key in ("ArrowLeft", "ArrowUp", "+", "-"):
+        ratio = "document.getElementById('shape-1').layout.scene.aspectratio.x"
+        before = views.evaluate(ratio), views.evaluate(EYE.format(1))
+        views.key(key)
+        assert (views.evaluate(ratio), views.evaluate(EYE.format(1))) != before, key
+    views.key("0")
+    assert [views.evaluate(EYE.format(k)) for k in (0, 1)] == start
+    views.click('#views [aria-label="View from the front"]')
+    assert views.evaluate(EYE.format(1)) == pytest.approx([0, 0, 2], abs=1e-9)
+    assert "turned 0°, tilted 0°" in views.evaluate("document.getElementById('turned').textContent")
+    views.click("#turn-both")
+    alone = views.evaluate(EYE.format(1))
+    views.show("shape-0")
+    x, y = views.evaluate(
+        "(() => { const r = document.getElementById('shape-0').getBoundingClientRect();"
+        "return [r.x + r.width / 2, r.y + r.height / 2]; })()"
+    )
+    mouse = {"button": "left", "buttons": 1, "clickCount": 1}
+    for kind, step in [("Pressed", 0), *(("Moved", k) for k in range(1, 7)), ("Released", 6)]:
+        at = {"x": x + 10 * step, "y": y + 3 * step}
+        views.call("Input.dispatchMouseEvent", type=f"mouse{kind}", **at, **mouse)
+        views.evaluate("new Promise(requestAnimationFrame)")  # the scene follows by frames
+    views.wait(f"{EYE.format(0)}[0] !== 0")
+    assert views.evaluate(EYE.format(1)) == alone
+    views.click("#turn-both")
+    views.click('#views [aria-label="Reset the view"]')
+    assert [views.evaluate(EYE.format(k)) for k in (0, 1)] == start
+
+
+def test_another_pair_is_seen_from_where_the_last_one_was(views):
+    views.click('#views [aria-label="View from the side"]')
+    eye = views.evaluate(EYE.format(0))
+    views.change("increment", 3)
+    choose(views, 2, 3)
+    assert views.evaluate(EYE.format(0)) == eye
+    assert views.evaluate("document.getElementById('increment').value") == "3"
+    views.click('#views [aria-label="Reset the view"]')
+    views.change("increment", 24)
+
+
+def test_the_slider_moves_all_pictures(views):
+    state = (
+        "[...document.querySelectorAll('#views .plot')].flatMap((e) =>"
+        "[...(e.layout.shapes ?? []), ...e.data.filter((t) => t.type === 'scatter3d').slice(1),"
+        "...(e.id === 'profile' ? e.data : [])].map((part) => JSON.stringify(part)))"
+    )
+    views.change("increment", 24)
+    before = views.evaluate(state)
+    views.change("increment", 3)
+    after = views.evaluate(state)
+    assert len(after) == len(before)
+    changed = sum(p != q for p, q in zip(before, after, strict=True))
+    assert changed >= len(before) - 2, "what slips may slip nowhere before and after"
+    assert views.evaluate("document.getElementById('increment-shown').textContent") == "3 of 24"
+    cells = views.evaluate(
+        "[...document.querySelectorAll('#readings [data-key=normal_force_N]')].map((e) =>"
+        "Number(e.textContent))"
+    )
+    want = [FLAT[k].traces.normal_force_N[2] for k in (0, 1)]
+    assert cells == pytest.approx(want, rel=0.01)
+    views.change("increment", 20)  # what sticks and slips lies on the finger
+    stick, slip = data(views, "shape-0")[-2:]
+    row = FLAT[0].traces.status[19]
+    assert stick["x"].count(None) == row.count("#")  # a gap after each line
+    assert slip["x"].count(None) == row.count("/")
+    views.change("increment", 24)
+
+
+def test_a_gage_is_brought_out(views):
+    widths = "document.getElementById('gages-0').data.map((trace) => trace.line.width)"
+    peak = [max(map(abs, each)) for each in zip(*FLAT[0].traces.gages, strict=True)]
+    wide = views.evaluate(widths)
+    assert wide.index(max(wide)) == peak.index(max(peak))
+    views.change("gage-0", 1, "change")
+    wide = views.evaluate(widths)
+    assert (wide.index(max(wide)), wide.count(max(wide))) == (1, 1)
+
+
+def test_one_design_alone(views):
+    choose(views, 0, None)
+    columns = "[...document.querySelectorAll('.v-column')].filter((e) => !e.hidden).length"
+    assert views.evaluate(columns) == 5
+    views.evaluate("FD.select(null, null)")
+    views.wait("document.getElementById('views').hidden")
+    assert "none chosen" in views.evaluate("document.getElementById('table-pair').textContent")
+
+
+def test_contact_in_3d_is_a_top_view_of_the_chosen_increment(tmp_path):
+    deep = any_outcomes(2, seed=2, failed=0.0, deep=True)
+    with page_of(tmp_path, deep) as browser:
+        browser.evaluate("FD.select(0, 1)")
+        seen(browser, "views", "document.getElementById('contact-1').data?.[0].x")
+        browser.change("increment", 20)
+        row = deep[0].traces.status[19]
+        found = [trace["x"].count(None) for trace in data(browser, "contact-0")]
+        assert found == [row.count(each) for each in "#/."]
+        stick = data(browser, "shape-0")[-2]
+        assert stick["mode"] == "markers"
+        assert stick["x"].count(None) == row.count("#")
+
+
+def test_parallel_coordinates_choose_by_keys_and_by_click_and_their_axes_are_chosen(views):
+    views.evaluate("FD.select(2, 5)")
+    seen(views, "parallel", "document.getElementById('parallel-chart').data?.length > 4")
+    place = "document.getElementById('parallel-chart')"
+    shown = views.evaluate("FD.shown")
+    views.evaluate(f"{place}.focus()")
+    views.key("ArrowDown", 2)
+    words = views.evaluate("document.getElementById('parallel-chart-active').textContent")
+    views.key("Enter")
+    number = views.evaluate("FD.selected[1]")
+    assert number in shown
+    assert words.startswith(FLAT[number].name)
+    titles = [each["text"] for each in views.evaluate(f"{place}.layout.annotations")]
+    assert any("arc radius" in title for title in titles)
+    assert any("cost" in title and "▲" in title for title in titles)
+    assert FLAT[number].name in views.evaluate(f"{place}.getAttribute('aria-label')")
+    views.evaluate("FD.select(null, null)")
+    views.wait(f"{place}.data.length === 2 + {place}.layout.annotations.length")
+    views.show("parallel-chart")
+    x, y, want = views.evaluate(
+        f"(() => {{ const p = {place};"
+        "const { xaxis, yaxis } = p._fullLayout; const r = p.getBoundingClientRect();"
+        "return [r.x + xaxis._offset + xaxis.l2p(p.data[0].x[0]),"
+        "r.y + yaxis._offset + yaxis.l2p(p.data[0].y[0]), p.data[0].customdata[0]]; })()"
+    )
+    views.press_at(x, y)
+    views.wait("FD.selected[0] !== null")
+    assert views.evaluate("FD.selected") == [want, None]
+    seen(views, "parallel", LINES)
+    count = "document.getElementById('parallel-chart').layout.annotations.length"
+    before = views.evaluate(count)
+    views.evaluate("document.querySelector('#parallel-axes input:checked').click()")
+    views.wait(f"{count} === {before - 1}")
+    views.evaluate("document.querySelector('#parallel-axes input').click()")
+    views.wait(f"{count} === {before}")
+
+
+def test_names_stay_text_and_what_is_missing_is_said(tmp_path):
+    made = any_outcomes(len(HOSTILE) + 2, seed=4, failed=0.3, hostile=True)
+    empty = replace(made[0], traces=Traces(), grips=(), design={}, failure=None, status="ok")
+    made = (empty, *made[1:])
+    with page_of(tmp_path, made) as browser:
+        browser.evaluate("FD.select(0, 1)")
+        seen(browser, "views", "document.getElementById('shape-words-0').textContent")
+        for k in range(0, len(made), 2):
+            choose(browser, k, k + 1)
+        seen(browser, "parallel", LINES)
+        foreign = "document.querySelectorAll('#views img, main script, #parallel-chart a').length"
+        assert browser.evaluate(foreign) == 0
+        choose(browser, 0, None)
+        seen(browser, "views", "document.getElementById('forces-none-0').checkVisibility()")
+        bare = browser.evaluate("document.getElementById('views').innerText")
+        for words in ("cannot be drawn", "No contact", "No gages", "No forces"):
+            assert words in bare
+        assert browser.evaluate("document.body.textContent").count("noSuchFunction") > 1
+
+
+def test_without_webgl_the_rest_is_drawn(tmp_path):
+    off = "<head><script>HTMLCanvasElement.prototype.getContext = () => null</script>"
+
+    def without(text):
+        text = re.sub(
+            r"'sha256-[^']*'", "", text.replace("script-src ", "script-src 'unsafe-inline' ")
+        )
+        return text.replace("<head>", off, 1)
+
+    with page_of(tmp_path, FLAT, change=without) as browser:
+        seen(browser, "views", DRAWN)
+        assert browser.evaluate("document.getElementById('no-webgl').checkVisibility()")
+        assert not browser.evaluate("document.getElementById('shape-0').checkVisibility()")
+        assert data(browser, "contact-0")
+
+
+def test_turning_is_quick_and_many_designs_too(tmp_path):
+    many = any_outcomes(300, seed=5, failed=0.0)
+    many = (*many[:4], *(replace(each, traces=Traces(), grips=()) for each in many[4:]))
+    with page_of(tmp_path, many) as browser:
+        browser.evaluate("FD.select(0, 1)")
+        seen(browser, "views", DRAWN)
+        busy = browser.busy_s()
+        browser.evaluate("document.getElementById('shape-0').focus()")
+        browser.key("ArrowLeft", 5)
+        turned = (browser.busy_s() - busy) / 5
+        busy = browser.busy_s()
+        seen(browser, "parallel", LINES)
+        drawn = browser.busy_s() - busy
+    assert turned < 0.5
+    assert drawn < 1.5

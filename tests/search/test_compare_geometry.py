@@ -33,6 +33,7 @@ from fingerdesign.search.compare.page import detail
 from tests.support.any_outcomes import any_outcomes
 
 DESIGNS = sorted((Path(__file__).parents[2] / "designs").glob("*.toml"))
+shipped = pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
 
 
 def data_of(path):
@@ -43,7 +44,7 @@ def points(packed):
     return np.column_stack([np.array(packed[axis], dtype=float) for axis in "xyz"])
 
 
-@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
+@shipped
 def test_a_shipped_design_is_packed_small_and_whole(path):
     design = load_design(path)
     packed = packed_geometry(data_of(path))
@@ -55,18 +56,31 @@ def test_a_shipped_design_is_packed_small_and_whole(path):
     assert (packed["plates"] is None) == (not plate_frames(design))
 
 
-@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
-def test_the_body_is_closed_and_of_the_right_volume(path):
+@shipped
+def test_the_body_is_closed_of_the_right_volume_and_on_the_surface(path):
     body = load_design(path).body
     solid, height = body_triangles(body)
-    _, cosine = solid.edges()
+    ends, cosine = solid.edges()
     assert np.isfinite(cosine).all(), "an edge with one facet: the body is open"
     # Chords of a convex outline lose a little.
     assert solid.volume == pytest.approx(outline_volume(body), rel=0.01)
     assert height == pytest.approx(crest_height(body))
+    x, y, z = solid.vertices.T
+    assert np.abs(x).max() == pytest.approx(0.5 * body.width_mm)
+    inner = (y > 1e-9) & (np.abs(x) < 0.5 * body.width_mm - 1e-6)
+    inner &= np.hypot(x, z) < 0.5 * body.width_mm - 1e-6 if body.shape == "revolved" else inner
+    assert y[inner] == pytest.approx(surface_height(body, x[inner], z[inner]), abs=2e-3)
+    # Lines are drawn along edges of the body alone: facets of one surface turn too little.
+    some = len(solid.sharp_edges(SHARP_DEG))
+    assert 0 < some < 0.4 * len(ends)
+    assert some == (cosine < np.cos(np.radians(SHARP_DEG))).sum()
+    for chain in profile_of(body).chains():
+        along = np.diff(outline_of(type(profile_of(body))(chain)), axis=0)
+        angle = np.degrees(np.arctan2(along[:, 1], along[:, 0]))
+        assert np.abs(np.diff(angle)).max(initial=0) < 13.0
 
 
-@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
+@shipped
 def test_plates_are_boxes_in_their_places_with_marks_on_their_faces(path):
     for frame in plate_frames(load_design(path)):
         boxes = plate_boxes(frame)
@@ -87,18 +101,8 @@ def test_plates_are_boxes_in_their_places_with_marks_on_their_faces(path):
         assert len(holes.triangles) == 2 * 14 * len(frame.holes)
 
 
-@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
-def test_the_outline_lies_on_the_surface(path):
-    body = load_design(path).body
-    x, y, z = body_triangles(body)[0].vertices.T
-    assert np.abs(x).max() == pytest.approx(0.5 * body.width_mm)
-    inner = (y > 1e-9) & (np.abs(x) < 0.5 * body.width_mm - 1e-6)
-    inner &= np.hypot(x, z) < 0.5 * body.width_mm - 1e-6 if body.shape == "revolved" else inner
-    assert y[inner] == pytest.approx(surface_height(body, x[inner], z[inner]), abs=2e-3)
-
-
 @pytest.mark.parametrize("deep", [False, True])
-@pytest.mark.parametrize("path", DESIGNS, ids=lambda path: path.stem)
+@shipped
 def test_the_contact_lies_on_the_surface(path, deep):
     body = load_design(path).body
     (made,) = any_outcomes(1, seed=3, failed=0.0, deep=deep)
@@ -114,25 +118,6 @@ def test_the_contact_lies_on_the_surface(path, deep):
         assert touch["each"] == 1
     else:
         assert np.ptp(z) > 0.9 * min(body.depth_mm, body.width_mm)
-
-
-def test_only_edges_of_the_body_are_drawn_as_lines():
-    for path in DESIGNS:
-        solid, _ = body_triangles(load_design(path).body)
-        ends, cosine = solid.edges()
-        some = len(solid.sharp_edges(SHARP_DEG))
-        assert 0 < some < 0.4 * len(ends), path.stem
-        assert some == (cosine < np.cos(np.radians(SHARP_DEG))).sum()
-
-
-def test_neighbouring_facets_turn_too_little_to_look_like_an_edge():
-    for path in DESIGNS:
-        body = load_design(path).body
-        for chain in profile_of(body).chains():
-            points = outline_of(type(profile_of(body))(chain))
-            along = np.diff(points, axis=0)
-            angle = np.degrees(np.arctan2(along[:, 1], along[:, 0]))
-            assert np.abs(np.diff(angle)).max(initial=0) < 13.0, path.stem
 
 
 def test_files_as_written_do_as_well_as_whole_designs():

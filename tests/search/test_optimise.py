@@ -1,11 +1,11 @@
 """The search on a formula: it learns, goes on where it was stopped, and is confirmed.
 
 Its journal: another's is refused and left as it is. Dominance and hypervolume, by hand and counted.
+What an objective hangs on.
 """
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,9 +29,11 @@ from fingerdesign.search.optimise.optimise import (
     searched,
 )
 from fingerdesign.search.optimise.page import verdict, write_optimised
+from fingerdesign.search.optimise.sensitivity import WEAK, sensitivities
 from fingerdesign.search.run.evaluate import Job, failed
 from fingerdesign.search.study.file import parse_study
 from fingerdesign.search.study.variants import base_design
+from tests.support.optimise_evaluators import outcome_of
 
 STUDY = """
 study = { name = "search", base = "maeno2000", count = 8, seed = 5 }
@@ -57,8 +59,8 @@ def search_of(text=STUDY):
 class Evaluator:
     """The formula, in this process; ends with an error before a batch of its life."""
 
-    def __init__(self, ends_at=10_000):
-        self.batches, self.ends_at = 0, ends_at
+    def __init__(self, ends_at=10_000, outcome=outcome_of):
+        self.batches, self.ends_at, self.outcome = 0, ends_at, outcome
         self.jobs: list[Job] = []
 
     def __call__(self, plan):
@@ -67,16 +69,6 @@ class Evaluator:
             raise KeyboardInterrupt
         self.jobs += [each for each in plan if isinstance(each, Job)]
         return [each if isinstance(each, Outcome) else self.outcome(each) for each in plan]
-
-    def outcome(self, job):
-        from optimise_evaluators import outcome_of
-
-        return outcome_of(job)
-
-
-@pytest.fixture(autouse=True)
-def _evaluators(monkeypatch):
-    monkeypatch.syspath_prepend(Path(__file__).parents[1] / "support")
 
 
 def optimise(search, journal, evaluator, trials=None):
@@ -93,9 +85,7 @@ def values_of(tried):
 def undisturbed(tmp_path_factory):
     """The trials of a search that nothing stops, and its journal."""
     journal = tmp_path_factory.mktemp("whole") / "trials.jsonl"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(Path(__file__).parents[1] / "support")
-        tried = optimise(search_of(), journal, Evaluator())
+    tried = optimise(search_of(), journal, Evaluator())
     return values_of(tried), journal.read_bytes()
 
 
@@ -164,14 +154,12 @@ def test_it_learns(tmp_path):
 
 
 def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path):
-    class Broken(Evaluator):
-        def outcome(self, job):
-            found = super().outcome(job)
-            if job.design.plates.count == 15 and job.name.startswith("search"):
-                return failed(job, Failure("crashed", "of the test"))
-            return found
+    def broken(job):
+        if job.design.plates.count == 15 and job.name.startswith("search"):
+            return failed(job, Failure("crashed", "of the test"))
+        return outcome_of(job)
 
-    search, evaluator = search_of(), Broken()
+    search, evaluator = search_of(), Evaluator(outcome=broken)
     tried = optimise(search, tmp_path / "j", evaluator, trials=24)
     found = confirm(search, tried, evaluator)
     names = {each.number: each.outcomes[0] for each in tried}
@@ -180,14 +168,12 @@ def test_failed_trials_are_infeasible_and_never_confirmed(tmp_path):
 
 
 def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path):
-    class Flattering(Evaluator):
+    def flattering(job):
         """The reference is good in 3-D, where it was not in plane strain."""
-
-        def outcome(self, job):
-            found = super().outcome(job)
-            if job.fidelity == "3d" and job.name.startswith("reference"):
-                return replace(found, metrics=found.metrics | {"stick_error": 0.0})
-            return found
+        found = outcome_of(job)
+        if job.fidelity == "3d" and job.name.startswith("reference"):
+            return replace(found, metrics=found.metrics | {"stick_error": 0.0})
+        return found
 
     search = search_of()
     tried = optimise(search, tmp_path / "j", Evaluator(), trials=40)
@@ -200,7 +186,7 @@ def test_the_best_are_confirmed_against_the_reference_of_the_same_model(tmp_path
     assert {each.fidelity for each in honest.outcomes} == {"plane-strain", "3d"}
     assert honest.volumes[-1] == pytest.approx(1.0)
     assert np.all(np.diff(honest.volumes) >= 0.0)
-    flattered = confirm(search, tried, Flattering())
+    flattered = confirm(search, tried, Evaluator(outcome=flattering))
     assert flattered.standing == ()
 
     said = verdict(Optimised(search, tried, honest))
@@ -315,7 +301,8 @@ def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
         trials.report(1, [2.0], {})
     whole = journal.read_bytes()
     others = SMALL.model_copy(update={"study": SMALL.study.model_copy(update={"seed": 6})})
-    second = two_objectives()
+    more = SMALL.objectives[0].model_copy(update={"metric": "plates"})
+    second = SMALL.model_copy(update={"objectives": (*SMALL.objectives, more)})
     for other in (others, second):
         for content in (whole, whole + b'{"op'):
             journal.write_bytes(content)
@@ -325,13 +312,6 @@ def test_a_refused_study_adds_nothing_to_the_journal(tmp_path):
     with Trials(SMALL, BASE, journal) as trials:  # the half line is gone, nothing else written
         assert len(trials.drawn()) == 3
     assert journal.read_bytes() == whole
-
-
-def two_objectives():
-    """The study with one more objective."""
-    (one,) = SMALL.objectives
-    more = one.model_copy(update={"metric": "plates"})
-    return SMALL.model_copy(update={"objectives": (one, more)})
 
 
 @pytest.mark.parametrize(
@@ -355,3 +335,83 @@ def test_what_is_like_a_journal_is_refused_and_left_alone(tmp_path, line, end):
     with pytest.raises(DesignError, match="journal of trials"):
         Trials(SMALL, BASE, journal).__enter__()
     assert journal.read_text() == line + end
+
+
+DECIDED = parse_study(
+    """
+study = { name = "s", base = "maeno2000", count = 8, seed = 4 }
+objectives = [{ metric = "cost" }, { metric = "stick_error" }, { metric = "plates" }]
+[parameters]
+"body.arc_radius_mm" = { low = 20.0, high = 60.0 }
+"plates.length_mm" = { low = 0.6, high = 1.2 }
+"plates.material" = ["phosphor_bronze", "polyimide"]
+"""
+)
+
+
+def outcomes_of(count, seed=0):
+    rng = np.random.default_rng(seed)
+    found = []
+    for number in range(count):
+        radius, length = rng.uniform(20.0, 60.0), rng.uniform(0.6, 1.2)
+        material = ("phosphor_bronze", "polyimide")[rng.integers(2)]
+        metrics = {
+            "cost": -radius + (8.0 if material == "polyimide" else 0.0),
+            "stick_error": float(rng.uniform()),
+            "plates": 15.0,
+        }
+        values = {
+            "body.arc_radius_mm": radius,
+            "plates.length_mm": length,
+            "plates.material": material,
+        }
+        kept = {"digest": "d", "design": {}, "scene": "s", "fidelity": "plane-strain"}
+        found.append(Outcome(name=str(number), values=values, **kept, status="ok", metrics=metrics))
+    return found
+
+
+def test_what_decides_comes_first_and_which_way():
+    cost, noise, same = sensitivities(DECIDED, outcomes_of(100))
+    first, second, third = cost.effects
+    names = [effect.parameter for effect in cost.effects]
+    assert names == ["body.arc_radius_mm", "plates.material", "plates.length_mm"]
+    assert first.direction == pytest.approx(-1.0, abs=0.1)
+    assert second.direction is None  # materials have no order
+    assert 1.05 > first.share > 0.7 > second.share > third.share
+    assert abs(third.share) < 0.05
+    assert cost.explained is not None
+    assert cost.explained > 0.9
+    assert noise.explained is not None
+    assert noise.explained < WEAK
+    assert "hints" in noise.words
+    assert same.explained is None
+    assert same.effects == ()
+
+
+def test_same_seed_same_shares_and_few_trials_tell_nothing():
+    first, again = (sensitivities(DECIDED, outcomes_of(40), ["cost"]) for _ in range(2))
+    assert first == again
+    (few,) = sensitivities(DECIDED, outcomes_of(10), ["cost"])
+    assert few.explained is None
+    assert "nothing" in few.words
+
+
+@pytest.mark.parametrize(
+    ("weights", "shares"), [((1.0, 0.0), (1.0, 0.0)), ((2.0, -1.0), (0.8, 0.2))]
+)
+def test_shares_of_a_sum_are_those_of_its_variance(weights, shares):
+    rng = np.random.default_rng(1)
+    found = []
+    for each in outcomes_of(400):
+        radius, length = rng.uniform(size=2)
+        values = each.values | {
+            "body.arc_radius_mm": 20.0 + 40.0 * radius,
+            "plates.length_mm": 0.6 + 0.6 * length,
+        }
+        cost = float(weights[0] * radius + weights[1] * length)
+        found.append(replace(each, values=values, metrics={"cost": cost}))
+    (cost,) = sensitivities(DECIDED, found, ["cost"])
+    by_key = {effect.parameter: effect.share for effect in cost.effects}
+    for key, share in zip(("body.arc_radius_mm", "plates.length_mm"), shares, strict=True):
+        assert by_key[key] == pytest.approx(share, abs=0.08)
+    assert by_key["plates.material"] == pytest.approx(0.0, abs=0.03)

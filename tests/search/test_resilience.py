@@ -36,6 +36,14 @@ seed = 7
 time_s = {time_s}
 memory_MB = 500
 """
+SEARCH = """
+study = { name = "search", base = "maeno2000", count = 8, seed = 5 }
+objectives = [{ metric = "stick_error" }, { metric = "peak_force_N" }]
+optimise = { trials = 22, confirm = 1 }
+[parameters]
+"body.arc_radius_mm" = { low = 30.0, high = 90.0 }
+"plates.length_mm" = { low = 0.6, high = 1.0 }
+"""
 PATIENCE_S = 90.0
 COMMAND = str(Path(__file__).parents[1] / "support" / "command_with.py")
 
@@ -52,7 +60,11 @@ def place(tmp_path):
         "EVALUATOR_SECONDS": "0.1",
         "OPENBLAS_NUM_THREADS": "1",
     }
-    return Place(tmp_path, environment)
+    made = Place(tmp_path, environment)
+    yield made
+    for process in made.started:
+        process.kill()
+        process.communicate()
 
 
 class Place:
@@ -60,23 +72,33 @@ class Place:
 
     def __init__(self, folder, environment):
         self.folder, self.environment = folder, environment
-        self.evaluated = folder / "evaluated"
         self.store = folder / "cache" / "outcomes"
         self.evaluator = "slow"
+        self.started = []
 
     def study(self, count=24, time_s=20.0):
         (self.folder / "many.toml").write_text(STUDY.format(count=count, time_s=time_s))
 
     def sweep(self, *more, out="out", **changes):
         """Start `fingerdesign sweep` with the place's evaluator."""
-        evaluator = f"sweep_evaluators:{self.evaluator}"
-        study = ["sweep", "many.toml", "--out", out, "--json"]
-        command = [sys.executable, COMMAND, evaluator, *study, *more]
-        return self.start(command, **changes)
+        study = ["sweep", "many.toml", "--out", out, "--json", *more]
+        return self.start(COMMAND, f"sweep_evaluators:{self.evaluator}", *study, **changes)
 
-    def start(self, command, limit=None, **changes):
-        return subprocess.Popen(
-            command,
+    def optimise(self, out, seconds=0.0, confirming_s=0.0):
+        """Start `fingerdesign optimise` with a store of its own."""
+        (self.folder / "search.toml").write_text(SEARCH)
+        study = ["search.toml", "--out", out, "--workers", "2", "--json"]
+        changes = {
+            "FINGERDESIGN_CACHE": str(self.folder / f"cache-{out}"),
+            "EVALUATED": str(self.folder / f"evaluated-{out}"),
+            "EVALUATOR_SECONDS": str(seconds),
+            "EVALUATOR_3D_SECONDS": str(confirming_s),
+        }
+        return self.start(COMMAND, "optimise_evaluators:formula", "optimise", *study, **changes)
+
+    def start(self, *command, limit=None, **changes):
+        process = subprocess.Popen(
+            [sys.executable, *command],
             cwd=self.folder,
             env=self.environment | changes,
             stdout=subprocess.PIPE,
@@ -84,18 +106,17 @@ class Place:
             text=True,
             preexec_fn=limit or None,
         )
+        self.started.append(process)
+        return process
 
-    def done(self):
+    def done(self, out=""):
         """Names evaluated so far."""
-        return self.evaluated.read_text().split() if self.evaluated.exists() else []
+        evaluated = self.folder / (f"evaluated-{out}" if out else "evaluated")
+        return evaluated.read_text().split() if evaluated.exists() else []
 
     def wait_for(self, count, process):
         """Until so many outcomes are in the store."""
-        end = time.monotonic() + PATIENCE_S
-        while len(list(self.store.glob("??/*.txt"))) < count:
-            assert process.poll() is None, process.communicate()
-            assert time.monotonic() < end
-            time.sleep(0.02)
+        until(lambda: len(list(self.store.glob("??/*.txt"))) >= count, process)
 
     def outcomes(self, out="out"):
         return (self.folder / out / "many" / "outcomes.jsonl").read_text()
@@ -112,6 +133,15 @@ class Place:
         changes = {"FINGERDESIGN_CACHE": cache, "EVALUATED": "", "EVALUATOR_SECONDS": "0"}
         self.swept(out="other", **changes)
         return self.outcomes("other")
+
+
+def until(reached, process):
+    """Wait for what a process that lives on is to reach."""
+    end = time.monotonic() + PATIENCE_S
+    while not reached():
+        assert process.poll() is None, process.communicate()
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 def ended(process):
@@ -134,23 +164,17 @@ def dask(place, workers=2):
     """A scheduler and workers of one thread each, real processes on loopback; its address."""
     where = place.folder / "scheduler.json"
     where.unlink(missing_ok=True)
-    run = [sys.executable, "-m"]
-    quiet = ["--no-dashboard"]
     address = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(where)]
-    started = [place.start([*run, "distributed.cli.dask_scheduler", *address, *quiet])]
-    try:
-        end = time.monotonic() + PATIENCE_S
-        while not where.exists():
-            assert time.monotonic() < end
-            time.sleep(0.05)
-        at = json.loads(where.read_text())["address"]
-        join = [*run, "distributed.cli.dask_worker", at, "--nthreads", "1", "--no-nanny", *quiet]
-        started += [place.start(join) for _ in range(workers)]
-        yield at, started[0], started[1:]
-    finally:
-        for process in started:
-            process.kill()
-            process.communicate()
+    module, quiet = ["-m", "distributed.cli.dask_scheduler"], "--no-dashboard"
+    scheduler = place.start(*module, *address, quiet)
+    until(where.exists, scheduler)
+    at = json.loads(where.read_text())["address"]
+    join = ["distributed.cli.dask_worker", at, "--nthreads", "1", "--no-nanny", quiet]
+    joined = [place.start("-m", *join) for _ in range(workers)]
+    yield at, scheduler, joined
+    for process in (scheduler, *joined):
+        process.kill()
+        process.communicate()
 
 
 def test_killed_driver_goes_on_where_it_stopped(place):
@@ -171,6 +195,45 @@ def test_killed_driver_goes_on_where_it_stopped(place):
     assert len(times) == 24
     assert sum(times.values()) <= len(times) + 4  # what ran, or was on its way, when it died
     assert place.swept()[-1]["computed"] == 0
+
+
+def test_a_killed_search_ends_as_one_that_was_not(place):
+    code, lines, err = ended(place.optimise("whole"))
+    assert code == 0, err
+    assert lines[-1]["trials"] == 22
+    process = place.optimise("killed", 0.15)
+    until(lambda: len(place.done("killed")) >= 11, process)
+    process.kill()
+    process.communicate()
+    code, _, err = ended(place.optimise("killed"))
+    assert code == 0, err
+    whole, killed = (place.folder / name / "search" for name in ("whole", "killed"))
+    found = [
+        map(json.loads, (each / "outcomes.jsonl").read_text().splitlines())
+        for each in (whole, killed)
+    ]
+    undisturbed, resumed = (
+        sorted((o["name"], str(o["values"]), str(o["metrics"])) for o in each) for each in found
+    )
+    assert resumed == undisturbed
+    # What two workers ran, or had just done, when it was killed ran again, and no more than that.
+    assert len(place.done("killed")) <= 22 + 3 + 4
+    record = json.loads((killed / "study.json").read_text())["optimise"]
+    assert record["trials"] == 22
+    assert [each["trial"] for each in record["confirmations"]]
+    page = (whole / "report.html").read_text()
+    for part in ("reference-maeno2000", 'id="table-sensitivity"', 'id="table-confirmed"'):
+        assert part in page
+    assert (whole / "front.png").stat().st_size > 10_000
+
+
+def test_a_second_search_is_refused_during_confirmation_too(place):
+    first = place.optimise("out", confirming_s=PATIENCE_S)
+    until(lambda: any("reference-maeno2000" in each for each in place.done("out")), first)
+    code, _, err = ended(place.optimise("out"))
+    assert code == 1
+    assert "is being written by another process" in err
+    assert first.poll() is None  # it is at its 3-D analyses
 
 
 @pytest.mark.usefixtures("interruptible")

@@ -1,15 +1,27 @@
-"""Study files: what they say, and what a stranger may write into them."""
+"""Study files: what they say, and what a stranger may write into them.
 
+Variants: sampled as asked, the same every time, invalid ones with their reasons.
+"""
+
+import itertools
 import math
 import time
 from pathlib import Path
 
 import pytest
 
+from fingerdesign.design.schema import safe_name
 from fingerdesign.errors import DesignError
 from fingerdesign.search.study.file import parse_study, read_study
-from fingerdesign.search.study.values import Range, key_faults
-from fingerdesign.search.study.variants import base_design
+from fingerdesign.search.study.metrics import METRICS, known_metric
+from fingerdesign.search.study.values import Range, key_faults, set_keys, value_of
+from fingerdesign.search.study.variants import (
+    base_design,
+    number_of_points,
+    points,
+    variant_of,
+    variants,
+)
 
 HEAD = '[study]\nname = "few"\nbase = "maeno2000"\nsampling = "grid"\n'
 ONE = '[parameters]\n"body.depth_mm" = [10.0, 12.0]\n'
@@ -27,6 +39,10 @@ def refused(text):
 
 def parameters(lines):
     return f"{HEAD}[parameters]\n{lines}\n"
+
+
+def fixed(lines):
+    return f"{HEAD}[fixed]\n{lines}\n{ONE}"
 
 
 def test_a_whole_study():
@@ -101,84 +117,58 @@ def test_ranges():
         (HEAD + ONE + "[limits]\ntime_s = 0.0\nmemory_MB = 1.0\n", ["time_s", "memory_MB"]),
         (HEAD + ONE + "[scene]\nfriction_coefficient = 0.5\n", ["bench plane-strain"]),
         (HEAD + ONE + "[cost]\nplate = 1e300\n", ["at most 1"]),
+        # Keys are held against the schema of designs before work.
+        (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
+        (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),
+        (parameters('"plates.count" = { low = 9.0, high = 11.0 }'), ["a whole number"]),
+        (parameters('"plates.count" = { low = 9, high = 11, step = 1.0 }'), ["a whole number"]),
+        (parameters('"plates.material" = ["bronze"]'), ["'bronze'", "a known material"]),
+        (parameters('"body.shape" = ["arc", "cube"]'), ["'cube'", "one of"]),
+        (parameters('"body.depth_mm.x" = [5]'), ['"body.depth_mm.x"']),
+        (fixed('"plates.cuont" = 5'), ['fixed."plates.cuont"', "plates.count?"]),
+        (fixed('"gages.face" = "left"\n"gages.width_mm" = 1e9'), ["face", "width"]),
+        (fixed('"gages.width_mm" = 0x' + "f" * 9000), ["a huge number"]),
+        (fixed('"plates.material" = "\\u0000"'), ["control characters"]),
+        (fixed('"mold.cure" = 0x' + "f" * 9000), ["a huge number"]),
+        (parameters('"plates.placement[0][0" = [1.0]'), ["a dotted key, such as"]),
+        (parameters('"plates..count" = [1]\n"/" = [1]'), ["a dotted key, such as"]),
+        (fixed('"gages.width_mm" = 1979-05-27'), ["a number"]),
+        (fixed(".".join("a" * 3000) + " = 1"), ["8 tables deep"]),
+        (fixed('"plates.rows" = [{ ' + ".".join("a" * 3000) + " = 1 }]"), ["deep"]),
+        (fixed('"body.depth_mm" = 10.0'), ["in [fixed] too"]),
+        (fixed('"body.depth_mm" = 10.0\nbody.depth_mm = 11.0'), ["given once"]),
+        (parameters('"plates.span_mm / plates.material" = [1.0]'), ["holds a number"]),
+        (parameters('"plates.count / body.depth" = { low = 1, high = 2 }'), ["holds a number"]),
+        (parameters('"plates.span_mm / body.depth_mm" = ["a"]'), ["numbers: shares"]),
+        (parameters('"plates.count / body.depth_mm" = [0.5]'), ["a whole number"]),
+        (
+            parameters("".join(f'"grip.k{k}" = {{ low = 1, high = 1000 }}\n' for k in range(9))),
+            ["1000000000000000000000000000 variants"],
+        ),
+        (parameters('"body.depth_mm" = { low = 5.0, high = 9.0 }'), ["sampling = 'grid'"]),
+        (HEAD.replace("maeno2000", "maeno200") + ONE, ["did you mean maeno2000?"]),
+        (HEAD.replace("maeno2000", "/dev/zero") + ONE, ["an ordinary file"]),
+        (HEAD.replace("maeno2000", "x" * 500) + ONE, ["study.base", "too long"]),
+        (parameters('"body.a b" = [1, 2]'), ["body.a b"]),
+        (parameters('"no.such" = [1, 2]'), ["no.such"]),
+        (parameters('"plates.count.x" = [1, 2]'), ["plates.count.x"]),
+        (fixed('"body.a b" = 1'), ['fixed."body.a b"']),
+        *(
+            (HEAD.replace('"few"', f'"{name}"') + ONE, ["study.name"])
+            for name in ("../x", "a/b", "..", "", "<b>x</b>", "a\\nb", "a\\u0000", "x" * 65)
+        ),
+        *(
+            (table(f'"{key}" = {value}'), ["the study names its variants"])
+            for table, value in ((parameters, '["a", "b"]'), (fixed, '"a"'))
+            for key in ("design.name", "design[0].name", "design")
+        ),
     ],
+    ids=itertools.count(),
 )
 def test_every_fault_is_reported(text, reported):
     found = refused(text)
     for each in reported:
         assert each in found
-
-
-@pytest.mark.parametrize(
-    ("text", "reported"),
-    [
-        (parameters('"plates.cuont" = [5]'), ["did you mean plates.count?"]),
-        (parameters('"plates.count" = { low = 9, high = 9000 }'), ["= 9000: must be at most"]),
-        (parameters('"plates.count" = { low = 9.0, high = 11.0 }'), ["a whole number"]),
-        (parameters('"plates.count" = { low = 9, high = 11, step = 1.0 }'), ["a whole number"]),
-        (
-            parameters('"plates.material" = ["bronze", "polyimide"]'),
-            ["'bronze'", "a known material"],
-        ),
-        (parameters('"body.shape" = ["arc", "cube"]'), ["'cube'", "one of"]),
-        (parameters('"body.depth_mm.x" = [5]'), ['"body.depth_mm.x"']),
-        (HEAD + '[fixed]\n"plates.cuont" = 5\n' + ONE, ['fixed."plates.cuont"', "plates.count?"]),
-        (
-            HEAD + '[fixed]\n"gages.face" = "left"\n"gages.width_mm" = 1e9\n' + ONE,
-            ["face", "width"],
-        ),
-        (HEAD + '[fixed]\n"gages.width_mm" = 0x' + "f" * 9000 + "\n" + ONE, ["a huge number"]),
-        (HEAD + '[fixed]\n"plates.material" = "\\u0000"\n' + ONE, ["control characters"]),
-        (HEAD + '[fixed]\n"mold.cure" = 0x' + "f" * 9000 + "\n" + ONE, ["a huge number"]),
-        (parameters('"plates.placement[0][0" = [1.0]'), ["a dotted key, such as"]),
-        (parameters('"plates..count" = [1]\n"/" = [1]'), ["a dotted key, such as"]),
-        (HEAD + '[fixed]\n"gages.width_mm" = 1979-05-27\n' + ONE, ["a number"]),
-        (HEAD + "[fixed]\n" + ".".join("a" * 3000) + " = 1\n" + ONE, ["8 tables deep"]),
-        (
-            HEAD + '[fixed]\n"plates.rows" = [{ ' + ".".join("a" * 3000) + " = 1 }]\n" + ONE,
-            ["deep"],
-        ),
-        (HEAD + '[fixed]\n"body.depth_mm" = 10.0\n' + ONE, ["in [fixed] too"]),
-        (HEAD + '[fixed]\n"body.depth_mm" = 10.0\nbody.depth_mm = 11.0\n' + ONE, ["given once"]),
-        (parameters('"plates.span_mm / plates.material" = [1.0]'), ["holds a number"]),
-        (
-            parameters('"plates.span_mm / body.depth" = { low = 0.5, high = 1.0 }'),
-            ["holds a number"],
-        ),
-        (parameters('"plates.span_mm / body.depth_mm" = ["a"]'), ["numbers: shares"]),
-        (parameters('"plates.count / body.depth_mm" = [0.5]'), ["a whole number"]),
-        (
-            parameters(
-                "".join(f'"grip.k{each}" = {{ low = 1, high = 1000 }}\n' for each in range(9))
-            ),
-            ["1000000000000000000000000000 variants"],
-        ),
-        (
-            parameters('"body.depth_mm" = { low = 5.0, high = 9.0 }'),
-            ["where study.sampling = 'grid'"],
-        ),
-        (HEAD.replace("maeno2000", "maeno200") + ONE, ["did you mean maeno2000?"]),
-        (HEAD.replace("maeno2000", "/dev/zero") + ONE, ["an ordinary file"]),
-        (HEAD.replace("maeno2000", "x" * 500) + ONE, ["study.base", "too long"]),
-    ],
-)
-def test_keys_are_held_against_the_schema_before_work(text, reported):
-    found = refused(text)
-    for each in reported:
-        assert each in found
-
-
-@pytest.mark.parametrize(
-    "name", ["../x", "a/b", "..", "", "<b>x</b>", "a\\nb", "a\\u0000", "x" * 65]
-)
-def test_names_that_could_leave_the_folder_or_inject_are_refused(name):
-    assert "study.name" in refused(HEAD.replace('"few"', f'"{name}"') + ONE)
-
-
-def test_a_parameter_cannot_name_the_variants():
-    for key in ("design.name", "design[0].name", "design"):
-        assert "the study names its variants" in refused(parameters(f'"{key}" = ["a", "b"]'))
-        assert "the study names its variants" in refused(HEAD + f'[fixed]\n"{key}" = "a"\n' + ONE)
 
 
 @pytest.mark.parametrize(
@@ -254,27 +244,140 @@ def test_two_parameters_of_one_key_and_shares_of_shares():
     assert "no share itself" in str(key_faults({}, ["a.b / c.d", "c.d / e.f"])[0])
 
 
-def test_unknown_keys_are_reported_at_once_whatever_they_need_around_them():
-    for key in ("body.a b", "no.such", "plates.count.x"):
-        assert key in refused(parameters(f'"{key}" = [1, 2]'))
-    assert 'fixed."body.a b"' in refused(HEAD + '[fixed]\n"body.a b" = 1\n' + ONE)
-    reported = refused(
-        parameters('"body.nokey" = [1, 2, 3]\n"plates.count" = [9, 9000]')
-    ).splitlines()
-    assert len(reported) == 2
-
-
 def test_many_wrong_choices_are_judged_quickly_and_reported_in_part():
-    numbers = ", ".join(str(each) for each in range(200))
-    for key, most in (("body.nokey{}", 100), ("grip.k{}.x", 100)):
-        lines = "".join(f'"{key.format(each)}" = [{numbers}]\n' for each in range(100))
-        text = HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines
+    def reported(keys, values):
+        lines = "".join(f'"{key}" = {list(values)}\n' for key in keys)
         start = time.perf_counter()
-        assert len(refused(text).splitlines()) <= most
+        found = refused(parameters(lines).replace('"grid"', '"sobol"\ncount = 4'))
         assert time.perf_counter() - start < 10.0
-    low = ", ".join(str(-each) for each in range(1, 200))
+        return found.splitlines()
+
+    assert (
+        len(refused(parameters('"body.nokey" = [1, 2]\n"plates.count" = [9000]')).split("\n")) == 2
+    )
+    for key in ("body.nokey{}", "grip.k{}.x"):
+        assert len(reported(map(key.format, range(100)), range(200))) <= 100
     keys = ("body.depth_mm", "body.arc_radius_mm", "plates.length_mm", "gages.length_mm")
-    lines = "".join(f'"{key}" = [{low}]\n' for key in keys)
-    reported = refused(HEAD.replace("grid", "sobol") + "count = 4\n[parameters]\n" + lines)
-    assert len(reported.splitlines()) == 201
-    assert "more than 200 faults" in reported
+    found = reported(keys, range(-199, 0))
+    assert len(found) == 201
+    assert "more than 200 faults" in found[-1]
+
+
+def sampled(sampling, lines, count=None, held="", seed=1, name="few"):
+    counted = "" if count is None else f"count = {count}\n"
+    return parse_study(
+        f'[study]\nname = "{name}"\nbase = "maeno2000"\nsampling = "{sampling}"\nseed = {seed}\n'
+        f"{counted}[fixed]\n{held}\n[parameters]\n{lines}\n"
+    )
+
+
+TWO = '"body.depth_mm" = [10.0, 12.0]\n"plates.count" = { low = 9, high = 13, step = 2 }'
+DEPTH = (
+    '"body.depth_mm" = { low = 5.0, high = 50.0, log = true }\n'
+    '"plates.count" = { low = 5, high = 9 }'
+)
+
+
+def test_a_grid_is_every_combination_in_order():
+    grid = sampled("grid", TWO)
+    found = [tuple(values.values()) for values in points(grid)]
+    assert found == [(10.0, 9), (10.0, 11), (10.0, 13), (12.0, 9), (12.0, 11), (12.0, 13)]
+    assert number_of_points(grid) == 6
+
+
+@pytest.mark.parametrize("sampling", ["sobol", "latin_hypercube"])
+def test_drawn_points_are_seeded_and_spread(sampling):
+    drawn = list(points(sampled(sampling, DEPTH, 40)))
+    assert drawn == list(points(sampled(sampling, DEPTH, 40)))
+    assert drawn != list(points(sampled(sampling, DEPTH, 40, seed=2)))
+    assert {values["plates.count"] for values in drawn} == {5, 6, 7, 8, 9}
+    depths = sorted(values["body.depth_mm"] for values in drawn)
+    assert depths[0] >= 5.0
+    assert depths[-1] <= 50.0
+    # Even in the logarithm: half of them below the geometric mean.
+    assert abs(sum(depth < 250.0**0.5 for depth in depths) - 20) <= 2
+
+
+def test_a_longer_sobol_study_keeps_the_shorter_ones_points():
+    short, long = (list(points(sampled("sobol", DEPTH, count))) for count in (20, 100))
+    assert long[:20] == short
+
+
+def test_invalid_variants_are_reported_not_dropped():
+    many = sampled("grid", '"plates.count" = [15, 45]\n"plates.angle_deg" = [45.0, 10.0]')
+    found = list(variants(many, base_design(many)))
+    assert [variant.number for variant in found] == [1, 2, 3, 4]
+    assert [variant.name for variant in found] == [f"few-{n:04d}" for n in (1, 2, 3, 4)]
+    assert found[0].design is not None
+    assert found[0].design.design.name == "few-0001"
+    assert not found[0].faults
+    for variant in found[1:]:
+        assert variant.design is None
+        assert variant.faults
+        assert all(fault.remedy for fault in variant.faults)
+
+
+def test_shares_follow_the_length_that_they_are_of():
+    shared = sampled(
+        "grid", '"plates.span_mm / body.depth_mm" = [0.5, 1.0]\n"body.depth_mm" = [10.0, 20.0]'
+    )
+    spans = [variant.design.plates.span_mm for variant in variants(shared, base_design(shared))]
+    assert spans == [5.0, 10.0, 10.0, 20.0]
+    of_fixed = sampled(
+        "grid", '"plates.span_mm / body.depth_mm" = [0.5]', held='"body.depth_mm" = 30.0'
+    )
+    (only,) = variants(of_fixed, base_design(of_fixed))
+    assert only.design.plates.span_mm == 15.0
+    assert only.values == {"plates.span_mm / body.depth_mm": 0.5}
+
+
+def test_fixed_keys_that_only_fit_with_the_parameters_are_no_fault():
+    # A depth of 5 leaves the base's span of 10 outside, but no variant has it.
+    narrow = sampled("grid", '"plates.span_mm" = [4.0, 5.0]', held='"body.depth_mm" = 5.0')
+    found = list(variants(narrow, base_design(narrow)))
+    assert [variant.design.plates.span_mm for variant in found] == [4.0, 5.0]
+    domed = sampled("grid", '"body.dome_radius_mm" = [30.0, 40.0]', held='"body.shape" = "dome"')
+    assert [bool(variant.values) for variant in variants(domed, base_design(domed))] == [True, True]
+    # Where no variant can exist, each says so.
+    flat = sampled(
+        "grid",
+        '"plates.count" = [15, 17]',
+        held='"body.base_height_mm" = 0.5\n"plates.cover_mm" = 9.0',
+    )
+    assert all(variant.faults for variant in variants(flat, base_design(flat)))
+
+
+def test_names_are_safe_and_distinct_whatever_the_number():
+    long = sampled("grid", TWO, name="n" * 64)
+    base = base_design(long)
+    names = {variant_of(long, base, number, {}).name for number in (1, 9999, 10000, 99999)}
+    assert len(names) == 4
+    for name in names:
+        assert safe_name(name) == name
+    assert variant_of(long, base, 100000, {}).design is not None
+
+
+def test_values_of_keys_in_rows_and_of_none():
+    base = base_design(sampled("grid", TWO))
+    assert value_of(base, "body.depth_mm") == 10.0
+    assert value_of(base, "body.nothing") is None
+    assert value_of(base, "plates.model_fields") is None
+    assert value_of(base, "plates.rows[3].count") is None
+    assert set_keys(base, {"a.b / body.depth_mm": 0.25}) == {"a.b": 2.5}
+
+
+def test_the_shipped_study_of_fingers():
+    shipped = read_study("fingers")
+    assert shipped.study.count == 200
+    assert any(isinstance(each, tuple) for each in shipped.parameters.values())
+    sample = list(itertools.islice(variants(shipped, base_design(shipped)), 40))
+    assert sum(variant.design is not None for variant in sample) >= 36
+
+
+def test_metrics_have_units_and_meanings():
+    for name, metric in METRICS.items():
+        assert name == metric.name == known_metric(name)
+        assert metric.words
+        unit = {"_N": "N", "_MPa": "MPa", "_ml": "ml", "_seconds": "s"}
+        for ending, expected in unit.items():
+            assert not name.endswith(ending) or metric.unit == expected

@@ -60,16 +60,12 @@ class Triangles:
         normal = np.cross(b - a, c - a)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30)
         directed = np.concatenate([self.triangles[:, pair] for pair in ([0, 1], [1, 2], [2, 0])])
-        facet = np.tile(np.arange(len(self.triangles)), 3)
-        ends, number = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True)
-        order = np.argsort(number.ravel(), kind="stable")
-        first = np.searchsorted(number.ravel()[order], np.arange(len(ends)))
-        count = np.bincount(number.ravel(), minlength=len(ends))
-        cosine = np.full(len(ends), np.nan)
-        two = np.flatnonzero(count == 2)
-        pair = facet[order[first[two]]], facet[order[first[two] + 1]]
-        cosine[two] = (normal[pair[0]] * normal[pair[1]]).sum(axis=1)
-        return np.asarray(ends), cosine
+        ends, number, count = np.unique(
+            np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
+        )
+        both = np.zeros((len(ends), 3))  # of two unit normals the sum's square is 2 + 2 cosine
+        np.add.at(both, number.ravel(), np.tile(normal, (3, 1)))
+        return np.asarray(ends), np.where(count == 2, 0.5 * (both**2).sum(axis=1) - 1.0, np.nan)
 
     def sharp_edges(self, angle_deg: float = SHARP_DEG) -> IntArray:
         """Ends (k, 2) of the edges whose facets meet at more than an angle, or that have one."""

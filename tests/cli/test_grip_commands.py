@@ -1,4 +1,7 @@
-"""``fingerdesign replay``: a recorded grip put before a controller; faulty ones refused."""
+"""``fingerdesign replay``: a recorded grip put before a controller; faulty ones refused.
+
+``fingerdesign grip``: options over the design's table, the record it leaves, exit codes.
+"""
 
 import csv
 import json
@@ -42,6 +45,8 @@ def folder(tmp_path_factory):
     """A design's file and a grip "recorded" on its model, a little noisy."""
     folder = tmp_path_factory.mktemp("replay")
     (folder / "coarse.toml").write_text(DESIGN)
+    fine = DESIGN.replace("contact_size_mm = 0.3", "contact_size_mm = 0.1")
+    (folder / "fine.toml").write_text(f"{fine}[grip]\nmax_steps = 12\n")
     problem = grip_problem(load_design(folder / "coarse.toml"), 0.3)
     lift = LiftPlant(problem.with_friction(0.3), "both", 500.0)
     rig = ImperfectPlant(lift, Hardware(gage_noise_microstrain=0.5), np.random.default_rng(0))
@@ -162,3 +167,39 @@ def test_a_folder_of_something_else_is_left_alone(folder, tmp_path, said):
         assert "--out = " in reported
         assert "mine.txt" in reported
     assert len(list((tmp_path / "coarse").iterdir())) == 2
+
+
+def test_each_friction_is_lifted_once_and_recorded(folder, tmp_path, said):
+    options = ["--friction", "0.3", "--friction", "0.7", "--mass-g", "30"]
+    printed = json.loads(
+        said("grip", folder / "fine.toml", "--out", tmp_path / "out", *options, "--json").out
+    )
+    record = json.loads((tmp_path / "out/coarse/result.json").read_text())
+    assert record["fidelity"] == "plane-strain"
+    assert record["grips"] == printed["grips"]
+    assert [grip["friction_coefficient"] for grip in record["grips"]] == [0.3, 0.7]
+    for grip in record["grips"]:
+        assert grip["object_mass_g"] == 30.0
+        assert grip["lifted"]
+        # mg < 2 F_t of each finger.
+        assert grip["final_tangential_force_N"] > 0.5 * 0.030 * 9.80665
+    assert (tmp_path / "out/coarse/report.html").is_file()
+
+
+def test_a_finger_that_feels_nothing_cannot_grip(tmp_path, said):
+    path = tmp_path / "plain.toml"
+    path.write_text('design.name = "plain"\nplates.count = 0\n')
+    assert "plates.count" in said("grip", path, "--out", tmp_path / "out", code=2).err
+
+
+def test_a_faulty_option_is_one_fault_that_names_it(folder, tmp_path, said):
+    options = ["--friction", "0", "--mass-g", "-3", "--controller", "magic"]
+    shown = said(
+        "grip", folder / "fine.toml", "--out", tmp_path / "out", *options, code=2
+    ).err.splitlines()
+    assert len(shown) == 3
+    magic, first, second = sorted(shown)
+    assert magic.startswith("--controller (grip.controller) = 'magic': ")
+    assert not (tmp_path / "out").exists()
+    assert first.startswith("--friction (grip.friction_coefficients[0]) = 0.0: must be more than 0")
+    assert second.startswith("--mass-g (grip.object_mass_g) = -3.0: must be more than 0")
