@@ -98,8 +98,10 @@ def test_an_accepted_mesh_is_true_to_the_design(case):
     design, mesh = made(case)
     report = assess(mesh, design)
     assert not Gate().faults(report)
-    # Snapped: exact, not merely accepted; round holes are as exact as curved edges are.
-    assert report.worst_plate_volume_error < (1e-4 if "perforated" in case else 1e-9)
+    # Snapped: exact, not merely accepted; round holes are as exact as curved edges are, and a
+    # second attempt, in an envelope twice as wide, makes longer ones.
+    round_hole = 1e-4 if mesh.notes["attempts"] == 1 else 4e-4
+    assert report.worst_plate_volume_error < (round_hole if "perforated" in case else 1e-9)
     outer = set(report.surface_distance_mm) & {"base", "contact", "end", "side", "symmetry"}
     assert max(report.surface_distance_mm[name] for name in outer) < 1e-9
     # A half circle runs into its sides without an edge: their common border is the mesh's.
