@@ -1,13 +1,12 @@
 """Meshes through files and back: points, quadratic cells, regions and facet names."""
 
-import tomllib
 from dataclasses import replace
 
 import meshio
 import numpy as np
 import pytest
 
-from fingerdesign.design.schema import Design
+from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
@@ -15,11 +14,13 @@ from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 from fingerdesign.mesh.types import TETRA_EDGES, TRIANGLE_EDGES, with_mid_nodes
 
-DESIGN = Design.model_validate(
-    tomllib.loads("""
+DESIGN = parse_design(
+    """
     design.name = "t"
-    plates.count = 1
+    plates.count = 2
+    plates.pitch_mm = 4.0
     plates.thickness_mm = 0.3
+    body.core.bottom_mm = 0.5
     mesh.layers = 2
     mesh.contact_size_mm = 1.5
     mesh.plate_size_mm = 1.0
@@ -28,7 +29,7 @@ DESIGN = Design.model_validate(
     plate_size_mm = 0.5
     plate_end_size_mm = 0.3
     far_size_mm = 2.0
-    """)
+    """
 )
 
 
@@ -38,12 +39,16 @@ def mesh(request):
 
 
 @pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
-def test_round_trip(mesh, ending, tmp_path):
-    path = write_mesh(mesh, tmp_path / f"finger.{ending}")
-    again = read_named(path)
+@pytest.mark.parametrize("kind", ["section", "solid", "sheet"])
+def test_round_trip(kind, ending, tmp_path):
+    """Points, cells and facets, and the names of core, plates and the slots of sheets."""
+    design = with_values(DESIGN, {"plates.model": "sheet" if kind == "sheet" else "solid"})
+    mesh = (mesh_section if kind == "section" else extrude)(design, 3.0)
+    again = read_named(write_mesh(mesh, tmp_path / f"finger.{ending}"))
     np.testing.assert_allclose(again.points, mesh.points, atol=1e-12)
     np.testing.assert_array_equal(again.cells, mesh.cells)
-    np.testing.assert_array_equal(again.region, named_regions(mesh))
+    names = [mesh.region_name(int(number)) for number in mesh.regions]
+    np.testing.assert_array_equal(again.region, names)
     assert set(again.facets) == set(mesh.facets)
     for name, facets in mesh.facets.items():
         found, corners = with_mid_nodes(again.cells, again.facets[name], name), facets
@@ -51,10 +56,6 @@ def test_round_trip(mesh, ending, tmp_path):
             found, corners = np.sort(found, axis=1), np.sort(facets, axis=1)
         np.testing.assert_array_equal(found, corners)
     assert again.dimension == mesh.dimension
-
-
-def named_regions(mesh):
-    return [mesh.region_name(int(number)) for number in mesh.regions]
 
 
 def test_the_order_of_mid_nodes_is_meshios(mesh):
@@ -80,32 +81,8 @@ def test_unknown_formats_are_refused(mesh, tmp_path):
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(MeshError, match="could not read"):
         read_named(tmp_path / "missing.vtu")
-
-
-CORED = Design.model_validate(
-    tomllib.loads("""
-    design.name = "t"
-    plates.count = 2
-    plates.pitch_mm = 4.0
-    plates.thickness_mm = 0.3
-    mesh.layers = 2
-    mesh.contact_size_mm = 1.5
-    mesh.plate_size_mm = 1.0
-    body.core.bottom_mm = 0.5
-    """)
-)
-
-
-@pytest.mark.parametrize("ending", ["vtu", "msh", "vtk", "inp"])
-@pytest.mark.parametrize("model", ["solid", "sheet"])
-def test_cores_and_slots_keep_their_names(model, ending, tmp_path):
-    plates = CORED.plates.model_copy(update={"model": model})
-    mesh = extrude(CORED.model_copy(update={"plates": plates}), 3.0)
-    again = read_named(write_mesh(mesh, tmp_path / f"m.{ending}"))
-    assert set(again.facets) == set(mesh.facets)
-    np.testing.assert_array_equal(again.region, named_regions(mesh))
     with pytest.raises(MeshError, match="plate_1_inside"):
-        to_meshio(replace(mesh, facets={"plate_1_inside": mesh.cells[:1, :6]}))
+        to_meshio(replace(mesh, facets={"plate_1_inside": mesh.facets["base"]}))
 
 
 def test_calculix_has_a_set_and_a_surface_for_each_name(mesh, tmp_path):

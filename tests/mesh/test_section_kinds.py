@@ -151,15 +151,6 @@ def test_layers_stop_growing_at_the_height_given():
     assert (np.diff(layer_heights(5.0, 4), 2) < 0).all()  # thin toward the free end
 
 
-def test_named_facets_cover_the_boundary():
-    mesh = extrude(design_of("plain"), 2.0)
-    assert set(mesh.facets) == {"base", "side", "end", "symmetry", "contact"}
-    assert np.abs(mesh.points[np.unique(mesh.facets["base"]), 1]).max() == 0.0
-    assert np.abs(mesh.points[np.unique(mesh.facets["symmetry"]), 2]).max() == 0.0
-    assert np.allclose(mesh.points[np.unique(mesh.facets["end"]), 2], 2.0)
-    assert np.allclose(np.abs(mesh.points[np.unique(mesh.facets["side"]), 0]), 6.0)
-
-
 def test_the_same_mesh_every_time():
     one, two = mesh_section(design_of("plain"), 2.0), mesh_section(design_of("plain"), 2.0)
     assert np.array_equal(one.points, two.points)

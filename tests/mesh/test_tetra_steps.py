@@ -1,26 +1,29 @@
-"""Tetrahedra on their way to a finger: inside or not, refined, flat ones mended."""
+"""Tetrahedra on their way to a finger: inside or not, refined, mended, snapped to CAD faces."""
 
 import numpy as np
 import pytest
 
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
+from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import ContactSurface
 from fingerdesign.mesh.measures import cell_volumes
+from fingerdesign.mesh.tetra.boundary import boundary_facets as named_facets
 from fingerdesign.mesh.tetra.boundary import check_closed, enclosed
-from fingerdesign.mesh.tetra.carriers import carriers_of
+from fingerdesign.mesh.tetra.carriers import Chain, carriers_of, plate_faces
 from fingerdesign.mesh.tetra.finish import TOO_LONG, refine
-from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral
-from fingerdesign.mesh.types import TETRA_EDGES, TETRA_FACETS
+from fingerdesign.mesh.tetra.snap import TARGET_DEG, improve, least_dihedral, snap_to_carriers
+from fingerdesign.mesh.types import (
+    TETRA_EDGES,
+    TETRA_FACETS,
+    boundary_facets,
+    quadratic,
+    with_mid_nodes,
+)
 from tests.support.boxes import simplices
 
-CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
-SIDES = np.array(
-    [
-        *([0, 1, 3], [0, 3, 2], [4, 7, 5], [4, 6, 7], [0, 5, 1], [0, 4, 5]),
-        *([2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]),
-    ]
-)
+CUBE, KUHN = simplices(*[np.array([0.0, 1.0])] * 3)
+SIDES = boundary_facets(KUHN, 3)
 
 
 def test_points_in_a_cube_and_in_one_with_a_hollow():
@@ -86,9 +89,8 @@ def size(points):
 
 
 def test_refined_meshes_conform_and_reach_their_sizes():
-    corners, kuhn = simplices(*[np.array([0.0, 1.0])] * 3)
     scale = np.ones(3)
-    points, tets, regions = refine(corners, kuhn, np.arange(6), size, scale, 100_000)
+    points, tets, regions = refine(CUBE, KUHN, np.arange(6), size, scale, 100_000)
     volumes = cell_volumes(points, tets)
     assert volumes.min() > 0.0
     np.testing.assert_allclose(np.bincount(regions, weights=volumes), 1.0 / 6.0)
@@ -103,16 +105,167 @@ def test_refined_meshes_conform_and_reach_their_sizes():
     ends = tets[:, TETRA_EDGES]
     length = np.linalg.norm(points[ends[..., 1]] - points[ends[..., 0]], axis=2)
     assert (length <= TOO_LONG * 0.5 * size(points)[ends].sum(axis=2) + 1e-12).all()
-    assert least_dihedral(points[tets]).min() > 0.4 * least_dihedral(corners[kuhn]).min()
+    assert least_dihedral(points[tets]).min() > 0.4 * least_dihedral(CUBE[KUHN]).min()
     assert len(tets) > 500
 
 
 def test_a_mesh_fine_enough_stays_and_scale_stretches():
-    corners, kuhn = simplices(*[np.array([0.0, 1.0])] * 3)
-
     def refined(size, scale):
-        return refine(corners, kuhn, np.zeros(6, int), lambda p: np.full(len(p), size), scale, 9999)
+        return refine(CUBE, KUHN, np.zeros(6, int), lambda p: np.full(len(p), size), scale, 9999)
 
-    np.testing.assert_array_equal(refined(2.0, np.ones(3))[1], kuhn)
+    np.testing.assert_array_equal(refined(2.0, np.ones(3))[1], KUHN)
     coarse, fewer = (refined(0.3, np.array([1.0, 1.0, z])) for z in (1.0, 0.25))
-    assert len(kuhn) < len(fewer[1]) < 0.8 * len(coarse[1])
+    assert len(KUHN) < len(fewer[1]) < 0.8 * len(coarse[1])
+
+
+UNIT = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+NOTHING = np.zeros((0, 3), dtype=int)
+
+
+def carriers_for(keys, symmetric=True):
+    design = parse_design(f'design.name = "t"\n{keys}')
+    return carriers_of(design, plate_frames(design), symmetric)
+
+
+@pytest.mark.parametrize(
+    ("keys", "places"),
+    [
+        (
+            'body.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0',
+            {
+                ("contact",): [1.0, 12.5, 1.0],
+                ("contact", "end"): [2.0, 11.5, 4.99],
+                ("contact", "symmetry"): [2.0, 12.5, 0.01],
+                ("side", "end", "contact"): [9.99, 8.9, 5.01],
+                ("base", "side"): [9.99, 0.02, 2.0],
+            },
+        ),
+        (
+            'body.shape = "revolved"\nplates.count = 0',
+            {
+                ("contact",): [1.0, 12.5, 1.0],
+                ("contact", "side"): [7.0, 10.0, 7.1],
+                ("side", "base"): [7.0, 0.01, 7.1],
+                ("side", "symmetry"): [9.99, 4.0, 0.01],
+            },
+        ),
+        (
+            'body.shape = "block"\nbody.edge_radius_mm = 2.0\nbody.edge = "chamfer"\n'
+            "plates.count = 0",
+            {
+                ("contact",): [1.0, 10.02, 1.0],
+                ("chamfer",): [9.01, 9.02, 1.0],
+                ("contact", "chamfer"): [8.01, 10.0, 1.0],
+                ("chamfer", "side", "end"): [10.0, 8.01, 5.0],
+            },
+        ),
+    ],
+)
+def test_nodes_go_to_all_faces_that_they_lie_on(keys, places):
+    carriers = carriers_for(keys)
+    points = np.array(list(places.values()))
+    named = "chamfer" in keys
+    names = _chamfer_named(carriers) if named else [face.name for face in carriers.faces]
+    lies_on = np.zeros((len(points), len(names)), dtype=bool)
+    for row, wanted in enumerate(places):
+        for name in wanted:
+            numbers = [i for i, known in enumerate(names) if known == name]
+            away = [carriers.faces[n].misfit(points[[row]])[0] for n in numbers]
+            lies_on[row, numbers[int(np.argmin(away))]] = True
+    snapped = snap_to_carriers(points, lies_on, carriers)
+    for row in range(len(points)):
+        for number in np.flatnonzero(lies_on[row]):
+            assert abs(carriers.faces[number].distance(snapped[[row]])[0]) < 1e-12
+    assert np.abs(snapped - points).max() < 0.5  # to the near faces, nowhere else
+
+
+def _chamfer_named(carriers):
+    """Names with the chamfer, a contact face too, from the top."""
+    found = []
+    for face in carriers.faces:
+        normal = face.normal(np.array([[9.0, 9.0, 1.0]]))[0]
+        tilted = face.name == "contact" and 0.1 < normal[0] < 0.9
+        found.append("chamfer" if tilted else face.name)
+    return found
+
+
+def test_a_point_that_cannot_be_on_all_of_its_faces_is_an_error():
+    carriers = carriers_for("plates.count = 0", symmetric=False)
+    lies_on = np.array([[face.name == "end" for face in carriers.faces]])
+    assert lies_on.sum() == 2
+    with pytest.raises(MeshError, match="cannot be snapped to end, end"):
+        snap_to_carriers(np.zeros((1, 3)), lies_on, carriers)
+
+
+@pytest.mark.parametrize("shape", ['body.shape = "arc"', 'body.shape = "revolved"'])
+def test_where_a_half_circle_meets_its_sides_height_decides_what_facets_are(shape):
+    carriers = carriers_for(f"{shape}\nbody.arc_radius_mm = 10.0\nplates.count = 0")
+    joined = [face for face in carriers.faces if isinstance(face, Chain) and face.side is not None]
+    assert len(joined) == 1  # no edge between: one face carries both
+    y = np.array([9.8, 10.6, 10.4, 10.0])
+    points = np.column_stack([[9.995, 9.975, 9.98, 8.0], y, [0.02, 0.02, 0.5, 0.2]])
+    found = named_facets(
+        points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers, NOTHING
+    )
+    (facet,) = np.flatnonzero((found.corners != 3).all(axis=1))
+    assert found.name[facet] == "side"  # one corner is below the edge
+    assert found.carrier[facet] == carriers.faces.index(joined[0])
+    lies_on = np.zeros((3, len(carriers.faces)), dtype=bool)
+    lies_on[:, found.carrier[facet]] = True
+    snapped = snap_to_carriers(points[:3], lies_on, carriers)
+    out = np.hypot(snapped[:, 0], snapped[:, 2]) if "revolved" in shape else snapped[:, 0]
+    assert out[0] == pytest.approx(10.0, abs=1e-12)  # the straight side
+    np.testing.assert_allclose(np.hypot(out[1:], snapped[1:, 1] - 10.0), 10.0, atol=1e-12)
+
+
+def test_facets_of_a_corner_are_named_by_the_face_that_carries_them():
+    # One tetrahedron in the corner x = -10, y = 0, z = 0 of a finger's half.
+    carriers = carriers_for("plates.count = 0")
+    points = UNIT + np.array([-10.0, 0.0, 0.0])
+    found = named_facets(
+        points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers, NOTHING
+    )
+    names = {str(n) for n, away in zip(found.name, found.misfit, strict=True) if away < 1e-12}
+    assert names == {"base", "side", "symmetry"}
+    a, b, c = (points[found.corners[:, i]] for i in range(3))
+    centre = points.mean(axis=0)
+    assert np.all(np.einsum("ij,ij->i", np.cross(b - a, c - a), a - centre) > 0.0)
+    fewer = named_facets(
+        points, np.array([[0, 1, 2, 3]]), np.zeros(1, dtype=int), carriers, np.array([[0, 2, 1]])
+    )
+    assert len(fewer.corners) == 3  # one was to be left out
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        "plates.count = 1",
+        'plates.count = 1\nplates.along = "z"\nplates.span_mm = 3.0',
+        'plates.count = 3\nplates.follow = "bent"\nplates.angle_deg = 0.0\nplates.pitch_mm = 3.0',
+        "plates.count = 1\nplates.hole_diameter_mm = 0.5",
+    ],
+)
+def test_a_plates_faces_bound_what_it_holds(keys):
+    design = parse_design(f'design.name = "t"\n{keys}')
+    rng = np.random.default_rng(3)
+    for frame in plate_frames(design):
+        faces = plate_faces(frame)
+        s = rng.uniform(-0.7, 0.7, 4000) * frame.length
+        v = rng.uniform(-0.7, 0.7, 4000) * frame.thickness
+        w = frame.middle + rng.uniform(-0.6, 0.6, 4000) * frame.span
+        points = frame.to_space(frame.from_local(s, v), w)
+        np.testing.assert_allclose(frame.local(points), np.column_stack([s, v]), atol=1e-9)
+        inside = np.all([face.distance(points) < 0.0 for face in faces], axis=0)
+        assert 0.1 < inside.mean() < 0.9
+        np.testing.assert_array_equal(inside, frame.holds(points))
+        for face in faces:
+            step = face.distance(points + 1e-6 * face.normal(points)) - face.distance(points)
+            np.testing.assert_allclose(step, 1e-6, rtol=1e-5)
+
+
+def test_quadratic_facets_find_the_mid_nodes():
+    nodes, cells = quadratic(UNIT, np.array([[0, 1, 2, 3]]))
+    facets = with_mid_nodes(cells, np.array([[3, 1, 2]]))
+    np.testing.assert_allclose(nodes[facets[0, 3]], 0.5 * (UNIT[3] + UNIT[1]))
+    np.testing.assert_allclose(nodes[facets[0, 4]], 0.5 * (UNIT[1] + UNIT[2]))
+    np.testing.assert_allclose(nodes[facets[0, 5]], 0.5 * (UNIT[3] + UNIT[2]))
