@@ -109,41 +109,28 @@ def test_frames_of_others_can_be_built(design_of):
     assert build_solid(bare).plates == ()
 
 
+PLATED, CORED = ("arc", "full span"), ("arc", "full span", "standing on the base")
+
+
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("kinds", "changes", "message"),
     [
-        ({"pitch_mm": 0.1}, "plate 0 and plate 1 overlap"),
-        ({"cover_mm": 0.5}, "plate 0 leaves the body"),
-        ({"cover_mm": 12.9}, "plate 0 leaves the body"),
-        ({"span_mm": 11.0}, "plate 0 leaves the body"),
-        ({"span_mm": 6.0, "span_offset_mm": 50.0}, "plate 0 leaves the body"),
-        ({"pitch_mm": 40.0, "follow": "turned"}, "plate 0 lies beyond the contact surface"),
+        (PLATED, {"pitch_mm": 0.1}, "plate 0 and plate 1 overlap"),
+        (PLATED, {"cover_mm": 0.5}, "plate 0 leaves the body"),
+        (PLATED, {"cover_mm": 12.9}, "plate 0 leaves the body"),
+        (PLATED, {"span_mm": 11.0}, "plate 0 leaves the body"),
+        (PLATED, {"span_mm": 6.0, "span_offset_mm": 50.0}, "plate 0 leaves the body"),
+        (PLATED, {"pitch_mm": 40.0, "follow": "turned"}, "plate 0 lies beyond the contact surface"),
+        (CORED, {"height_mm": 11.0}, "plate 0 and core overlap"),
+        (CORED, {"height_mm": 30.0}, "overlap|leaves the body"),
+        (("block", "", "a backing"), {"bottom_mm": 3.0}, "cut the body into 2 pieces"),
     ],
 )
-def test_what_cannot_be_is_named(changes, message, design_of):
-    design = design_of("arc", "full span")
-    wrong = design.plates.model_copy(update=changes)
+def test_what_cannot_be_is_named(kinds, changes, message, design_of):
+    data = design_of(*kinds).model_dump(exclude_none=True)
+    (data["plates"] if kinds == PLATED else data["body"]["core"]).update(changes)
     with pytest.raises(GeometryError, match=message):
-        build_solid(design.model_copy(update={"plates": wrong}))
-
-
-def test_a_core_across_plates_or_through_the_body_is_named(design_of):
-    design = design_of("arc", "full span", "standing on the base")
-    for height, message in ((11.0, "plate 0 and core overlap"), (30.0, "overlap|leaves the body")):
-        assert design.body.core is not None
-        tall = design.body.core.model_copy(update={"height_mm": height})
-        body = design.body.model_copy(update={"core": tall})
-        with pytest.raises(GeometryError, match=message):
-            build_solid(design.model_copy(update={"body": body}))
-
-
-def test_a_core_that_cuts_the_body_in_two_is_refused(design_of):
-    design = design_of("block", "", "a backing")
-    assert design.body.core is not None
-    lifted = design.body.core.model_copy(update={"bottom_mm": 3.0})
-    body = design.body.model_copy(update={"core": lifted})
-    with pytest.raises(GeometryError, match="cut the body into 2 pieces"):
-        build_solid(design.model_copy(update={"body": body}))
+        build_solid(Design.model_validate(data))
 
 
 def test_a_wrong_volume_is_an_error():

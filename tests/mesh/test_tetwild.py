@@ -1,5 +1,7 @@
 """Tetrahedra from fTetWild: accepted meshes are true to the CAD; what fails is named."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,21 @@ import fingerdesign.mesh.tetra.tetwild as tetwild
 from fingerdesign import parse_design
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import mirrors_in_z, plate_frames
+from fingerdesign.layout.surface import ContactSurface
+from fingerdesign.mesh.measures import cell_volumes
 from fingerdesign.mesh.quality import assess
-from fingerdesign.mesh.sizing import MeshSizes
+from fingerdesign.mesh.sizing import MeshSizes, SizeField
 from fingerdesign.mesh.tetra.slots import plate_ways
-from fingerdesign.mesh.tetra.tetwild import Gate, envelope_mm, tetrahedralise
-from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh
+from fingerdesign.mesh.tetra.tetwild import (
+    Attempt,
+    Gate,
+    envelope_mm,
+    run_tetwild,
+    tetrahedralise,
+    validate_surface,
+)
+from fingerdesign.mesh.types import TRIANGLE_EDGES, Mesh, boundary_facets
+from tests.support.boxes import simplices
 
 COARSE = """
 design.name = "coarse"
@@ -247,3 +259,72 @@ def test_ways_of_plates():
     assert names("plates.model = 'none'") == ["no plates"]
     assert names("plates.hole_diameter_mm = 0.5\ngages.width_mm = 0.5") == ["plates resolved"]
     assert names("plates.follow = 'bent'\nplates.angle_deg = 0.0") == ["plates resolved"]
+
+
+# What native code must never see, and what becomes of a mesher that crashes or hangs.
+
+
+@pytest.fixture
+def cube():
+    points, tets = simplices(*[np.array([0.0, 1.0])] * 3)
+    return points, boundary_facets(tets, 3)
+
+
+@pytest.fixture
+def field():
+    body = parse_design('design.name = "t"\nplates.count = 0').body
+    return SizeField(ContactSurface.of(body), (), MeshSizes(1.0, 1.0, 1.0, 0.5), 3.0)
+
+
+def test_unfit_surfaces_are_named(cube):
+    vertices, triangles = cube
+    validate_surface(vertices, triangles)
+    with pytest.raises(MeshError, match="open: 3 edges"):
+        validate_surface(vertices, triangles[1:])
+    with pytest.raises(MeshError, match="coincident triangles"):
+        validate_surface(vertices, np.vstack([triangles, triangles[:1, ::-1]]))
+    a, b, c = triangles[0]
+    flat = vertices.copy()
+    flat[b] = 0.5 * (vertices[a] + vertices[c])
+    with pytest.raises(MeshError, match="without area"):
+        validate_surface(flat, triangles)
+
+
+def test_a_mesher_out_of_time_is_ended_and_its_input_kept(cube, field, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with pytest.raises(
+        MeshError, match=r"did not finish in 0.05 s; its input is kept as .*in\.npz"
+    ):
+        run_tetwild(*cube, field, Attempt(0.01), 0.05)
+    (kept,) = tmp_path.glob("*/in.npz")
+    with np.load(kept) as data:
+        np.testing.assert_allclose(data["vertices"], cube[0] / [1.0, 1.0, field.sizes.stretch])
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
+        ("raise ValueError('bad mesh')", "it failed: ValueError: bad mesh"),
+    ],
+)
+def test_a_mesher_that_dies_is_an_error(code, message, cube, field, tmp_path, monkeypatch):
+    text = f"import os, signal\n\n\ndef tetrahedralize(**given):\n    {code}\n"
+    (tmp_path / "dying_mesher.py").write_text(text)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(tetwild, "TETRAHEDRALISE", "dying_mesher:tetrahedralize")
+    with pytest.raises(MeshError, match=message):
+        run_tetwild(*cube, field, Attempt(0.01), 30.0)
+
+
+def test_success_leaves_nothing_behind(cube, field, tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    points, tets = run_tetwild(*cube, field, Attempt(0.05, iterations=10), 60.0)
+    assert len(tets) > 0
+    assert tets.max() < len(points)
+    inside = points[tets].mean(axis=1)
+    inside = tets[np.all((inside > 0.0) & (inside < 1.0), axis=1)]
+    assert np.abs(cell_volumes(points, inside)).sum() == pytest.approx(1.0, rel=0.05)
+    assert list(tmp_path.iterdir()) == []
+    assert not Path("__tracked_surface.stl").exists()
