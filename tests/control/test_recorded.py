@@ -1,5 +1,7 @@
 """Recorded traces: read as they are, every fault named by row and column; hands along them."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -99,63 +101,49 @@ def test_ten_gages_and_more_are_read_by_their_numbers():
 
 
 @pytest.mark.parametrize(
-    ("trace", "said"),
-    [
-        (changed(5, "gage_2", "nan"), "row 5, column gage_2 = nan: must be a finite number"),
-        (changed(5, "normal_force_N", "inf"), "row 5, column normal_force_N = inf"),
-        (changed(6, "dx_mm", ""), "row 6, column dx_mm = empty: must be a number"),
-        (changed(6, "gage_1", "1_2"), "row 6, column gage_1 = '1_2': must be a number"),
-        (changed(6, "gage_1", "12 ue"), "row 6, column gage_1 = '12 ue': must be a number"),
-        (changed(7, "time_s", 0.067), "row 7, column time_s = 0.067: must be about 0.01 s after"),
-        (changed(7, "time_s", 0.05), "row 7, column time_s = 0.05: must be after the row before"),
-        (changed(8, "dy_mm", 10.0), "row 8, column dy_mm = 10: must be at most 5 mm"),
-        (changed(8, "normal_force_N", -3.0), "row 8, column normal_force_N = -3"),
-        (changed(8, "tangential_force_N", 30.0), "row 8, column tangential_force_N = 30"),
-        (changed(9, "gage_3", 3e5), "row 9, column gage_3 = 300000: must be at most 20000"),
-    ],
-)
-def test_a_bad_cell_is_named_by_row_and_column(trace, said):
-    assert any(fault.startswith(said) for fault in faults(trace)), faults(trace)
-
-
-@pytest.mark.parametrize(
-    ("trace", "column"),
-    [
-        (scaled("gage", 1e-6), "gage_3"),  # plain strain
-        (scaled("normal", 1e3), "normal_force_N"),  # millinewtons
-        (scaled("normal", 1e3 / 9.80665), "normal_force_N"),  # grams
-        (scaled("tangential", 1e3), "tangential_force_N"),
-        (scaled("dy", 1e3), "dy_mm"),  # micrometres
-        (scaled("dy", 1e-3), "normal_force_N"),  # metres: forces beyond any finger's
-        (scaled("dy", 400.0), "normal_force_N"),  # micrometres, few: no force for so much
-        (scaled("time", 1e3), "time_s"),  # milliseconds
-        (scaled("time", 1e6), "time_s"),
-        (scaled("normal", -1.0), "normal_force_N"),  # pressing counted negative
-    ],
-)
-def test_wrong_units_are_refused_with_row_and_column(trace, column):
-    found = faults(trace)
-    assert any(f.startswith("row ") and f"column {column} = " in f for f in found), found
-
-
-def test_a_long_way_to_the_object_is_none_of_its_closing():
-    air = np.column_stack([np.zeros((SAMPLES, 2)), np.full(SAMPLES, 3.0), np.zeros((SAMPLES, 5))])
-    cells = np.concatenate([air, table()])
-    cells[:, 0] = 0.01 * np.arange(len(cells))
-    assert len(parse_trace(text(cells))) == 2 * SAMPLES
-
-
-def test_a_lost_sample_is_a_gap():
-    lines = text().splitlines()
-    del lines[7]
-    (fault,) = faults("\n".join(lines))
-    assert fault.startswith("row 8, column time_s")
-    assert "missing" in fault
-
-
-@pytest.mark.parametrize(
     ("trace", "gages", "said"),
     [
+        (changed(5, "gage_2", "nan"), None, "row 5, column gage_2 = nan: must be a finite number"),
+        (changed(5, "normal_force_N", "inf"), None, "row 5, column normal_force_N = inf"),
+        (changed(6, "dx_mm", ""), None, "row 6, column dx_mm = empty: must be a number"),
+        (changed(6, "gage_1", "1_2"), None, "row 6, column gage_1 = '1_2': must be a number"),
+        (changed(6, "gage_1", "12 ue"), None, "row 6, column gage_1 = '12 ue': must be a number"),
+        (
+            changed(7, "time_s", 0.067),
+            None,
+            "row 7, column time_s = 0.067: must be about 0.01 s after",
+        ),
+        (
+            changed(7, "time_s", 0.05),
+            None,
+            "row 7, column time_s = 0.05: must be after the row before",
+        ),
+        (changed(8, "dy_mm", 10.0), None, "row 8, column dy_mm = 10: must be at most 5 mm"),
+        (changed(8, "normal_force_N", -3.0), None, "row 8, column normal_force_N = -3"),
+        (changed(8, "tangential_force_N", 30.0), None, "row 8, column tangential_force_N = 30"),
+        (changed(9, "gage_3", 3e5), None, "row 9, column gage_3 = 300000: must be at most 20000"),
+        (scaled("gage", 1e-6), None, r"row \d+, column gage_3 = "),  # plain strain
+        (scaled("normal", 1e3), None, r"row \d+, column normal_force_N = "),  # millinewtons
+        (scaled("normal", 1e3 / 9.80665), None, r"row \d+, column normal_force_N = "),  # grams
+        (scaled("tangential", 1e3), None, r"row \d+, column tangential_force_N = "),
+        (scaled("dy", 1e3), None, r"row \d+, column dy_mm = "),  # micrometres
+        (
+            scaled("dy", 1e-3),
+            None,
+            r"row \d+, column normal_force_N = ",
+        ),  # metres: forces beyond any finger's
+        (
+            scaled("dy", 400.0),
+            None,
+            r"row \d+, column normal_force_N = ",
+        ),  # micrometres, few: no force for so much
+        (scaled("time", 1e3), None, r"row \d+, column time_s = "),  # milliseconds
+        (scaled("time", 1e6), None, r"row \d+, column time_s = "),
+        (
+            scaled("normal", -1.0),
+            None,
+            r"row \d+, column normal_force_N = ",
+        ),  # pressing counted negative
         (text(gages=1), None, "row 1, column gage_2 = 1 gages: must be at least 2"),
         (text(gages=0), None, "row 1, column gage_1 = 0 gages"),
         (text(gages=3), 15, "row 1, column gage_4 = 3 gages: must be at least 15"),
@@ -171,8 +159,23 @@ def test_a_lost_sample_is_a_gap():
         (text().replace(",", ";"), None, "row 1, column 1"),
     ],
 )
-def test_a_wrong_header_is_named(trace, gages, said):
-    assert any(fault.startswith(said) for fault in faults(trace, gages)), faults(trace, gages)
+def test_a_wrong_cell_unit_or_header_is_named_by_row_and_column(trace, gages, said):
+    assert any(re.match(said, fault) for fault in faults(trace, gages)), faults(trace, gages)
+
+
+def test_a_long_way_to_the_object_is_none_of_its_closing():
+    air = np.column_stack([np.zeros((SAMPLES, 2)), np.full(SAMPLES, 3.0), np.zeros((SAMPLES, 5))])
+    cells = np.concatenate([air, table()])
+    cells[:, 0] = 0.01 * np.arange(len(cells))
+    assert len(parse_trace(text(cells))) == 2 * SAMPLES
+
+
+def test_a_lost_sample_is_a_gap():
+    lines = text().splitlines()
+    del lines[7]
+    (fault,) = faults("\n".join(lines))
+    assert fault.startswith("row 8, column time_s")
+    assert "missing" in fault
 
 
 def test_rows_cut_short_and_decimal_commas():
