@@ -17,9 +17,10 @@ from fingerdesign.design.schema import Body, Design, Plates
 from fingerdesign.errors import Fault
 from fingerdesign.layout import clearance
 from fingerdesign.layout.clearance import LEAST_CLEARANCE_MM
-from fingerdesign.layout.frames import PlateRow, plate_rows, row_frames, with_key
+from fingerdesign.layout.frames import PlateFrame, PlateRow, plate_rows, row_frames, with_key
 from fingerdesign.layout.gaps import flat_corners
 
+CLOSE = 1e-9  # mm; rounding
 _HALVINGS = 18  # 10 mm to 0.04 micrometres
 
 
@@ -74,6 +75,18 @@ def worst_by_key(findings: Iterable[Misplacement]) -> list[Misplacement]:
     return list(kept.values())
 
 
+def too_near(
+    row: PlateRow, distances: Array, unknown: float = -np.inf
+) -> tuple[PlateFrame, float] | None:
+    """The plate of the least distance (plates,), mm, and that, where it is below the least
+    clearance; ``unknown``: what NaN counts as."""
+    distances = np.where(np.isnan(distances), unknown, distances)
+    worst = int(np.argmin(distances))
+    if distances[worst] >= LEAST_CLEARANCE_MM - CLOSE:
+        return None
+    return row.frames[worst], float(distances[worst])
+
+
 def set_to(design: Design, key: str, value: float, holds: Callable[[Design], bool]) -> bool:
     """Whether ``holds`` of the design with a key set; False where the value itself is refused."""
     trial = with_key(design, key, value)
@@ -107,8 +120,6 @@ def least(holds: Callable[[float], bool], low: float, high: float) -> float | No
 
 
 # Whether plates stay between the body's sides along their row.
-
-CLOSE = 1e-9  # mm; rounding
 
 
 def limits(body: Body, row: PlateRow) -> tuple[str, str, float, str, str, float]:
@@ -307,12 +318,10 @@ def wall_findings(design: Design, row: PlateRow) -> list[Misplacement]:
     """Plates too near to the sides of a STEP body."""
     if design.body.shape != "step":
         return []
-    distances = clearance.wall_clearances(design.body, row.frames)
-    distances = np.where(np.isnan(distances), -np.inf, distances)
-    worst = int(np.argmin(distances))
-    if distances[worst] >= LEAST_CLEARANCE_MM - CLOSE:
+    found = too_near(row, clearance.wall_clearances(design.body, row.frames))
+    if found is None:
         return []
-    frame = row.frames[worst]
+    frame, distance = found
     narrow = tuple(replace(f, low=f.middle - 0.05, high=f.middle + 0.05) for f in row.frames)
     inside = clearance.wall_clearances(design.body, narrow)
     name = "pitch_mm" if frame.place else "length_mm"
@@ -321,9 +330,9 @@ def wall_findings(design: Design, row: PlateRow) -> list[Misplacement]:
         key, value = row.key("span_mm"), row.value("span_mm")
     bound = (
         f"such that plates stay {LEAST_CLEARANCE_MM} mm inside the body's sides "
-        f"(plate {frame.index}: {distances[worst]:.4g})"
+        f"(plate {frame.index}: {distance:.4g})"
     )
-    over = LEAST_CLEARANCE_MM - float(distances[worst])
+    over = LEAST_CLEARANCE_MM - distance
     return [Misplacement(key, value, bound, over, list, "lower it or move the plates inward")]
 
 
@@ -350,12 +359,10 @@ def placing_findings(design: Design) -> list[Misplacement]:
 
 
 def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
-    distances = clearance.cover_clearances(design.body, row.frames)
-    distances = np.where(np.isnan(distances), -np.inf, distances)
-    worst = int(np.argmin(distances))
-    if distances[worst] >= LEAST_CLEARANCE_MM - CLOSE:
+    found = too_near(row, clearance.cover_clearances(design.body, row.frames))
+    if found is None:
         return []
-    frame = row.frames[worst]
+    frame, distance = found
     key, value = row.blame(frame.index, "cover_mm")
 
     def clear(trial: Design) -> bool:
@@ -376,22 +383,21 @@ def _cover(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
         words = f"raise {key} to at least"
         return [] if raised is None else [Change.to(words, key, at_least(raised))]
 
-    reported = f"{distances[worst]:.4g}" if np.isfinite(distances[worst]) else "beyond it"
+    reported = f"{distance:.4g}" if np.isfinite(distance) else "beyond it"
     bound = (
         f"such that plates lie {LEAST_CLEARANCE_MM} mm below the contact surface "
         f"(plate {frame.index}: {reported})"
     )
-    over = LEAST_CLEARANCE_MM - float(distances[worst])
+    over = LEAST_CLEARANCE_MM - distance
     return [Misplacement(key, value, bound, over, changes, "move the plates inward")]
 
 
 def _base(design: Design, row: PlateRow) -> list[Misplacement]:
-    heights = np.array([frame.outline()[:, 1].min() for frame in row.frames])
-    worst = int(np.argmin(heights))
-    short = LEAST_CLEARANCE_MM - float(heights[worst])
-    if short <= CLOSE:
+    found = too_near(row, np.array([frame.outline()[:, 1].min() for frame in row.frames]))
+    if found is None:
         return []
-    frame = row.frames[worst]
+    frame, height = found
+    short = LEAST_CLEARANCE_MM - height
     key, value = row.blame(frame.index, "cover_mm")
 
     def changes() -> list[Change]:
@@ -407,6 +413,6 @@ def _base(design: Design, row: PlateRow) -> list[Misplacement]:
 
     bound = (
         f"such that plates stay {LEAST_CLEARANCE_MM} mm above the base y = 0 "
-        f"(plate {frame.index}: {heights[worst]:.4g})"
+        f"(plate {frame.index}: {height:.4g})"
     )
     return [Misplacement(key, value, bound, short, changes, "move the plates upward")]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from fingerdesign.checks.placing import (
     Change,
     Misplacement,
@@ -11,6 +9,7 @@ from fingerdesign.checks.placing import (
     least,
     row_reach,
     set_to,
+    too_near,
     worst_by_key,
 )
 from fingerdesign.design.faults import at_least, at_most
@@ -131,12 +130,10 @@ def _core(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
     if core is None:
         return []
     depth = core.depth_mm if core.depth_mm is not None else design.body.depth_mm
-    distances = core_gaps(core, depth, row.frames)
-    distances = np.where(np.isnan(distances), np.inf, distances)
-    worst = int(np.argmin(distances))
-    if distances[worst] >= LEAST_CLEARANCE_MM - 1e-9:
+    nearest = too_near(row, core_gaps(core, depth, row.frames), float("inf"))
+    if nearest is None:
         return []
-    frame = row.frames[worst]
+    frame, distance = nearest
     key, value = row.blame(frame.index, "cover_mm")
 
     def clear(trial: Design) -> bool:
@@ -160,10 +157,10 @@ def _core(design: Design, row: PlateRow, number: int) -> list[Misplacement]:
             found.append(Change.to(f"lower {high} to at most", high, at_most(most)))
         return found
 
-    near = "crosses it" if distances[worst] == 0 else f"comes within {distances[worst]:.4g}"
+    near = "crosses it" if distance == 0 else f"comes within {distance:.4g}"
     bound = (
         f"such that plates stay {LEAST_CLEARANCE_MM} mm from the core (plate {frame.index} {near})"
     )
-    short = LEAST_CLEARANCE_MM - float(distances[worst])
+    short = LEAST_CLEARANCE_MM - distance
     remedy = "move the plates away from [body.core]"
     return [Misplacement(key, value, bound, short, changes, remedy)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,6 +40,7 @@ from fingerdesign.trials.record import (
     control_data,
     grips_csv,
 )
+from fingerdesign.trials.tuning import Report
 from fingerdesign.version import __version__
 
 if TYPE_CHECKING:
@@ -51,21 +52,13 @@ if TYPE_CHECKING:
 # What is done is kept, grip by grip, under all that decides it: an interrupted study goes on where
 # it stopped, also with other frictions, weights, noises or controllers than before.
 
-Report = Callable[[str, float], None]
-
 
 def key_of(cell: Cell | JudgedGrip) -> str:
     """What tells one grip of a study from another."""
     return repr((cell.controller, cell.friction, cell.mass_g, cell.noise, cell.tug))
 
 
-def grips_journal(path: Path, digest: str) -> Journal:
-    """Where a study's grips are kept; digest: of all that decides a grip beside its cell.
-
-    A file of another digest, or one that is no journal of a control study, is a JournalError: it is
-    somebody's work.
-    """
-    return Journal(path, "a control study", digest)
+KIND = "a control study"  # of journals
 
 
 def kept_grips(journal: Journal) -> dict[str, JudgedGrip]:
@@ -116,10 +109,8 @@ def _results(
         try:
             yield from pool.as_done(lambda cells: pool.call(GripBench.run_batch, cells), batches)
         except ProcessError as error:
-            raise SolverError(
-                f"a process of the study ended ({error}); was there memory enough? Run it again: "
-                "it goes on where it stopped"
-            ) from error
+            words = f"a process of the study ended ({error}); was there memory enough? Run it again"
+            raise SolverError(f"{words}: it goes on where it stopped") from error
 
 
 VARIED = "gage_noise_microstrain"  # of the hardware: what the grid's noises replace
@@ -156,7 +147,7 @@ def study_control(
     batches = list(grid.batches(names))
     # Drawn are the grips at a good amplifier's noise, or at the grid's nearest to it.
     noise = min(grid.noises, key=lambda noise: abs(noise - GOOD_AMPLIFIER))
-    with one_thread(), grips_journal(journal, digest) as kept:
+    with one_thread(), Journal(journal, KIND, digest) as kept:
         with clock.stage("grips"):
             found = run_batches(bench, batches, kept, workers, report)
         report("drawing the paths", 1.0)
@@ -215,11 +206,7 @@ def journal_beside(target: Path) -> Path:
     return target.with_name(f"{target.name}.unfinished.sqlite")
 
 
-def study_digest(
-    design: Design,
-    grid: ControlGrid,
-    estimator: GripEstimator | None,
-) -> str:
+def study_digest(design: Design, grid: ControlGrid, estimator: GripEstimator | None) -> str:
     """SHA-256 of all that decides a grip beside its cell, in hexadecimal."""
     shared = {"seed": grid.seed, "hold_s": grid.hold_s, "tug": conditions_data(grid)["tug"]}
     taught = None if estimator is None else estimator.to_json()

@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import fingerdesign.records.result as results
 from fingerdesign.errors import DesignError
-from fingerdesign.records.base import ResultError, schema_text
+from fingerdesign.records.base import DATA, SCHEMAS, ResultError, schema_text
 from fingerdesign.records.folder import RESULTS, read_result
 from fingerdesign.records.result import (
     PointStrain,
@@ -19,9 +18,6 @@ from fingerdesign.records.result import (
 )
 from tests.support.closed_form_analysis import make_analysis
 from tests.support.result_folders import write_result_folder
-
-SCHEMA = Path(results.__file__).parents[1] / "data" / "result.schema.json"
-
 
 MADE = make_analysis()
 
@@ -98,12 +94,16 @@ def test_status_and_failure_agree():
         result(mesh=None)
 
 
-def test_shipped_schema_is_current_and_holds_a_result():
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_shipped_schemas_are_current(name):
+    shipped = (DATA / f"{name}.schema.json").read_text("utf-8")
+    assert shipped == schema_text(name), "run python -m fingerdesign.records.base"
+
+
+def test_the_schema_holds_a_result():
     import jsonschema
 
-    wanted = schema_text("result")
-    assert SCHEMA.read_text(encoding="utf-8") == wanted, "run python -m fingerdesign.records.base"
-    schema = json.loads(wanted)
+    schema = json.loads(schema_text("result"))
     jsonschema.validate(json.loads(result().to_json()), schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(json.loads(result().to_json()) | {"status": "perhaps"}, schema)

@@ -19,13 +19,13 @@ from fingerdesign.control.plants.plant import Memory
 from fingerdesign.design.grip import GRAVITY
 from fingerdesign.errors import DesignError, SolverError
 from fingerdesign.records.base import ResultError, json_schema
-from fingerdesign.runtime.journal import JournalError
+from fingerdesign.runtime.journal import Journal, JournalError
 from fingerdesign.trials import bench as control_bench
 from fingerdesign.trials import run as control_study
 from fingerdesign.trials.bench import Cell, ControlGrid, GripBench, Tug, refuse, seed_of
 from fingerdesign.trials.record import COLUMNS, summarise
 from fingerdesign.trials.run import (
-    grips_journal,
+    KIND,
     journal_beside,
     kept_grips,
     run_batches,
@@ -35,7 +35,7 @@ from tests.trials.conftest import GRID
 
 
 def all_outcomes(bench, path, names, workers=1, digest="d"):
-    with grips_journal(path, digest) as journal:
+    with Journal(path, KIND, digest) as journal:
         return run_batches(bench, GRID.batches(names), journal, workers)
 
 
@@ -127,16 +127,16 @@ def test_a_journal_goes_on_where_it_stopped(bench, tmp_path, monkeypatch):
     monkeypatch.setattr(GripBench, "run_cell", lambda *given: done.append(given[1]) or real(*given))
     assert all_outcomes(bench, path, ["oracle_1.2"]) == whole
     assert len(done) == len(whole) - 4
-    assert len(kept_grips(grips_journal(path, "d"))) == len(whole)
+    assert len(kept_grips(Journal(path, KIND, "d"))) == len(whole)
 
 
 def test_a_foreign_journal_is_left_alone(tmp_path):
     path = tmp_path / "j.sqlite"
-    with grips_journal(path, "d") as journal:
+    with Journal(path, KIND, "d") as journal:
         journal.add({"a": asdict(judged())})
     whole = path.read_bytes()
     with pytest.raises(JournalError, match="another design"):
-        grips_journal(path, "other")
+        Journal(path, KIND, "other")
     assert path.read_bytes() == whole
 
 
@@ -145,7 +145,7 @@ def test_a_foreign_journal_is_left_alone(tmp_path):
     [("lifted", "no"), ("peak_ratio", "big"), ("peak_ratio", None), ("steps", 1.5), ("new", 1)],
 )
 def test_a_journal_with_an_invalid_value_is_refused(tmp_path, key, value):
-    with grips_journal(tmp_path / "j.sqlite", "d") as journal:
+    with Journal(tmp_path / "j.sqlite", KIND, "d") as journal:
         journal.add({"a": asdict(judged())})
         assert list(kept_grips(journal).values()) == [judged()]
         journal.add({"b": asdict(judged()) | {key: value}})

@@ -8,7 +8,7 @@ import pytest
 
 from fingerdesign.analysis.fidelity.readings import QUANTITIES
 from fingerdesign.checks.load import parse_design, parse_scene
-from fingerdesign.records.base import DATA, json_schema, schema_text
+from fingerdesign.records.base import DATA, json_schema
 from fingerdesign.validate.assumptions import ASSUMPTIONS, nu_values
 from fingerdesign.validate.run import validate
 
@@ -137,8 +137,7 @@ def test_the_record_is_whole(which, request):
             assert len(each["better"]["gages_microstrain"][0]) == data["gages"]
 
 
-def test_the_shipped_schema_is_the_codes_and_asks_for_every_reading(found):
-    assert (DATA / "validate.schema.json").read_text("utf-8") == schema_text("validate")
+def test_the_schema_asks_for_every_reading(found):
     data = found.data()
     del data["assumptions"][0]["equal_motion"]["errors"]["gage"]
     with pytest.raises(jsonschema.ValidationError, match="gage"):

@@ -16,7 +16,7 @@ from fingerdesign.mold import make
 from fingerdesign.mold.part import Check
 from fingerdesign.mold.picture import Badge, Exploded, exploded_job
 from fingerdesign.mold.record import mold_digest
-from fingerdesign.records.base import DATA, ResultError, json_schema, schema_text
+from fingerdesign.records.base import ResultError, json_schema
 
 PASSED = Check("watertight", "core", True, 0.0, 0.0, "edges", "no edge is open")
 FAILED = Check("wall", "base_plate", False, 0.5, 1.0, "mm", "its least wall is 0.5 mm")
@@ -170,10 +170,6 @@ def test_a_picture_that_fails_is_said_in_its_place(stages, tmp_path, monkeypatch
     assert report["status"] == "ok"
     assert "The mold could not be drawn" in (tmp_path / "report.html").read_text("utf-8")
     assert "exploded.png" not in report["files"]
-
-
-def test_the_shipped_schema_is_the_schema():
-    assert (DATA / "mold.schema.json").read_text("utf-8") == schema_text("mold")
 
 
 def test_digests_tell_molds_apart_and_fingers_not(hand_made):
