@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import tomlkit
 from fingerdesign_bench.studies import paper_finger as study
 from fingerdesign_bench.studies import paper_finger_bench as bench
 from fingerdesign_cli.main import main
@@ -140,11 +139,16 @@ def test_the_bench_writes_all_candidates_the_winner_and_a_chart(tmp_path, capsys
     assert coarse[2]["score"] == ""
     assert said["refused"]["no contact"] == 1
     assert said["analysed"] + sum(said["refused"].values()) == 8
-    design = parse_design((tmp_path / "maeno2000.toml").read_text("utf-8"))
+    text = (tmp_path / "maeno2000.toml").read_text("utf-8")
+    assert text.startswith("# ")  # the shipped file's comments are kept
+    design = parse_design(text)
+    assert design.plates.count == 15
     values = study.candidates(8, bench.SEED)[1].values
     assert design.plates.pitch_mm == values["plates.pitch_mm"]
     assert crest_height(design.body) > values["body.base_height_mm"]
-    scene = parse_scene((tmp_path / "fundamental.toml").read_text("utf-8"))
+    text = (tmp_path / "fundamental.toml").read_text("utf-8")
+    assert "#" in text
+    scene = parse_scene(text)
     assert len(scene.path.increments_mm) == 8
     assert (tmp_path / "paper_finger.png").stat().st_size > 5000
     assert main([*arguments, "--out", str(tmp_path)]) == 0
@@ -156,13 +160,6 @@ def test_a_search_that_finds_nothing_says_so(monkeypatch):
     monkeypatch.setattr(bench, "analyse_candidate", lambda candidate, coarse=True: candidate)
     with pytest.raises(FingerDesignError, match="none of 4 candidates"):
         bench.search(4, workers=1)
-
-
-def test_the_winners_files_keep_their_comments(shipped):
-    text = bench.winner_design(shipped)
-    assert text.splitlines()[0].startswith("# ")
-    assert tomlkit.parse(text)["plates"]["count"] == 15
-    assert "#" in bench.winner_scene(shipped)
 
 
 def test_the_correlation_at_the_studys_own_threshold_is_the_studys(shipped):

@@ -337,17 +337,7 @@ def test_one_off_models_change_what_they_name():
 
 def _record(point):
     """What compare gives of a model, made up."""
-    readings = {
-        "normal_force": [0.0, 1.0, 1.0, 1.0],
-        "tangential_force": [0.0, 0.0, 0.1, 0.2],
-        "contact_width": [1.0, 2.0, 2.0, 2.0],
-        "stick_ratio": [1.0, 1.0, 0.9, 0.8],
-        "gages": [[]] * 4,
-    }
-    row = {"space": readings, "motion": readings, "force": None, "why": "made up"}
-    sizes = ("radius_mm", "depth_mm", "width_mm", "height_mm", "poissons_ratio", "span_share")
-    own = dict.fromkeys(sizes, 1.0) | {"dofs": 1, "seconds": 60.0, "rows": [row]}
-    return own | {"name": point.name, "values": point.values}
+    return record(0.49, 1.0, 1.0, 0.0, point.name) | {"values": point.values, "seconds": 60.0}
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from fingerdesign_bench.speed.growth import Size, fit, in_words
 from fingerdesign_bench.speed.precision_run import ROWS, Method, run_once, sized
 from fingerdesign_bench.speed.speed import PLANE, SPACE, Speed, _checks, run_case, write_speed
 from fingerdesign_bench.speed.throughput import Throughput, Throughputs, measure_throughput
-from fingerdesign_bench.suite import PARTS, run_suite
+from fingerdesign_bench.suite import run_suite
 
 from fingerdesign.contact.path import follow
 from fingerdesign.contact.problem import Motion, contact_problem
@@ -174,10 +174,6 @@ def test_one_part_that_fails_does_not_stop_the_others(tmp_path):
     assert record["checks"][0]["holds"] is False
     assert record["quick"] is True
     assert set(record["machine"]["versions"]) >= {"numpy", "scipy", "mkl", "pypardiso", "pytetwild"}
-
-
-def test_the_parts_are_those_that_the_help_names():
-    assert list(PARTS) == ["precision", "speed", "stability"]
 
 
 @pytest.mark.parametrize(("dimension", "count"), [(2, 5), (3, 3)])

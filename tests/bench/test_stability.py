@@ -165,17 +165,12 @@ def mine(quick):
     return [each for each in quick.outcomes if each.method == PRODUCTION]
 
 
-def test_production_is_never_wrong_and_solves_all(quick, mine):
+def test_production_is_never_wrong_and_solves_all_but_forces_beyond_friction(quick, mine):
     assert len(mine) == quick.cases() >= 50
-    assert not [e for e in mine if e.verdict not in GOOD and e.family not in (WITHIN, BEYOND)]
-    assert not [e for e in mine if e.verdict == Verdict.WRONG]
+    assert not [each for each in mine if each.verdict not in GOOD]
     assert sum(each.verdict == Verdict.REFUSED for each in mine) < 0.3 * len(mine)
-
-
-def test_forces_prescribed(quick, mine):
-    forced = [each for each in mine if each.family in (WITHIN, BEYOND)]
-    assert {each.verdict for each in forced if each.family == BEYOND} == {Verdict.REFUSED}
-    assert not [each for each in forced if each.verdict not in GOOD]
+    assert {each.verdict for each in mine if each.family == BEYOND} == {Verdict.REFUSED}
+    assert any(each.family == WITHIN for each in mine)
     assert all(check.holds for check in quick.checks())
 
 

@@ -80,7 +80,7 @@ def mixing_of(material: str, cure: str) -> Mixing:
 def numbers_text(plates: Iterable[int]) -> str:
     """Whole numbers, runs shortened.
 
-    >>> numbers_text([0, 1, 2, 5, 7, 8])
+    >>> numbers_text([8, 0, 1, 2, 5, 7])
     '0-2, 5, 7-8'
     """
     runs: list[list[int]] = []

@@ -16,7 +16,7 @@ from fingerdesign.mold.products.bill import (
     write_bill,
 )
 from fingerdesign.mold.products.flat_pattern import flat_patterns
-from fingerdesign.mold.products.notes import casting_notes, mixing_of, numbers_text, warnings_of
+from fingerdesign.mold.products.notes import casting_notes, mixing_of, warnings_of
 
 SILENT = {"reason": "no gages", "sentences": ["Not known."]}
 CLOSE, OPEN = "Close the mold", "Cure and open"
@@ -186,8 +186,3 @@ def test_the_bill_names_everything_once(hand_made, tmp_path, holding):
     assert counts.get("shim", 0) == (6 if holding == "slots" else 0)
     assert counts.get("dowel pin", 0) == (len(plan.pins) if holding == "slots" else 0)
     assert "shim" not in counts or re.match(r"0\.\d+ mm thick", sizes["shim"])
-
-
-def test_plates_by_their_numbers():
-    assert numbers_text(range(15)) == "0-14"
-    assert numbers_text([4, 0, 1]) == "0-1, 4"
