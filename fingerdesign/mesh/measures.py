@@ -179,23 +179,16 @@ def worst_area_error(mesh: Mesh, design: Design) -> float:
     if mesh.dimension == 2:
         return 0.0
     wanted = outer_areas(mesh, design)
-    found = {
-        name: float(curved_areas(mesh.points, mesh.facets[name]).sum())
-        if name in mesh.facets
-        else 0.0
-        for name in wanted
-    }
+    none = np.zeros((0, 6), dtype=np.int64)
+    facets = {name: mesh.facets.get(name, none) for name in wanted}
+    found = {name: curved_areas(mesh.points, rows).sum() for name, rows in facets.items()}
     groups = [{name} for name in wanted]
     for face in carriers_of(design, (), mesh.symmetric, core=False).faces:
         joined = [group for group in groups if group & set(face.boundaries)]
         if len(joined) > 1:  # no edge tells where one ends and the next begins
             groups = [group for group in groups if group not in joined] + [set().union(*joined)]
-    errors = []
-    for group in groups:
-        area = sum(wanted[name] for name in group)
-        if area > 0.0:
-            errors.append(abs(sum(found[name] for name in group) / area - 1.0))
-    return max(errors)
+    areas = [[sum(each[name] for name in group) for each in (found, wanted)] for group in groups]
+    return max(abs(float(area) / given - 1.0) for area, given in areas if given > 0.0)
 
 
 def outer_areas(mesh: Mesh, design: Design) -> dict[str, float]:

@@ -77,22 +77,14 @@ def requested_sizes(
         return AskedSizes(field, 1.0 if plane else np.inf, (*words, *_END_WORDS[:has_plates]))
     sizes = MeshSizes.of(design, zone_half_width, zone_half_depth)
     field = SizeField(surface_of(design.body), frames, sizes, zone_half_width, zone_half_depth)
-    reasons = (*_contact_words(design, sizes, zone_half_width, zone_half_depth), *_END_WORDS)
-    return AskedSizes(field, sizes.stretch, reasons[: len(reasons) - (not has_plates)])
-
-
-def _contact_words(
-    design: Design, sizes: MeshSizes, half_width: float, half_depth: float | None
-) -> list[str]:
-    """Why the size at the contact is not mesh.contact_size_mm, where it is not."""
-    said, half = design.mesh.contact_size_mm, min(half_width, half_depth or np.inf)
-    found = _finer_words("mesh", said, sizes.contact, half)
+    half = min(zone_half_width, zone_half_depth or np.inf)
+    words = _finer_words("mesh", design.mesh.contact_size_mm, sizes.contact, half)
     if sizes.stretch > 1.0:
-        found.append(
+        words.append(
             f"elements are to be {sizes.stretch:g} times longer along z than in the section, so "
             f"at the contact {sizes.contact / np.sqrt(sizes.stretch):.3g} mm across"
         )
-    return found
+    return AskedSizes(field, sizes.stretch, (*words, *_END_WORDS[:has_plates]))
 
 
 def _finer_words(table: str, said: float, size: float, half_width: float) -> list[str]:

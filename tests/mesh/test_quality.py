@@ -200,15 +200,12 @@ def test_the_report_says_what_it_is_of_and_how_it_came(cored):
     design = parse_design(CORED)
     report = assess(cored, design, requested_sizes(design, cored, 3.0))
     assert (report.modelled, report.attempts) == ("half z >= 0", None)
-    assert "volumes by curved cells of the half z >= 0, mm^3" in report.text()
-    assert "attempt" not in report.text()
     assert all(isinstance(values["elements"], int) for values in report.regions.values())
     assert all(isinstance(values["elements"], int) for values in report.size_ratio.values())
     assert all(isinstance(count, int) for count in report.dihedral_histogram["counts"])
     notes = {"attempts": 2, "failed_attempts": "attempt 1 (whole): fTetWild gave up"}
     again = assess(replace(cored, symmetric=False, notes=notes), design)
     assert (again.modelled, again.attempts) == ("whole", 2)
-    assert "quadratic, 2 attempts)" in again.text()
     assert "fTetWild gave up" in again.text()
 
 

@@ -292,16 +292,13 @@ def imported_mesh(design: Design, symmetric: bool = True) -> Mesh:
     slots = _slots(found, design, path)
     besides = np.vstack([np.zeros((0, 3), dtype=np.int64), *slots.values()])
     faces = boundary_facets(places, corners, regions, carriers, besides)
-    named = _named_facets(found, faces, path)
-    nodes = places, found.cells
-    if not found.quadratic:
-        nodes = quadratic(places, found.cells)
+    named = _named_facets(found, faces, path) | slots
+    nodes = (places, found.cells) if found.quadratic else quadratic(places, found.cells)
     mesh = Mesh(*nodes, regions, {}, "file", half, region_names=core_name(design))
     check_places(mesh, design, path)
     check_outside(places, faces, design, path)
     mesh = _fitted(mesh, faces, carriers)
     facets = {name: with_mid_nodes(mesh.cells, rows, name) for name, rows in named.items()}
-    facets |= {name: with_mid_nodes(mesh.cells, rows, name) for name, rows in slots.items()}
     mesh = replace(mesh, facets=facets, notes=mesh.notes | {"file": path.name})
     check_faces(mesh, design, path)
     return mesh
@@ -364,15 +361,8 @@ def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
     """
     edge = float(edge_lengths(mesh.points, faces.corners).mean())
     near = faces.misfit <= NEAR * edge
-    kept = BoundaryFacets(
-        faces.corners[near],
-        faces.carrier[near],
-        faces.outside[near],
-        faces.cell[near],
-        faces.name[near],
-        faces.misfit[near],
-    )
-    far = int((~near).sum())
+    kept = BoundaryFacets(**{key: values[near] for key, values in vars(faces).items()})
+    notes: dict[str, float | int | str] = {"far_facets": int((~near).sum())}
     try:
         corners = kept.on_carriers(len(mesh.points), carriers)
         points = snap_to_carriers(mesh.points, corners, carriers)
@@ -382,17 +372,12 @@ def _fitted(mesh: Mesh, faces: BoundaryFacets, carriers: Carriers) -> Mesh:
             points[middle] = mesh.points[middle] + 0.5 * (shift[a] + shift[b])
         whole = with_mid_nodes(mesh.cells, kept.corners)
         curved = curve_facets(points, mesh.cells, carriers, whole, kept.carrier)
-        turned = cell_volumes(curved.points, mesh.corners).min() <= 0.0
+        if cell_volumes(curved.points, mesh.corners).min() <= 0.0:
+            raise MeshError("moved onto the design's faces, its cells would turn over")
     except MeshError as error:
-        return replace(mesh, notes={"left_as_it_came": str(error), "far_facets": far})
-    if turned:
-        why = "moved onto the design's faces, its cells would turn over"
-        return replace(mesh, notes={"left_as_it_came": why, "far_facets": far})
-    return replace(
-        mesh,
-        points=curved.points,
-        notes={"far_facets": far, "straightened_nodes": len(curved.straightened)},
-    )
+        return replace(mesh, notes=notes | {"left_as_it_came": str(error)})
+    notes["straightened_nodes"] = len(curved.straightened)
+    return replace(mesh, points=curved.points, notes=notes)
 
 
 def import_words(mesh: Mesh) -> list[str]:

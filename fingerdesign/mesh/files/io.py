@@ -106,10 +106,8 @@ def _names_of_block(
         if inner and values.min(initial=0) < 0:
             raise MeshError("there are cells in negative regions; 0 is the elastomer")
         for value in np.unique(values).tolist():
-            if inner:
-                found[values == value] = "elastomer" if value == 0 else f"plate_{value - 1}"
-            else:
-                found[values == value] = facet_name(value)
+            part = "elastomer" if value == 0 else f"plate_{value - 1}"
+            found[values == value] = part if inner else facet_name(value)
         if inner and "core" in data:
             found[np.rint(data["core"][number]) == 1] = "core"
     elif "gmsh:physical" in data and groups:

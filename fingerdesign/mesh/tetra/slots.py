@@ -29,9 +29,6 @@ from fingerdesign.mesh.tetra.snap import improve
 from fingerdesign.mesh.types import TETRA_FACETS, Stars, boundary_facets
 from fingerdesign.shapes.faces import Carrier
 
-__all__ = ["Slots", "carrier_frames", "open_slots", "sized_frames"]
-
-
 # Carriers: the boxes of rubber that are meshed so that plates as sheets have their mid-surface.
 
 _WIDEST = 0.22  # of the plate's length or span: on maeno2000 0.2 mm did better than 0.3
