@@ -1,5 +1,6 @@
 """Bodies made by a CadQuery function of the user's own."""
 
+import cadquery as cq
 import pytest
 
 import fingerdesign
@@ -20,8 +21,6 @@ def plain():
 
 
 def brick(height=12.0):
-    import cadquery as cq
-
     return cq.Workplane("XY").box(20, height, 10).translate((0, 0.5 * height, 0))
 
 
@@ -51,8 +50,6 @@ def test_rules_reach_the_body(plain):
 
 
 def test_what_is_no_body_is_refused(plain):
-    import cadquery as cq
-
     with pytest.raises(GeometryError, match="returned str"):
         fingerdesign.with_body(plain, lambda: "a brick")
     with pytest.raises(DesignError, match=r"body\.step\.file"):

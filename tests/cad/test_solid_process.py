@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fingerdesign.cad.export import enclosed_volume, triangulate
+from fingerdesign.cad.solid import build_solid
 from fingerdesign.cad.solid_process import finger_triangles, write_finger_cad
 from fingerdesign.errors import GeometryError
 from fingerdesign.layout.frames import plate_frames
@@ -14,9 +16,6 @@ from fingerdesign.layout.volume import outline_volume
 
 
 def test_triangles_are_those_of_this_process(design_of):
-    from fingerdesign.cad.export import enclosed_volume, triangulate
-    from fingerdesign.cad.solid import build_solid
-
     design = design_of("revolved", "bent, perforated", "a bone").model_copy()
     frames = plate_frames(design)[1:2]
     parts, outside = finger_triangles(design, 0.02, frames=frames)

@@ -1,5 +1,6 @@
 """The rules of [body.step]: which way is up, base and contact surface, files that will not do."""
 
+import cadquery as cq
 import numpy as np
 import pytest
 
@@ -10,6 +11,7 @@ from fingerdesign.design.body import StepFile
 from fingerdesign.design.step import step_facts
 from fingerdesign.design.step_file import portable, resolved
 from fingerdesign.errors import GeometryError
+from fingerdesign.runtime.isolate import call
 from tests.support.steps import read_here, write
 
 TEXT = """
@@ -29,8 +31,6 @@ def in_this_process(monkeypatch, tmp_path):
 
 def block(chamfer=1.0):
     """20 x 12 x 10 (x, y, z) with its upper edges along z chamfered; base in y = 0."""
-    import cadquery as cq
-
     work = cq.Workplane("XY").box(20, 12, 10).translate((0, 6, 0))
     return work.faces(">Y").edges("|Z").chamfer(chamfer)
 
@@ -55,8 +55,6 @@ TURNED = {
 @pytest.mark.parametrize("up", TURNED)
 def test_any_axis_may_be_up(up, tmp_path):
     start, axis, angle = TURNED[up]
-    import cadquery as cq
-
     # A wedge that is its own image in nothing: a wrong turn or mirror shows.
     corners = [(0, 0), (8, 0), (8, 6), (0, 10)]
     work = cq.Workplane("XY").polyline(corners).close().extrude(5)
@@ -79,8 +77,6 @@ def test_edges_belong_to_the_contact_surface_within_its_angle(tmp_path):
 
 
 def test_ledges_are_left_out_by_height(tmp_path):
-    import cadquery as cq
-
     work = cq.Workplane("XY").box(20, 4, 10).translate((0, 2, 0))
     work = work.union(cq.Workplane("XY").box(8, 12, 10).translate((0, 6, 0)))
     path = write(work, tmp_path / "t.step")
@@ -118,8 +114,6 @@ def test_no_face_that_the_rules_find(tmp_path):
 
 
 def test_a_round_base_is_no_base(tmp_path):
-    import cadquery as cq
-
     work = cq.Workplane("XY").sphere(6.0)
     fault = fault_of(write(work, tmp_path / "ball.step"))
     assert fault.key == "body.step.base_direction"
@@ -141,8 +135,6 @@ def test_a_mirror_claimed_is_a_mirror_held(tmp_path):
 
 @pytest.mark.parametrize("within", [False, True])
 def test_holes_that_do_not_mirror_are_reported_though_the_volume_would(within, tmp_path):
-    import cadquery as cq
-
     def pierced(*places):
         work = cq.Workplane("XY").box(20, 12, 20).translate((0, 6, 0))
         for x, z in places:
@@ -158,8 +150,6 @@ def test_holes_that_do_not_mirror_are_reported_though_the_volume_would(within, t
 
 
 def test_files_that_are_no_solid(tmp_path):
-    import cadquery as cq
-
     assert "No such file" in fault_of(tmp_path / "absent.step").remedy
     assert fault_of(tmp_path).bound == "an ordinary file"
     other = tmp_path / "other.step"
@@ -180,8 +170,6 @@ def test_files_that_are_no_solid(tmp_path):
 
 
 def test_a_process_that_crashes_or_hangs_is_a_fault(tmp_path, monkeypatch):
-    from fingerdesign.runtime.isolate import call
-
     path = write(block(), tmp_path / "b.step")
     monkeypatch.setattr(facts_module, "call", call)
     monkeypatch.setattr(facts_module, "TIME_LIMIT_S", 0.05)
@@ -196,8 +184,6 @@ def test_a_process_that_crashes_or_hangs_is_a_fault(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("code", ["os.kill(os.getpid(), 9)", "raise OSError(28, 'no space')"])
 def test_a_failure_of_the_machine_is_not_reported_as_the_files(code, tmp_path, monkeypatch):
-    from fingerdesign.runtime.isolate import call
-
     path = write(block(), tmp_path / "b.step")
     text = f"import os\n\n\ndef read(*given):\n    {code}\n"
     (tmp_path / "ended.py").write_text(text, "utf-8")
@@ -234,8 +220,6 @@ def test_garbled_entries_are_made_anew(ending, damage, tmp_path):
 
 
 def test_the_process_answers_like_the_code_here(tmp_path, monkeypatch):
-    from fingerdesign.runtime.isolate import call
-
     step = StepFile(file=str(write(block(), tmp_path / "b.step")))
     here = step_facts(step)
     facts_module._outcome.cache_clear()

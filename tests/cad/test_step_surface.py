@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import cadquery as cq
 import numpy as np
 import pytest
+from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
 
 from fingerdesign.cad.bodies import step_outline
 from fingerdesign.design import step as facts_module
@@ -25,8 +27,6 @@ BODIES = {
 
 
 def section(width=20.0, depth=10.0):
-    import cadquery as cq
-
     corner = cq.Workplane("XY", origin=(0, 0, -depth / 2)).moveTo(-width / 2, 0)
     return corner.lineTo(width / 2, 0)
 
@@ -37,8 +37,6 @@ def arc_finger():
 
 
 def pin():
-    import cadquery as cq
-
     side = cq.Workplane("XY").lineTo(5, 0).lineTo(5, 8)
     top = side.threePointArc((5 * np.sqrt(0.5), 8 + 5 * np.sqrt(0.5)), (0, 13)).close()
     return top.revolve(360, (0, 0, 0), (0, 1, 0))
@@ -46,15 +44,10 @@ def pin():
 
 def pin_of_splines():
     """Every face a NURBS surface, the base too; the crest is a pole of the parameters."""
-    import cadquery as cq
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_NurbsConvert
-
     return cq.Workplane(cq.Shape.cast(BRepBuilderAPI_NurbsConvert(pin().val().wrapped).Shape()))
 
 
 def dome(radius):
-    import cadquery as cq
-
     crest = 10 + 20 - np.sqrt(300)
     block = section().lineTo(10, crest + 1).lineTo(-10, crest + 1).close().extrude(10)
     above = cq.Workplane("XY").moveTo(-11, 10).lineTo(-10, 10)
@@ -71,15 +64,11 @@ def spline_finger():
 
 def tapered():
     """A loft between ellipses, its walls one closed NURBS face."""
-    import cadquery as cq
-
     return cq.Workplane("XZ").ellipse(8, 5).workplane(offset=-10).ellipse(6, 4).loft()
 
 
 def rounded():
     """20 x 12 x 10 with vertical edges of 2 mm and upper edges of 1.5 mm radius."""
-    import cadquery as cq
-
     block = cq.Workplane("XY").box(20, 12, 10).translate((0, 6, 0)).edges("|Y").fillet(2)
     return block.faces(">Y").edges().fillet(1.5)
 
@@ -163,8 +152,6 @@ def test_heights_end_with_the_surface(steps):
 
 def test_a_spline_surface_is_the_kernels_own(steps):
     """Points and normals from the kernel, moved along the normal by a known distance."""
-    import cadquery as cq
-
     solid = cq.importers.importStep(steps["spline"].file)
     face = max(solid.faces().vals(), key=lambda f: f.geomType() != "PLANE")
     rng, surface = np.random.default_rng(5), surface_of(solid_of(steps["spline"]))
@@ -274,8 +261,6 @@ def test_many_smooth_faces_are_searched_by_boxes_without_missing_any(steps):
 
 def test_points_beside_a_centre_of_curvature_have_a_distance(tmp_path, monkeypatch):
     """Within an ellipsoid, where a nearest point hardly differs from its neighbours."""
-    import cadquery as cq
-
     read_here(monkeypatch, tmp_path / "cache")
     axes = np.array([9.0, 5.0, 7.0])
     stretch = cq.Matrix([[*row, 0.0] for row in np.diag(axes)] + [[0.0, 0.0, 0.0, 1.0]])

@@ -6,6 +6,9 @@ import scipy.sparse as sp
 
 from fingerdesign import parse_design
 from fingerdesign.checks.load import with_values
+from fingerdesign.errors import DesignError
+from fingerdesign.fem import factor
+from fingerdesign.fem.elements import quadrature, tabulate
 from fingerdesign.fem.factor import Condensation
 from fingerdesign.fem.model import MIXED_FROM, build_model, element_of, fixed_dofs, materials_of
 from fingerdesign.fem.readout import gage_rows, strain_rows
@@ -175,8 +178,6 @@ def test_uniform_pressure_is_reproduced():
 
 
 def quadrature_moment(mesh, facets):
-    from fingerdesign.fem.elements import quadrature, tabulate
-
     where, weights = quadrature(mesh.dimension - 1, 6)
     table = tabulate(mesh.dimension - 1, where)
     x = np.einsum("nq,fna->fqa", table.value, mesh.points[facets])
@@ -210,8 +211,6 @@ def test_constant_strain_is_read_exactly():
 
 
 def test_point_outside_is_refused():
-    from fingerdesign.errors import DesignError
-
     design = parse_design(COARSE)
     mesh = mesh_section(design, 1.5)
     with pytest.raises(DesignError, match=r"readout\.points_mm"):
@@ -220,8 +219,6 @@ def test_point_outside_is_refused():
 
 def test_slow_fallback_gives_the_same(monkeypatch):
     """SuperLU, used where MKL has no wheel, agrees and says that it is slow."""
-    from fingerdesign.fem import factor
-
     design = parse_design(COARSE)
     mesh = mesh_section(design, 1.5)
     free = ~fixed_dofs(mesh)

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from cadquery import Workplane
+from fingerdesign_bench.any_finger.step_samples import sample_step
 
 from fingerdesign.checks.load import judge_design
 from fingerdesign.design.schema import Body
@@ -27,8 +29,6 @@ cover_mm = 2.8
 @pytest.fixture(scope="module")
 def filleted(tmp_path_factory):
     """A box of 16 x 10 x 12 mm whose upper edges are rounded by 1.5 mm: its design's text."""
-    from fingerdesign_bench.any_finger.step_samples import sample_step
-
     with pytest.MonkeyPatch.context() as patch:
         read_here(patch, tmp_path_factory.mktemp("cache"))
         yield STEP.format(file=sample_step("filleted", 16.0, 12.0, 10.0, 1.5))
@@ -86,8 +86,6 @@ def test_a_core_ends_in_the_walls_or_clear_of_them(filleted, core, key):
 
 @pytest.mark.usefixtures("filleted")
 def test_a_core_that_leaves_a_round_body_may_be_narrowed(tmp_path):
-    from cadquery import Workplane
-
     round_body = Workplane("XZ").circle(8.0).extrude(-10.0)  # base in y = 0
     holed = round_body.cut(Workplane("XZ").center(0.0, 3.0).circle(1.0).extrude(-10.0))
     for name, work in (("round", round_body), ("holed", holed)):

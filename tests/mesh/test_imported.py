@@ -4,16 +4,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import combinations
 
+import meshio
 import numpy as np
 import pytest
 
-from fingerdesign.checks.load import parse_design, with_values
+from fingerdesign.analysis.case import Case
+from fingerdesign.analysis.stages import make_mesh, zone_of
+from fingerdesign.checks.load import parse_design, parse_scene, with_values
 from fingerdesign.design.schema import Design
 from fingerdesign.errors import DesignError, MeshError
 from fingerdesign.mesh.files.imported import import_words, imported_mesh
 from fingerdesign.mesh.files.io import write_mesh
 from fingerdesign.mesh.quality import assess
 from fingerdesign.mesh.section.extrude import extrude
+from fingerdesign.pipeline import analyse
 
 DESIGN = """
 design.name = "t"
@@ -38,8 +42,6 @@ def made():
 
 def linear(mesh, path, regions, facets):
     """Write the mesh's straight cells as others would: groups of their own numbers and order."""
-    import meshio
-
     corners = np.unique(mesh.corners)
     number = np.full(len(mesh.points), -1)
     number[corners] = np.arange(len(corners))
@@ -132,11 +134,6 @@ def test_slots_of_sheets_come_back_and_must_have_names(tmp_path):
 
 
 def test_the_answer_is_that_of_the_same_mesh(tmp_path):
-    from fingerdesign.analysis.case import Case
-    from fingerdesign.analysis.stages import make_mesh, zone_of
-    from fingerdesign.checks.load import parse_scene
-    from fingerdesign.pipeline import analyse
-
     design, scene = parse_design(DESIGN), parse_scene("path.increments_mm = [[0.2, 0.05]]")
     mesh = make_mesh(design, "3d", zone_of(Case(design, scene), scene), True)
     first = analyse(design, scene)

@@ -1,5 +1,7 @@
 """Meshes through files and back: points, quadratic cells, regions and facet names."""
 
+import io
+import json
 from dataclasses import replace
 
 import meshio
@@ -8,6 +10,7 @@ import pytest
 
 from fingerdesign import parse_design, with_values
 from fingerdesign.errors import MeshError
+from fingerdesign.mesh.cache import keep_mesh, load_mesh
 from fingerdesign.mesh.files.calculix import cell_faces
 from fingerdesign.mesh.files.io import read_named, to_meshio, write_mesh
 from fingerdesign.mesh.section.extrude import extrude
@@ -189,3 +192,72 @@ def test_cells_that_are_no_simplices_or_of_two_orders_are_refused(tmp_path):
         meshio.Mesh(points, cells).write(tmp_path / "m.vtu")
         with pytest.raises(MeshError, match=words):
             read_named(tmp_path / "m.vtu")
+
+
+# Kept meshes, and files under a kept mesh's name that are no mesh: nothing crashes.
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("FINGERDESIGN_CACHE", str(tmp_path))
+    return tmp_path / "meshes"
+
+
+def npz(**arrays):
+    stream = io.BytesIO()
+    np.savez(stream, **arrays)
+    return stream.getvalue()
+
+
+def npy(array):
+    stream = io.BytesIO()
+    np.save(stream, array)
+    return stream.getvalue()
+
+
+def about(**changes):
+    return np.array(
+        json.dumps({"facets": ["base"], "mesher": "x", "symmetric": True, "notes": {}} | changes)
+    )
+
+
+GOOD = {
+    "points": np.zeros((3, 3)),
+    "cells": np.zeros((1, 10), dtype=int),
+    "regions": np.zeros(1, dtype=int),
+    "facets_base": np.zeros((1, 6), dtype=int),
+}
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"garbage",
+        npy(np.zeros(3)),
+        npz(**GOOD, about=np.array("[]")),
+        npz(**GOOD, about=about(facets=3)),
+        npz(**{**GOOD, "cells": np.full((1, 10), 99)}, about=about()),
+        npz(**{**GOOD, "points": np.zeros((0, 3))}, about=about()),
+        npz(**{**GOOD, "points": np.full((3, 3), np.nan)}, about=about()),
+    ],
+    ids=["empty", "text", "an array", "list", "facets", "numbers", "no points", "nan"],
+)
+def test_garbage_is_nothing_kept(folder, content):
+    folder.mkdir()
+    (folder / "key.npz").write_bytes(content)
+    assert load_mesh("key") is None
+
+
+def test_a_mesh_comes_back_as_it_was(folder, mesh):
+    assert keep_mesh("key", mesh)
+    again = load_mesh("key")
+    assert np.array_equal(again.points, mesh.points)
+    assert np.array_equal(again.cells, mesh.cells)
+
+
+def test_a_folder_that_cannot_be_written_costs_nothing_but_the_keeping(folder, mesh):
+    folder.parent.mkdir(exist_ok=True)
+    folder.write_text("mine")
+    assert not keep_mesh("key", mesh)
+    assert load_mesh("key") is None

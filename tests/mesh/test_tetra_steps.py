@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from fingerdesign import parse_design
+from fingerdesign.cad.export import triangulate
+from fingerdesign.cad.solid import build_solid
 from fingerdesign.errors import MeshError
 from fingerdesign.layout.frames import plate_frames
 from fingerdesign.layout.surface import ContactSurface
@@ -37,9 +39,6 @@ def test_points_in_a_cube_and_in_one_with_a_hollow():
 
 
 def test_a_finely_faceted_dome_agrees_with_its_closed_form():
-    from fingerdesign.cad.export import triangulate
-    from fingerdesign.cad.solid import build_solid
-
     design = parse_design(
         'design.name = "t"\nbody.shape = "dome"\nbody.dome_radius_mm = 12.0\nplates.count = 0'
     )

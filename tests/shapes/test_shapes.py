@@ -1,0 +1,228 @@
+"""Quadrics, NURBS surfaces and borders of faces against closed forms and their definitions."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import BSpline
+
+from fingerdesign.shapes.faces import Border
+from fingerdesign.shapes.nurbs import Nurbs
+from fingerdesign.shapes.quadrics import Cone, Plane, Sphere, Torus, fall, roots
+
+AXIS = np.array([2.0, -1.0, 2.0]) / 3.0
+CENTRE = np.array([0.3, 1.2, -0.7])
+SHAPES = {
+    "plane": Plane(AXIS, 0.4),
+    "sphere": Sphere(CENTRE, 2.0),
+    "cylinder": Cone(CENTRE, AXIS, 1.5),
+    "cone": Cone(CENTRE, AXIS, 1.5, 0.2),
+    "torus": Torus(CENTRE, AXIS, 5.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_the_normal_is_the_gradient_of_the_distance(kind):
+    shape = SHAPES[kind]
+    points = np.random.default_rng(1).uniform(-4, 4, (200, 3))
+    normal = shape.normal(points)
+    for axis in range(3):
+        shift = 1e-6 * np.eye(3)[axis]
+        slope = (shape.distance(points + shift) - shape.distance(points - shift)) / 2e-6
+        np.testing.assert_allclose(normal[:, axis], slope, atol=2e-7)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_heights_lie_on_the_shape_and_none_is_missed(kind):
+    shape = SHAPES[kind]
+    points = np.random.default_rng(2).uniform(-3, 3, (300, 3))
+    feet = points - shape.distance(points)[:, None] * shape.normal(points)
+    found = shape.heights(feet[:, 0], feet[:, 2])
+    for row in found:
+        known = np.isfinite(row)
+        on = np.column_stack([feet[:, 0], row, feet[:, 2]])[known]
+        np.testing.assert_allclose(shape.distance(on), 0.0, atol=1e-10)
+    if kind != "torus":  # which tells two of up to four
+        nearest = np.nanmin(np.abs(found - feet[:, 1]), axis=0)
+        np.testing.assert_allclose(nearest, 0.0, atol=1e-7)
+
+
+def test_a_torus_from_above_and_beside_it():
+    ring = Torus(np.zeros(3), np.array([0.0, 1.0, 0.0]), 5.0, 1.0)
+    x = np.array([5.0, 5.6, 4.4, 0.0, 6.5])
+    top = ring.heights(x, np.zeros(5))[0]
+    np.testing.assert_allclose(top[:3], [1.0, 0.8, 0.8], atol=1e-12)
+    assert np.isnan(top[3:]).all()
+
+
+def test_the_inner_part_of_a_spindle():
+    """A crest rounder along z (12) than along x (20): the circle's centre lies beyond the axis."""
+    lemon = Torus(np.zeros(3), np.array([1.0, 0.0, 0.0]), -8.0, 20.0)
+    on = np.array([[0.0, 12.0, 0.0], [3.0, np.sqrt(400.0 - 9.0) - 8.0, 0.0]])
+    np.testing.assert_allclose(lemon.distance(on), 0.0, atol=1e-12)
+    np.testing.assert_allclose(lemon.distance(np.array([[0.0, 12.001, 0.0]])), 1e-3, atol=1e-12)
+    np.testing.assert_allclose(lemon.normal(on)[0], [0.0, 1.0, 0.0], atol=1e-15)
+
+
+def test_roots_touch_miss_and_do_not_cancel():
+    found = roots(np.ones(3), np.array([0.0, 0.0, -1e8]), np.array([0.0, 1.0, 1.0]), 1.0)
+    assert found[:, 0].tolist() == [0.0, 0.0]
+    assert np.isnan(found[:, 1]).all()
+    np.testing.assert_allclose(sorted(found[:, 2]), [5e-9, 2e8], rtol=1e-12)
+
+
+def test_a_line_beside_the_shape_has_no_height():
+    assert np.isnan(fall(Sphere(np.zeros(3), 1.0), np.array([[1.1, 3.0, 0.0]]))).all()
+
+
+# NURBS: sums of SciPy's bases, a cylinder and a closed tube.
+
+HALF = np.sqrt(0.5)
+
+
+def quarter_cylinder():
+    """x^2 + y^2 = 100, x, y >= 0, 0 <= z <= 20; outside: away from the axis."""
+    flat = np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]) * 10.0
+    poles = np.array([[[*xy, 20.0 * z] for z in (0, 1)] for xy in flat])
+    weights = np.array([[1.0, 1.0], [HALF, HALF], [1.0, 1.0]])
+    knots = np.array([0.0, 0, 0, 1, 1, 1]), np.array([0.0, 0, 1, 1])
+    return Nurbs((2, 1), *knots, poles, weights, (0.0, 1.0, 0.0, 1.0))
+
+
+def closed_tube():
+    """The whole circle of radius 10 in four quarters, z from 0 to 5."""
+    ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+    poles = np.array([[[10.0 * x, 10.0 * y, 5.0 * z] for z in (0, 1)] for x, y in ring])
+    weights = np.tile(np.array([HALF if k % 2 else 1.0 for k in range(9)])[:, None], (1, 2))
+    knots = np.array([0.0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4]), np.array([0.0, 0, 1, 1])
+    return Nurbs((2, 1), *knots, poles, weights, (0.0, 4.0, 0.0, 1.0), (True, False))
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 5])
+def test_points_and_derivatives_are_the_rational_sums_of_the_bases(degree):
+    rng = np.random.default_rng(0)
+    knots = np.array([0.0] * (degree + 1) + [0.3, 0.5, 0.8] + [1.0] * (degree + 1))
+    count = len(knots) - degree - 1
+    poles, weights = rng.normal(size=(count, count, 3)), rng.uniform(0.5, 2.0, (count, count))
+    surface = Nurbs((degree, degree), knots, knots, poles, weights, (0.0, 1.0, 0.0, 1.0))
+    u, v = rng.uniform(0.0, 1.0, (2, 40))
+
+    def basis(t, order):
+        each = [BSpline(knots, np.eye(count)[k], degree)(t, nu=order) for k in range(count)]
+        return np.column_stack(each)
+
+    def sums(by_u, by_v, values):
+        return np.einsum("ni,nj,ij...->n...", basis(u, by_u), basis(v, by_v), values)
+
+    point, su, sv, suu, *_ = surface.derivatives(u, v)
+    weight = sums(0, 0, weights)[:, None]
+    weighted = weights[..., None] * poles
+    np.testing.assert_allclose(point, sums(0, 0, weighted) / weight, atol=1e-12)
+    np.testing.assert_allclose(surface.at(u, v), point, atol=1e-12)
+    for found, order in ((su, (1, 0)), (sv, (0, 1))):
+        wanted = (sums(*order, weighted) - sums(*order, weights)[:, None] * point) / weight
+        np.testing.assert_allclose(found, wanted, atol=1e-8)
+    wanted = sums(2, 0, weighted) - 2.0 * sums(1, 0, weights)[:, None] * su
+    wanted = (wanted - sums(2, 0, weights)[:, None] * point) / weight if degree > 1 else suu
+    np.testing.assert_allclose(suu, wanted, atol=1e-7)
+
+
+def test_derivatives_of_a_rational_surface_by_differences():
+    surface, step = quarter_cylinder(), 1e-5
+    u, v = np.random.default_rng(1).uniform(0.1, 0.9, (2, 30))
+    _, su, _, suu, suv, _ = surface.derivatives(u, v)
+    ahead, back = surface.derivatives(u + step, v), surface.derivatives(u - step, v)
+    np.testing.assert_allclose((ahead[0] - back[0]) / (2 * step), su, atol=1e-7)
+    np.testing.assert_allclose((ahead[1] - back[1]) / (2 * step), suu, atol=1e-6)
+    np.testing.assert_allclose((ahead[2] - back[2]) / (2 * step), suv, atol=1e-6)
+
+
+def test_distance_normal_and_height_of_a_cylinder():
+    surface, rng = quarter_cylinder(), np.random.default_rng(2)
+    angle, radius, z = (
+        rng.uniform(0, np.pi / 2, 500),
+        rng.uniform(6, 14, 500),
+        rng.uniform(0, 20, 500),
+    )
+    radial = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(500)])
+    points = radius[:, None] * radial + z[:, None] * [0.0, 0.0, 1.0]
+    np.testing.assert_allclose(surface.distance(points), radius - 10.0, atol=1e-12)
+    np.testing.assert_allclose(surface.normal(points), radial, atol=1e-12)
+    x = rng.uniform(0, 9.99, 200)
+    found = surface.heights(x, z[:200])
+    np.testing.assert_allclose(np.nanmax(found, axis=0), np.sqrt(100 - x**2), atol=1e-11)
+
+
+def test_a_closed_surface_is_followed_across_its_seam():
+    tube, angle = closed_tube(), np.array([-1e-3, -1e-9, 0.0, 1e-9, 1e-3, 2.0, 4.0])
+    points = np.column_stack([9.0 * np.cos(angle), 9.0 * np.sin(angle), np.full(7, 2.0)])
+    np.testing.assert_allclose(np.abs(tube.distance(points)), 1.0, atol=1e-12)
+
+
+def test_beyond_its_border_a_surface_goes_on():
+    surface = quarter_cylinder()
+    angle = np.array([-0.01, np.pi / 2 + 0.01])
+    points = np.column_stack([11.0 * np.cos(angle), 11.0 * np.sin(angle), np.full(2, 20.1)])
+    np.testing.assert_allclose(surface.distance(points), 1.0, atol=1e-9)
+
+
+# Within or beyond a face's border: squares, circles, holes, corners.
+
+
+def polygon(corners, pieces=20):
+    """Border arrays of a flat polygon in y = 0, seen from +y with its inside to the left."""
+    columns: list[list[np.ndarray]] = [[] for _ in range(6)]
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        share = np.linspace(0, 1, pieces + 1)[:, None]
+        places, slope = a + share * (b - a), (b - a) / pieces
+        inward = np.cross([0.0, 1.0, 0.0], slope / np.linalg.norm(slope))
+        rows = (places[:-1], places[1:], slope, slope, inward, inward)
+        for column, values in zip(columns, rows, strict=True):
+            column.append(np.broadcast_to(values, (pieces, 3)))
+    return tuple(np.concatenate(column) for column in columns)
+
+
+def circle(radius, pieces, turn=1.0):
+    """Border arrays of a circle in y = 0; ``turn`` -1: the face is outside of it."""
+    angle = -turn * np.linspace(0, 2 * np.pi, pieces + 1)
+    places = radius * np.column_stack([np.cos(angle), 0 * angle, np.sin(angle)])
+    slopes = np.column_stack([-np.sin(angle), 0 * angle, np.cos(angle)])
+    slopes *= -turn * radius * 2 * np.pi / pieces
+    inward = np.cross([0.0, 1.0, 0.0], slopes / np.linalg.norm(slopes, axis=1)[:, None])
+    return places[:-1], places[1:], slopes[:-1], slopes[1:], inward[:-1], inward[1:]
+
+
+SQUARE = np.array([[-1.0, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]])
+
+
+def test_a_square_within_beside_and_off_its_corners():
+    border = Border(*polygon(SQUARE))
+    points = np.array([[0, 0, 0], [0.99, 0, 0.99], [1.5, 0, 0.2], [1.3, 0, 1.4], [1.0, 0, 0.3]])
+    np.testing.assert_allclose(border.beyond(points), [0, 0, 0.5, 0.5, 0], atol=1e-12)
+
+
+def test_a_notch_reports_inside_at_its_inner_corner():
+    notched = np.array([[-1.0, 0, 1], [0, 0, 1], [0, 0, 0], [1, 0, 0], [1, 0, -1], [-1, 0, -1]])
+    border = Border(*polygon(notched))
+    rng = np.random.default_rng(3)
+    x, z = rng.uniform(-1.5, 1.5, (2, 2000))
+    inside = (np.abs(x) < 1) & (np.abs(z) < 1) & ~((x > 0) & (z > 0))
+    found = border.beyond(np.column_stack([x, 0 * x, z]))
+    assert np.array_equal(found == 0.0, inside)
+
+
+def test_a_ring_of_few_pieces_is_round():
+    outer, hole = circle(2.0, 60), circle(1.0, 60, -1.0)
+    border = Border(*(np.concatenate(pair) for pair in zip(outer, hole, strict=True)))
+    radius = np.array([0.0, 0.999, 1.001, 1.5, 1.999, 2.001, 3.0])
+    angle = 0.37 + np.arange(7)
+    points = radius[:, None] * np.column_stack([np.cos(angle), 0 * angle, np.sin(angle)])
+    expected = np.maximum(np.maximum(1.0 - radius, radius - 2.0), 0.0)
+    np.testing.assert_allclose(border.beyond(points), expected, rtol=1e-4, atol=5e-7)
+
+
+def test_the_middle_of_a_circle_is_within_though_no_border_point_is_nearest():
+    assert Border(*circle(2.0, 60)).beyond(np.zeros((1, 3)))[0] == 0.0
+
+
+def test_a_closed_face_has_no_beyond():
+    border = Border(*(np.zeros((0, 3)) for _ in range(6)))
+    assert not border.beyond(np.ones((4, 3))).any()
