@@ -112,15 +112,16 @@ body.core.width_mm = 6.0
 body.core.height_mm = 2.0
 body.core.bottom_mm = 1.0
 """
+DESIGN = parse_design(CORED)
 
 
 @pytest.fixture(scope="module")
 def cored():
-    return extrude(parse_design(CORED), 3.0)
+    return extrude(DESIGN, 3.0)
 
 
 def test_every_region_and_face_is_held_against_the_design(cored):
-    report = assess(cored, parse_design(CORED))
+    report = assess(cored, DESIGN)
     assert set(report.volumes) == {"elastomer", "plate_0", "plate_1", "core"}
     assert report.volumes["core"]["wanted"] == 60.0  # half of the depth
     for values in report.volumes.values():
@@ -130,8 +131,8 @@ def test_every_region_and_face_is_held_against_the_design(cored):
     assert max(report.surface_distance_mm.values()) < 1e-9
     for word in ("core:", "plate_", "worst of 2", "least angle"):
         assert word in report.text()
-    for mesh in (mesh_section(parse_design(CORED), 3.0), cored):
-        report = assess(mesh, parse_design(CORED))
+    for mesh in (mesh_section(DESIGN, 3.0), cored):
+        report = assess(mesh, DESIGN)
         assert (report.dimension, report.elements) == (mesh.dimension, len(mesh.cells))
         assert report.dofs == mesh.points.size
         assert report.worst_plate_volume_error < 1e-9
@@ -140,31 +141,29 @@ def test_every_region_and_face_is_held_against_the_design(cored):
 
 
 def test_a_hole_shows_in_the_volume_and_a_missing_facet_in_the_area(cored):
-    design = parse_design(CORED)
     holed = replace(cored, cells=cored.cells[50:], regions=cored.regions[50:])
-    assert assess(holed, design).body_volume_error > 1e-4
+    assert assess(holed, DESIGN).body_volume_error > 1e-4
     bare = replace(cored, facets={**cored.facets, "base": cored.facets["base"][5:]})
-    assert assess(bare, design).worst_face_area_error > 1e-3
+    assert assess(bare, DESIGN).worst_face_area_error > 1e-3
 
 
 @pytest.mark.parametrize("name", ["base", "contact", "side", "end", "symmetry"])
 def test_a_mid_node_off_its_face_is_found(name, cored):
     points = cored.points.copy()
     points[cored.facets[name][3, 4]] -= 0.01
-    away = assess(replace(cored, points=points), parse_design(CORED)).surface_distance_mm
+    away = assess(replace(cored, points=points), DESIGN).surface_distance_mm
     assert 0.004 < away[name] < 0.02
 
 
 def test_a_plate_or_core_of_another_shape_is_found(cored):
-    design = parse_design(CORED)
-    for region, name in ((1, "plate_0"), (design.core_region, "core")):
+    for region, name in ((1, "plate_0"), (DESIGN.core_region, "core")):
         nodes = np.unique(cored.cells[cored.regions == region])
         points = cored.points.copy()
         points[nodes] += [0.02, 0.0, 0.0]
-        report = assess(replace(cored, points=points), design)
+        report = assess(replace(cored, points=points), DESIGN)
         np.testing.assert_allclose(report.surface_distance_mm[name], 0.02, rtol=0.3)
     regions = np.where(cored.regions == 1, 0, cored.regions)
-    report = assess(replace(cored, regions=regions), design)
+    report = assess(replace(cored, regions=regions), DESIGN)
     assert report.worst_plate_volume_error == 1.0
     assert report.volumes["plate_0"]["volume"] == 0.0
 
@@ -172,7 +171,7 @@ def test_a_plate_or_core_of_another_shape_is_found(cored):
 def test_turned_cells_are_counted_and_the_worst_are_named(cored):
     cells = cored.cells.copy()
     cells[7] = cells[7, [0, 2, 1, 3, 6, 5, 4, 7, 9, 8]]
-    report = assess(replace(cored, cells=cells), parse_design(CORED))
+    report = assess(replace(cored, cells=cells), DESIGN)
     assert report.inverted_elements == 1
     least = [row["min_dihedral_deg"] for row in report.worst]
     assert least == sorted(least)
@@ -182,44 +181,41 @@ def test_turned_cells_are_counted_and_the_worst_are_named(cored):
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_sizes_are_those_requested_and_coarser_ones_show(dimension, cored):
-    design = parse_design(CORED)
-    mesh = mesh_section(design, 3.0) if dimension == 2 else cored
-    requested = requested_sizes(design, mesh, 3.0)
-    ratio = assess(mesh, design, requested).size_ratio
+    mesh = mesh_section(DESIGN, 3.0) if dimension == 2 else cored
+    requested = requested_sizes(DESIGN, mesh, 3.0)
+    ratio = assess(mesh, DESIGN, requested).size_ratio
     assert set(ratio) == {"contact", "plates", "core", "rest"}
     for values in ratio.values():
         assert 0.3 < values["mean"] < 1.6
         assert values["p5"] <= values["mean"] <= values["p95"]
     keys = {"mesh.contact_size_mm": 0.25, "mesh.section.contact_size_mm": 0.025}
-    finer = with_values(design, keys)
+    finer = with_values(DESIGN, keys)
     again = assess(mesh, finer, requested_sizes(finer, mesh, 3.0)).size_ratio
     assert again["contact"]["mean"] > 1.3 * ratio["contact"]["mean"]
 
 
 def test_the_report_says_what_it_is_of_and_how_it_came(cored):
-    design = parse_design(CORED)
-    report = assess(cored, design, requested_sizes(design, cored, 3.0))
+    report = assess(cored, DESIGN, requested_sizes(DESIGN, cored, 3.0))
     assert (report.modelled, report.attempts) == ("half z >= 0", None)
     assert all(isinstance(values["elements"], int) for values in report.regions.values())
     assert all(isinstance(values["elements"], int) for values in report.size_ratio.values())
     assert all(isinstance(count, int) for count in report.dihedral_histogram["counts"])
     notes = {"attempts": 2, "failed_attempts": "attempt 1 (whole): fTetWild gave up"}
-    again = assess(replace(cored, symmetric=False, notes=notes), design)
+    again = assess(replace(cored, symmetric=False, notes=notes), DESIGN)
     assert (again.modelled, again.attempts) == ("whole", 2)
     assert "fTetWild gave up" in again.text()
 
 
 def test_sizes_that_are_not_those_of_the_keys_are_explained(cored):
-    design = parse_design(CORED)
     mesh = replace(cored, mesher="tetwild")
-    reasons = requested_sizes(design, mesh, 2.5).reasons
+    reasons = requested_sizes(DESIGN, mesh, 2.5).reasons
     assert reasons[0].startswith("at the contact 0.5 mm, not mesh.contact_size_mm = 1: 5 facets")
     assert "2 times longer along z" in reasons[1]
     assert "plates' ends" in reasons[2]
-    assert len(requested_sizes(design, mesh, 9.0).reasons) == 2
+    assert len(requested_sizes(DESIGN, mesh, 9.0).reasons) == 2
     bare = parse_design(CORED.replace("plates.count = 2", "plates.count = 0"))
     assert not any("plates" in reason for reason in requested_sizes(bare, mesh, 2.5).reasons)
-    assert assess(mesh, design, requested_sizes(design, mesh, 2.5)).text().count(reasons[0]) == 1
+    assert assess(mesh, DESIGN, requested_sizes(DESIGN, mesh, 2.5)).text().count(reasons[0]) == 1
 
 
 def test_sheets_are_slots_and_no_plates_are_no_fault():
