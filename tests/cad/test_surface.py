@@ -15,21 +15,18 @@ BODIES = {
 }
 
 
-def body_of(kind):
-    return parse_design(f'design.name = "t"\n{BODIES[kind]}').body
-
-
-def points_near(body):
-    rng = np.random.default_rng(5)
+@pytest.fixture(params=BODIES)
+def near(request):
+    """A surface and points near to it."""
+    body = parse_design(f'design.name = "t"\n{BODIES[request.param]}').body
+    surface, rng = ContactSurface.of(body), np.random.default_rng(5)
     x, z = rng.uniform(-8, 8, 200), rng.uniform(-4.5, 4.5, 200)
-    y = ContactSurface.of(body).height(x, z) + rng.uniform(-1.5, 1.5, 200)
-    return np.column_stack([x, y, z])
+    y = surface.height(x, z) + rng.uniform(-1.5, 1.5, 200)
+    return surface, np.column_stack([x, y, z])
 
 
-@pytest.mark.parametrize("kind", BODIES)
-def test_projection_is_the_nearest_point_of_the_surface(kind):
-    body = body_of(kind)
-    surface, points = ContactSurface.of(body), points_near(body)
+def test_projection_is_the_nearest_point_of_the_surface(near):
+    surface, points = near
     feet = surface.project(points)
     np.testing.assert_allclose(surface.height(feet[:, 0], feet[:, 2]), feet[:, 1], atol=1e-12)
     np.testing.assert_allclose(
@@ -44,10 +41,8 @@ def test_projection_is_the_nearest_point_of_the_surface(kind):
         assert np.all(away >= np.abs(surface.distance(points)) - 1e-12)
 
 
-@pytest.mark.parametrize("kind", BODIES)
-def test_normal_is_the_gradient_of_the_distance_and_points_outward(kind):
-    body = body_of(kind)
-    surface, points = ContactSurface.of(body), points_near(body)
+def test_normal_is_the_gradient_of_the_distance_and_points_outward(near):
+    surface, points = near
     normal = surface.normal(points)
     step = 1e-5
     for axis in range(3):
@@ -66,15 +61,14 @@ def test_what_lies_below_the_surface_is_enclosed_though_outside_its_circle():
     assert surface.lowest == pytest.approx(10.0)
 
 
-def test_section_points_agree_with_points_at_z_0():
-    body = body_of("dome")
-    surface, points = ContactSurface.of(body), points_near(body) * [1.0, 1.0, 0.0]
+def test_section_points_agree_with_points_at_z_0(near):
+    surface, points = near[0], near[1] * [1.0, 1.0, 0.0]
     np.testing.assert_allclose(surface.distance(points[:, :2]), surface.distance(points))
     np.testing.assert_allclose(surface.project(points[:, :2]), surface.project(points)[:, :2])
 
 
-def test_curvatures_at_the_crest():
-    surface = ContactSurface.of(body_of("dome"))
+def test_curvatures_at_the_crest(near):
+    surface, _ = near
     step = 1e-3
     drop_x = surface.crest - float(surface.height(step, 0.0))
     drop_z = surface.crest - float(surface.height(0.0, step))

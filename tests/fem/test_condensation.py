@@ -19,28 +19,30 @@ from fingerdesign.layout.frames import plate_frames
 from fingerdesign.mesh.section.extrude import extrude
 from fingerdesign.mesh.section.section import mesh_section
 
-COARSE = """
-design.name = "coarse"
-body.width_mm = 8.0
-body.base_height_mm = 3.0
-body.arc_radius_mm = 8.0
-body.depth_mm = 4.0
-plates.count = 3
-plates.pitch_mm = 1.5
-plates.length_mm = 1.2
-plates.cover_mm = 1.0
-gages.length_mm = 0.6
-[mesh]
-element = "P2"
-contact_size_mm = 0.5
-plate_size_mm = 0.5
-far_size_mm = 1.5
-layers = 3
-[mesh.section]
-contact_size_mm = 0.2
-plate_size_mm = 0.1
-far_size_mm = 1.0
-"""
+DESIGN = parse_design(
+    """
+    design.name = "coarse"
+    body.width_mm = 8.0
+    body.base_height_mm = 3.0
+    body.arc_radius_mm = 8.0
+    body.depth_mm = 4.0
+    plates.count = 3
+    plates.pitch_mm = 1.5
+    plates.length_mm = 1.2
+    plates.cover_mm = 1.0
+    gages.length_mm = 0.6
+    [mesh]
+    element = "P2"
+    contact_size_mm = 0.5
+    plate_size_mm = 0.5
+    far_size_mm = 1.5
+    layers = 3
+    [mesh.section]
+    contact_size_mm = 0.2
+    plate_size_mm = 0.1
+    far_size_mm = 1.0
+    """
+)
 POINT = np.array([[0.5, 3.2, 0.0]])
 
 
@@ -51,7 +53,7 @@ CASES += [(kind, element) for kind in ("section", "half") for element in ("P1", 
 @pytest.fixture(scope="module", params=CASES, ids=" ".join)
 def case(request):
     kind, element = request.param
-    design = parse_design(COARSE)
+    design = DESIGN
     if element != "P2":
         keys = {"mesh.element": element, "materials.silicone.poissons_ratio": 0.4999}
         design = with_values(design, keys)
@@ -68,7 +70,7 @@ def test_auto_goes_by_the_poisson_ratio():
         (0.3, "mixed", "mixed"),
     ):
         values = {"materials.silicone.poissons_ratio": poisson, "mesh.element": requested}
-        assert element_of(with_values(parse_design(COARSE), values)) == used
+        assert element_of(with_values(DESIGN, values)) == used
 
 
 def test_elements_agree_where_nothing_locks():
@@ -76,7 +78,7 @@ def test_elements_agree_where_nothing_locks():
     values = {"materials.silicone.poissons_ratio": 0.3}
     found = {}
     for element in ("P2", "mixed"):
-        design = with_values(parse_design(COARSE), values | {"mesh.element": element})
+        design = with_values(DESIGN, values | {"mesh.element": element})
         found[element] = build_model(design, mesh_section(design, 1.5), 1.5).reduced
     load = found["P2"].areas[:, None] * np.array([0.3, -1.0])
     for read in ("displacement", "gage_strain"):
@@ -144,9 +146,8 @@ def test_field_satisfies_the_full_equations(case):
 
 def test_half_model_equals_whole():
     """Mirror symmetry: the half model under half the load moves as the whole one does."""
-    design = parse_design(COARSE)
-    half = build_model(design, extrude(design, 1.5, symmetric=True), 1.5).reduced
-    whole = build_model(design, extrude(design, 1.5, symmetric=False), 1.5).reduced
+    half = build_model(DESIGN, extrude(DESIGN, 1.5, symmetric=True), 1.5).reduced
+    whole = build_model(DESIGN, extrude(DESIGN, 1.5, symmetric=False), 1.5).reduced
     load = np.array([1.0, -3.0, 0.0])
     u_half = half.displacement(half.areas[:, None] * load)
     u_whole = whole.displacement(whole.areas[:, None] * load)
@@ -161,8 +162,7 @@ def test_half_model_equals_whole():
 
 def test_uniform_pressure_is_reproduced():
     """Nodal forces p a_i load the quadratic surface exactly as the uniform pressure p does."""
-    design = parse_design(COARSE)
-    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5)):
+    for mesh in (mesh_section(DESIGN, 1.5), extrude(DESIGN, 1.5)):
         facets = mesh.facets["contact"]
         trace = contact_trace(mesh.points, facets)
         force = np.zeros((len(trace.nodes), mesh.dimension))
@@ -191,8 +191,7 @@ def quadrature_moment(mesh, facets):
 
 def test_constant_strain_is_read_exactly():
     """A linear displacement gives its own strain at points and gages, in 2-D and 3-D."""
-    design = parse_design(COARSE)
-    for mesh in (mesh_section(design, 1.5), extrude(design, 1.5, symmetric=False)):
+    for mesh in (mesh_section(DESIGN, 1.5), extrude(DESIGN, 1.5, symmetric=False)):
         d = mesh.dimension
         slope = np.array([[0.3, 0.2, 0.1], [0.05, -0.4, 0.07], [0.02, 0.03, 0.6]])[:d, :d]
         field = mesh.points @ slope.T
@@ -204,27 +203,25 @@ def test_constant_strain_is_read_exactly():
         if d == 3:
             wanted[4:] = shear[0, 2], shear[1, 2]
         assert np.allclose(got, wanted, atol=1e-9)
-        frames = plate_frames(design)
-        gages = (gage_rows(mesh, frames, design.gages) @ field.ravel()).reshape(-1, 2)
+        frames = plate_frames(DESIGN)
+        gages = (gage_rows(mesh, frames, DESIGN.gages) @ field.ravel()).reshape(-1, 2)
         axis = frames[0].axis
         assert np.allclose(gages, axis @ slope[:2, :2] @ axis, atol=1e-9)
 
 
 def test_point_outside_is_refused():
-    design = parse_design(COARSE)
-    mesh = mesh_section(design, 1.5)
+    mesh = mesh_section(DESIGN, 1.5)
     with pytest.raises(DesignError, match=r"readout\.points_mm"):
         strain_rows(mesh, np.array([0.0, 30.0]))
 
 
 def test_slow_fallback_gives_the_same(monkeypatch):
     """SuperLU, used where MKL has no wheel, agrees and says that it is slow."""
-    design = parse_design(COARSE)
-    mesh = mesh_section(design, 1.5)
+    mesh = mesh_section(DESIGN, 1.5)
     free = ~fixed_dofs(mesh)
-    stiffness = stiffness_of(design, mesh)[free][:, free].tocsr()
+    stiffness = stiffness_of(DESIGN, mesh)[free][:, free].tocsr()
     stiffness.sort_indices()
-    rows = gage_rows(mesh, plate_frames(design), design.gages)[:, free].tocsr()
+    rows = gage_rows(mesh, plate_frames(DESIGN), DESIGN.gages)[:, free].tocsr()
     fast = Condensation(stiffness, rows)
     load = np.random.default_rng(0).normal(size=(stiffness.shape[0], 2))
     monkeypatch.setattr(factor, "has_pardiso", lambda: False)
@@ -237,26 +234,24 @@ def test_slow_fallback_gives_the_same(monkeypatch):
 
 def test_repeated_functionals_are_answered():
     """The same point twice, and more points than their patch has coefficients: no singularity."""
-    design = parse_design(COARSE)
-    mesh = mesh_section(design, 1.5)
+    mesh = mesh_section(DESIGN, 1.5)
     heights = np.linspace(0.3, 2.2, 120)
     points = np.column_stack([np.full_like(heights, 0.4), heights, np.zeros_like(heights)])
     points = np.vstack([points, points[:3]])
-    model = build_model(design, mesh, 1.5, points).reduced
+    model = build_model(DESIGN, mesh, 1.5, points).reduced
     force = random_force(model)
     strain = model.point_strain(force)
     assert np.allclose(strain[-3:], strain[:3], rtol=0, atol=1e-12 * np.abs(strain).max())
-    plain = build_model(design, mesh, 1.5).reduced
+    plain = build_model(DESIGN, mesh, 1.5).reduced
     difference = np.abs(plain.compliance - model.compliance).max()
     assert difference < 1e-10 * np.abs(plain.compliance).max()
 
 
 def test_points_mirror_with_their_signs():
     """In a half model strains at z < 0 are those at z > 0 with xz and yz turned round."""
-    design = parse_design(COARSE)
-    mesh = extrude(design, 1.5)
+    mesh = extrude(DESIGN, 1.5)
     points = np.array([[0.5, 3.2, 0.9], [0.5, 3.2, -0.9], [0.5, 3.2, 0.0]])
-    model = build_model(design, mesh, 1.5, points).reduced
+    model = build_model(DESIGN, mesh, 1.5, points).reduced
     strain = model.point_strain(random_force(model))
     assert np.allclose(strain[1], strain[0] * [1, 1, 1, 1, -1, -1], atol=1e-12)
     assert np.abs(strain[0, 4:]).max() > 1e-6
